@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "firmware/haptable.h"
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr float kTolerance = 0x1p-20F;  // of the diagonal: eight times the rounding of a float coordinate
+constexpr float kReach = 20.0F;         // diagonals, and at least one metre: the workspace of any desktop device
+
+/// Free touchable nodes in table order, then the fixed ones that their patches touch, ascending.
+std::vector<std::int32_t> vertex_nodes(const Tables& tables) {
+    std::vector<std::int32_t> nodes = tables.node_id;
+    const std::set<std::int32_t> free(nodes.begin(), nodes.end());
+    std::set<std::int32_t> fixed;
+    for (const auto& corners : tables.patch)
+        for (std::int32_t node : corners)
+            if (!free.contains(node)) fixed.insert(node);
+    nodes.insert(nodes.end(), fixed.begin(), fixed.end());
+    return nodes;
+}
+
+void check_size(std::size_t count, const char* what) {
+    if (count >= HAPTABLE_NONE)
+        throw Error(
+            fmt::format("the touchable surface has {} {}, more than the servo's {}: give [[touch]] regions or a "
+                        "coarser mesh",
+                        count, what, HAPTABLE_NONE - 1));
+}
+
+float finite(double value, const char* what) {
+    const auto narrow = static_cast<float>(value);
+    if (!std::isfinite(narrow))
+        throw Error(fmt::format("{} = {} does not fit a float: check units and material", what, value));
+    return narrow;
+}
+
+/// The six numbers of a symmetric block: xx yy zz xy yz zx.
+std::array<float, 6> packed(const std::array<double, 9>& s) {
+    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (s[a] + s[b]), "a stiffness"); };
+    return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
+}
+
+std::vector<std::array<std::uint16_t, 3>> vertex_patches(const Tables& tables, const std::vector<std::int32_t>& nodes) {
+    std::vector<std::uint16_t> vertex_of(tables.position.size(), HAPTABLE_NONE);
+    for (std::size_t v = 0; v < nodes.size(); ++v)
+        vertex_of[static_cast<std::size_t>(nodes[v])] = static_cast<std::uint16_t>(v);
+    std::vector<std::array<std::uint16_t, 3>> patches;
+    for (const auto& corners : tables.patch) {
+        std::array<std::uint16_t, 3> patch{};
+        for (std::size_t c = 0; c < 3; ++c) patch[c] = vertex_of[static_cast<std::size_t>(corners[c])];
+        patches.push_back(patch);
+    }
+    return patches;
+}
+
+float diagonal(const std::vector<std::array<float, 3>>& points) {
+    double sum = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto by_axis = [&](const auto& a, const auto& b) { return a[axis] < b[axis]; };
+        const auto [low, high] = std::minmax_element(points.begin(), points.end(), by_axis);
+        sum += std::pow(static_cast<double>((*high)[axis] - (*low)[axis]), 2);
+    }
+    return static_cast<float>(std::sqrt(sum));
+}
+
+}  // namespace
+
+ServoModel build_model(const Tables& tables) {
+    ServoModel model;
+    if (tables.patch.empty()) throw Error("no touchable patch: the servo has nothing to touch");
+    model.node = vertex_nodes(tables);
+    model.free_count = tables.node_id.size();
+    check_size(model.node.size(), "nodes");
+    check_size(tables.patch.size(), "patches");
+    for (std::int32_t node : model.node) {
+        const auto& x = tables.position[static_cast<std::size_t>(node)];
+        model.vertex_m.push_back({finite(x[0], "a position"), finite(x[1], "a position"), finite(x[2], "a position")});
+    }
+    for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block));
+
+    const auto patches = vertex_patches(tables, model.node);
+    model.index = build_index(model.vertex_m, patches);
+    for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);
+    model.neighbour = build_neighbours(model.vertex_m, model.patch);
+    const float size = diagonal(model.vertex_m);
+    model.tolerance_m = size * kTolerance;
+    model.reach_m = std::max(1.0F, kReach * size);
+    return model;
+}
+
+}  // namespace haptable

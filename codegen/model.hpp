@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The tables as the servo holds them: vertices renumbered, patches in the order of the spatial index.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "host/tables/tables.hpp"
+
+namespace haptable {
+
+/// One box of the spatial index; the same fields as firmware/haptable.h's struct haptable_box.
+struct IndexBox {
+    std::array<std::uint16_t, 3> low;
+    std::array<std::uint16_t, 3> high;
+    std::uint16_t skip;
+    std::uint16_t patch;
+};
+
+/// The spatial index over patches: boxes in depth-first order over patches in leaf order.
+struct SpatialIndex {
+    std::array<float, 3> origin_m{};
+    float per_m = 0.0F;              ///< grid steps in a metre
+    std::vector<std::size_t> order;  ///< [p] leaf order: the old number of each new patch
+    std::vector<IndexBox> boxes;
+};
+
+/// The fields of struct haptable_model, ready to be written as text.
+struct ServoModel {
+    std::vector<std::int32_t> node;  ///< [v] mesh node of each vertex, free ones first
+    std::size_t free_count = 0;
+    std::vector<std::array<float, 3>> vertex_m;           ///< [v]
+    std::vector<std::array<float, 6>> stiffness_n_per_m;  ///< [free_count] xx yy zz xy yz zx
+    std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
+    std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
+    SpatialIndex index;
+    float tolerance_m = 0.0F;
+    float reach_m = 0.0F;
+};
+
+/// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.
+ServoModel build_model(const Tables& tables);
+
+/// The bounding-box tree. positions [v], patches [p].
+SpatialIndex build_index(const std::vector<std::array<float, 3>>& vertex_m,
+                         const std::vector<std::array<std::uint16_t, 3>>& patch);
+
+/// Which patch lies across each edge (opposite to corner 0, 1, 2); 0xFFFF at the border. Where more than two patches
+/// meet at an edge, those are neighbours that bound the same wedge of the body.
+std::vector<std::array<std::uint16_t, 3>> build_neighbours(const std::vector<std::array<float, 3>>& vertex_m,
+                                                           const std::vector<std::array<std::uint16_t, 3>>& patch);
+
+}  // namespace haptable

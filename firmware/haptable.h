@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * F = -(alpha_i S_i + alpha_j S_j + alpha_k S_k) u,   u = finger - god-object,   S = (L_ii)^-1
+ *
+ * The servo of a soft object: one finger, one closed triangle surface, 1 kHz. Hirota and Kaneko's method:
+ * the god-object stays on the rest surface and the force is read from precomputed blocks of the inverse
+ * stiffness (equations 9 to 12).
+ *
+ * Tables are const and live in flash (struct haptable_model, written by codegen), state is one struct that the
+ * caller owns (struct haptable_servo). There is no other state: two objects run side by side.
+ * A step never fails, it degrades: a bad position gives zero force and is counted by name.
+ *
+ * Trusted: the model (codegen wrote it). Not trusted: every position and every time.
+ */
+#ifndef HAPTABLE_H
+#define HAPTABLE_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
+#define HAPTABLE_TABLE_VERSION 1
+
+/* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
+#define HAPTABLE_NONE 0xFFFFu
+
+/* The most patches whose nearest point is computed for one slide of the god-object. A slide that needs more
+ * stops on the surface where it is, goes on at the next tick, and is counted (walk_limits). */
+#define HAPTABLE_WALK_PATCHES 64
+
+/* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
+#define HAPTABLE_SLIDES 3
+
+/* No position for this long (microseconds): the force goes to zero. */
+#define HAPTABLE_SILENCE_US 20000u
+
+/* One box of the spatial index, in grid steps from grid_origin_m. The boxes stand in depth-first order: the
+ * next box of a query that meets this one is the one after it, of a query that misses it box `skip`. */
+struct haptable_box {
+    uint16_t low[3];
+    uint16_t high[3];
+    uint16_t skip;  /* first box after this one's subtree */
+    uint16_t patch; /* leaf: first of its patches; inner box: HAPTABLE_NONE */
+};
+
+/* A leaf of the spatial index holds this many patches in a row; only the model's last leaf may hold fewer. */
+#define HAPTABLE_LEAF 4
+
+/* The tables of one object. Written by codegen by field name; const, so that they stay in flash. */
+struct haptable_model {
+    uint64_t hash;                 /* of scene, mesh, options and tool version: messages carry it */
+    float max_force_n;             /* the device's limit, > 0 */
+    float rigid_stiffness_n_per_m; /* S of a fixed node is this times the identity, > 0 */
+    float tolerance_m;             /* 2^-20 of the body's diagonal: points nearer than this are the same */
+    float reach_m;                 /* a finger farther than this from grid_origin_m is absurd */
+    float grid_origin_m[3];        /* spatial index: lowest corner of the surface */
+    float grid_per_m;              /* spatial index: grid steps in a metre */
+    uint16_t vertex_count;         /* vertices of touchable patches: free ones first */
+    uint16_t free_count;           /* how many of them are free: these have a block */
+    uint16_t patch_count;
+    uint16_t box_count;
+    const float (*vertex_m)[3];          /* [vertex_count] rest positions V_i */
+    const float (*stiffness_n_per_m)[6]; /* [free_count] S_i: xx yy zz xy yz zx */
+    const uint16_t (*patch)[3];          /* [patch_count] vertices, counter-clockwise from outside */
+    const uint16_t (*neighbour)[3];      /* [patch_count] patch across the edge opposite to corner c, or NONE */
+    const struct haptable_box* box;      /* [box_count] */
+};
+
+/* What the servo counts, by name: one list drives the struct, the messages and the reports. */
+#define HAPTABLE_COUNTERS(X)                                             \
+    X(ticks)              /* calls of haptable_step */                   \
+    X(contact_ticks)      /* of these, with contact */                   \
+    X(contacts)           /* contacts begun */                           \
+    X(rejected_positions) /* NaN, infinite or absurd finger positions */ \
+    X(rejected_forces)    /* forces that were not finite: zero given */  \
+    X(clamped_forces)     /* forces cut to max_force_n */                \
+    X(walk_limits)        /* slides that met HAPTABLE_WALK_PATCHES */    \
+    X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */           \
+    X(silences)           /* times without a position for SILENCE_US */  \
+    X(most_patches)       /* most patches visited by one slide */        \
+    X(most_boxes)         /* most boxes visited by one query */
+
+struct haptable_counters {
+#define HAPTABLE_COUNTER_FIELD(name) uint32_t name;
+    HAPTABLE_COUNTERS(HAPTABLE_COUNTER_FIELD)
+#undef HAPTABLE_COUNTER_FIELD
+};
+
+enum haptable_state {
+    HAPTABLE_SILENT = 0,  /* no position yet, or none for HAPTABLE_SILENCE_US: zero force */
+    HAPTABLE_FREE = 1,    /* finger outside: zero force */
+    HAPTABLE_CONTACT = 2, /* god-object on the surface */
+    HAPTABLE_REJECTED = 3 /* the last position was not one: zero force, contact dropped */
+};
+
+/* The god-object on the rest surface: where it is and on which patch. */
+struct haptable_contact {
+    uint16_t patch; /* HAPTABLE_NONE: no contact */
+    float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
+    float god_object_m[3];
+};
+
+/* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
+struct haptable_servo {
+    struct haptable_contact contact;
+    float finger_m[3];    /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known; /* 0 or 1 */
+    uint8_t state;        /* enum haptable_state */
+    uint32_t position_us; /* when the last position came; wraps */
+    struct haptable_counters counters;
+};
+
+/* What one tick gives. */
+struct haptable_output {
+    uint8_t state;             /* enum haptable_state */
+    uint16_t patch;            /* HAPTABLE_NONE without contact */
+    uint16_t vertex[3];        /* of that patch; HAPTABLE_NONE without contact */
+    float alpha[3];            /* 0 without contact */
+    float god_object_m[3];     /* the finger itself without contact; 0 when it was rejected */
+    float nodal_force_n[3][3]; /* F_i on vertex[i] (eq. 10), not clamped: the load of the drawn deformation */
+    float force_n[3];          /* what the user feels (eq. 12), |force_n| <= max_force_n */
+};
+
+/* Makes a servo that has no contact and knows no finger. */
+void haptable_init(struct haptable_servo* servo);
+
+/* One tick: a finger position in, a force out. now_us may wrap. Bounded work; see SPEC.md for the bound. */
+void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                   uint32_t now_us, struct haptable_output* out);
+
+/* To be called when no position has come: after HAPTABLE_SILENCE_US the output is zero force and the contact is
+ * dropped. Returns 1 when out was written (the servo fell silent now or earlier), 0 when it is still in time. */
+int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * finger -> checked -> god-object -> force -> checked -> out
+ */
+#include "contact.h"
+#include "force.h"
+#include "haptable.h"
+#include "vector.h"
+
+static void put_nothing(uint8_t state, struct haptable_output* out) {
+    int corner;
+    out->state = state;
+    out->patch = HAPTABLE_NONE;
+    vec_zero(out->alpha);
+    vec_zero(out->god_object_m);
+    vec_zero(out->force_n);
+    for (corner = 0; corner < 3; ++corner) {
+        out->vertex[corner] = HAPTABLE_NONE;
+        vec_zero(out->nodal_force_n[corner]);
+    }
+}
+
+static void drop_contact(struct haptable_servo* servo) {
+    servo->contact.patch = HAPTABLE_NONE;
+    servo->finger_known = 0;
+}
+
+/* 1 when the position is a number and within reach of the body. */
+static int is_position(const struct haptable_model* model, const float finger_m[3]) {
+    float offset[3];
+    if (!vec_finite(finger_m)) return 0;
+    vec_sub(finger_m, model->grid_origin_m, offset);
+    return vec_dot(offset, offset) <= model->reach_m * model->reach_m;
+}
+
+static void put_contact(const struct haptable_model* model, const struct haptable_servo* servo,
+                        struct haptable_output* out) {
+    int corner;
+    out->state = HAPTABLE_CONTACT;
+    out->patch = servo->contact.patch;
+    vec_copy(servo->contact.alpha, out->alpha);
+    vec_copy(servo->contact.god_object_m, out->god_object_m);
+    for (corner = 0; corner < 3; ++corner) out->vertex[corner] = model->patch[servo->contact.patch][corner];
+}
+
+/* Newtons squared: what is larger, or not a number, is no force of any device but a fault. */
+#define FORCE_LIMIT2 1e30f
+
+/* The last gate: what is not a force does not go to the device. */
+static void gate_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
+    const float size2 = vec_dot(out->force_n, out->force_n);
+    if (!(size2 <= FORCE_LIMIT2)) {
+        ++servo->counters.rejected_forces;
+        vec_zero(out->force_n);
+        return;
+    }
+    servo->counters.clamped_forces += (uint32_t)force_clamp(model->max_force_n, out->force_n);
+}
+
+void haptable_init(struct haptable_servo* servo) {
+    static const struct haptable_servo fresh = {
+        {HAPTABLE_NONE, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}}, {0.0f, 0.0f, 0.0f}, 0, HAPTABLE_SILENT, 0, {0}};
+    *servo = fresh;
+}
+
+void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                   uint32_t now_us, struct haptable_output* out) {
+    ++servo->counters.ticks;
+    servo->position_us = now_us;
+    if (!is_position(model, finger_m)) {
+        ++servo->counters.rejected_positions;
+        drop_contact(servo);
+        servo->state = HAPTABLE_REJECTED;
+        put_nothing(HAPTABLE_REJECTED, out);
+        return;
+    }
+    contact_move(model, &servo->contact, servo->finger_known ? servo->finger_m : finger_m, finger_m, &servo->counters);
+    vec_copy(finger_m, servo->finger_m);
+    servo->finger_known = 1;
+    if (servo->contact.patch == HAPTABLE_NONE) {
+        servo->state = HAPTABLE_FREE;
+        put_nothing(HAPTABLE_FREE, out);
+        vec_copy(finger_m, out->god_object_m);
+        return;
+    }
+    ++servo->counters.contact_ticks;
+    servo->state = HAPTABLE_CONTACT;
+    put_contact(model, servo, out);
+    force_interpolated(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
+    gate_force(model, servo, out);
+}
+
+int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {
+    const int was_silent = servo->state == HAPTABLE_SILENT;
+    if (!was_silent && now_us - servo->position_us < HAPTABLE_SILENCE_US) return 0;
+    if (!was_silent) {
+        ++servo->counters.silences;
+        drop_contact(servo);
+        servo->state = HAPTABLE_SILENT;
+    }
+    put_nothing(HAPTABLE_SILENT, out);
+    return 1;
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Three floats. Everything is inlined: a servo step makes no calls for its arithmetic.
+ */
+#ifndef HAPTABLE_VECTOR_H
+#define HAPTABLE_VECTOR_H
+
+#include <stdint.h>
+
+static inline float vec_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static inline void vec_sub(const float a[3], const float b[3], float out[3]) {
+    out[0] = a[0] - b[0];
+    out[1] = a[1] - b[1];
+    out[2] = a[2] - b[2];
+}
+
+static inline void vec_cross(const float a[3], const float b[3], float out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static inline void vec_copy(const float a[3], float out[3]) {
+    out[0] = a[0];
+    out[1] = a[1];
+    out[2] = a[2];
+}
+
+static inline void vec_zero(float out[3]) { out[0] = out[1] = out[2] = 0.0f; }
+
+/* out += s * a */
+static inline void vec_add_scaled(float s, const float a[3], float out[3]) {
+    out[0] += s * a[0];
+    out[1] += s * a[1];
+    out[2] += s * a[2];
+}
+
+static inline float vec_clamp01(float x) { return x < 0.0f ? 0.0f : (x > 1.0f ? 1.0f : x); }
+
+/* 1 for a number, 0 for a NaN or an infinity: x - x is NaN for both. */
+static inline int vec_finite(const float a[3]) {
+    const float zero = (a[0] - a[0]) + (a[1] - a[1]) + (a[2] - a[2]);
+    return zero == 0.0f;
+}
+
+/* 1 / sqrt(x) for 1e-30 <= x <= 1e30: a first guess from the exponent, then Newton's steps y (3 - x y^2) / 2, each of
+ * which doubles the digits: 3.4e-2, 1.8e-3, 4.7e-6, below a float's rounding. No libm, the same bits everywhere. */
+static inline float vec_inverse_root(float x) {
+    union {
+        float number;
+        uint32_t bits;
+    } guess;
+    float y;
+    int step;
+    guess.number = x;
+    guess.bits = 0x5f3759dfu - (guess.bits >> 1);
+    y = guess.number;
+    for (step = 0; step < 3; ++step) y = y * (1.5f - 0.5f * x * y * y);
+    return y;
+}
+
+#endif

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/file.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+std::string read_file(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) throw Error(path.string() + ": is a folder, not a file");
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw Error(path.string() + ": cannot be read: " + std::strerror(errno != 0 ? errno : EIO));
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (in.bad()) throw Error(path.string() + ": reading it failed");
+    return std::move(text).str();
+}
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+    Beside beside(path);
+    errno = 0;
+    std::ofstream out(beside.path(), std::ios::binary);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) throw Error(path.string() + ": cannot be written: " + std::strerror(errno != 0 ? errno : EIO));
+    beside.commit();
+}
+
+Beside::Beside(std::filesystem::path final_path) : final_(std::move(final_path)) {
+    temporary_ = final_;
+    temporary_ += ".partial-" + std::to_string(getpid());
+}
+
+Beside::~Beside() {
+    std::error_code ignored;
+    if (!temporary_.empty()) std::filesystem::remove_all(temporary_, ignored);
+}
+
+void Beside::commit() {
+    std::error_code failed;
+    std::filesystem::rename(temporary_, final_, failed);
+    if (failed) throw Error(final_.string() + ": cannot be written: " + failed.message());
+    temporary_.clear();
+}
+
+}  // namespace haptable

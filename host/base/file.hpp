@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Files are read whole, and written beside and then renamed: a reader never sees half a file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace haptable {
+
+/// The whole file. Throws Error that names the path when it cannot be read.
+std::string read_file(const std::filesystem::path& path);
+
+/// Writes `bytes` to `path`, whole or not at all. Throws Error that names the path.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// A file or folder under construction, beside its final place. Unless commit() is called it is removed.
+class Beside {
+public:
+    explicit Beside(std::filesystem::path final_path);
+    ~Beside();
+    Beside(const Beside&) = delete;
+    Beside& operator=(const Beside&) = delete;
+
+    /// Where to write meanwhile: in the folder of the final path, so that renaming it is atomic.
+    const std::filesystem::path& path() const { return temporary_; }
+    /// Renames it to the final path, over a file of that name.
+    void commit();
+
+private:
+    std::filesystem::path final_;
+    std::filesystem::path temporary_;
+};
+
+}  // namespace haptable

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/program.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <new>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// Errors are one line: what follows a line break in a library's message is joined to it.
+std::string one_line(std::string text) {
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+    for (char& c : text)
+        if (c == '\n' || c == '\r') c = ' ';
+    return text;
+}
+
+int fail(const CLI::App& app, const std::string& what, int status) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), one_line(what).c_str());
+    return status;
+}
+
+}  // namespace
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
+    app.set_version_flag("--version", app.get_name() + " " + kVersion);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+        return app.exit(success);
+    } catch (const CLI::ParseError& error) {
+        return fail(app, std::string(error.what()) + " (see --help)", 2);
+    }
+    try {
+        work();
+        if (std::fflush(stdout) != 0) throw Error("standard output cannot be written: is the disk full?");
+        return 0;
+    } catch (const Interrupted&) {
+        return fail(app, "interrupted: nothing half-written was left", 130);
+    } catch (const std::bad_alloc&) {
+        return fail(app, "out of memory: use a coarser mesh or a smaller touch region", 1);
+    } catch (const std::exception& error) {
+        return fail(app, error.what(), 1);
+    }
+}
+
+}  // namespace haptable

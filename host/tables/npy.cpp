@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/tables/npy.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cstring>
+#include <regex>
+#include <string>
+#include <string_view>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+static_assert(std::endian::native == std::endian::little, "the .npy files are little-endian: swap bytes on this host");
+
+namespace {
+
+constexpr std::string_view kMagic{"\x93NUMPY\x01\x00", 8};
+constexpr std::size_t kPreamble = 10;  // magic, version and the header's length (uint16)
+constexpr std::size_t kAlign = 64;
+
+template <typename T>
+constexpr const char* kType = nullptr;
+template <>
+constexpr const char* kType<std::int32_t> = "<i4";
+template <>
+constexpr const char* kType<float> = "<f4";
+template <>
+constexpr const char* kType<double> = "<f8";
+
+std::size_t product(const std::vector<std::size_t>& shape) {
+    std::size_t n = 1;
+    for (std::size_t extent : shape) n *= extent;
+    return n;
+}
+
+template <typename T>
+std::string header(const std::vector<std::size_t>& shape) {
+    std::string extents;  // as NumPy writes a tuple: "(73,)", "(73, 3)"
+    for (std::size_t extent : shape) extents += std::to_string(extent) + (shape.size() == 1 ? "," : ", ");
+    if (shape.size() > 1) extents.resize(extents.size() - 2);
+    std::string text =
+        std::string("{'descr': '") + kType<T> + "', 'fortran_order': False, 'shape': (" + extents + "), }";
+    const std::size_t bytes = (kPreamble + text.size() + 1 + kAlign - 1) / kAlign * kAlign;
+    text.resize(bytes - kPreamble - 1, ' ');
+    text += '\n';
+    const auto length = static_cast<std::uint16_t>(text.size());
+    std::string out(kMagic);
+    out += static_cast<char>(length & 0xFFU);
+    out += static_cast<char>(length >> 8U);
+    return out + text;
+}
+
+struct Header {
+    std::vector<std::size_t> shape;
+    std::size_t bytes = 0;  // where the values begin
+};
+
+/// Reads the header of `text`, the beginning of a file of `file_bytes` bytes, and checks it against T.
+template <typename T>
+Header parse(const std::filesystem::path& path, std::string_view text, std::size_t file_bytes) {
+    if (text.size() < kPreamble || text.substr(0, kMagic.size()) != kMagic)
+        throw Error(path.string() +
+                    ": is not a .npy file of format 1.0: make the tables again with haptable-precompute");
+    const std::size_t length = static_cast<unsigned char>(text[8]) + 256U * static_cast<unsigned char>(text[9]);
+    if (text.size() < kPreamble + length)
+        throw Error(path.string() + ": ends within its header: make the tables again");
+    const std::string dictionary(text.substr(kPreamble, length));
+    static const std::regex form(R"(\{'descr': '([^']*)', 'fortran_order': False, 'shape': \(([0-9, ]*)\), \}\s*)");
+    std::smatch match;
+    if (!std::regex_match(dictionary, match, form) || match[1] != kType<T>)
+        throw Error(path.string() + ": holds another type than " + kType<T> + " in C order: make the tables again");
+    Header head;
+    static const std::regex number("[0-9]{1,18}");
+    const std::string extents = match[2];
+    for (std::sregex_iterator it(extents.begin(), extents.end(), number), end; it != end; ++it)
+        head.shape.push_back(std::stoull(it->str()));
+    head.bytes = kPreamble + length;
+    if (file_bytes != head.bytes + product(head.shape) * sizeof(T))
+        throw Error(fmt::format("{}: has {} bytes where its shape needs {}: make the tables again", path.string(),
+                                file_bytes, head.bytes + product(head.shape) * sizeof(T)));
+    return head;
+}
+
+}  // namespace
+
+template <typename T>
+NpyWriter<T>::NpyWriter(const std::filesystem::path& path, const std::vector<std::size_t>& shape)
+    : path_(path), out_(path, std::ios::binary), left_(product(shape)) {
+    const std::string head = header<T>(shape);
+    out_.write(head.data(), static_cast<std::streamsize>(head.size()));
+    if (!out_) throw Error(path.string() + ": cannot be written: is there room, and may you write there?");
+}
+
+template <typename T>
+void NpyWriter<T>::append(std::span<const T> values) {
+    if (values.size() > left_) throw Error(path_.string() + ": more values than its shape holds");
+    left_ -= values.size();
+    out_.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size_bytes()));
+    if (!out_) throw Error(path_.string() + ": cannot be written: is the disk full?");
+}
+
+template <typename T>
+void NpyWriter<T>::close() {
+    out_.close();
+    if (!out_) throw Error(path_.string() + ": cannot be written: is the disk full?");
+    if (left_ != 0) throw Error(fmt::format("{}: {} values are missing", path_.string(), left_));
+}
+
+template <typename T>
+void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, std::span<const T> values) {
+    Beside beside(path);
+    NpyWriter<T> writer(beside.path(), shape);
+    writer.append(values);
+    writer.close();
+    beside.commit();
+}
+
+template <typename T>
+Array<T> read_npy(const std::filesystem::path& path) {
+    const std::string text = read_file(path);
+    const Header head = parse<T>(path, text, text.size());
+    Array<T> array{head.shape, std::vector<T>(product(head.shape))};
+    std::memcpy(array.values.data(), text.data() + head.bytes, text.size() - head.bytes);
+    return array;
+}
+
+template <typename T>
+MappedNpy<T>::MappedNpy(const std::filesystem::path& path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat status {};
+    if (file < 0 || fstat(file, &status) != 0) {
+        if (file >= 0) close(file);
+        throw Error(path.string() + ": cannot be read: make the tables with haptable-precompute");
+    }
+    map_bytes_ = static_cast<std::size_t>(status.st_size);
+    map_ = map_bytes_ == 0 ? MAP_FAILED : mmap(nullptr, map_bytes_, PROT_READ, MAP_SHARED, file, 0);
+    close(file);
+    if (map_ == MAP_FAILED) throw Error(path.string() + ": cannot be mapped into memory: is it empty?");
+    try {
+        const auto* bytes = static_cast<const char*>(map_);
+        const Header head = parse<T>(path, std::string_view(bytes, map_bytes_), map_bytes_);
+        shape_ = head.shape;
+        values_ = {reinterpret_cast<const T*>(bytes + head.bytes), product(head.shape)};
+    } catch (...) {
+        munmap(map_, map_bytes_);
+        throw;
+    }
+}
+
+template <typename T>
+MappedNpy<T>::~MappedNpy() {
+    munmap(map_, map_bytes_);
+}
+
+template class NpyWriter<std::int32_t>;
+template class NpyWriter<float>;
+template class NpyWriter<double>;
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::int32_t>);
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const float>);
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const double>);
+template Array<std::int32_t> read_npy(const std::filesystem::path&);
+template Array<float> read_npy(const std::filesystem::path&);
+template Array<double> read_npy(const std::filesystem::path&);
+template class MappedNpy<std::int32_t>;
+template class MappedNpy<float>;
+template class MappedNpy<double>;
+
+}  // namespace haptable

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/tables/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/tables/npy.hpp"
+
+namespace haptable {
+
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+/// The rows of a .npy file of shape [any, k...], k many values a row.
+template <typename T, std::size_t k>
+std::vector<std::array<T, k>> read_rows(const fs::path& path) {
+    const Array<T> array = read_npy<T>(path);
+    std::size_t width = 1;
+    for (std::size_t d = 1; d < array.shape.size(); ++d) width *= array.shape[d];
+    if (array.shape.size() < 2 || width != k)
+        throw Error(
+            fmt::format("{}: has {} values a row where {} belong: make the tables again", path.string(), width, k));
+    std::vector<std::array<T, k>> rows(array.shape[0]);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        for (std::size_t c = 0; c < k; ++c) rows[i][c] = array.values[i * k + c];
+    return rows;
+}
+
+void check_nodes(const fs::path& path, std::span<const std::int32_t> nodes, std::size_t node_count) {
+    for (std::int32_t node : nodes)
+        if (node < 0 || static_cast<std::size_t>(node) >= node_count)
+            throw Error(fmt::format("{}: names node {} of a mesh of {}: make the tables again", path.string(), node,
+                                    node_count));
+}
+
+void check_patches(const fs::path& path, const std::vector<std::array<std::int32_t, 3>>& patches,
+                   std::size_t node_count) {
+    for (const auto& patch : patches) check_nodes(path, patch, node_count);
+}
+
+void read_summary(const fs::path& path, Tables& tables) {
+    try {
+        const json summary = json::parse(read_file(path));
+        tables.name = summary.at("name").get<std::string>();
+        const std::string hash = summary.at("model_hash").get<std::string>();
+        const auto [end, failed] = std::from_chars(hash.data(), hash.data() + hash.size(), tables.model_hash, 16);
+        if (failed != std::errc() || end != hash.data() + hash.size())
+            throw Error(path.string() + ": model_hash is not hexadecimal");
+        tables.scene_file = summary.at("scene").get<std::string>();
+        tables.force = summary.at("contact").at("force").get<std::string>();
+        tables.god_object = summary.at("contact").at("god_object").get<std::string>();
+        tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
+        tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
+        tables.has_columns = summary.at("tables").at("columns").get<std::string>() != "none";
+    } catch (const json::exception& error) {
+        throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
+                    "): make the tables again");
+    }
+}
+
+}  // namespace
+
+Tables read_tables(const fs::path& folder) {
+    Tables tables;
+    read_summary(folder / "summary.json", tables);
+    tables.position = read_rows<double, 3>(folder / "position.npy");
+    tables.surface = read_rows<std::int32_t, 3>(folder / "surface.npy");
+    tables.patch = read_rows<std::int32_t, 3>(folder / "patch.npy");
+    tables.node_id = read_npy<std::int32_t>(folder / "node_id.npy").values;
+    tables.stiffness = read_rows<double, 9>(folder / "stiffness.npy");
+    if (tables.has_columns) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
+
+    const std::size_t nodes = tables.position.size();
+    check_patches(folder / "surface.npy", tables.surface, nodes);
+    check_patches(folder / "patch.npy", tables.patch, nodes);
+    check_nodes(folder / "node_id.npy", tables.node_id, nodes);
+    check_nodes(folder / "row_id.npy", tables.row_id, nodes);
+    if (tables.stiffness.size() != tables.node_id.size())
+        throw Error(fmt::format("{}: has {} blocks for the {} nodes of node_id.npy: make the tables again",
+                                (folder / "stiffness.npy").string(), tables.stiffness.size(), tables.node_id.size()));
+    return tables;
+}
+
+}  // namespace haptable

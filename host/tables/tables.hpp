@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The folder that haptable-precompute writes and that codegen, viewer and bench read. SPEC.md describes every file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace haptable {
+
+/// What the tables of one scene hold besides columns.npy, which may be large and is mapped (MappedNpy<float>).
+/// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
+struct Tables {
+    // summary.json
+    std::string name;                      ///< of the scene; names the C model
+    std::uint64_t model_hash = 0;          ///< of scene, mesh, options and tool version
+    std::string scene_file;                ///< file name only, no folder
+    std::string force;                     ///< "interpolated"
+    std::string god_object;                ///< "nearest"
+    double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
+    double max_force_n = 0.0;
+    bool has_columns = false;
+
+    // *.npy
+    std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)
+    std::vector<std::array<std::int32_t, 3>> surface;  ///< [q] mesh nodes of all surface patches (surface.npy)
+    std::vector<std::int32_t> node_id;                 ///< [n] (node_id.npy)
+    std::vector<std::array<std::int32_t, 3>> patch;    ///< [p] mesh nodes (patch.npy)
+    std::vector<std::array<double, 9>> stiffness;      ///< [n] (L_ii)^-1, N/m, row by row (stiffness.npy)
+    std::vector<std::int32_t> row_id;  ///< [r] mesh nodes of the rows (row_id.npy); empty without columns
+};
+
+/// Reads and checks the folder. Throws Error that names the file: missing, damaged, or not fitting the others.
+Tables read_tables(const std::filesystem::path& folder);
+
+}  // namespace haptable

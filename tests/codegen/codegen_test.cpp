@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/codegen.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "tests/shapes.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(Codegen, NeighboursLieAcrossTheirEdgeAndBack) {
+    const TestModel model(torus_shape(20, 10, 0.05, 0.02));
+    const ServoModel& servo = model.servo();
+    for (std::size_t p = 0; p < servo.patch.size(); ++p)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::uint16_t q = servo.neighbour[p][c];
+            ASSERT_NE(q, HAPTABLE_NONE) << "the torus is closed";
+            EXPECT_EQ(std::count(servo.neighbour[q].begin(), servo.neighbour[q].end(), p), 1);
+            const auto corner = servo.patch[p][c];
+            EXPECT_EQ(std::count(servo.patch[q].begin(), servo.patch[q].end(), corner), 0);
+        }
+}
+
+// Two bars that touch along one edge: four patches meet there, and each bar's two are neighbours.
+TEST(Codegen, WherePatchesOfTwoBodiesMeetAtAnEdgeEachKeepsToItsOwn) {
+    Shape both = box_shape(1, Vector3d(1, 1, 1));
+    const Shape other = both;
+    const auto count = static_cast<std::int32_t>(both.point.size());
+    std::vector<std::int32_t> node_of(other.point.size());
+    for (std::size_t i = 0; i < other.point.size(); ++i) {
+        const Vector3d x = other.point[i] + Vector3d(1, 1, 0);
+        const auto same = std::find(both.point.begin(), both.point.begin() + count, x);
+        node_of[i] = static_cast<std::int32_t>(same - both.point.begin());
+        if (same == both.point.begin() + count) {
+            node_of[i] = static_cast<std::int32_t>(both.point.size());
+            both.point.push_back(x);
+        }
+    }
+    const std::size_t first = both.patch.size();
+    for (const auto& patch : other.patch)
+        both.patch.push_back(
+            {node_of[std::size_t(patch[0])], node_of[std::size_t(patch[1])], node_of[std::size_t(patch[2])]});
+    ASSERT_EQ(both.point.size(), 14U);
+    const TestModel model(both);
+    const ServoModel& servo = model.servo();
+    for (std::size_t p = 0; p < servo.patch.size(); ++p)
+        for (std::uint16_t q : servo.neighbour[p])
+            EXPECT_EQ(servo.index.order[p] < first, servo.index.order[q] < first) << p << " and " << q;
+}
+
+TEST(Codegen, EveryPatchLiesInItsLeafAndEveryBoxInItsParent) {
+    const TestModel model(sphere_shape(3, 0.05));
+    const ServoModel& servo = model.servo();
+    const SpatialIndex& index = servo.index;
+    std::size_t covered = 0;
+    for (std::size_t b = 0; b < index.boxes.size(); ++b) {
+        const IndexBox& box = index.boxes[b];
+        ASSERT_GT(box.skip, b);
+        ASSERT_LE(box.skip, index.boxes.size());
+        for (std::size_t child = b + 1; child < box.skip; ++child)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                EXPECT_LE(box.low[axis], index.boxes[child].low[axis]);
+                EXPECT_GE(box.high[axis], index.boxes[child].high[axis]);
+            }
+        if (box.patch == HAPTABLE_NONE) continue;
+        EXPECT_EQ(box.patch, covered) << "leaves hold the patches in a row";
+        for (int i = 0; i < HAPTABLE_LEAF && covered < servo.patch.size(); ++i, ++covered)
+            for (std::uint16_t v : servo.patch[covered])
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float steps = (servo.vertex_m[v][axis] - index.origin_m[axis]) * index.per_m;
+                    EXPECT_LE(float(box.low[axis]) + 1, steps);
+                    EXPECT_GE(float(box.high[axis]) - 1, steps);
+                }
+    }
+    EXPECT_EQ(covered, servo.patch.size());
+}
+
+TEST(Codegen, FreeVerticesComeFirstAndBlocksArePackedInOrder) {
+    const TestModel model(box_shape(3, Vector3d(0.03, 0.03, 0.03)), 0.001);
+    const ServoModel& servo = model.servo();
+    ASSERT_EQ(servo.free_count, 56U - 16U);
+    for (std::size_t v = 0; v < servo.node.size(); ++v) EXPECT_EQ(servo.vertex_m[v][2] < 0.001F, v >= servo.free_count);
+    const auto& s = model.tables().stiffness[5];
+    const std::array<double, 6> packed{s[0], s[4], s[8], s[1], s[5], s[6]};
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(servo.stiffness_n_per_m[5][i], static_cast<float>(packed[i]));
+}
+
+TEST(Codegen, SameTablesSameText) {
+    const TestModel model(sphere_shape(2, 0.05));
+    const ModelText once = model_text(model.tables(), build_model(model.tables()));
+    const ModelText twice = model_text(model.tables(), build_model(model.tables()));
+    EXPECT_EQ(once.header, twice.header);
+    EXPECT_EQ(once.source, twice.source);
+}
+
+/// Compiles a model's text with the firmware's warnings; returns the compiler's exit status.
+int compile(const ModelText& text, const std::string& more = "") {
+    const auto folder = std::filesystem::temp_directory_path() / "haptable-codegen-test";
+    std::filesystem::create_directories(folder);
+    write_file(folder / "model.h", text.header);
+    write_file(folder / "model.c", text.source);
+    const std::string command =
+        "gcc -std=c99 -ffreestanding -pedantic -Wall -Wextra -Wconversion -Wdouble-promotion -Werror "
+        "-Ifirmware " +
+        more + " -c " + (folder / "model.c").string() + " -o " + (folder / "model.o").string() + " 2>/dev/null";
+    const int status = std::system(command.c_str());
+    std::filesystem::remove_all(folder);
+    return status;
+}
+
+TEST(Codegen, TheTextCompilesWithoutAWarningAndGuardsItsVersionAndSizes) {
+    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)), 0.001);
+    ModelText text = model_text(model.tables(), model.servo());
+    EXPECT_EQ(compile(text), 0);
+
+    ModelText other_version = text;
+    const std::string guard = "HAPTABLE_TABLE_VERSION != 1";
+    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 2");
+    EXPECT_NE(compile(other_version), 0) << "tables of another version must not compile";
+
+    ModelText short_table = text;
+    const auto last = short_table.header.find("_TABLE_BYTES ");
+    short_table.header.insert(short_table.header.find('\n', last), " + 4");
+    EXPECT_NE(compile(short_table), 0) << "the sizes are asserted";
+}
+
+TEST(Codegen, FloatsReadBackToTheSameBits) {
+    Shape shape = box_shape(1, Vector3d(1, 1, 1));
+    shape.point[0] = Vector3d(-0.1, 1e-30, -0.0);
+    const TestModel model(shape);
+    const std::string source = model_text(model.tables(), model.servo()).source;
+    for (const auto& x : model.servo().vertex_m)
+        for (float value : x) {
+            char digits[64];
+            std::snprintf(digits, sizeof digits, "%.9g", double(value));
+            EXPECT_EQ(std::strtof(digits, nullptr), value);
+            EXPECT_NE(source.find(digits), std::string::npos) << digits;
+        }
+}
+
+TEST(Codegen, StopsAtAValueThatIsNoNumber) {
+    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    Tables tables = model.tables();
+    tables.stiffness[3][4] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(build_model(tables), Error);
+    tables = model.tables();
+    tables.position[2][0] = 1e300;
+    EXPECT_THROW(build_model(tables), Error);
+}
+
+TEST(Codegen, RefusesAnObjectTooLargeForItsIndices) {
+    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    Tables tables = model.tables();
+    while (tables.patch.size() < HAPTABLE_NONE)
+        tables.patch.insert(tables.patch.end(), model.tables().patch.begin(), model.tables().patch.end());
+    try {
+        build_model(tables);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("[[touch]]"), std::string::npos) << error.what();
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Force and safety of one tick, through the public header.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/shapes.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+class ServoTest : public testing::Test {
+protected:
+    ServoTest() : model(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.001) { haptable_init(&servo); }
+
+    void step(const Vector3d& x) {
+        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+        haptable_step(model.get(), &servo, finger, now_us += 1000, &out);
+    }
+    void press(double depth) {
+        step({0.0131, 0.0172, 0.031});
+        step({0.0131, 0.0172, 0.030 - depth});
+    }
+    void expect_silent_output() const {
+        EXPECT_EQ(to_vector(out.force_n).norm(), 0.0);
+        EXPECT_EQ(out.patch, HAPTABLE_NONE);
+        for (const auto& nodal : out.nodal_force_n) EXPECT_EQ(to_vector(nodal).norm(), 0.0);
+    }
+
+    TestModel model;
+    haptable_servo servo{};
+    haptable_output out{};
+    std::uint32_t now_us = 0;
+};
+
+// Equations 9 to 12 in double, from the output's own patch, area coordinates and god-object.
+TEST_F(ServoTest, ForceIsThatOfEquations9To12) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> over(0.0, 0.03), deep(0.0, 0.004);
+    for (int i = 0; i < 2000; ++i) {
+        haptable_init(&servo);
+        const double x = over(random), y = over(random), depth = deep(random);
+        step({x, y, 0.032});
+        step({x, y, 0.030 - depth});
+        if (out.state != HAPTABLE_CONTACT) continue;
+        const float finger[3] = {float(x), float(y), float(0.030 - depth)};
+        const Vector3d u = to_vector(finger) - to_vector(out.god_object_m);
+        Vector3d force = Vector3d::Zero();
+        for (int c = 0; c < 3; ++c) {
+            const Vector3d nodal = double(out.alpha[c]) * (model.stiffness(out.vertex[c]) * u);
+            EXPECT_LT((nodal - to_vector(out.nodal_force_n[c])).norm(), 1e-5 * nodal.norm() + 1e-12);
+            force -= nodal;
+        }
+        if (force.norm() < 8.0) {
+            EXPECT_LT((force - to_vector(out.force_n)).norm(), 1e-5 * force.norm());
+        }
+    }
+}
+
+TEST_F(ServoTest, AFixedNodeIsRigid) {
+    const TestModel half_fixed(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.02);
+    const float before[3] = {-0.001F, 0.015F, 0.01F}, in[3] = {0.001F, 0.015F, 0.01F};
+    haptable_step(half_fixed.get(), &servo, before, 0, &out);
+    haptable_step(half_fixed.get(), &servo, in, 1000, &out);
+    ASSERT_EQ(out.state, HAPTABLE_CONTACT);
+    EXPECT_NEAR(double(out.force_n[0]), -1000.0 * 0.001, 1e-6);
+    EXPECT_NEAR(double(out.force_n[1]), 0.0, 1e-6);
+}
+
+// Sliding over faces, edges and vertices of the top: the force changes by no more than stiffness times the way.
+TEST_F(ServoTest, ForceIsContinuousOverEdgesAndVertices) {
+    double most = 0.0;
+    for (int v = 0; v < int(model.servo().vertex_m.size()); ++v)
+        most = std::max(most, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(model.stiffness(v)).eigenvalues()[2]);
+    const double step_m = 1e-5, depth = 0.002, edge = 0.0075;
+    // S changes by at most 2 max|S| over a patch at least edge/sqrt(2) high.
+    const double bound = step_m * (most + 2 * most * depth / (edge / std::sqrt(2.0)));
+    for (const Vector3d& way : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0.31, 0.95, 0)}) {
+        haptable_init(&servo);
+        const Vector3d begin(0.0075, 0.0075, 0.030 - depth);  // over a vertex
+        step(begin + Vector3d(0, 0, 0.003));
+        step(begin);
+        Vector3d before = to_vector(out.force_n);
+        std::uint16_t patch = out.patch;
+        int crossings = 0;
+        for (int i = 1; i * step_m < 0.015; ++i) {
+            step(begin + i * step_m * way.normalized());
+            ASSERT_EQ(out.state, HAPTABLE_CONTACT);
+            ASSERT_LE((to_vector(out.force_n) - before).norm(), bound) << "after " << i << " steps";
+            before = to_vector(out.force_n);
+            crossings += out.patch != patch;
+            patch = out.patch;
+        }
+        EXPECT_GE(crossings, 2);
+    }
+}
+
+TEST_F(ServoTest, TheForceIsCutToTheDevicesLimitAndKeepsItsDirection) {
+    press(0.08);  // out through the bottom: held all the same
+    const Vector3d force = to_vector(out.force_n);
+    Vector3d wanted = Vector3d::Zero();
+    for (const auto& nodal : out.nodal_force_n) wanted -= to_vector(nodal);
+    ASSERT_GT(wanted.norm(), 8.5 * 1.01) << "press harder: the test must clamp";
+    EXPECT_NEAR(force.norm(), 8.5, 1e-5);
+    EXPECT_LT(force.normalized().cross(wanted.normalized()).norm(), 1e-6);
+    EXPECT_EQ(servo.counters.clamped_forces, 1U);
+}
+
+TEST_F(ServoTest, WhatIsNoPositionGivesZeroForceDropsTheContactAndIsCounted) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinity = HUGE_VAL;
+    std::uint32_t rejected = 0;
+    for (const Vector3d& bad :
+         {Vector3d(kNan, 0.01, 0.01), Vector3d(0.01, kInfinity, 0.01), Vector3d(0.01, 0.01, -kInfinity),
+          Vector3d(1e30, 0, 0), Vector3d(0, 50.0, 0), Vector3d(3e38, 3e38, 3e38)}) {
+        press(0.001);
+        ASSERT_EQ(out.state, HAPTABLE_CONTACT);
+        step(bad);
+        EXPECT_EQ(out.state, HAPTABLE_REJECTED);
+        expect_silent_output();
+        EXPECT_EQ(servo.counters.rejected_positions, ++rejected);
+        // Back inside at once: no way from outside is known, so no contact jumps up.
+        step({0.0131, 0.0172, 0.029});
+        EXPECT_EQ(out.state, HAPTABLE_FREE);
+        EXPECT_EQ(to_vector(out.force_n).norm(), 0.0);
+    }
+}
+
+TEST_F(ServoTest, SilenceBringsTheForceToZero) {
+    EXPECT_EQ(haptable_watch(&servo, 0, &out), 1) << "no position yet";
+    now_us = 0xFFFFFFFFU - 1500;  // the clock wraps within the test
+    press(0.001);
+    EXPECT_EQ(haptable_watch(&servo, now_us + HAPTABLE_SILENCE_US - 1, &out), 0);
+    EXPECT_EQ(out.state, HAPTABLE_CONTACT);
+    EXPECT_EQ(haptable_watch(&servo, now_us + HAPTABLE_SILENCE_US, &out), 1);
+    EXPECT_EQ(out.state, HAPTABLE_SILENT);
+    expect_silent_output();
+    EXPECT_EQ(servo.counters.silences, 1U);
+    EXPECT_EQ(haptable_watch(&servo, now_us + 10 * HAPTABLE_SILENCE_US, &out), 1);
+    EXPECT_EQ(servo.counters.silences, 1U) << "one silence is counted once";
+    press(0.001);
+    EXPECT_EQ(out.state, HAPTABLE_CONTACT);
+}
+
+TEST_F(ServoTest, TwoObjectsRunSideBySide) {
+    const TestModel other(sphere_shape(2, 0.02));
+    haptable_servo other_servo{};
+    haptable_output other_out{};
+    haptable_init(&other_servo);
+    const float above[3] = {0.0F, 0.0F, 0.03F}, in[3] = {0.0F, 0.0F, 0.019F};
+    haptable_step(other.get(), &other_servo, above, 0, &other_out);
+    press(0.001);
+    const Vector3d alone = to_vector(out.force_n);
+    haptable_step(other.get(), &other_servo, in, 1000, &other_out);
+    step({0.0131, 0.0172, 0.029});
+    EXPECT_EQ(to_vector(out.force_n), alone);
+    EXPECT_EQ(other_out.state, HAPTABLE_CONTACT);
+}
+
+TEST_F(ServoTest, StateIsSmall) { EXPECT_LE(sizeof(haptable_servo), 512U); }
+
+}  // namespace
+}  // namespace haptable::test
