@@ -9,6 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "codegen/in_memory.hpp"
+
 namespace haptable::test {
 
 namespace {
@@ -159,24 +161,7 @@ TestModel::TestModel(const Shape& shape, double fixed_below_z) {
         tables_.stiffness.push_back(made_up_block(random));
     }
     servo_ = build_model(tables_);
-    model_.hash = 1;
-    model_.max_force_n = 8.5F;
-    model_.rigid_stiffness_n_per_m = 1000.0F;
-    model_.tolerance_m = servo_.tolerance_m;
-    model_.reach_m = servo_.reach_m;
-    std::copy(servo_.index.origin_m.begin(), servo_.index.origin_m.end(), model_.grid_origin_m);
-    model_.grid_per_m = servo_.index.per_m;
-    model_.vertex_count = static_cast<std::uint16_t>(servo_.vertex_m.size());
-    model_.free_count = static_cast<std::uint16_t>(servo_.free_count);
-    model_.patch_count = static_cast<std::uint16_t>(servo_.patch.size());
-    model_.box_count = static_cast<std::uint16_t>(servo_.index.boxes.size());
-    static_assert(sizeof(IndexBox) == sizeof(haptable_box));
-    // std::array<T, k> and T[k] have the same layout.
-    model_.vertex_m = reinterpret_cast<const float(*)[3]>(servo_.vertex_m.data());
-    model_.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(servo_.stiffness_n_per_m.data());
-    model_.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo_.patch.data());
-    model_.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo_.neighbour.data());
-    model_.box = reinterpret_cast<const haptable_box*>(servo_.index.boxes.data());
+    model_ = model_in_memory(tables_, servo_);
 }
 
 double TestModel::size() const { return static_cast<double>(servo_.tolerance_m) * 0x1p20; }

@@ -34,7 +34,12 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
     beside.commit();
 }
 
+// Renaming would put a file in the place of a link or, for root, of /dev/null.
 Beside::Beside(std::filesystem::path final_path) : final_(std::move(final_path)) {
+    std::error_code ignored;
+    if (std::filesystem::is_symlink(final_, ignored)) final_ = std::filesystem::weakly_canonical(final_);
+    if (std::filesystem::is_other(final_, ignored))
+        throw Error(final_.string() + ": is a device or a pipe, which cannot be written whole: give a file's name");
     temporary_ = final_;
     temporary_ += ".partial-" + std::to_string(getpid());
 }

@@ -17,6 +17,7 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// A file or folder under construction, beside its final place. Unless commit() is called it is removed.
 class Beside {
 public:
+    /// A link's target is what will be replaced. Throws Error for a device or a pipe.
     explicit Beside(std::filesystem::path final_path);
     ~Beside();
     Beside(const Beside&) = delete;

@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 #include <bit>
+#include <charconv>
 #include <cstring>
-#include <regex>
 #include <string>
 #include <string_view>
 
@@ -25,6 +25,7 @@ namespace {
 constexpr std::string_view kMagic{"\x93NUMPY\x01\x00", 8};
 constexpr std::size_t kPreamble = 10;  // magic, version and the header's length (uint16)
 constexpr std::size_t kAlign = 64;
+constexpr std::size_t kMostValues = std::size_t{1} << 48;  // more is a damaged header, whose bytes would overflow
 
 template <typename T>
 constexpr const char* kType = nullptr;
@@ -63,6 +64,28 @@ struct Header {
     std::size_t bytes = 0;  // where the values begin
 };
 
+/// Takes `piece` off the front of `text`; false where it does not stand there.
+bool skip(std::string_view& text, std::string_view piece) {
+    if (!text.starts_with(piece)) return false;
+    text.remove_prefix(piece.size());
+    return true;
+}
+
+/// Reads "3, 4), }" into extents; false where it is damaged or its product is more than any file holds.
+bool read_extents(std::string_view& text, std::vector<std::size_t>& extents) {
+    std::size_t count = 1;
+    while (!skip(text, "), }")) {
+        std::size_t extent = 0;
+        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), extent);
+        if (failed != std::errc() || (extent != 0 && count > kMostValues / extent)) return false;
+        count *= extent;
+        extents.push_back(extent);
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+        if (!skip(text, ", ")) skip(text, ",");  // "(73,)" and "(73, 3)"
+    }
+    return true;
+}
+
 /// Reads the header of `text`, the beginning of a file of `file_bytes` bytes, and checks it against T.
 template <typename T>
 Header parse(const std::filesystem::path& path, std::string_view text, std::size_t file_bytes) {
@@ -72,16 +95,12 @@ Header parse(const std::filesystem::path& path, std::string_view text, std::size
     const std::size_t length = static_cast<unsigned char>(text[8]) + 256U * static_cast<unsigned char>(text[9]);
     if (text.size() < kPreamble + length)
         throw Error(path.string() + ": ends within its header: make the tables again");
-    const std::string dictionary(text.substr(kPreamble, length));
-    static const std::regex form(R"(\{'descr': '([^']*)', 'fortran_order': False, 'shape': \(([0-9, ]*)\), \}\s*)");
-    std::smatch match;
-    if (!std::regex_match(dictionary, match, form) || match[1] != kType<T>)
+    std::string_view dictionary = text.substr(kPreamble, length);
+    if (!skip(dictionary, std::string("{'descr': '") + kType<T> + "', 'fortran_order': False, 'shape': ("))
         throw Error(path.string() + ": holds another type than " + kType<T> + " in C order: make the tables again");
     Header head;
-    static const std::regex number("[0-9]{1,18}");
-    const std::string extents = match[2];
-    for (std::sregex_iterator it(extents.begin(), extents.end(), number), end; it != end; ++it)
-        head.shape.push_back(std::stoull(it->str()));
+    if (!read_extents(dictionary, head.shape) || dictionary.find_first_not_of(" \n") != std::string_view::npos)
+        throw Error(path.string() + ": has a damaged shape in its header: make the tables again");
     head.bytes = kPreamble + length;
     if (file_bytes != head.bytes + product(head.shape) * sizeof(T))
         throw Error(fmt::format("{}: has {} bytes where its shape needs {}: make the tables again", path.string(),

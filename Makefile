@@ -1,0 +1,190 @@
+# haptable: soft objects that a haptic device can touch at 1 kHz.
+# The Makefile is the architecture: every arrow is a file, and data flows one way:
+#
+#   scene + mesh -> precompute -> tables -> codegen -> C -> servo <- LCM -> device, viewer
+#
+# `make help` lists what can be made.
+
+BUILD ?= build
+SCENE ?= meshes/cube.toml
+
+CC = gcc
+CXX = g++
+WERROR ?= -Werror
+OPT ?= -O2
+INCLUDE = -I. -I$(BUILD) -I$(BUILD)/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo
+CXX_WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor $(WERROR)
+C_WARN = -pedantic -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes $(WERROR)
+# -ffp-contract=off: the same bits on every processor, with and without fused multiply-add.
+FP = -ffp-contract=off
+# gcc 12's SLP vectoriser drops the rounding of double(float(x)) (seen in a test that compared with the servo).
+NO_SLP = -fno-tree-slp-vectorize
+CXXFLAGS = -std=c++20 $(OPT) $(FP) $(NO_SLP) $(CXX_WARN) $(INCLUDE) $(EXTRA_FLAGS) -MMD -MP
+CFLAGS = -std=c99 -ffreestanding $(OPT) $(FP) $(C_WARN) -I. -Ifirmware $(EXTRA_FLAGS) -MMD -MP
+LDFLAGS = $(EXTRA_FLAGS)
+
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+.SUFFIXES:
+MAKEFLAGS += --no-builtin-rules
+# As many jobs as there are processors, unless -j says otherwise.
+ifeq ($(MAKELEVEL)$(filter -j%,$(MAKEFLAGS)),0)
+MAKEFLAGS += -j$(shell nproc)
+endif
+
+# ---- parts: one small library a folder; its main.cpp, where it has one, beside it ----------------------------------
+
+objects = $(patsubst %,$(BUILD)/%.o,$(filter-out %/main.cpp,$(wildcard $(1)/*.cpp $(1)/*.c)))
+
+BASE       = $(call objects,host/base)
+TABLES     = $(call objects,host/tables) $(BASE)
+SCENES     = $(call objects,host/scene) $(BASE)
+MESH       = $(call objects,host/mesh) $(BASE)
+FEM        = $(call objects,host/fem) $(BASE)
+CODEGEN    = $(call objects,codegen) $(TABLES)
+PRECOMPUTE = $(call objects,host/precompute) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
+FIRMWARE   = $(call objects,firmware)
+LINK       = $(call objects,host/link) $(BASE)
+SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
+DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
+VIEW       = $(call objects,host/view) $(LINK) $(TABLES)
+BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
+
+LIBS_BASE       = -lfmt
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lxxhash $(LIBS_BASE)
+LIBS_LINK       = -llcm $(LIBS_BASE)
+LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
+
+# Equation 8 is a long product: it wants the widest instructions that this machine has.
+$(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
+
+TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view)
+
+# ---- for people ----------------------------------------------------------------------------------------------------
+
+# all: every host program (the default)
+.PHONY: all
+all: $(PROGRAMS)
+
+# demo: install what is missing, build, touch the cube over LCM for a few seconds, draw it, say where the pictures are
+.PHONY: demo
+demo: all
+	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
+	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
+	@BUILD=$(BUILD) sh host/demo.sh
+
+# test: install what is missing, build and run every test
+.PHONY: test
+test: $(BUILD)/tests/unit
+	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
+	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
+	@BUILD=$(BUILD) sh tests/run.sh
+
+# scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
+.PHONY: scene
+scene: all
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	mkdir -p $(BUILD)/$$name && \
+	{ echo $(SCENE) | cmp -s - $(BUILD)/$$name/scene.path || echo $(SCENE) >$(BUILD)/$$name/scene.path; } && \
+	$(MAKE) --no-print-directory $(BUILD)/$$name/servo NAME=$$name
+
+# bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
+.PHONY: bench
+bench: $(BUILD)/bin/haptable-bench
+	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
+	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
+	@BUILD=$(BUILD) sh host/bench/bench.sh
+
+# lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
+.PHONY: lint
+lint: all $(BUILD)/tests/unit
+	@BUILD=$(BUILD) sh tests/lint.sh
+
+# format: put every C and C++ file into the project's form
+.PHONY: format
+format: $(BUILD)/setup.stamp
+	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp' '*.hpp')
+
+# setup: install the Debian packages that are missing
+.PHONY: setup
+setup: $(BUILD)/setup.stamp
+
+# clean: remove everything that was made
+.PHONY: clean
+clean:
+	rm -rf $(BUILD)
+
+# help: this list
+.PHONY: help
+help:
+	@sed -n 's/^# \([a-z]*\): \(.*\)/\1|\2/p' Makefile | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
+
+# `make V=1` prints whole commands.
+Q = $(if $(V),,@)
+say = @$(if $(V),:,printf '  %-8s %s\n')
+
+# ---- how things are made -------------------------------------------------------------------------------------------
+
+$(BUILD)/setup.stamp: host/setup.sh
+	@sh host/setup.sh
+	@mkdir -p $(@D) && touch $@
+
+$(BUILD)/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES)
+	$(say) C++ $<
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CXXFLAGS) -c $< -o $@
+
+$(BUILD)/%.c.o: %.c | $(BUILD)/setup.stamp
+	$(say) C $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CFLAGS) -c $< -o $@
+
+$(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
+	$(say) LCM $<
+	@mkdir -p $(BUILD)/lcm
+	$(Q)lcm-gen --lazy -x --cpp-hpath $(BUILD)/lcm $<
+	@touch $@
+
+link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
+
+$(BUILD)/bin/haptable-precompute: $(BUILD)/host/precompute/main.cpp.o $(PRECOMPUTE)
+	$(link) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
+	$(link) $(LIBS_BASE)
+
+$(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
+	$(link) $(LIBS_LINK)
+
+$(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
+	$(link) $(LIBS_VIEW)
+
+$(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
+	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(DEVICE) $(VIEW)
+	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
+# One scene: `make scene` calls make again with its NAME.
+ifdef NAME
+HERE = $(BUILD)/$(NAME)
+
+$(HERE)/summary.json: $(SCENE) $(HERE)/scene.path $(BUILD)/bin/haptable-precompute
+	$(Q)$(BUILD)/bin/haptable-precompute $(SCENE) -o $(HERE) --depfile $(HERE)/scene.d
+
+$(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
+	$(say) C $(HERE)/model.c
+	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
+
+$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json firmware/haptable.h
+	$(say) C++ $<
+	$(Q)$(CXX) $(CXXFLAGS) -I$(HERE) -Ifirmware -c $< -o $@
+
+$(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
+	$(link) $(LIBS_LINK)
+
+-include $(HERE)/scene.d
+endif
+
+-include $(shell find $(BUILD) -name '*.d' -not -name scene.d 2>/dev/null)

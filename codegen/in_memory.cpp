@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/in_memory.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace haptable {
+
+// std::array<T, k> has the layout of T[k], and IndexBox that of struct haptable_box.
+static_assert(sizeof(std::array<float, 3>) == sizeof(float[3]) && sizeof(IndexBox) == sizeof(haptable_box));
+static_assert(offsetof(IndexBox, skip) == offsetof(haptable_box, skip) &&
+              offsetof(IndexBox, patch) == offsetof(haptable_box, patch));
+
+haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
+    haptable_model model{};
+    model.hash = tables.model_hash;
+    model.max_force_n = static_cast<float>(tables.max_force_n);
+    model.rigid_stiffness_n_per_m = static_cast<float>(tables.rigid_stiffness_n_per_m);
+    model.tolerance_m = servo.tolerance_m;
+    model.reach_m = servo.reach_m;
+    std::copy(servo.index.origin_m.begin(), servo.index.origin_m.end(), model.grid_origin_m);
+    model.grid_per_m = servo.index.per_m;
+    model.vertex_count = static_cast<std::uint16_t>(servo.vertex_m.size());
+    model.free_count = static_cast<std::uint16_t>(servo.free_count);
+    model.patch_count = static_cast<std::uint16_t>(servo.patch.size());
+    model.box_count = static_cast<std::uint16_t>(servo.index.boxes.size());
+    model.vertex_m = reinterpret_cast<const float(*)[3]>(servo.vertex_m.data());
+    model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(servo.stiffness_n_per_m.data());
+    model.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo.patch.data());
+    model.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo.neighbour.data());
+    model.box = reinterpret_cast<const haptable_box*>(servo.index.boxes.data());
+    return model;
+}
+
+}  // namespace haptable

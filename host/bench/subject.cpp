@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bench/subject.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d vector(const float x[3]) {
+    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+}
+
+Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2]}; }
+
+std::array<float, 3> narrow(const Vector3d& x) {
+    return {static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())};
+}
+
+/// S of a vertex, from the tables in double.
+Eigen::Matrix3d stiffness(const Subject& subject, std::uint16_t vertex) {
+    const Tables& tables = subject.tables();
+    if (vertex >= tables.stiffness.size()) return tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[vertex].data());
+}
+
+}  // namespace
+
+Subject::Subject(const std::filesystem::path& folder)
+    : folder_(folder),
+      tables_(read_tables(folder)),
+      servo_(build_model(tables_)),
+      model_(model_in_memory(tables_, servo_)) {}
+
+std::size_t Subject::table_bytes() const {
+    return model_.vertex_count * sizeof(float[3]) + model_.free_count * sizeof(float[6]) +
+           model_.patch_count * sizeof(std::uint16_t[6]) + model_.box_count * sizeof(haptable_box);
+}
+
+double Subject::height(double x, double y) const {
+    double highest = -HUGE_VAL;
+    for (const auto& patch : tables_.patch) {
+        std::array<Vector3d, 3> v;
+        for (std::size_t c = 0; c < 3; ++c) v[c] = vector(tables_.position[static_cast<std::size_t>(patch[c])]);
+        const auto twice_area = [&](const Vector3d& a, const Vector3d& b) {
+            return (a.x() - x) * (b.y() - y) - (a.y() - y) * (b.x() - x);
+        };
+        const Vector3d area(twice_area(v[1], v[2]), twice_area(v[2], v[0]), twice_area(v[0], v[1]));
+        if (area.sum() <= 0.0 || area.minCoeff() < 0.0) continue;  // seen from below, or beside
+        highest = std::max(highest, (area[0] * v[0].z() + area[1] * v[1].z() + area[2] * v[2].z()) / area.sum());
+    }
+    if (highest == -HUGE_VAL) throw Error(folder_.string() + ": no touchable patch over the bench's circle");
+    return highest;
+}
+
+FingerPath Subject::circle(double depth_m, std::size_t ticks) const {
+    Eigen::AlignedBox3d box;
+    for (const auto& patch : tables_.patch)
+        for (std::int32_t node : patch) box.extend(vector(tables_.position[static_cast<std::size_t>(node)]));
+    const double radius = 0.2 * std::min(box.sizes().x(), box.sizes().y());
+    FingerPath path;
+    for (std::size_t i = 0; i < ticks; ++i) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(ticks);
+        const double x = box.center().x() + radius * std::cos(angle);
+        const double y = box.center().y() + radius * std::sin(angle);
+        path.push_back(narrow({x, y, height(x, y) - depth_m}));
+    }
+    return path;
+}
+
+haptable_servo Subject::touched(const FingerPath& path) const {
+    haptable_servo servo{};
+    haptable_output out{};
+    haptable_init(&servo);
+    std::array<float, 3> above = path.front();
+    above[2] = static_cast<float>(height(static_cast<double>(above[0]), static_cast<double>(above[1]))) + 0.001F;
+    haptable_step(&model_, &servo, above.data(), 0, &out);
+    haptable_step(&model_, &servo, path.front().data(), 0, &out);
+    return servo;
+}
+
+double force_error(const Subject& subject, const FingerPath& path) {
+    haptable_servo servo = subject.touched(path);
+    haptable_output out{};
+    double worst = 0.0;
+    for (const auto& finger : path) {
+        haptable_step(&subject.model(), &servo, finger.data(), 0, &out);
+        if (out.state != HAPTABLE_CONTACT) continue;
+        const Vector3d u = vector(finger.data()) - vector(out.god_object_m);
+        Vector3d force = Vector3d::Zero();
+        for (int c = 0; c < 3; ++c)
+            force -= static_cast<double>(out.alpha[c]) * (stiffness(subject, out.vertex[c]) * u);
+        if (force.norm() > 0.99 * subject.tables().max_force_n) continue;  // clamped
+        worst = std::max(worst, (vector(out.force_n) - force).norm() / force.norm());
+    }
+    return worst;
+}
+
+}  // namespace haptable

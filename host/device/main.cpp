@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-device: a simulated haptic device, held by a simulated hand, over LCM.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/device/session.hpp"
+#include "host/link/finger_path.hpp"
+#include "host/link/realtime.hpp"
+#include "host/link/summary.hpp"
+#include "host/scene/scene.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr int kPriority = 49;  // just below the servo's: its answer is what we wait for
+
+struct Options {
+    std::string scene, path = "poke", csv;
+    PathOptions geometry;
+    Hand hand;
+    SessionOptions session;
+    bool no_realtime = false;
+    bool json = false;
+    bool quiet = false;
+};
+
+/// An option of three numbers with commas between them.
+void add_vector(CLI::App& app, const std::string& name, Eigen::Vector3d& value, const std::string& text) {
+    const auto set = [&value](const std::vector<double>& v) { value = Eigen::Vector3d(v[0], v[1], v[2]); };
+    app.add_option_function<std::vector<double>>(name, set, text)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+}
+
+void add_path_options(CLI::App& app, Options& o) {
+    app.add_option("--path", o.path,
+                   "where the hand goes: poke, drag, circle, several with commas between them, "
+                   "or FILE.csv (x,y,z in metres, one line a ms)")
+        ->capture_default_str();
+    add_vector(app, "--at", o.geometry.at_m, "m, where the surface is touched [0.015,0.015,0.030]");
+    add_vector(app, "--direction", o.geometry.direction, "into the body [0,0,-1]");
+    add_vector(app, "--along", o.geometry.along, "of the drag [the axis that lies flattest]");
+    const auto length = [&app](const char* name, double& value, const char* text) {
+        app.add_option(name, value, text)->check(CLI::NonNegativeNumber)->capture_default_str();
+    };
+    length("--depth", o.geometry.depth_m, "m, of the hand's target below the surface");
+    length("--radius", o.geometry.radius_m, "m, of the circle; half the length of the drag");
+    length("--clearance", o.geometry.clearance_m, "m, of the start above the surface");
+    length("--hold", o.geometry.hold_s, "s, that a poke stays down");
+    app.add_option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    length("--hand-stiffness", o.hand.stiffness_n_per_m, "N/m, of the hand that holds the device");
+    length("--hand-damping", o.hand.damping_n_s_per_m, "N s/m, of that hand");
+}
+
+void add_options(CLI::App& app, Options& o) {
+    app.add_option("SCENE", o.scene, "the scene file: its [device] gives mass, friction, encoder and force limit")
+        ->required();
+    add_path_options(app, o);
+    app.add_flag("--lockstep", o.session.lockstep,
+                 "the clock waits for every answer: deterministic, and faster than real time");
+    app.add_option("--seconds", o.session.seconds,
+                   "how long; beyond its end the path is repeated [once along the path]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--patience", o.session.patience_s, "s, to wait for a servo; 0: do not wait")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    app.add_option("--csv", o.csv, "write the device's own record here");
+    app.add_flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
+    app.add_flag("--json", o.json, "print the summary as JSON");
+    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+}
+
+std::unique_ptr<Path> make_path(const Options& o) {
+    const std::filesystem::path file = o.path;
+    if (file.extension() == ".csv") return recorded_path(read_finger_path(file, Positions::finite));
+    return scripted_path(o.path, o.geometry);
+}
+
+Summary summarise(const DeviceReport& report, const Scene& scene, const Connection& connection) {
+    Summary summary;
+    summary.add("scene", scene.name);
+    summary.add("url", connection.url());
+    summary.add("ticks", report.ticks);
+    summary.add("missed", report.missed);
+    summary.add("late_ticks", report.late_ticks);
+    summary.add("resent", report.resent);
+    summary.add("silences", report.silences);
+    summary.add("foreign_answers", report.foreign_answers);
+    summary.add("contact_ticks", report.contact_ticks);
+    summary.add("latency_mean_us", report.latency.mean_us());
+    summary.add("latency_p999_us", report.latency.quantile_us(0.999));
+    summary.add("latency_max_us", report.latency.max_us());
+    summary.add("largest_force_n", report.largest_force_n);
+    summary.add("wall_s", report.wall_s);
+    return summary;
+}
+
+void run(const Options& o) {
+    catch_interrupts();
+    const Scene scene = read_scene(o.scene);
+    const std::unique_ptr<Path> path = make_path(o);
+    std::optional<DeviceRecord> record;
+    if (!o.csv.empty()) record.emplace(o.csv);
+    // In lockstep nothing is urgent, and a busy pair at real-time priority would starve the machine.
+    const bool urgent = !o.no_realtime && !o.session.lockstep;
+    const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";
+    Connection connection;
+    const PointDevice device(scene.device, o.hand, path->at(0.0).position_m);
+    DeviceSession session(device, *path, connection, o.session, record ? &*record : nullptr);
+    const bool locked = urgent && lock_memory();
+    if (!o.quiet)
+        fmt::print(stderr, "haptable-device: {} on {}, {}, {}, memory {}\n", scene.name, connection.url(),
+                   o.session.lockstep ? "lockstep" : "real time", priority, locked ? "locked" : "not locked");
+    const DeviceReport report = session.run();
+    if (record) record->finish();
+    summarise(report, scene, connection).print(o.json, o.quiet);
+}
+
+}  // namespace
+
+}  // namespace haptable
+
+int main(int argc, char** argv) {
+    CLI::App app("A simulated haptic device: a point mass in a simulated hand, over LCM.", "haptable-device");
+    haptable::Options options;
+    haptable::add_options(app, options);
+    return haptable::run_program(app, argc, argv, [&] { haptable::run(options); });
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Where the hand wants the finger to be: poke, drag and circle as minimum-jerk movements, or a recorded path.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/device/point_device.hpp"
+
+namespace haptable {
+
+/// The geometry of a scripted path. The defaults suit the paper's cube: its top's centre, pressed down.
+struct PathOptions {
+    Eigen::Vector3d at_m{0.015, 0.015, 0.030};        ///< where the surface is touched
+    Eigen::Vector3d direction{0.0, 0.0, -1.0};        ///< into the body; any length but zero
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();  ///< of the drag; zero: a direction of its own choice
+    double depth_m = 0.005;                           ///< of the target below `at`: the finger stays less deep
+    double radius_m = 0.005;                          ///< of the circle; half the length of the drag
+    double clearance_m = 0.010;                       ///< of the start above `at`
+    double speed_m_s = 0.05;                          ///< mean speed of every movement
+    double hold_s = 0.2;                              ///< of a poke, at full depth
+};
+
+class Path {
+public:
+    virtual ~Path() = default;
+    virtual double duration_s() const = 0;
+    /// The target at a time. Before the path it waits at its beginning, after it at its end.
+    virtual Target at(double time_s) const = 0;
+};
+
+/// "poke", "drag", "circle", or several with commas between them, one after the other.
+/// Throws Error for another name or an impossible geometry.
+std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options);
+
+/// Positions, [n,3] in metres, one a millisecond, joined by straight lines. Throws Error when there are none.
+std::unique_ptr<Path> recorded_path(std::vector<std::array<double, 3>> positions_m);
+
+}  // namespace haptable

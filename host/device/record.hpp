@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The device's own CSV: where the finger was and was wanted, and the force that the motors gave.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "host/link/text_file.hpp"
+
+namespace haptable {
+
+/// One tick, as it began, and the force at its end.
+struct DeviceRow {
+    std::int64_t tick = 0;
+    Eigen::Vector3d encoder_m;        ///< as published
+    Eigen::Vector3d velocity_m_s;     ///< the true one
+    Eigen::Vector3d target_m;         ///< where the hand wanted the finger to be
+    Eigen::Vector3d force_n;          ///< the motors' force
+    std::int64_t answered_tick = -1;  ///< newest state with an answer, at the end of the tick; -1: none yet
+};
+
+class DeviceRecord {
+public:
+    /// Throws Error that names the path when it cannot be written there.
+    explicit DeviceRecord(const std::filesystem::path& path);
+
+    /// One line, each number with as many digits as reading it back needs.
+    void add(const DeviceRow& row);
+    /// Throws Error when the disk did not take it.
+    void finish() { file_.finish(); }
+
+private:
+    TextFile file_;
+    std::string line_;
+};
+
+}  // namespace haptable

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// encoders -> state published -> answer -> force -> integrated to the next tick
+#include "host/device/session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+
+namespace haptable {
+
+namespace {
+
+// 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
+constexpr int kSubsteps = 20;
+constexpr double kTick_s = 1e-3;
+
+// A servo that has been silent for this long gives no force any more; the servo judges the device likewise.
+constexpr std::chrono::milliseconds kSilence{20};
+
+// A lost message is asked for again after this; a loaded machine may well stall for 50 ms.
+constexpr std::chrono::milliseconds kResendAfter{100};
+
+void sleep_until(Clock::time_point deadline) {
+    const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(deadline.time_since_epoch()).count();
+    const timespec at{ns / 1'000'000'000, ns % 1'000'000'000};
+    // steady_clock is CLOCK_MONOTONIC. A signal ends the sleep early; the caller looks at interrupted().
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
+}
+
+std::int64_t to_ticks(double seconds) { return static_cast<std::int64_t>(std::ceil(seconds / kTick_s - 1e-6)); }
+
+}  // namespace
+
+DeviceSession::DeviceSession(const PointDevice& device, const Path& path, Connection& connection,
+                             const SessionOptions& options, DeviceRecord* record)
+    : device_(device), path_(path), connection_(connection), options_(options), record_(record) {
+    if (options_.lockstep && !(options_.patience_s > 0.0))
+        throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
+    reading_m_.fill(device_.encoder_m());
+    state_.model_hash = options_.model_hash;
+    connection.subscribe<servo_force>(kForceChannel,
+                                      [this](const servo_force& force, std::int64_t) { on_force(force); });
+}
+
+DeviceReport DeviceSession::run() {
+    const Clock::time_point begin = Clock::now();
+    const std::int64_t ticks = to_ticks(options_.seconds > 0.0 ? options_.seconds : path_.duration_s());
+    Clock::time_point next = begin;
+    for (std::int64_t tick = 0; tick < ticks && !interrupted(); ++tick) {
+        begin_tick(tick);
+        // The first answer may take until the servo is started: the clock starts with it.
+        const bool is_first = tick == 0 && options_.patience_s > 0.0;
+        if (options_.lockstep || is_first) wait_for_answer();
+        if (!options_.lockstep) {
+            next = is_first ? Clock::now() + kTick : next + kTick;
+            wait_until(next);
+            // Behind by more than a tick: go on from here, a burst of states would only bury the servo.
+            if (Clock::now() > next + kTick) {
+                ++report_.late_ticks;
+                next = Clock::now();
+            }
+        }
+        end_tick();
+    }
+    report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    return report_;
+}
+
+Target DeviceSession::target(double time_s) const {
+    const double duration_s = path_.duration_s();
+    // Longer than the path: along it again. Its very end belongs to it.
+    return path_.at(time_s > duration_s ? std::fmod(time_s, duration_s) : time_s);
+}
+
+void DeviceSession::begin_tick(std::int64_t tick) {
+    const double time_s = static_cast<double>(tick) * kTick_s;
+    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), target(time_s).position_m, device_.force_n(), answered_};
+    Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
+    const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
+    oldest_m = row_.encoder_m;
+    state_.utime = options_.lockstep ? tick * kTick.count() : utime_now();
+    state_.seq = tick;
+    Eigen::Map<Eigen::Vector3d>(state_.position_m) = row_.encoder_m;
+    Eigen::Map<Eigen::Vector3d>(state_.velocity_m_s) = velocity_m_s;
+    substep_ = 0;
+    ++report_.ticks;
+    publish();
+}
+
+void DeviceSession::publish() {
+    published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = Clock::now();
+    connection_.publish(kStateChannel, state_);
+}
+
+void DeviceSession::on_force(const servo_force& force) {
+    if (state_.model_hash != 0 && force.model_hash != state_.model_hash) {
+        ++report_.foreign_answers;
+        return;
+    }
+    if (force.seq > state_.seq || force.seq < answered_) return;  // of another session, or older than what we have
+    const Clock::time_point now = Clock::now();
+    const Clock::time_point asked = published_[static_cast<std::size_t>(state_.seq) % kKept_ticks];
+    // From now on only this servo: a second one would pull the finger to and fro.
+    state_.model_hash = force.model_hash;
+    if (force.seq > answered_) {
+        if (state_.seq - force.seq < static_cast<std::int64_t>(kKept_ticks))
+            report_.latency.add(to_us(now - published_[static_cast<std::size_t>(force.seq) % kKept_ticks]));
+        if (force.servo_state == 2) ++report_.contact_ticks;  // HAPTABLE_CONTACT, as the message type defines it
+        answered_ = force.seq;
+        last_answer_ = now;
+        silent_ = false;
+    }
+    // Until it came the old force acted. In lockstep an answer takes no time.
+    if (!options_.lockstep) integrate_to(static_cast<int>(to_us(now - asked) / 1000.0 * kSubsteps));
+    device_.set_force(Eigen::Vector3d(force.force_n));
+    report_.largest_force_n = std::max(report_.largest_force_n, device_.force_n().norm());
+}
+
+void DeviceSession::integrate_to(int substep) {
+    const double step_s = kTick_s / kSubsteps;
+    const double begin_s = static_cast<double>(row_.tick) * kTick_s;
+    for (; substep_ < std::min(substep, kSubsteps); ++substep_)
+        device_.advance(target(begin_s + (substep_ + 0.5) * step_s), step_s);
+}
+
+void DeviceSession::wait_for_answer() {
+    const Clock::time_point give_up =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.patience_s));
+    while (!interrupted()) {
+        const Clock::time_point resend_at = std::min(Clock::now() + kResendAfter, give_up);
+        while (answered_ < state_.seq && connection_.handle_until(resend_at)) {
+        }
+        if (answered_ >= state_.seq) return;
+        if (Clock::now() >= give_up)
+            throw Error(
+                fmt::format("no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same "
+                            "machine and LCM_DEFAULT_URL ({} answers came from servos of other models)",
+                            state_.seq, options_.patience_s, connection_.url(), report_.foreign_answers));
+        ++report_.resent;
+        publish();
+    }
+}
+
+void DeviceSession::wait_until(Clock::time_point next) {
+    while (answered_ < state_.seq && Clock::now() < next && !interrupted()) connection_.handle_until(next);
+    sleep_until(next);
+}
+
+void DeviceSession::end_tick() {
+    row_.answered_tick = answered_;
+    if (answered_ < state_.seq) ++report_.missed;
+    drop_stale_force();
+    integrate_to(kSubsteps);
+    row_.force_n = device_.force_n();
+    if (record_ != nullptr) record_->add(row_);
+}
+
+void DeviceSession::drop_stale_force() {
+    if (silent_ || options_.lockstep || Clock::now() - last_answer_ < kSilence) return;
+    silent_ = true;
+    ++report_.silences;
+    device_.set_force(Eigen::Vector3d::Zero());
+    state_.model_hash = options_.model_hash;  // a servo that is started anew may have newer tables
+}
+
+}  // namespace haptable

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/link/finger_path.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// The lines of a text, without their ends: \n, or \r\n as other systems write them.
+class Lines {
+public:
+    explicit Lines(std::string_view text) : rest_(text) {}
+
+    bool next(std::string_view& line) {
+        if (rest_.empty()) return false;
+        const std::size_t end = rest_.find('\n');
+        line = rest_.substr(0, end);
+        rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        ++number_;
+        return true;
+    }
+    int number() const { return number_; }
+    bool only_blank_left() const { return rest_.find_first_not_of(" \t\r\n") == std::string_view::npos; }
+
+private:
+    std::string_view rest_;
+    int number_ = 0;
+};
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t begin = text.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return {};
+    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+/// Reads one number, "nan" and "inf" among them. What is too large for a double is infinite, as IEEE 754 has it.
+bool to_number(std::string_view text, double& value) {
+    text = trimmed(text);
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (stop != end) return false;
+    if (error == std::errc::result_out_of_range) {
+        const bool tiny = text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
+        value = tiny ? 0.0 : std::numeric_limits<double>::infinity();
+        if (text[0] == '-') value = -value;
+        return true;
+    }
+    return error == std::errc();
+}
+
+/// Splits at the commas; false unless there are exactly three numbers.
+bool to_position(std::string_view line, std::array<double, 3>& position_m) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t comma = line.find(',');
+        if ((comma == std::string_view::npos) != (i == 2)) return false;
+        if (!to_number(line.substr(0, comma), position_m[i])) return false;
+        if (i < 2) line.remove_prefix(comma + 1);
+    }
+    return true;
+}
+
+bool is_finite(const std::array<double, 3>& position_m) {
+    return std::isfinite(position_m[0]) && std::isfinite(position_m[1]) && std::isfinite(position_m[2]);
+}
+
+/// The header, exactly, but for spaces between the names.
+bool is_header(std::string_view line) {
+    std::string names;
+    for (const char c : line)
+        if (c != ' ' && c != '\t') names += c;
+    return names == "x,y,z";
+}
+
+[[noreturn]] void fail(const std::filesystem::path& file, int line, const std::string& what) {
+    throw Error(file.string() + ":" + std::to_string(line) + ": " + what);
+}
+
+/// What is shown of a bad row: not all of a binary file.
+std::string excerpt(std::string_view line) {
+    std::string shown(line.substr(0, 40));
+    for (char& c : shown)
+        if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
+    return "\"" + shown + (line.size() > 40 ? "...\"" : "\"");
+}
+
+}  // namespace
+
+std::vector<std::array<double, 3>> read_finger_path(const std::filesystem::path& file, Positions allowed) {
+    const std::string text = read_file(file);
+    std::string_view body = text;
+    if (body.substr(0, kByteOrderMark.size()) == kByteOrderMark) body.remove_prefix(kByteOrderMark.size());
+    Lines lines(body);
+    std::string_view line;
+    if (!lines.next(line) || !is_header(line))
+        fail(file, 1, "the header is " + excerpt(line) + ": a finger path begins with the line x,y,z");
+    std::vector<std::array<double, 3>> path;
+    while (!lines.only_blank_left() && lines.next(line)) {
+        std::array<double, 3> position_m{};
+        if (!to_position(line, position_m))
+            fail(file, lines.number(),
+                 excerpt(line) + " is not three numbers x,y,z in metres: mend or remove the line");
+        if (allowed == Positions::finite && !is_finite(position_m))
+            fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
+        path.push_back(position_m);
+    }
+    return path;
+}
+
+}  // namespace haptable

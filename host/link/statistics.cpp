@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// bucket(t) = ceil(log(t / t0) / log(1.01)): a histogram of constant relative resolution.
+#include "host/link/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptable {
+
+namespace {
+
+constexpr double kSmallest_us = 0.01;
+constexpr double kRatio = 1.01;
+
+}  // namespace
+
+void DurationStatistics::add(double us) {
+    ++count_;
+    sum_us_ += us;
+    max_us_ = std::max(max_us_, us);
+    // max() also keeps zero and negative durations (a clock set back) out of the logarithm.
+    const double bucket = std::ceil(std::log(std::max(us, kSmallest_us) / kSmallest_us) / std::log(kRatio));
+    ++bucket_[static_cast<std::size_t>(std::min(bucket, kBuckets - 1.0))];
+}
+
+double DurationStatistics::quantile_us(double share) const {
+    const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
+    std::uint64_t seen = 0;
+    for (int i = 0; i < kBuckets; ++i) {
+        seen += bucket_[static_cast<std::size_t>(i)];
+        if (seen >= wanted && seen > 0) return std::min(kSmallest_us * std::pow(kRatio, i), max_us_);
+    }
+    return max_us_;
+}
+
+SequenceGaps::Place SequenceGaps::note(std::int64_t seq) {
+    const bool first = !begun_;
+    const std::int64_t last = last_;
+    begun_ = true;
+    last_ = seq;
+    if (first || seq == last + 1) return Place::next;
+    if (seq == last) return Place::repeated;
+    if (seq < last) return Place::restarted;
+    lost_ += static_cast<std::uint64_t>(seq - last) - 1;
+    return Place::after_gap;
+}
+
+}  // namespace haptable

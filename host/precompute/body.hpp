@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a scene says about its mesh: which nodes are held, which are unknowns, which patches may be touched.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "host/mesh/mesh.hpp"
+#include "host/mesh/surface.hpp"
+#include "host/scene/scene.hpp"
+
+namespace haptable {
+
+/// N mesh nodes, q surface patches, n touchable free surface nodes, p touchable patches. Node lists are ascending.
+struct Body {
+    TetMesh mesh;
+    Surface surface;
+    std::vector<std::int32_t> unknown;            ///< [N] place of a node among the free ones, or -1: it is held still
+    std::vector<std::int32_t> free_node;          ///< mesh nodes that may move
+    std::vector<std::int32_t> free_surface_node;  ///< those of them on the surface
+    std::vector<Patch> touch_patch;               ///< [p] in the surface's order
+    std::vector<std::int32_t> touch_node;         ///< [n] free nodes of touchable patches: the tables' order
+
+    bool is_fixed(std::int32_t node) const { return unknown[static_cast<std::size_t>(node)] < 0; }
+    std::size_t fixed_count() const { return unknown.size() - free_node.size(); }
+};
+
+/// "[xmin, ymin, zmin, xmax, ymax, zmax] m", as a scene writes a box.
+std::string describe(const Eigen::AlignedBox3d& box_m);
+
+/// The mesh that the scene names or describes.
+TetMesh make_mesh(const MeshSource& source);
+
+/// Applies the scene's [[fixed]] and [[touch]] to a mesh. Throws Error with the scene's line where a box or group
+/// holds nothing, and where nothing is left to touch.
+Body make_body(const Scene& scene, TetMesh mesh);
+
+}  // namespace haptable

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// K X = E_I,   L_ri = X at row r and column i,   S_i = (L_ii)^-1
+#include "host/precompute/compliance.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// The 3x3 block of x at unknown `row` and at the block's node `column`.
+Eigen::Matrix3d block(const Eigen::MatrixXd& x, std::int32_t row, std::size_t column) {
+    return x.block<3, 3>(3 * row, 3 * static_cast<Eigen::Index>(column));
+}
+
+/// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
+void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
+    b.setZero();
+    for (std::size_t c = 0; c < node.size(); ++c)
+        b.block<3, 3>(3 * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+}
+
+/// Largest ||K x - b|| / ||b|| of the columns of one block; the norm of a unit load is 1.
+double block_residual(const Eigen::SparseMatrix<double>& k, const Eigen::MatrixXd& x, const Eigen::MatrixXd& b) {
+    // Eight columns side by side fill one cache line a row: K x costs a third of what column after column does.
+    constexpr int kPanel = 8;
+    using Panel = Eigen::Matrix<double, Eigen::Dynamic, kPanel, Eigen::RowMajor>;
+    double largest = 0.0;
+    Panel panel(x.rows(), kPanel), residual(x.rows(), kPanel);
+    for (Eigen::Index first = 0; first < x.cols(); first += kPanel) {
+        const Eigen::Index count = std::min<Eigen::Index>(kPanel, x.cols() - first);
+        panel.setZero();
+        residual.setZero();
+        panel.leftCols(count) = x.middleCols(first, count);
+        residual.leftCols(count) = -b.middleCols(first, count);
+        residual.noalias() += k.transpose() * panel;  // K is symmetric, and its transpose reads by rows
+        largest = std::max(largest, residual.colwise().norm().maxCoeff());
+    }
+    return largest;
+}
+
+/// Rayleigh quotient of repeated x <- A x / |A x|, until it settles to 1e-4 of itself.
+double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eigen::MatrixXd&, Eigen::MatrixXd&)>& a) {
+    constexpr int kMostSteps = 300;
+    Eigen::MatrixXd x(size, 1), next;
+    for (Eigen::Index i = 0; i < size; ++i) x(i, 0) = 1.0 + 0.5 * std::sin(static_cast<double>(i));  // no symmetry
+    x.normalize();
+    double value = 0.0;
+    int settled = 0;
+    for (int step = 0; step < kMostSteps && settled < 5; ++step) {
+        a(x, next);
+        const double quotient = x.col(0).dot(next.col(0));
+        settled = std::abs(quotient - value) <= 1e-4 * quotient ? settled + 1 : 0;
+        value = quotient;
+        x = next / next.norm();
+    }
+    return value;
+}
+
+}  // namespace
+
+double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k, std::span<const std::int32_t> node,
+                     Progress& progress, const TakeColumns& take) {
+    double largest_residual = 0.0;
+    Eigen::MatrixXd b, x;
+    for (std::size_t first = 0; first < node.size(); first += kNodesPerBlock) {
+        progress.done(static_cast<double>(first) / static_cast<double>(node.size()));
+        const std::size_t count = std::min(kNodesPerBlock, node.size() - first);
+        b.resize(factor.size(), 3 * static_cast<Eigen::Index>(count));
+        set_unit_loads(node.subspan(first, count), b);
+        factor.solve(b, x);
+        largest_residual = std::max(largest_residual, block_residual(k, x, b));
+        take(first, x);
+    }
+    return largest_residual;
+}
+
+void NodeStiffness::take(std::size_t first, const Eigen::MatrixXd& x) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
+        const Eigen::Matrix3d solved = block(x, node_[first + c], c);
+        const Eigen::Matrix3d l_ii = 0.5 * (solved + solved.transpose());
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l_ii, Eigen::EigenvaluesOnly);
+        const double smallest = eigen.eigenvalues()[0];
+        if (!l_ii.allFinite() || !(smallest > 0.0))
+            throw Error(
+                fmt::format("node {}: its block L_ii has the eigenvalue {:.3g} where all should be positive: K is "
+                            "too badly conditioned; mend slivers in the mesh, or lower a Poisson's ratio near "
+                            "0.5",
+                            mesh_node_[first + c], smallest));
+        // Inverting by Cholesky loses the fewest digits where L_ii is badly conditioned (Poisson's ratio near 0.5).
+        const Eigen::Matrix3d inverse = l_ii.llt().solve(Eigen::Matrix3d::Identity());
+        stiffness_n_per_m.emplace_back(0.5 * (inverse + inverse.transpose()));
+        smallest_eigenvalue_m_per_n = first + c == 0 ? smallest : std::min(smallest_eigenvalue_m_per_n, smallest);
+        largest_condition = std::max(largest_condition, eigen.eigenvalues()[2] / smallest);
+    }
+}
+
+void Asymmetry::compare(std::size_t i, std::size_t j, const Eigen::Matrix3d& l_ij, const Eigen::Matrix3d& l_ji) {
+    const double difference = (l_ij - l_ji.transpose()).norm();
+    largest = std::max(largest, difference / std::sqrt(scale_m_per_n_[i] * scale_m_per_n_[j]));
+}
+
+void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
+    const std::size_t count = static_cast<std::size_t>(x.cols()) / 3;
+    for (std::size_t c = 0; c < count; ++c) scale_m_per_n_.push_back(block(x, node_[first + c], c).norm());
+    if (first == 0) {
+        first_.resize(3 * static_cast<Eigen::Index>(node_.size()), x.cols());
+        for (std::size_t j = 0; j < node_.size(); ++j)
+            first_.middleRows<3>(3 * static_cast<Eigen::Index>(j)) = x.middleRows<3>(3 * node_[j]);
+    }
+    for (std::size_t c = 0; c < count; ++c) {
+        const std::size_t j = first + c;
+        for (std::size_t d = 0; d < c; ++d)  // within this block
+            compare(first + d, j, block(x, node_[first + d], c), block(x, node_[j], d));
+        for (std::size_t i = 0; i < std::min(first, kNodesPerBlock); ++i)  // against the first block
+            compare(i, j, block(x, node_[i], c), block(first_, static_cast<std::int32_t>(j), i));
+    }
+}
+
+ColumnFile::ColumnFile(const std::filesystem::path& path, std::size_t node_count, std::span<const std::int32_t> row)
+    : row_(row), writer_(path, {node_count, row.size(), 3, 3}), values_(9 * row.size()) {}
+
+void ColumnFile::take(std::size_t, const Eigen::MatrixXd& x) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
+        for (std::size_t r = 0; r < row_.size(); ++r) {
+            Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> entry(&values_[9 * r]);
+            entry = block(x, row_[r], c).cast<float>();
+        }
+        writer_.append(values_);
+    }
+}
+
+double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor) {
+    const double largest =
+        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { y.noalias() = k * x; });
+    const double inverse_of_smallest =
+        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { factor.solve(x, y); });
+    return largest * inverse_of_smallest;
+}
+
+}  // namespace haptable

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// P K P^T = L L^T
+#include "host/precompute/factor.hpp"
+
+#include <cholmod.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "host/base/error.hpp"
+
+extern "C" void openblas_set_num_threads(int threads);  // declared in OpenBLAS's own cblas.h only
+
+namespace haptable {
+
+struct Factor::State {
+    mutable cholmod_common common;
+    cholmod_factor* factor = nullptr;
+    // Workspace of the solves, kept from call to call.
+    mutable cholmod_dense* x = nullptr;
+    mutable cholmod_dense* y = nullptr;
+    mutable cholmod_dense* e = nullptr;
+    std::string ordering;
+    Pivot weakest;
+
+    State() {
+        cholmod_start(&common);
+        common.print = 0;
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.final_ll = 1;
+        common.nmethods = 2;
+        common.method[0].ordering = CHOLMOD_METIS;
+        common.method[1].ordering = CHOLMOD_AMD;
+        common.postorder = 1;
+    }
+    ~State() {
+        cholmod_free_dense(&x, &common);
+        cholmod_free_dense(&y, &common);
+        cholmod_free_dense(&e, &common);
+        cholmod_free_factor(&factor, &common);
+        cholmod_finish(&common);
+    }
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+
+    void require(bool ok, const char* what) const {
+        if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE)
+            throw Error(fmt::format("{}: the factor is too large (about {:.1f} GB); use a coarser mesh", what,
+                                    common.lnz * sizeof(double) / 1e9));
+        if (!ok || common.status < CHOLMOD_OK)
+            throw Error(fmt::format("{}: CHOLMOD failed with status {}; please report this mesh", what, common.status));
+    }
+};
+
+namespace {
+
+/// A view of k as CHOLMOD sees it; nothing is copied.
+cholmod_sparse view(const Eigen::SparseMatrix<double>& k) {
+    cholmod_sparse a{};
+    a.nrow = static_cast<std::size_t>(k.rows());
+    a.ncol = static_cast<std::size_t>(k.cols());
+    a.nzmax = static_cast<std::size_t>(k.nonZeros());
+    a.p = const_cast<int*>(k.outerIndexPtr());
+    a.i = const_cast<int*>(k.innerIndexPtr());
+    a.x = const_cast<double*>(k.valuePtr());
+    a.stype = -1;  // symmetric: the upper triangle is not read
+    a.itype = CHOLMOD_INT;
+    a.xtype = CHOLMOD_REAL;
+    a.dtype = CHOLMOD_DOUBLE;
+    a.sorted = 1;
+    a.packed = 1;
+    return a;
+}
+
+cholmod_dense view(const Eigen::MatrixXd& b) {
+    cholmod_dense d{};
+    d.nrow = d.d = static_cast<std::size_t>(b.rows());
+    d.ncol = static_cast<std::size_t>(b.cols());
+    d.nzmax = static_cast<std::size_t>(b.size());
+    d.x = const_cast<double*>(b.data());
+    d.xtype = CHOLMOD_REAL;
+    d.dtype = CHOLMOD_DOUBLE;
+    return d;
+}
+
+/// Calls visit(column of L, l_jj) for every column of a supernodal factor.
+template <typename Visit>
+void for_each_pivot(const cholmod_factor& factor, Visit visit) {
+    const auto* super = static_cast<const int*>(factor.super);
+    const auto* rows = static_cast<const int*>(factor.pi);
+    const auto* values = static_cast<const int*>(factor.px);
+    const auto* x = static_cast<const double*>(factor.x);
+    for (std::size_t s = 0; s < factor.nsuper; ++s) {
+        const int height = rows[s + 1] - rows[s];
+        for (int j = super[s]; j < super[s + 1]; ++j) {
+            const std::ptrdiff_t c = j - super[s];
+            visit(j, x[values[s] + c + c * height]);
+        }
+    }
+}
+
+Factor::Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatrix<double>& k) {
+    const auto* permutation = static_cast<const int*>(factor.Perm);
+    if (factor.minor < factor.n) return {permutation[factor.minor], 0.0};
+    Factor::Pivot weakest{0, 2.0};
+    for_each_pivot(factor, [&](int j, double pivot) {
+        const int row = permutation[j];
+        const double ratio = pivot * pivot / k.coeff(row, row);
+        if (!(ratio >= weakest.ratio)) weakest = {row, ratio};
+    });
+    return weakest;
+}
+
+}  // namespace
+
+Factor::Factor(const Eigen::SparseMatrix<double>& k) : state_(std::make_unique<State>()) {
+    openblas_set_num_threads(1);
+    cholmod_sparse a = view(k);
+    state_->factor = cholmod_analyze(&a, &state_->common);
+    state_->require(state_->factor != nullptr, "analysis of K");
+    state_->ordering = state_->factor->ordering == CHOLMOD_METIS ? "METIS" : "AMD";
+    const int ok = cholmod_factorize(&a, state_->factor, &state_->common);
+    state_->require(ok != 0, "factorisation of K");  // "not positive definite" is a warning (status > 0)
+    state_->weakest = find_weakest(*state_->factor, k);
+}
+
+Factor::~Factor() = default;
+
+Eigen::Index Factor::size() const { return static_cast<Eigen::Index>(state_->factor->n); }
+
+void Factor::solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const {
+    cholmod_dense right = view(b);
+    const int ok = cholmod_solve2(CHOLMOD_A, state_->factor, &right, nullptr, &state_->x, nullptr, &state_->y,
+                                  &state_->e, &state_->common);
+    state_->require(ok != 0, "solve");
+    x.resize(b.rows(), b.cols());
+    std::memcpy(x.data(), state_->x->x, static_cast<std::size_t>(b.size()) * sizeof(double));
+}
+
+Factor::Pivot Factor::weakest_pivot() const { return state_->weakest; }
+const std::string& Factor::ordering() const { return state_->ordering; }
+double Factor::fill() const { return state_->common.lnz; }
+double Factor::flops() const { return state_->common.fl; }
+
+}  // namespace haptable

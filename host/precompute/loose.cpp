@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// v_p(x) = t_p + w_p x (x - c):  v_p(x) = v_q(x) where parts p, q share node x,  v_p(x) = 0 where x is held
+//
+// A linear tetrahedron without strain moves rigidly, and two that share a face move alike. So the null space of the
+// reduced K is the null space of these conditions on the rigid motions (t_p, w_p) of the face-connected parts: a
+// matrix of 6 rows a part instead of 3 a node.
+#include "host/precompute/loose.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <numeric>
+
+#include "host/precompute/factor.hpp"
+
+namespace haptable {
+
+namespace {
+
+// 6 * 64 unknowns take a fraction of a second; a body has one part, or a few.
+constexpr std::int32_t kMostParts = 64;
+// Eigenvalues go with the square of the lever (relative to the body) that holds a part against turning: levers
+// below 1e-6.5 of the body's size are no hold.
+constexpr double kZeroEigenvalue = 1e-13;
+// Share of the largest motion that counts as moving: hinges themselves stand still to rounding.
+constexpr double kMoves = 1e-6;
+
+/// Disjoint sets with path halving.
+class Sets {
+public:
+    explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+    std::int32_t find(std::int32_t a) {
+        while (at(a) != a) a = at(a) = at(at(a));
+        return a;
+    }
+    void join(std::int32_t a, std::int32_t b) { at(std::max(find(a), find(b))) = std::min(find(a), find(b)); }
+
+private:
+    std::int32_t& at(std::int32_t a) { return parent_[static_cast<std::size_t>(a)]; }
+    std::vector<std::int32_t> parent_;
+};
+
+/// Face-connected parts, and which of them every node belongs to.
+struct Parts {
+    std::int32_t count = 0;
+    std::vector<std::vector<std::int32_t>> of_node;  // [N] parts, ascending
+};
+
+Parts find_parts(const Body& body) {
+    const std::vector<Tet>& tets = body.mesh.tet;
+    Sets sets(tets.size());
+    for (const auto& [a, b] : body.surface.joint) sets.join(a, b);
+    Parts parts;
+    parts.of_node.resize(body.mesh.position_m.size());
+    std::vector<std::int32_t> number(tets.size(), -1);
+    for (std::size_t t = 0; t < tets.size(); ++t) {
+        std::int32_t& part = number[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(t)))];
+        if (part < 0) part = parts.count++;
+        for (std::int32_t node : tets[t]) {
+            auto& list = parts.of_node[static_cast<std::size_t>(node)];
+            if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
+        }
+    }
+    return parts;
+}
+
+/// Nodes of bodies that no chain of tetrahedra ties to a held node.
+std::vector<std::int32_t> find_adrift(const Body& body) {
+    Sets sets(body.mesh.position_m.size());
+    for (const Tet& tet : body.mesh.tet)
+        for (std::size_t c = 1; c < 4; ++c) sets.join(tet[0], tet[c]);
+    std::vector<char> held(body.mesh.position_m.size(), 0);
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(held.size()); ++i)
+        if (body.is_fixed(i)) held[static_cast<std::size_t>(sets.find(i))] = 1;
+    std::vector<std::int32_t> adrift;
+    for (std::int32_t i : body.free_node)
+        if (!held[static_cast<std::size_t>(sets.find(i))]) adrift.push_back(i);
+    return adrift;
+}
+
+/// v(x) as a matrix on (t, w); lengths relative to the body, so that t and w weigh alike.
+class RigidMotion {
+public:
+    explicit RigidMotion(const Body& body) : position_m_(body.mesh.position_m) {
+        Eigen::AlignedBox3d box;
+        for (const Eigen::Vector3d& p : position_m_) box.extend(p);
+        centre_m_ = box.center();
+        size_m_ = box.diagonal().norm();
+    }
+    Eigen::Matrix<double, 3, 6> at(std::int32_t node) const {
+        const Eigen::Vector3d r = (position_m_[static_cast<std::size_t>(node)] - centre_m_) / size_m_;
+        Eigen::Matrix<double, 3, 6> motion;
+        motion << 1, 0, 0, 0, r.z(), -r.y(),  //
+            0, 1, 0, -r.z(), 0, r.x(),        //
+            0, 0, 1, r.y(), -r.x(), 0;
+        return motion;
+    }
+
+private:
+    const std::vector<Eigen::Vector3d>& position_m_;
+    Eigen::Vector3d centre_m_;
+    double size_m_ = 1.0;
+};
+
+/// C^T C of all conditions C (t_p, w_p) = 0.
+Eigen::MatrixXd gram_matrix(const Body& body, const Parts& parts, const RigidMotion& motion) {
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(6 * parts.count, 6 * parts.count);
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(parts.of_node.size()); ++i) {
+        const auto& list = parts.of_node[static_cast<std::size_t>(i)];
+        if (list.size() < 2 && !body.is_fixed(i)) continue;
+        const Eigen::Matrix<double, 3, 6> v = motion.at(i);
+        const Eigen::Matrix<double, 6, 6> square = v.transpose() * v;
+        for (std::size_t k = 0; k < list.size(); ++k) {
+            const std::int32_t p = 6 * list[k];
+            if (body.is_fixed(i)) gram.block<6, 6>(p, p) += square;
+            if (body.is_fixed(i) || k == 0) continue;
+            const std::int32_t q = 6 * list[0];  // v_p = v_q
+            gram.block<6, 6>(p, p) += square;
+            gram.block<6, 6>(q, q) += square;
+            gram.block<6, 6>(p, q) -= square;
+            gram.block<6, 6>(q, p) -= square;
+        }
+    }
+    return gram;
+}
+
+/// Nodes that move in any motion of the parts that the conditions allow.
+std::vector<std::int32_t> find_hinged(const Body& body, const Parts& parts) {
+    const RigidMotion motion(body);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram_matrix(body, parts, motion));
+    const double largest = eigen.eigenvalues().maxCoeff();
+    Eigen::Index zeros = 0;
+    while (zeros < eigen.eigenvalues().size() && !(eigen.eigenvalues()[zeros] > kZeroEigenvalue * largest)) ++zeros;
+
+    Eigen::VectorXd speed = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(body.mesh.position_m.size()));
+    for (std::int32_t i : body.free_node) {
+        const std::int32_t part = parts.of_node[static_cast<std::size_t>(i)].front();
+        speed[i] = (motion.at(i) * eigen.eigenvectors().block(6 * part, 0, 6, zeros)).norm();
+    }
+    std::vector<std::int32_t> hinged;
+    for (std::int32_t i : body.free_node)
+        if (zeros > 0 && speed[i] > kMoves * speed.maxCoeff()) hinged.push_back(i);
+    return hinged;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> find_loose_nodes(const Body& body) {
+    const Parts parts = find_parts(body);
+    return parts.count > kMostParts ? find_adrift(body) : find_hinged(body, parts);
+}
+
+std::vector<std::int32_t> find_softest_nodes(const Eigen::SparseMatrix<double>& k) {
+    // The shift makes K definite; it is far below every stiffness of a held body and far above rounding.
+    constexpr double kShift = 1e-9;
+    Eigen::SparseMatrix<double> shifted = k;
+    for (Eigen::Index j = 0; j < k.cols(); ++j) shifted.coeffRef(j, j) *= 1.0 + kShift;
+    const Factor factor(shifted);
+    Eigen::MatrixXd x(k.cols(), 1);
+    for (Eigen::Index j = 0; j < k.cols(); ++j) x(j, 0) = 1.0 + 0.5 * static_cast<double>(j % 7);  // no symmetry
+    for (int step = 0; step < 3 && factor.weakest_pivot().ratio > 0.0; ++step) {
+        Eigen::MatrixXd next;
+        factor.solve(x, next);
+        x = next / next.norm();
+    }
+    std::vector<std::int32_t> softest;
+    const double most = x.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < k.cols() / 3; ++i)
+        if (x.block<3, 1>(3 * i, 0).norm() > 1e-3 * most) softest.push_back(static_cast<std::int32_t>(i));
+    return softest;
+}
+
+std::string describe_loose(const std::vector<std::int32_t>& loose, const Body& body) {
+    Eigen::AlignedBox3d box_m;
+    for (std::int32_t i : loose) box_m.extend(body.mesh.position_m[static_cast<std::size_t>(i)]);
+    const std::size_t shown = std::min<std::size_t>(loose.size(), 5);
+    const auto first = loose.begin();
+    return fmt::format(
+        "{} of {} nodes are loose (mesh nodes {}{}, in the box {}), so that K is singular; hold still "
+        "at least three of them that are not on one line, by [[fixed]]",
+        loose.size(), body.mesh.position_m.size(), fmt::join(first, first + static_cast<std::ptrdiff_t>(shown), ", "),
+        shown < loose.size() ? ", ..." : "", describe(box_m));
+}
+
+}  // namespace haptable

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-precompute: mesh and material in, tables out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "host/base/file.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/precompute/precompute.hpp"
+
+namespace {
+
+using namespace haptable;
+namespace fs = std::filesystem;
+
+struct Options {
+    fs::path scene;
+    fs::path folder;
+    fs::path depfile;
+    bool json = false;
+    bool quiet = false;
+    bool print_name = false;
+};
+
+/// A path as make reads it.
+std::string make_path(const fs::path& path) {
+    std::string escaped;
+    for (char c : path.string()) {
+        if (c == ' ' || c == '#' || c == '\\') escaped += '\\';
+        if (c == '$') escaped += '$';
+        escaped += c;
+    }
+    return escaped;
+}
+
+/// "DIR/summary.json: scene mesh", and each input as a target of its own, so that make survives its removal.
+std::string dependencies(const Scene& scene, const fs::path& folder) {
+    std::string inputs = " " + make_path(scene.file);
+    std::string targets = "\n" + make_path(scene.file) + ":\n";
+    if (!scene.mesh.file.empty()) {
+        inputs += " " + make_path(scene.mesh.file);
+        targets += make_path(scene.mesh.file) + ":\n";
+    }
+    return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
+}
+
+void run(const Options& options) {
+    // 1. The scene.
+    const Scene scene = read_scene(options.scene);
+    if (options.print_name) {
+        fmt::print("{}\n", scene.name);
+        return;
+    }
+    const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
+    // 2. Mesh, stiffness, factor, tables, C.
+    Progress progress(options.quiet);
+    const auto [body, summary] = precompute(scene, folder, progress);
+    // 3. What make must know to do it again.
+    if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
+    // 4. What people and scripts want to know.
+    for (const std::string& note : body.mesh.notes)
+        if (!options.quiet) fmt::print(stderr, "haptable-precompute: note: {}\n", note);
+    if (options.json)
+        fmt::print("{}", to_json(scene, body, summary));
+    else if (!options.quiet)
+        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Computes the tables of a soft object: a scene file with its mesh and material in, tables and C out.",
+                 "haptable-precompute");
+    Options options;
+    app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
+    app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
+    app.add_option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
+    app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
+    app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.add_flag("--print-name", options.print_name, "only check the scene file and print its name");
+    catch_interrupts();
+    return run_program(app, argc, argv, [&] { run(options); });
+}

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// K u = F over the free nodes,   L = K^-1,   S_i = (L_ii)^-1   (the paper's equations 3, 5, 7)
+#include "host/precompute/precompute.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "codegen/codegen.hpp"
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/fem/elasticity.hpp"
+#include "host/precompute/compliance.hpp"
+#include "host/precompute/loose.hpp"
+#include "host/precompute/vtu.hpp"
+#include "host/tables/npy.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Nodes = std::vector<std::int32_t>;
+
+// A pivot below this share of its diagonal entry is zero to rounding (2.2e-16 times the growth of a few hundred
+// updates); a body that is held keeps above 1e-9 even with slivers or Poisson's ratio 0.49999999.
+constexpr double kZeroPivot = 1e-13;
+// Solves with a larger residual than this would be seen in the float32 tables.
+constexpr double kLargestResidual = 1e-6;
+
+void require_held(const Scene& scene, const Body& body) {
+    const Nodes loose = find_loose_nodes(body);
+    if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
+}
+
+void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor) {
+    const Factor::Pivot weakest = factor.weakest_pivot();
+    if (weakest.ratio > kZeroPivot) return;
+    Nodes loose = find_softest_nodes(k);
+    for (std::int32_t& node : loose) node = body.free_node[static_cast<std::size_t>(node)];
+    throw Error(fmt::format("{}: fixed: the pivot of node {} is zero to rounding: {}", scene.file.string(),
+                            body.free_node[static_cast<std::size_t>(weakest.row / 3)], describe_loose(loose, body)));
+}
+
+Nodes unknowns_of(const Nodes& mesh_nodes, const Body& body) {
+    Nodes unknowns;
+    for (std::int32_t node : mesh_nodes) unknowns.push_back(body.unknown[static_cast<std::size_t>(node)]);
+    return unknowns;
+}
+
+/// Mesh nodes whose displacements columns.npy gives.
+const Nodes& rows_of(const Scene& scene, const Body& body) {
+    return scene.tables.columns == "all" ? body.free_node : body.free_surface_node;
+}
+
+/// Says so before the work, where the columns will not fit on the disk.
+void require_room(const Scene& scene, const Body& body, const fs::path& folder) {
+    if (scene.tables.columns == "none") return;
+    const auto needed =
+        static_cast<std::uintmax_t>(body.touch_node.size()) * rows_of(scene, body).size() * 9 * sizeof(float);
+    std::error_code unknown;
+    const fs::space_info space = fs::space(folder, unknown);
+    if (!unknown && needed > space.available)
+        throw Error(fmt::format(
+            "{}: columns.npy needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
+            "smaller region or set columns = \"none\" in [tables]",
+            folder.string(), static_cast<double>(needed) / 1e9, static_cast<double>(space.available) / 1e9));
+}
+
+/// Solves for the columns of the touchable nodes; writes columns.npy on the way and gives the S_i.
+std::vector<Eigen::Matrix3d> compute_tables(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                                            const Factor& factor, const fs::path& folder, Progress& progress,
+                                            Checks& checks) {
+    const Nodes node = unknowns_of(body.touch_node, body);
+    const Nodes row = unknowns_of(rows_of(scene, body), body);
+    NodeStiffness stiffness(node, body.touch_node);
+    Asymmetry asymmetry(node);
+    std::optional<ColumnFile> columns;
+    if (scene.tables.columns != "none") columns.emplace(folder / "columns.npy", node.size(), row);
+
+    checks.largest_residual =
+        solve_columns(factor, k, node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
+            stiffness.take(first, x);
+            asymmetry.take(first, x);
+            if (columns) columns->take(first, x);
+        });
+    if (columns) columns->close();
+    checks.largest_asymmetry = asymmetry.largest;
+    checks.smallest_eigenvalue_m_per_n = stiffness.smallest_eigenvalue_m_per_n;
+    checks.largest_block_condition = stiffness.largest_condition;
+    if (!(checks.largest_residual < kLargestResidual))
+        throw Error(
+            fmt::format("{}: the solves leave a residual of {:.3g}, more than {}: K is too badly conditioned; "
+                        "mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
+                        scene.file.string(), checks.largest_residual, kLargestResidual));
+    return std::move(stiffness.stiffness_n_per_m);
+}
+
+template <typename T, std::size_t k>
+void write_rows(const fs::path& path, const std::vector<std::array<T, k>>& rows) {
+    const T* first = rows.empty() ? nullptr : rows.front().data();
+    write_npy<T>(path, {rows.size(), k}, std::span<const T>(first, k * rows.size()));
+}
+
+void write_position(const fs::path& path, const std::vector<Eigen::Vector3d>& position_m) {
+    NpyWriter<double> writer(path, {position_m.size(), 3});
+    for (const Eigen::Vector3d& p : position_m) writer.append(std::span<const double>(p.data(), 3));
+    writer.close();
+}
+
+/// S is symmetric: its columns are its rows.
+void write_stiffness(const fs::path& path, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m) {
+    NpyWriter<double> writer(path, {stiffness_n_per_m.size(), 3, 3});
+    for (const Eigen::Matrix3d& s : stiffness_n_per_m) writer.append(std::span<const double>(s.data(), 9));
+    writer.close();
+}
+
+void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m,
+                  const fs::path& folder) {
+    write_position(folder / "position.npy", body.mesh.position_m);
+    write_rows(folder / "surface.npy", body.surface.patch);
+    write_rows(folder / "patch.npy", body.touch_patch);
+    write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
+    write_stiffness(folder / "stiffness.npy", stiffness_n_per_m);
+    if (scene.tables.columns != "none") {
+        const Nodes& rows = rows_of(scene, body);
+        write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
+    }
+    write_file(folder / "mesh.vtu", to_vtu(body));
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (entry.path().filename() != "summary.json") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// Renames every file from the folder beside into its place, summary.json last: who finds it finds all.
+void publish(const fs::path& beside, const fs::path& folder) {
+    try {
+        fs::create_directories(folder);
+        fs::remove(folder / "summary.json");
+        for (const char* optional : {"columns.npy", "row_id.npy"})
+            if (!fs::exists(beside / optional)) fs::remove(folder / optional);
+        for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
+        fs::rename(beside / "summary.json", folder / "summary.json");
+    } catch (const fs::filesystem_error& error) {
+        throw Error(fmt::format("{}: cannot be written: {}", folder.string(), error.code().message()));
+    }
+}
+
+/// An absolute path without a slash at its end has a parent and a name, which "." and "out/" have not.
+fs::path plain_folder(const fs::path& given) {
+    const fs::path folder = fs::absolute(given).lexically_normal();
+    return folder.has_filename() ? folder : folder.parent_path();
+}
+
+/// Makes the folder beside `folder` in which the files are written first.
+void make_folder(const fs::path& beside, const fs::path& folder) {
+    std::error_code failed;
+    if (fs::exists(folder, failed) && !fs::is_directory(folder, failed))
+        throw Error(folder.string() + ": is a file, and a folder is to be written; give another -o");
+    fs::create_directories(beside, failed);
+    if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder.string(), failed.message()));
+}
+
+void describe_factor(const Factor& factor, Summary& summary) {
+    summary.ordering = factor.ordering();
+    summary.fill = factor.fill();
+    summary.flops = factor.flops();
+    summary.checks.smallest_pivot_ratio = factor.weakest_pivot().ratio;
+}
+
+}  // namespace
+
+Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
+    const std::vector<Lame> material(body.mesh.tet.size(),
+                                     Lame::from_young(scene.material.young_pa, scene.material.poisson));
+    return assemble_stiffness(body.mesh.position_m, body.mesh.tet, material, body.unknown,
+                              static_cast<std::int32_t>(body.free_node.size()));
+}
+
+Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress) {
+    const fs::path folder = plain_folder(folder_in);
+    Result result;
+    Summary& summary = result.summary;
+    const Body& body = result.body;
+    StageClock clock(summary);
+    // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
+    progress.stage("mesh");
+    result.body = make_body(scene, make_mesh(scene.mesh));
+    require_held(scene, body);
+    summary.model_hash = hash_model(scene, body);
+    clock.end("mesh");
+    // 2. K of the free nodes.
+    progress.stage("assembly");
+    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    clock.end("assembly");
+    // 3. Its Cholesky factor. What the mesh could not tell, the pivots do.
+    progress.stage("factor");
+    const Factor factor(k);
+    require_pivots(scene, body, k, factor);
+    describe_factor(factor, summary);
+    clock.end("factor");
+    summary.checks.condition_estimate = estimate_condition(k, factor);
+    clock.end("condition");
+    // 4. Blocks and columns of L, into a folder beside.
+    const Beside beside(folder);
+    make_folder(beside.path(), folder);
+    require_room(scene, body, beside.path());
+    progress.stage("solve");
+    const auto stiffness = compute_tables(scene, body, k, factor, beside.path(), progress, summary.checks);
+    clock.end("solve");
+    // 5. The other tables.
+    progress.stage("write");
+    write_tables(scene, body, stiffness, beside.path());
+    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
+    clock.end("write");
+    // 6. The tables as C; then the summary again, with sizes and times.
+    progress.stage("codegen");
+    generate_model(beside.path());
+    clock.end("codegen");
+    for (const fs::path& file : files_in(beside.path()))
+        summary.bytes.emplace_back(file.filename(), fs::file_size(file));
+    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
+    // 7. All files to their places.
+    publish(beside.path(), folder);
+    progress.clear();
+    return result;
+}
+
+}  // namespace haptable

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/summary.hpp"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <type_traits>
+
+#include "host/base/program.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// XXH3 over values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
+class Hash {
+public:
+    Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
+    ~Hash() { XXH3_freeState(state_); }
+    Hash(const Hash&) = delete;
+    Hash& operator=(const Hash&) = delete;
+
+    template <typename T>
+    void add(std::span<const T> values) {
+        static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, double>);
+        const std::uint64_t count = values.size();
+        XXH3_64bits_update(state_, &count, sizeof count);
+        XXH3_64bits_update(state_, values.data(), values.size_bytes());
+    }
+    void add(const std::string& text) { add(std::span<const char>(text)); }
+    void add(double value) { add(std::span<const double>(&value, 1)); }
+    std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
+
+private:
+    XXH3_state_t* state_;
+};
+
+template <typename Pairs>
+nlohmann::ordered_json to_object(const Pairs& pairs) {
+    nlohmann::ordered_json object = nlohmann::ordered_json::object();
+    for (const auto& [key, value] : pairs) object[key] = value;
+    return object;
+}
+
+nlohmann::ordered_json counts(const Body& body) {
+    return {{"nodes", body.mesh.position_m.size()},
+            {"surface_nodes", body.surface.node.size()},
+            {"free_surface_nodes", body.free_surface_node.size()},
+            {"surface_patches", body.surface.patch.size()},
+            {"tetrahedra", body.mesh.tet.size()},
+            {"fixed_nodes", body.fixed_count()},
+            {"touchable_nodes", body.touch_node.size()},
+            {"touchable_patches", body.touch_patch.size()}};
+}
+
+nlohmann::ordered_json checks(const Checks& checks) {
+    return {{"largest_residual", checks.largest_residual},
+            {"largest_asymmetry", checks.largest_asymmetry},
+            {"smallest_eigenvalue_m_per_n", checks.smallest_eigenvalue_m_per_n},
+            {"largest_block_condition", checks.largest_block_condition},
+            {"condition_estimate", checks.condition_estimate},
+            {"smallest_pivot_ratio", checks.smallest_pivot_ratio}};
+}
+
+std::string human_bytes(std::uintmax_t bytes) {
+    if (bytes < 10'000) return fmt::format("{} B", bytes);
+    if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) / 1e3);
+    return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
+}
+
+}  // namespace
+
+void StageClock::end(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    summary_.time_s.emplace_back(stage, std::chrono::duration<double>(now - begin_).count());
+    begin_ = now;
+}
+
+std::uint64_t hash_model(const Scene& scene, const Body& body) {
+    Hash hash;
+    hash.add(std::string(kVersion));
+    for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
+    hash.add(std::span<const Tet>(body.mesh.tet));
+    hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
+    hash.add(std::span<const Patch>(body.touch_patch));
+    hash.add(scene.material.young_pa);
+    hash.add(scene.material.poisson);
+    hash.add(scene.contact.force);
+    hash.add(scene.contact.god_object);
+    hash.add(scene.contact.rigid_stiffness_n_per_m);
+    hash.add(scene.device.max_force_n);
+    hash.add(scene.tables.columns);
+    return hash.digest();
+}
+
+std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
+    nlohmann::ordered_json json;
+    json["name"] = scene.name;
+    json["scene"] = scene.file.filename().string();
+    json["model_hash"] = fmt::format("{:016x}", summary.model_hash);
+    json["haptable_version"] = kVersion;
+    json["counts"] = counts(body);
+    json["material"] = {{"young_pa", scene.material.young_pa}, {"poisson", scene.material.poisson}};
+    json["contact"] = {{"force", scene.contact.force},
+                       {"god_object", scene.contact.god_object},
+                       {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    json["device"] = {{"max_force_n", scene.device.max_force_n}};
+    json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
+    json["checks"] = checks(summary.checks);
+    json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
+    json["bytes"] = to_object(summary.bytes);
+    json["time_s"] = to_object(summary.time_s);
+    json["notes"] = body.mesh.notes;
+    return json.dump(2) + "\n";
+}
+
+std::string to_table(const Scene& scene, const Body& body, const Summary& summary) {
+    const Checks& c = summary.checks;
+    std::string text = fmt::format("{} (model {:016x})\n", scene.name, summary.model_hash);
+    text += fmt::format("  {} nodes, {} on the surface, {} of these free; {} patches, {} tetrahedra; {} nodes held\n",
+                        body.mesh.position_m.size(), body.surface.node.size(), body.free_surface_node.size(),
+                        body.surface.patch.size(), body.mesh.tet.size(), body.fixed_count());
+    text += fmt::format("  touchable: {} free nodes, {} patches\n", body.touch_node.size(), body.touch_patch.size());
+    text += "\n  check                                        value\n";
+    const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
+    check("largest ||K x - b|| / ||b||", c.largest_residual);
+    check("largest asymmetry of L", c.largest_asymmetry);
+    check("smallest eigenvalue of any L_ii (m/N)", c.smallest_eigenvalue_m_per_n);
+    check("largest condition of any L_ii", c.largest_block_condition);
+    check("condition of K, estimated", c.condition_estimate);
+    check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    text += ("\n  table                size    stage           time\n");
+    for (std::size_t i = 0; i < std::max(summary.bytes.size(), summary.time_s.size()); ++i) {
+        if (i < summary.bytes.size())
+            text += fmt::format("  {:<14} {:>10}", summary.bytes[i].first, human_bytes(summary.bytes[i].second));
+        else
+            text += fmt::format("{:28}", "");
+        if (i < summary.time_s.size())
+            text += fmt::format("    {:<10} {:>9.4f} s", summary.time_s[i].first, summary.time_s[i].second);
+        text += '\n';
+    }
+    return text;
+}
+
+}  // namespace haptable

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a run of precompute tells: summary.json, and the hash that ties tables, servo and messages together.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/precompute/body.hpp"
+
+namespace haptable {
+
+/// Residuals of the checks that every run makes.
+struct Checks {
+    double largest_residual = 0.0;             ///< ||K x - b|| / ||b|| over the solves
+    double largest_asymmetry = 0.0;            ///< ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||)
+    double smallest_eigenvalue_m_per_n = 0.0;  ///< of any L_ii
+    double largest_block_condition = 0.0;      ///< of any L_ii, 2-norm
+    double condition_estimate = 0.0;           ///< of K, 2-norm
+    double smallest_pivot_ratio = 0.0;         ///< l_jj^2 / k_jj of the factor
+};
+
+struct Summary {
+    std::uint64_t model_hash = 0;
+    Checks checks;
+    std::string ordering;
+    double fill = 0.0;                                          ///< nonzeros of the factor
+    double flops = 0.0;                                         ///< of the factorisation
+    std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
+    std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
+};
+
+/// Adds the time of each stage to a summary.
+class StageClock {
+public:
+    explicit StageClock(Summary& summary) : summary_(summary), begin_(std::chrono::steady_clock::now()) {}
+    /// Ends the stage that ran since the last call.
+    void end(const std::string& stage);
+
+private:
+    Summary& summary_;
+    std::chrono::steady_clock::time_point begin_;
+};
+
+/// XXH3 (64 bits) of all that decides the tables: version, mesh, held nodes, touchable patches, material, contact and
+/// table options and the force limit. Names, paths and times are not in it: equal content gives equal hashes.
+std::uint64_t hash_model(const Scene& scene, const Body& body);
+
+/// The text of summary.json.
+std::string to_json(const Scene& scene, const Body& body, const Summary& summary);
+
+/// A short table for people: counts, checks, bytes by table, time by stage.
+std::string to_table(const Scene& scene, const Body& body, const Summary& summary);
+
+}  // namespace haptable

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <string>
+
+#include "host/precompute/body.hpp"
+
+namespace haptable {
+
+/// The body as VTK XML (UnstructuredGrid, numbers as text), for ParaView. Cells: all tetrahedra, then the touchable
+/// patches. Point data fixed, surface, touchable; cell data touchable_patch: each 0 or 1.
+std::string to_vtu(const Body& body);
+
+}  // namespace haptable

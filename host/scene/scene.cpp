@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string_view>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string_view>;
+
+// A million nodes: beyond that the factor does not fit into the memory of a workstation.
+constexpr std::int64_t kMostNodesPerSide = 100;
+
+// Diamond has 1.2e12 Pa; beyond these bounds the tables leave the range of float32.
+constexpr double kSoftest_pa = 1e-3;
+constexpr double kStiffest_pa = 1e15;
+
+/// Keys of the scene language that this version does not have. Ignoring one would give wrong tables in silence.
+struct Later {
+    std::string_view key;
+    std::string_view advice;
+};
+constexpr Later kLater[] = {
+    {"region", "one [material] holds for the whole body; remove [[region]]"},
+    {"contact.mask_radius", "the finger is a point; remove the line"},
+    {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
+};
+
+/// Levenshtein's distance: the fewest letters to insert, remove or change.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({change, diagonal + 1, row[j] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// "; did you mean side?", or the list of what there is where nothing is near.
+std::string suggest(std::string_view wrong, const Names& known) {
+    std::string_view best;
+    std::size_t least = std::max<std::size_t>(2, wrong.size() / 3) + 1;
+    for (std::string_view name : known)
+        if (const std::size_t distance = edit_distance(wrong, name); distance < least) {
+            least = distance;
+            best = name;
+        }
+    if (!best.empty()) return fmt::format("; did you mean {}?", best);
+    return fmt::format("; known here: {}", fmt::join(known, ", "));
+}
+
+std::string_view type_name(const toml::node& node) {
+    switch (node.type()) {
+        case toml::node_type::table:
+            return "a table";
+        case toml::node_type::array:
+            return node.is_array_of_tables() ? "a list of tables" : "a list";
+        case toml::node_type::string:
+            return "a text";
+        case toml::node_type::integer:
+            return "a whole number";
+        case toml::node_type::floating_point:
+            return "a number";
+        case toml::node_type::boolean:
+            return "true or false";
+        default:
+            return "a date or time";
+    }
+}
+
+/// One table of the scene file: its keys are checked when it is made, its values when they are asked for.
+class Section {
+public:
+    Section(const fs::path& file, std::string name, const toml::table& table, Names known)
+        : file_(file), name_(std::move(name)), table_(table) {
+        for (const auto& [key, node] : table_) {
+            const std::string_view text = key.str();
+            for (const Later& later : kLater)
+                if (later.key == full(text)) fail(text, fmt::format("this version does not have it: {}", later.advice));
+            if (std::find(known.begin(), known.end(), text) == known.end())
+                fail(text, "unknown key" + suggest(text, known));
+        }
+    }
+
+    bool has(std::string_view key) const { return table_.contains(key); }
+
+    /// Throws at the line of the key, or of its table where the key is missing.
+    [[noreturn]] void fail(std::string_view key, const std::string& what) const {
+        throw Error(fmt::format("{}:{}: {}: {}", file_.string(), line(key), full(key), what));
+    }
+
+    double number(std::string_view key, std::optional<double> fallback = {}) const {
+        const toml::node* node = table_.get(key);
+        if (node == nullptr && !fallback) missing(key, "a number");
+        if (node == nullptr) return *fallback;
+        const std::optional<double> value = node->value<double>();
+        if (!value || node->is_boolean()) fail(key, fmt::format("must be a number, not {}", type_name(*node)));
+        if (!std::isfinite(*value)) fail(key, "must be a finite number");
+        return *value;
+    }
+
+    double positive(std::string_view key, std::optional<double> fallback = {}) const {
+        const double value = number(key, fallback);
+        if (!(value > 0.0)) fail(key, fmt::format("is {} and must be greater than 0", value));
+        return value;
+    }
+
+    double not_negative(std::string_view key, double fallback) const {
+        const double value = number(key, fallback);
+        if (!(value >= 0.0)) fail(key, fmt::format("is {} and must not be less than 0", value));
+        return value;
+    }
+
+    std::int64_t integer(std::string_view key, std::int64_t fallback) const {
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return fallback;
+        if (!node->is_integer()) fail(key, fmt::format("must be a whole number, not {}", type_name(*node)));
+        return node->as_integer()->get();
+    }
+
+    std::string text(std::string_view key, std::optional<std::string> fallback = {}) const {
+        const toml::node* node = table_.get(key);
+        if (node == nullptr && !fallback) missing(key, "a text");
+        if (node == nullptr) return *fallback;
+        if (!node->is_string()) fail(key, fmt::format("must be a text in quotes, not {}", type_name(*node)));
+        return node->as_string()->get();
+    }
+
+    /// One of `have`; `later` are those of the scene language that this version does not have.
+    std::string choice(std::string_view key, const Names& have, const Names& later) const {
+        const std::string value = text(key, std::string(have.front()));
+        if (std::find(have.begin(), have.end(), value) != have.end()) return value;
+        if (std::find(later.begin(), later.end(), value) != later.end())
+            fail(key, fmt::format("this version does not have \"{}\"; use \"{}\"", value, have.front()));
+        fail(key, fmt::format("\"{}\" is not known{}", value, suggest(value, have)));
+    }
+
+    /// The table of that name, with its keys checked; an empty one where it is left out.
+    Section section(std::string_view key, Names known, bool required) const {
+        static const toml::table empty;
+        const toml::node* node = table_.get(key);
+        if (node == nullptr && required) fail(key, fmt::format("is missing; add a table [{}]", key));
+        if (node != nullptr && !node->is_table())
+            fail(key, fmt::format("must be one table, [{}], not {}", key, type_name(*node)));
+        return {file_, full(key), node == nullptr ? empty : *node->as_table(), std::move(known)};
+    }
+
+    /// All tables [[key]].
+    std::vector<Section> sections(std::string_view key, const Names& known) const {
+        std::vector<Section> all;
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return all;
+        if (!node->is_array_of_tables())
+            fail(key, fmt::format("must be a list of tables, [[{}]] with two brackets, not {}", key, type_name(*node)));
+        for (const toml::node& entry : *node->as_array())
+            all.push_back(Section(file_, full(key), *entry.as_table(), known));
+        return all;
+    }
+
+    std::array<double, 6> box(std::string_view key) const {
+        const toml::array* list = table_.get_as<toml::array>(key);
+        if (list == nullptr || list->size() != 6) fail(key, "must be six numbers: xmin ymin zmin xmax ymax zmax (m)");
+        std::array<double, 6> box_m{};
+        for (std::size_t c = 0; c < 6; ++c) {
+            const std::optional<double> value = (*list)[c].value<double>();
+            if (!value || (*list)[c].is_boolean() || !std::isfinite(*value))
+                fail(key, fmt::format("entry {} must be a finite number", c));
+            box_m[c] = *value;
+        }
+        for (std::size_t c = 0; c < 3; ++c)
+            if (box_m[c] > box_m[c + 3])
+                fail(key, fmt::format("{}min {} is greater than {}max {}; swap them", "xyz"[c], box_m[c], "xyz"[c],
+                                      box_m[c + 3]));
+        return box_m;
+    }
+
+    /// Line of the key, or of the table where it has no such key.
+    int line(std::string_view key = {}) const {
+        const auto entry = key.empty() ? table_.end() : table_.find(key);
+        const toml::source_region& source = entry != table_.end() ? entry->first.source() : table_.source();
+        return std::max(1, static_cast<int>(source.begin.line));
+    }
+
+private:
+    std::string full(std::string_view key) const {
+        return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+    }
+
+    [[noreturn]] void missing(std::string_view key, std::string_view type) const {
+        fail(key, fmt::format("is missing; give {}", type));
+    }
+
+    const fs::path& file_;
+    std::string name_;
+    const toml::table& table_;
+};
+
+/// The name is a folder's, a C identifier's (after codegen has mended it) and a message's.
+std::string read_name(const Section& root) {
+    const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+    const auto inner = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+    std::string name = root.text("name");
+    if (name.empty() || name.size() > 64 || !letter(name[0]) || !std::all_of(name.begin(), name.end(), inner))
+        root.fail("name", "must be a letter and then at most 63 letters, digits, '_' and '-'");
+    return name;
+}
+
+void read_generator(const Section& mesh, MeshSource& source) {
+    source.generate = mesh.choice("generate", {"cube"}, {});
+    if (mesh.has("scale")) mesh.fail("scale", "belongs to a mesh file; give the cube's side in metres and remove it");
+    const std::int64_t nodes = mesh.integer("nodes_per_side", source.nodes_per_side);
+    if (nodes < 2 || nodes > kMostNodesPerSide)
+        mesh.fail("nodes_per_side", fmt::format("is {} and must lie in 2..{}", nodes, kMostNodesPerSide));
+    source.nodes_per_side = static_cast<int>(nodes);
+    source.side_m = mesh.positive("side", source.side_m);
+}
+
+void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource& source) {
+    for (const char* key : {"nodes_per_side", "side"})
+        if (mesh.has(key)) mesh.fail(key, "belongs to generate = \"cube\"; remove it or the file");
+    const std::string file = mesh.text("file");
+    if (file.empty()) mesh.fail("file", "is empty; name a mesh file, relative to the scene");
+    source.file = scene_file.parent_path() / file;
+    source.scale_m = mesh.positive("scale", source.scale_m);
+}
+
+MeshSource read_source(const Section& root, const fs::path& scene_file) {
+    const Section mesh = root.section("mesh", {"generate", "nodes_per_side", "side", "file", "scale"}, true);
+    if (mesh.has("generate") && mesh.has("file"))
+        mesh.fail("file", "there is a generator too; keep either generate or file");
+    if (!mesh.has("generate") && !mesh.has("file"))
+        mesh.fail("file", "is missing; give a mesh file, or generate = \"cube\"");
+    MeshSource source;
+    if (mesh.has("generate"))
+        read_generator(mesh, source);
+    else
+        read_mesh_file(mesh, scene_file, source);
+    return source;
+}
+
+Material read_material(const Section& root) {
+    const Section section = root.section("material", {"young", "poisson"}, true);
+    Material material;
+    material.young_pa = section.positive("young");
+    if (material.young_pa < kSoftest_pa || material.young_pa > kStiffest_pa)
+        section.fail("young",
+                     fmt::format("is {} Pa and must lie in {}..{}", material.young_pa, kSoftest_pa, kStiffest_pa));
+    material.poisson = section.number("poisson");
+    if (!(material.poisson > -1.0 && material.poisson < 0.5))
+        section.fail("poisson", fmt::format("is {} and must lie between -1 and 0.5, both excluded; 0.5 is "
+                                            "incompressible, which this method cannot do: use 0.49",
+                                            material.poisson));
+    return material;
+}
+
+std::vector<Selection> read_selections(const Section& root, std::string_view key) {
+    std::vector<Selection> selections;
+    for (const Section& section : root.sections(key, {"box", "group"})) {
+        Selection selection;
+        selection.line = section.line();
+        if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
+        if (section.has("box")) {
+            selection.box_m = section.box("box");
+        } else {
+            selection.group = section.text("group");
+            if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
+        }
+        selections.push_back(std::move(selection));
+    }
+    return selections;
+}
+
+ContactOptions read_contact(const Section& root) {
+    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness"}, false);
+    ContactOptions contact;
+    contact.force = section.choice("force", {"interpolated"}, {"consistent", "pressure-mask"});
+    contact.god_object = section.choice("god_object", {"nearest"}, {"least-energy"});
+    contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
+    return contact;
+}
+
+Device read_device(const Section& root) {
+    const Section section = root.section("device", {"max_force", "mass", "damping", "friction", "encoder_step"}, false);
+    Device device;
+    device.max_force_n = section.positive("max_force", device.max_force_n);
+    device.mass_kg = section.positive("mass", device.mass_kg);
+    device.damping_n_s_per_m = section.not_negative("damping", device.damping_n_s_per_m);
+    device.friction_n = section.not_negative("friction", device.friction_n);
+    device.encoder_step_m = section.not_negative("encoder_step", device.encoder_step_m);
+    return device;
+}
+
+TableOptions read_table_options(const Section& root) {
+    const Section section = root.section("tables", {"precision", "columns"}, false);
+    section.choice("precision", {"float32"}, {"float16", "int16"});
+    return {section.choice("columns", {"surface", "all", "none"}, {})};
+}
+
+toml::table parse(const fs::path& file) {
+    const std::string text = read_file(file);
+    try {
+        return toml::parse(text);
+    } catch (const toml::parse_error& error) {
+        throw Error(fmt::format("{}:{}: {} (column {}); see the scene's description in README.md", file.string(),
+                                error.source().begin.line, error.description(), error.source().begin.column));
+    }
+}
+
+}  // namespace
+
+Scene read_scene(const fs::path& file) {
+    const toml::table table = parse(file);
+    const Section root(file, "", table, {"name", "mesh", "material", "fixed", "touch", "contact", "device", "tables"});
+    Scene scene;
+    scene.file = file;
+    scene.name = read_name(root);
+    scene.mesh = read_source(root, file);
+    scene.material = read_material(root);
+    scene.fixed = read_selections(root, "fixed");
+    scene.touch = read_selections(root, "touch");
+    scene.contact = read_contact(root);
+    scene.device = read_device(root);
+    scene.tables = read_table_options(root);
+    return scene;
+}
+
+}  // namespace haptable

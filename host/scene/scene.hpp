@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The scene file (TOML): a mesh, a material, what is held still, where it may be touched, and by which device.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace haptable {
+
+/// [mesh]: either the cube generator or a file.
+struct MeshSource {
+    std::string generate;        ///< "cube", or empty where a file is named
+    int nodes_per_side = 5;      ///< of the generated cube, 2 or more
+    double side_m = 0.03;        ///< of the generated cube
+    std::filesystem::path file;  ///< as it can be opened: already relative to the scene's folder
+    double scale_m = 1.0;        ///< metres per unit of the file
+};
+
+/// [material]: isotropic and linear.
+struct Material {
+    double young_pa = 0.0;  ///< > 0
+    double poisson = 0.0;   ///< -1 < poisson < 0.5
+};
+
+/// One [[fixed]] or [[touch]] table: all nodes in a box, or a named group of the mesh file.
+struct Selection {
+    std::optional<std::array<double, 6>> box_m;  ///< xmin ymin zmin xmax ymax zmax, borders included
+    std::string group;                           ///< empty where a box is given
+    int line = 0;                                ///< of the table in the scene file, for errors
+};
+
+/// [contact]
+struct ContactOptions {
+    std::string force = "interpolated";
+    std::string god_object = "nearest";
+    double rigid_stiffness_n_per_m = 1000.0;
+};
+
+/// [device]: a PHANToM-like point device. SPEC.md cites where the defaults come from.
+struct Device {
+    double max_force_n = 8.5;
+    double mass_kg = 0.075;
+    double damping_n_s_per_m = 0.005;
+    double friction_n = 0.04;  ///< Coulomb friction
+    double encoder_step_m = 3.0e-5;
+};
+
+/// [tables]
+struct TableOptions {
+    std::string columns = "surface";  ///< surface | all | none
+};
+
+struct Scene {
+    std::filesystem::path file;
+    std::string name;  ///< a letter, then letters, digits, '_' and '-': names build/<name> and the C model
+    MeshSource mesh;
+    Material material;
+    std::vector<Selection> fixed;
+    std::vector<Selection> touch;  ///< empty: the whole surface
+    ContactOptions contact;
+    Device device;
+    TableOptions tables;
+};
+
+/// Reads and checks a scene. Throws Error "FILE:LINE: key: what is wrong" for a missing file, an unknown key, a wrong
+/// type or an impossible value. The mesh file itself is not opened.
+Scene read_scene(const std::filesystem::path& file);
+
+}  // namespace haptable

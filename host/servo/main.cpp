@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo program of one scene: model.h, which codegen wrote, says which.
+#include "host/servo/servo.hpp"
+#include "model.h"
+
+int main(int argc, char** argv) {
+    return haptable::servo_main(argc, argv, {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME});
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/servo/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/progress.hpp"
+#include "host/link/clock.hpp"
+#include "host/link/finger_path.hpp"
+#include "host/servo/record.hpp"
+
+namespace haptable {
+
+namespace {
+
+// Often enough for a progress bar, seldom enough not to be felt.
+constexpr std::size_t kProgressEvery_ticks = 4096;
+
+}  // namespace
+
+ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
+                   bool quiet) {
+    const auto path_m = read_finger_path(in, Positions::any);
+    Progress progress(quiet);
+    progress.stage("replay");
+    ServoRecord record(scene, out);
+    ServoReport report;
+    haptable_servo servo;
+    haptable_init(&servo);
+    for (std::size_t tick = 0; tick < path_m.size(); ++tick) {
+        const std::array<float, 3> finger_m = to_finger(path_m[tick].data());
+        haptable_output output;
+        const Clock::time_point begin = Clock::now();
+        haptable_step(scene.model, &servo, finger_m.data(), static_cast<std::uint32_t>(tick * 1000), &output);
+        report.step.add(to_us(Clock::now() - begin));
+        const float* force_n = output.force_n;
+        report.largest_force_n =
+            std::max(report.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+        record.add(static_cast<std::int64_t>(tick), finger_m, output);
+        if (tick % kProgressEvery_ticks == 0)
+            progress.done(static_cast<double>(tick) / static_cast<double>(path_m.size()));
+    }
+    report.counters = servo.counters;
+    record.finish();
+    return report;
+}
+
+}  // namespace haptable

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a servo program is made for: the tables of one scene, linked into it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/haptable.h"
+
+namespace haptable {
+
+struct ServoScene {
+    const haptable_model* model;  ///< the firmware's tables
+    const std::uint32_t* node;    ///< [model->vertex_count] mesh node of every vertex of the model
+    const char* name;             ///< of the scene
+};
+
+/// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which
+/// the servo rejects by name.
+inline std::array<float, 3> to_finger(const double position_m[3]) {
+    return {static_cast<float>(position_m[0]), static_cast<float>(position_m[1]), static_cast<float>(position_m[2])};
+}
+
+/// Mesh node of one corner of the patch that the god-object is on; -1 without contact.
+inline std::int32_t mesh_node(const ServoScene& scene, const haptable_output& out, std::size_t corner) {
+    const std::uint16_t vertex = out.vertex[corner];
+    return vertex == HAPTABLE_NONE ? -1 : static_cast<std::int32_t>(scene.node[vertex]);
+}
+
+}  // namespace haptable

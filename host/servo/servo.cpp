@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/servo/servo.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/link/realtime.hpp"
+#include "host/link/summary.hpp"
+#include "host/servo/session.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr std::chrono::milliseconds kStatusPeriod{100};  // 10 Hz
+constexpr int kPriority = 50;                            // of 1..99: above all normal work, below the kernel's own
+
+struct Options {
+    bool lcm = false;
+    std::string in, out, csv;
+    double seconds = 0.0;
+    double until_silent_s = 0.0;
+    bool no_realtime = false;
+    bool json = false;
+    bool quiet = false;
+};
+
+void add_options(CLI::App& app, Options& o) {
+    auto* replay = app.add_option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
+    auto* out = app.add_option("--out", o.out, "with --replay: write the servo's CSV here");
+    auto* lcm = app.add_flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
+    replay->needs(out)->excludes(lcm);
+    out->needs(replay);
+    app.add_option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it")->needs(lcm);
+    app.add_option("--seconds", o.seconds, "with --lcm: end after this time")->needs(lcm)->check(CLI::PositiveNumber);
+    app.add_option("--until-silent", o.until_silent_s,
+                   "with --lcm: end when the device was silent for this many seconds")
+        ->needs(lcm)
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--no-realtime", o.no_realtime, "with --lcm: do not ask for real-time priority")->needs(lcm);
+    app.add_flag("--json", o.json, "print the summary as JSON");
+    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+}
+
+void add_report(const ServoReport& report, Summary& summary) {
+#define HAPTABLE_ADD(name) summary.add(#name, std::int64_t{report.counters.name});
+    HAPTABLE_COUNTERS(HAPTABLE_ADD)
+#undef HAPTABLE_ADD
+    summary.add("largest_force_n", report.largest_force_n);
+    summary.add("step_mean_us", report.step.mean_us());
+    summary.add("step_p999_us", report.step.quantile_us(0.999));
+    summary.add("step_max_us", report.step.max_us());
+}
+
+void add_link_report(const LinkReport& link, Summary& summary) {
+    summary.add("lost_states", static_cast<std::int64_t>(link.lost_states));
+    summary.add("late_ticks", static_cast<std::int64_t>(link.late_ticks));
+    summary.add("repeated_states", static_cast<std::int64_t>(link.repeated_states));
+    summary.add("foreign_states", static_cast<std::int64_t>(link.foreign_states));
+    summary.add("latency_mean_us", link.latency.mean_us());
+    summary.add("latency_p999_us", link.latency.quantile_us(0.999));
+    summary.add("latency_max_us", link.latency.max_us());
+}
+
+Summary head(const ServoScene& scene) {
+    Summary summary;
+    summary.add("scene", std::string(scene.name));
+    summary.add("model_hash", fmt::format("{:016x}", scene.model->hash));
+    return summary;
+}
+
+void run_replay(const ServoScene& scene, const Options& o) {
+    catch_interrupts();
+    const ServoReport report = replay(scene, o.in, o.out, o.quiet);
+    Summary summary = head(scene);
+    add_report(report, summary);
+    summary.print(o.json, o.quiet);
+}
+
+/// True when the command line says that the session is over.
+bool is_over(const ServoSession& session, const Options& o, Clock::time_point begin) {
+    const Clock::time_point now = Clock::now();
+    if (o.seconds > 0.0 && now - begin >= Seconds(o.seconds)) return true;
+    return o.until_silent_s > 0.0 && session.has_states() && now - session.last_state() >= Seconds(o.until_silent_s);
+}
+
+/// Answers states as they come; between them the watchdog, and the status ten times a second.
+void serve(ServoSession& session, Connection& connection, const Options& o) {
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point next_status = begin + kStatusPeriod;
+    while (!interrupted() && !is_over(session, o, begin)) {
+        connection.handle_until(std::min(next_status, session.watch_at()));
+        const Clock::time_point now = Clock::now();
+        session.watch(now);
+        if (now < next_status) continue;
+        session.publish_status();
+        next_status = now + kStatusPeriod;
+    }
+    session.publish_status();
+}
+
+void run_lcm(const ServoScene& scene, const Options& o) {
+    catch_interrupts();
+    const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
+    std::optional<ServoRecord> record;
+    if (!o.csv.empty()) record.emplace(scene, o.csv);
+    Connection connection;
+    ServoSession session(scene, connection, record ? &*record : nullptr);
+    const bool locked = !o.no_realtime && lock_memory();
+    if (!o.quiet)
+        fmt::print(stderr, "servo: {} on {}, {}, memory {}\n", scene.name, connection.url(), priority,
+                   locked ? "locked" : "not locked");
+    serve(session, connection, o);
+    if (record) record->finish();
+    Summary summary = head(scene);
+    summary.add("url", connection.url());
+    add_report(session.report(), summary);
+    add_link_report(session.link_report(), summary);
+    summary.print(o.json, o.quiet);
+}
+
+}  // namespace
+
+int servo_main(int argc, char** argv, const ServoScene& scene) {
+    CLI::App app(fmt::format("The servo of the scene \"{}\": feels a finger at 1 kHz.", scene.name), "servo");
+    Options options;
+    add_options(app, options);
+    return run_program(app, argc, argv, [&] {
+        if (!options.lcm && options.in.empty())
+            throw Error("nothing to do: give --lcm, or --replay IN.csv --out OUT.csv");
+        if (options.lcm)
+            run_lcm(scene, options);
+        else
+            run_replay(scene, options);
+    });
+}
+
+}  // namespace haptable

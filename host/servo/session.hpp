@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// device_state in, servo_force and contact out: the servo as a partner of a device over LCM.
+#pragma once
+
+#include "host/link/clock.hpp"
+#include "host/link/connection.hpp"
+#include "host/link/messages.hpp"
+#include "host/link/statistics.hpp"
+#include "host/servo/record.hpp"
+#include "host/servo/replay.hpp"
+#include "host/servo/scene.hpp"
+
+namespace haptable {
+
+/// What the link counts beside the firmware's own counters.
+struct LinkReport {
+    std::uint64_t lost_states = 0;      ///< gaps in the device's numbering
+    std::uint64_t late_ticks = 0;       ///< answers that took longer than a tick
+    std::uint64_t repeated_states = 0;  ///< asked again by the device: the same answer given
+    std::uint64_t foreign_states = 0;   ///< meant for another model: not answered
+    DurationStatistics latency;         ///< from the arrival of a state to its answer
+};
+
+/// Answers every state at once. Single-threaded: everything happens within connection.handle_until and the calls
+/// below, so the same code runs against a device in another process and, over memq://, in this one.
+class ServoSession {
+public:
+    /// Subscribes to the device's states. `record` may be null.
+    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record);
+    ServoSession(const ServoSession&) = delete;
+    ServoSession& operator=(const ServoSession&) = delete;
+
+    /// The watchdog: after HAPTABLE_SILENCE_US without a state it drops the contact and publishes zero force, once.
+    /// Simulated time stands still between states, so in lockstep there is no silence.
+    void watch(Clock::time_point now);
+    /// When watch has work again. Far away while there is nothing to watch.
+    Clock::time_point watch_at() const;
+    /// Publishes servo_status and begins a new count of the longest step.
+    void publish_status();
+
+    bool has_states() const { return has_states_; }
+    /// When the last state came; begin of the session before.
+    Clock::time_point last_state() const { return last_state_; }
+    ServoReport report() const;
+    LinkReport link_report() const;
+
+private:
+    void on_state(const device_state& state, std::int64_t received_utime);
+    bool is_repeated(const device_state& state) const;
+    void step(const device_state& state);
+    void note_output(double step_us);
+    void answer();
+    void publish_contact();
+
+    ServoScene scene_;
+    Connection& connection_;
+    ServoRecord* record_;
+    haptable_servo servo_;
+    haptable_output output_{};
+    device_state state_{};  ///< the last one
+    servo_force force_{};
+    contact contact_{};
+    bool has_states_ = false;
+    Clock::time_point last_state_ = Clock::now();
+    SequenceGaps gaps_;
+    ServoReport report_;
+    LinkReport link_;
+    double longest_step_us_ = 0.0;
+};
+
+}  // namespace haptable

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Where the body is seen from, and where a point of it lands in the picture.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+namespace haptable {
+
+/// How the picture is taken. Angles in degrees: azimuth of the eye from +x towards +y, elevation above the xy plane.
+struct ViewOptions {
+    int width = 960;
+    int height = 720;
+    double azimuth = -122.0;
+    double elevation = 24.0;
+    double zoom = 1.0;
+};
+
+/// A perspective camera, z up, that stands so far off that some points just fit the part of the picture that title,
+/// legend and scale bar leave free, in its middle.
+class Camera {
+public:
+    /// `points_m`: one or more.
+    Camera(const ViewOptions& view, std::span<const Eigen::Vector3f> points_m);
+
+    /// Metres to eye space: x right, y up, -z ahead; metres.
+    const Eigen::Matrix4f& to_eye() const { return to_eye_; }
+    /// Eye space to clip space, with rows of the picture counted from the top (y down).
+    const Eigen::Matrix4f& to_clip() const { return to_clip_; }
+    /// Where a point lands, in pixels from the top left corner of the picture.
+    Eigen::Vector2f pixel(const Eigen::Vector3f& point_m) const;
+    /// How large a metre across the line of sight is at a point.
+    float pixels_per_m(const Eigen::Vector3f& point_m) const;
+    /// From a point towards the eye, unit.
+    Eigen::Vector3f towards_eye() const { return towards_eye_; }
+
+private:
+    int width_;
+    int height_;
+    Eigen::Vector3f towards_eye_;
+    Eigen::Matrix4f to_eye_;
+    Eigen::Matrix4f to_clip_;
+};
+
+/// The margins that title (top), legend (bottom) and scale bar (right) take, as shares of the picture's height.
+inline constexpr float kTopMargin = 0.09F;
+inline constexpr float kBottomMargin = 0.08F;
+inline constexpr float kSideMargin = 0.05F;
+inline constexpr float kBarMargin = 0.175F;
+
+}  // namespace haptable

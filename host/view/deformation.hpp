@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// u_r = sum over the loaded nodes i of L_ri F_i   (equation 8)
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "host/tables/npy.hpp"
+#include "host/tables/tables.hpp"
+
+namespace haptable {
+
+/// A force on one mesh node.
+struct NodalForce {
+    std::int32_t node = -1;  ///< mesh node
+    std::array<float, 3> force_n{};
+
+    bool operator==(const NodalForce&) const = default;
+};
+
+/// Equation 8 over the rows of columns.npy, in float32. The file stays on the disk and is mapped: of a table that is
+/// larger than the memory only the columns that are touched are read.
+///
+/// A column is copied the first time its node is loaded, into one of kSlots slots, in the order that the vector units
+/// want: [blocks, 3, 16], so that one load brings 16 coefficients of one force component. As stored, [r, 3, 3], they
+/// are three floats apart, and the product takes 2.5 times as long. A whole copy of the table would be as fast but
+/// doubles a table that can have gigabytes.
+class Deformation {
+public:
+    /// Maps `folder`/columns.npy. Throws Error when the scene has no columns or when they do not fit the tables.
+    Deformation(const Tables& tables, const std::filesystem::path& folder);
+
+    std::size_t rows() const { return rows_; }
+
+    /// The displacements [r,3] in metres under `loads`, in the order of row_id.npy; valid until the next call. A node
+    /// without a column is a fixed one: the force on it moves nothing. No heap. For one thread.
+    std::span<const float> displace(std::span<const NodalForce> loads) noexcept;
+
+private:
+    static constexpr std::size_t kSlots = 64;  ///< loaded nodes that stay rearranged
+    static constexpr std::size_t kGroup = 3;   ///< nodes of one sweep over the rows: a patch has three
+
+    /// Panels of the nodes of one sweep.
+    using Group = std::array<const float*, kGroup>;
+
+    const float* panel(std::int32_t column, const Group& in_use) noexcept;
+    float* slot(std::size_t index) const noexcept;
+    void fill(std::int32_t column, float* panel) const noexcept;
+
+    MappedNpy<float> columns_;  // [n,r,3,3]
+    std::size_t rows_;
+    std::size_t blocks_;                     ///< of 16 displacement components
+    std::vector<std::int32_t> column_of_;    ///< [N] column of a mesh node, or -1
+    std::vector<std::int32_t> slot_of_;      ///< [n] slot of a column, or -1
+    std::array<std::int32_t, kSlots> held_;  ///< the column in each slot, or -1
+    std::size_t next_slot_ = 0;              ///< the oldest one: overwritten next, unless in use
+
+    struct Free {
+        void operator()(float* memory) const;
+    };
+    std::unique_ptr<float[], Free> panels_;        ///< [slots, blocks, 3, 16]
+    std::unique_ptr<float[], Free> displacement_;  ///< [blocks, 16], of which 3 r are used
+};
+
+}  // namespace haptable

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// One moment of a session: where finger and god-object are, what loads the body, what the user feels.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "host/tables/tables.hpp"
+#include "host/view/deformation.hpp"
+
+namespace haptable {
+
+/// A servo's tick or a contact message, as it is drawn.
+struct ContactFrame {
+    std::int64_t number = 0;    ///< tick of a CSV, seq of a contact message
+    double time_s = 0.0;        ///< since the beginning of the session
+    bool finger_known = false;  ///< false where the position was not a finite one
+    bool contact = false;
+    Eigen::Vector3d finger_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();  ///< of a contact
+    Eigen::Vector3d force_n = Eigen::Vector3d::Zero();       ///< what the user feels (equation 12)
+    std::vector<NodalForce> loads;                           ///< of the body (equation 10)
+};
+
+/// Which moments are drawn.
+struct FrameChoice {
+    std::int64_t every_ms = 33;       ///< one a so many milliseconds (ticks), ...
+    std::vector<std::int64_t> ticks;  ///< ... or just these, where any are named
+};
+
+}  // namespace haptable

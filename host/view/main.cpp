@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-view: draws the deformed body from a servo's CSV, an LCM log, or live.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/base/progress.hpp"
+#include "host/link/summary.hpp"
+#include "host/view/contact_messages.hpp"
+#include "host/view/output.hpp"
+#include "host/view/painter.hpp"
+#include "host/view/servo_csv.hpp"
+#include "host/view/vtu.hpp"
+
+namespace {
+
+using namespace haptable;
+namespace fs = std::filesystem;
+
+struct Options {
+    fs::path folder, out, csv, log;
+    bool lcm = false, mesh = false, vtu = false, json = false, quiet = false;
+    FrameChoice choice;
+    LiveLimits limits;
+    ViewOptions view;
+    std::string size = "960x720";
+    double range_mm = 0.0;
+};
+
+void add_options(CLI::App& app, Options& o) {
+    app.add_option("DIR", o.folder, "folder that haptable-precompute wrote")->required();
+    auto* source = app.add_option_group("source", "what is drawn");
+    source->add_option("--csv", o.csv, "a servo's CSV (servo --replay IN --out FILE)");
+    source->add_option("--log", o.log, "an LCM log (lcm-logger FILE)");
+    source->add_flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
+    source->add_flag("--mesh", o.mesh, "the rest shape alone");
+    source->require_option(1);
+    app.add_option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif")->required();
+    app.add_option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    app.add_option("--ticks", o.choice.ticks, "only these ticks (of a log: these seq), as A,B,C")->delimiter(',');
+    app.add_option("--frames", o.limits.frames, "live: end after so many pictures")->check(CLI::PositiveNumber);
+    app.add_option("--seconds", o.limits.seconds, "live: end after so long")->check(CLI::PositiveNumber);
+    app.add_option("--size", o.size, "of the picture, in pixels")->capture_default_str();
+    app.add_option("--azimuth", o.view.azimuth, "of the eye, degrees from +x towards +y")->capture_default_str();
+    app.add_option("--elevation", o.view.elevation, "of the eye above the xy plane, degrees")
+        ->check(CLI::Range(-89.9, 89.9))
+        ->capture_default_str();
+    app.add_option("--zoom", o.view.zoom, "1 shows the whole body")
+        ->check(CLI::Range(0.05, 50.0))
+        ->capture_default_str();
+    app.add_option("--range", o.range_mm, "end of the colour scale, mm (default: the largest displacement)")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--vtu", o.vtu, "also write the deformed surfaces for ParaView: frame_*.vtu and frames.pvd");
+    app.add_flag("--json", o.json, "print the summary as JSON");
+    app.add_flag("--quiet", o.quiet, "no progress bar and no summary");
+}
+
+void parse_size(const std::string& text, ViewOptions& view) {
+    int used = 0;
+    constexpr int kLeast = 160, kMost = 8192;
+    if (std::sscanf(text.c_str(), "%dx%d%n", &view.width, &view.height, &used) != 2 ||
+        static_cast<std::size_t>(used) != text.size() || std::min(view.width, view.height) < kLeast ||
+        std::max(view.width, view.height) > kMost)
+        throw Error("--size " + text + ": give WIDTHxHEIGHT, each from 160 to 8192, as in 960x720");
+}
+
+/// Counts, times and extremes of a run.
+struct Report {
+    std::int64_t frames = 0;
+    double first_draw_ms = 0.0, draw_ms = 0.0, write_ms = 0.0;
+    Ranges largest;
+};
+
+double since_ms(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Draws frames one by one and hands them to the output.
+class Session {
+public:
+    Session(const Options& options, const Tables& tables)
+        : options_(options),
+          painter_(tables, options.folder, options.view, !options.mesh),
+          output_(options.out, options.view.width, options.view.height, static_cast<double>(options.choice.every_ms)) {
+        if (!options.vtu) return;
+        if (output_.folder() == nullptr) throw Error("--vtu: give a folder with -o, not " + options.out.string());
+        vtu_.emplace(*output_.folder());
+    }
+
+    void widen(const ContactFrame& frame) { painter_.measure(frame, report.largest); }
+
+    void add(const ContactFrame& frame) {
+        Ranges ranges = report.largest;
+        if (options_.range_mm > 0.0) ranges.displacement_m = 1e-3 * options_.range_mm;
+        finish([&]() -> const Image& { return painter_.paint(frame, ranges); });
+        if (vtu_) vtu_->add(frame.time_s, painter_.surface(), frame.loads);
+    }
+
+    void add_mesh() {
+        finish([&]() -> const Image& { return painter_.paint_mesh(); });
+        if (vtu_) vtu_->add(0.0, painter_.surface(), {});
+    }
+
+    void close() {
+        output_.close();
+        if (vtu_) vtu_->close();
+    }
+
+    Report report;
+
+private:
+    template <typename Paint>
+    void finish(const Paint& paint) {
+        const auto begin = std::chrono::steady_clock::now();
+        const Image& image = paint();
+        const double draw_ms = since_ms(begin);
+        const auto painted = std::chrono::steady_clock::now();
+        output_.add(image);
+        report.write_ms += since_ms(painted);
+        // The first frame waits for Mesa to compile the shaders.
+        (report.frames++ == 0 ? report.first_draw_ms : report.draw_ms) += draw_ms;
+    }
+
+    const Options& options_;
+    Painter painter_;
+    Output output_;
+    std::optional<VtuSeries> vtu_;
+};
+
+std::vector<ContactFrame> read_frames(const Options& options, const Tables& tables) {
+    std::vector<ContactFrame> frames = options.csv.empty() ? read_contact_log(options.log, tables, options.choice)
+                                                           : read_servo_csv(options.csv, tables, options.choice);
+    if (options.out.extension() == ".png" && frames.size() > 1)
+        throw Error(fmt::format("{}: holds one picture, but {} were chosen: give a folder, or one tick with --ticks",
+                                options.out.string(), frames.size()));
+    return frames;
+}
+
+Report draw_recorded(const Options& options, const Tables& tables) {
+    const std::vector<ContactFrame> frames = read_frames(options, tables);
+    Session session(options, tables);
+    Progress progress(options.quiet);
+    progress.stage("draw");
+    for (const ContactFrame& frame : frames) session.widen(frame);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        session.add(frames[i]);
+        progress.done(static_cast<double>(i + 1) / static_cast<double>(frames.size()));
+    }
+    session.close();
+    return session.report;
+}
+
+Report draw_live(Options options, const Tables& tables) {
+    if (options.out.extension() == ".png") options.limits.frames = 1;
+    catch_interrupts();  // Ctrl-C is the usual end
+    Session session(options, tables);
+    follow_contacts(tables, options.limits, [&](const ContactFrame& frame) {
+        session.widen(frame);
+        session.add(frame);
+    });
+    session.close();
+    return session.report;
+}
+
+Report draw_mesh(const Options& options, const Tables& tables) {
+    Session session(options, tables);
+    session.add_mesh();
+    session.close();
+    return session.report;
+}
+
+void print(const Report& report, const Options& options) {
+    const auto later = static_cast<double>(std::max<std::int64_t>(report.frames - 1, 1));
+    Summary summary;
+    summary.add("frames", report.frames);
+    summary.add("largest_displacement_mm", 1e3 * report.largest.displacement_m);
+    summary.add("largest_force_n", report.largest.force_n);
+    summary.add("first_draw_ms", report.first_draw_ms);
+    summary.add("draw_ms_per_frame", report.draw_ms / later);
+    summary.add("write_ms_per_frame", report.write_ms / static_cast<double>(std::max<std::int64_t>(report.frames, 1)));
+    summary.add("out", options.out.string());
+    summary.print(options.json, options.quiet);
+}
+
+void view(Options& options) {
+    parse_size(options.size, options.view);
+    const Tables tables = read_tables(options.folder);
+    if (options.lcm)
+        print(draw_live(options, tables), options);
+    else
+        print(options.mesh ? draw_mesh(options, tables) : draw_recorded(options, tables), options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Draws the deformed body: from a servo's CSV, from an LCM log, or live over LCM.", "haptable-view");
+    Options options;
+    add_options(app, options);
+    return run_program(app, argc, argv, [&options] { view(options); });
+}

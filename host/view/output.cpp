@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/view/output.hpp"
+
+#include <algorithm>
+#include <regex>
+#include <string>
+
+#include "host/base/error.hpp"
+#include "host/view/png.hpp"
+#include "host/view/vtu.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Suffixes that ask for something we do not write.
+bool is_foreign(const fs::path& path) {
+    static const std::string known[] = {".jpg", ".jpeg", ".bmp", ".ppm",  ".svg",  ".pdf", ".tif",
+                                        ".avi", ".mov",  ".mkv", ".webm", ".webp", ".csv", ".vtu"};
+    return std::find(std::begin(known), std::end(known), path.extension()) != std::end(known);
+}
+
+void clear_frames(const fs::path& folder) {
+    static const std::regex ours("frame_[0-9]{6}\\.(png|vtu)|frames\\.pvd");
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed) throw Error(folder.string() + ": cannot be made a folder: " + failed.message());
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (std::regex_match(entry.path().filename().string(), ours)) fs::remove(entry.path());
+}
+
+}  // namespace
+
+Output::Output(const fs::path& path, int width, int height, double frame_ms) : path_(path), kind_(Kind::folder) {
+    if (fs::is_directory(path)) {
+        clear_frames(path);
+    } else if (path.extension() == ".png") {
+        kind_ = Kind::picture;
+    } else if (is_film(path)) {
+        kind_ = Kind::film;
+        film_ = std::make_unique<Film>(path, width, height, frame_ms);
+    } else if (is_foreign(path)) {
+        throw Error(path.string() + ": pictures are written as .png, .mp4, .gif or into a folder: give one of these");
+    } else {
+        clear_frames(path);
+    }
+}
+
+Output::~Output() {
+    if (pending_.valid()) pending_.wait();
+}
+
+void Output::add(const Image& image) {
+    if (single() && frames_ > 0) throw Error(path_.string() + ": holds one picture only: give a folder");
+    if (film_) {
+        film_->add(image);
+        ++frames_;
+        return;
+    }
+    if (pending_.valid()) pending_.get();
+    writing_ = image;
+    const fs::path file = single() ? path_ : path_ / (frame_name(frames_) + ".png");
+    ++frames_;
+    pending_ = std::async(std::launch::async, [this, file] { write_png(file, writing_); });
+}
+
+void Output::close() {
+    if (pending_.valid()) pending_.get();
+    if (film_) film_->close();
+}
+
+}  // namespace haptable

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// From a moment of a session to its finished picture: deformation, surface, rendering, annotation.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "host/tables/tables.hpp"
+#include "host/view/deformation.hpp"
+#include "host/view/frame.hpp"
+#include "host/view/renderer.hpp"
+#include "host/view/surface.hpp"
+
+namespace haptable {
+
+/// What a picture's colours and arrow are measured by. Both only grow.
+struct Ranges {
+    double displacement_m = 0.0;
+    double force_n = 0.0;
+};
+
+class Painter {
+public:
+    /// `folder`: of the tables. Without `deform` only the rest shape can be painted, and no columns are needed.
+    Painter(const Tables& tables, const std::filesystem::path& folder, const ViewOptions& view, bool deform);
+
+    /// Deforms the surface as the frame's loads do and widens the ranges by it.
+    void measure(const ContactFrame& frame, Ranges& ranges);
+    /// Deforms and paints. Colours end at `ranges.displacement_m`, the longest arrow stands for `ranges.force_n`.
+    const Image& paint(const ContactFrame& frame, const Ranges& ranges);
+    /// The rest shape alone (the paper's Figure 1 a).
+    const Image& paint_mesh();
+
+    const DrawnSurface& surface() const { return surface_; }
+    const Renderer& renderer() const { return renderer_; }
+    /// The markers of a frame, as they are painted.
+    Markers markers(const ContactFrame& frame, const Ranges& ranges) const;
+
+private:
+    void deform(const ContactFrame& frame);
+
+    const Tables& tables_;
+    std::optional<Deformation> deformation_;
+    DrawnSurface surface_;
+    Renderer renderer_;
+    Image image_;
+};
+
+}  // namespace haptable

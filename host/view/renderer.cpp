@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/view/renderer.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "host/view/colormap.hpp"
+#include "host/view/shaders.hpp"
+#include "host/view/shapes.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+
+constexpr float kHiddenOpacity = 0.6F;  // of what lies behind the surface
+// Shares of the body's size.
+constexpr float kShaft = 0.0055F;
+constexpr float kHead = 0.0155F;
+constexpr float kHeadLength = 0.042F;
+constexpr float kRod = 0.0028F;
+constexpr float kRoomTop = 0.20F;  // above the rest shape, for an arrow
+
+Vector3f share(const Rgb8& color) { return Vector3f(color[0], color[1], color[2]) / 255.0F; }
+
+Vector3f lowest(const DrawnSurface& surface) {
+    Vector3f low = Vector3f::Constant(std::numeric_limits<float>::max());
+    for (const Vector3f& p : surface.rest_m) low = low.cwiseMin(p);
+    return low;
+}
+
+Vector3f highest(const DrawnSurface& surface) {
+    Vector3f high = Vector3f::Constant(std::numeric_limits<float>::lowest());
+    for (const Vector3f& p : surface.rest_m) high = high.cwiseMax(p);
+    return high;
+}
+
+/// The diagonal of a cube of the same volume, but of a sheet or a stick not less than a share of its own diagonal.
+float size_of(const Vector3f& box) {
+    constexpr float kLeast = 0.4F;
+    return std::max(std::sqrt(3.0F) * std::cbrt(box.prod()), kLeast * box.norm());
+}
+
+/// What has to be in the picture: the rest shape, and room above its upper half for the arrow.
+std::vector<Vector3f> framed(const DrawnSurface& surface, float size_m) {
+    std::vector<Vector3f> points = surface.rest_m;
+    const float middle = 0.5F * (lowest(surface).z() + highest(surface).z());
+    for (const Vector3f& p : surface.rest_m)
+        if (p.z() > middle) points.emplace_back(p + kRoomTop * size_m * Vector3f(0.0F, 0.0F, 1.0F));
+    return points;
+}
+
+/// The z axis of a unit shape laid from `from` to `to`.
+Matrix4f along(const Vector3f& from, const Vector3f& to, float radius) {
+    const Vector3f axis = to - from;
+    Matrix4f place = Matrix4f::Identity();
+    place.topLeftCorner<3, 3>() = Eigen::Quaternionf::FromTwoVectors(Vector3f::UnitZ(), axis).toRotationMatrix() *
+                                  Vector3f(radius, radius, axis.norm()).asDiagonal();
+    place.topRightCorner<3, 1>() = from;
+    return place;
+}
+
+Matrix4f ball(const Vector3f& centre, float radius) {
+    Matrix4f place = Matrix4f::Identity();
+    place.topLeftCorner<3, 3>() *= radius;
+    place.topRightCorner<3, 1>() = centre;
+    return place;
+}
+
+GLuint make_texture(GLint format, int width, int height, GLenum layout, const void* texels) {
+    GLuint texture = 0;
+    glGenTextures(1, &texture);
+    glBindTexture(GL_TEXTURE_2D, texture);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, layout, GL_UNSIGNED_BYTE, texels);
+    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+        glTexParameteri(GL_TEXTURE_2D, wrap, GL_CLAMP_TO_EDGE);
+    return texture;
+}
+
+std::string lit(const char* fragment) { return std::string(kVersionLine) + kLight + fragment; }
+std::string plain(const char* source) { return std::string(kVersionLine) + source; }
+
+}  // namespace
+
+Renderer::Renderer(const ViewOptions& view, const DrawnSurface& surface)
+    : low_m_(lowest(surface)),
+      high_m_(highest(surface)),
+      size_m_(size_of(high_m_ - low_m_)),
+      camera_(view, framed(surface, size_m_)),
+      line_px_(static_cast<float>(view.height) / 720.0F * 1.1F),
+      target_(view.width, view.height),
+      surface_program_(make_program(plain(kSurfaceVertex), lit(kSurfaceFragment))),
+      solid_program_(make_program(plain(kSolidVertex), lit(kSolidFragment))),
+      surface_({3, 3, 2, 3}),
+      sphere_({3, 3}),
+      rod_({3, 3}),
+      cone_({3, 3}) {
+    sphere_.upload(sphere_shape(), GL_STATIC_DRAW);
+    rod_.upload(rod_shape(), GL_STATIC_DRAW);
+    cone_.upload(cone_shape(), GL_STATIC_DRAW);
+    map_ = make_texture(GL_RGB8, static_cast<int>(kColors), 1, GL_RGB, color_map().data());
+    bake_background(surface, view);
+}
+
+/// The ground is the same in every picture: it is drawn once. From below it is not seen.
+void Renderer::bake_background(const DrawnSurface& surface, const ViewOptions& view) {
+    const Shadow shadow = cast_shadow(surface, low_m_, high_m_);
+    std::vector<float> corners;
+    constexpr float kQuad[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
+    for (const auto& [u, v] : kQuad)
+        corners.insert(corners.end(),
+                       {shadow.low_x_m + u * shadow.side_m, shadow.low_y_m + v * shadow.side_m, low_m_.z(), u, v});
+    Triangles ground({3, 2});
+    ground.upload(corners, GL_STATIC_DRAW);
+    const GLuint program = make_program(plain(kGroundVertex), plain(kGroundFragment));
+    make_texture(GL_R8, Shadow::kCells, Shadow::kCells, GL_RED, shadow.darkness.data());
+
+    background_.width = view.width;
+    background_.height = view.height;
+    const Rgb8& c = kBackgroundColor;
+    background_.pixel.assign(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height),
+                             static_cast<std::uint32_t>(c[0] << 16U | c[1] << 8U | c[2]));
+    PixelBox all;
+    all.include(Eigen::Vector2f::Zero(), static_cast<float>(view.width + view.height));
+    target_.begin(all);
+    glFrontFace(GL_CW);
+    glEnable(GL_CULL_FACE);
+    glUseProgram(program);
+    set_uniform(program, "to_eye", camera_.to_eye());
+    set_uniform(program, "to_clip", camera_.to_clip());
+    ground.draw();
+    target_.read_over(background_);
+}
+
+void Renderer::upload_surface(const DrawnSurface& surface, float range_m) {
+    corners_.clear();
+    for (std::size_t p = 0; p < surface.patches(); ++p) {
+        const float neutral = range_m > 0.0F ? surface.neutral[p] : 1.0F;
+        const float per_m = range_m > 0.0F ? 1.0F / range_m : 0.0F;
+        const auto& crease = surface.crease[p];
+        for (int c = 0; c < 3; ++c) {
+            const auto node = static_cast<std::size_t>(surface.patch[p][c]);
+            const Vector3f& u = surface.displacement_m[node];
+            const Vector3f at = surface.rest_m[node] + u;
+            const Vector3f& n = surface.normal[static_cast<std::size_t>(surface.normal_of[p][c])];
+            corners_.insert(corners_.end(), {at.x(), at.y(), at.z(), n.x(), n.y(), n.z(), u.norm() * per_m, neutral,
+                                             static_cast<float>(crease[0]), static_cast<float>(crease[1]),
+                                             static_cast<float>(crease[2])});
+        }
+    }
+    surface_.upload(corners_, GL_STREAM_DRAW);
+}
+
+void Renderer::draw(const DrawnSurface& surface, const Markers& markers, float range_m, Image& image) {
+    image = background_;
+    target_.begin(bounds(surface, markers));
+    glFrontFace(GL_CW);  // counter-clockwise from outside, but the picture's y runs down
+    upload_surface(surface, range_m);
+    draw_surface();
+    draw_markers(markers, 1.0F);
+    // Once more what lies behind the surface, half transparent: the finger is inside the rest shape.
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_FALSE);
+    draw_markers(markers, kHiddenOpacity);
+    target_.read_over(image);
+}
+
+/// The part of the picture in which anything is drawn.
+PixelBox Renderer::bounds(const DrawnSurface& surface, const Markers& markers) const {
+    PixelBox box;
+    const auto include = [&](const Vector3f& point, float radius_m) {
+        box.include(camera_.pixel(point), camera_.pixels_per_m(point) * radius_m + 2.0F);
+    };
+    for (std::size_t i = 0; i < surface.nodes(); ++i) include(surface.rest_m[i] + surface.displacement_m[i], 0.0F);
+    for (const auto& marker : {markers.finger, markers.god_object, markers.arrow_tip})
+        if (marker) include(*marker, kSphereShare * size_m_);
+    return box;
+}
+
+void Renderer::draw_surface() {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+    glEnable(GL_CULL_FACE);
+    glUseProgram(surface_program_);
+    set_uniform(surface_program_, "to_eye", camera_.to_eye());
+    set_uniform(surface_program_, "to_clip", camera_.to_clip());
+    set_uniform(surface_program_, "line_px", line_px_);
+    set_uniform(surface_program_, "neutral", share(kNeutralColor));
+    glBindTexture(GL_TEXTURE_2D, map_);
+    surface_.draw();
+    // Where a large force has turned the linear model inside out, its inside shows. Drawn last, all else of it is
+    // hidden and costs little.
+    glCullFace(GL_FRONT);
+    surface_.draw();
+    glCullFace(GL_BACK);
+}
+
+void Renderer::draw_markers(const Markers& markers, float opacity) {
+    glEnable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glUseProgram(solid_program_);
+    set_uniform(solid_program_, "to_eye", camera_.to_eye());
+    set_uniform(solid_program_, "to_clip", camera_.to_clip());
+    const float radius = kSphereShare * size_m_;
+    if (markers.god_object && markers.finger && (*markers.god_object - *markers.finger).norm() > radius)
+        draw_solid(rod_, along(*markers.god_object, *markers.finger, kRod * size_m_), share(kArrowColor), opacity);
+    if (markers.finger) draw_solid(sphere_, ball(*markers.finger, radius), share(kFingerColor), opacity);
+    if (!markers.god_object) return;
+    draw_solid(sphere_, ball(*markers.god_object, radius), share(kGodObjectColor), opacity);
+    if (!markers.arrow_tip) return;
+    const Vector3f from = *markers.god_object;
+    const float length = (*markers.arrow_tip - from).norm();
+    if (length < radius) return;  // it would stay inside the sphere
+    const float head = std::min(kHeadLength * size_m_, 0.5F * length);
+    const Vector3f neck = *markers.arrow_tip - head / length * (*markers.arrow_tip - from);
+    draw_solid(rod_, along(from, neck, kShaft * size_m_), share(kArrowColor), opacity);
+    draw_solid(cone_, along(neck, *markers.arrow_tip, kHead * size_m_), share(kArrowColor), opacity);
+}
+
+void Renderer::draw_solid(const Triangles& shape, const Matrix4f& place, const Vector3f& color, float opacity) {
+    set_uniform(solid_program_, "place", place);
+    set_uniform(solid_program_, "tint", Eigen::Vector4f(color.x(), color.y(), color.z(), opacity));
+    shape.draw();
+}
+
+}  // namespace haptable

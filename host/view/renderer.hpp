@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The picture of a deformed surface with finger, god-object and force, without a display.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "host/view/camera.hpp"
+#include "host/view/image.hpp"
+#include "host/view/offscreen.hpp"
+#include "host/view/surface.hpp"
+
+namespace haptable {
+
+/// What stands beside the surface in a picture. Positions in metres.
+struct Markers {
+    std::optional<Eigen::Vector3f> finger;
+    std::optional<Eigen::Vector3f> god_object;
+    std::optional<Eigen::Vector3f> arrow_tip;  ///< of the force, which starts at the god-object
+};
+
+class Renderer {
+public:
+    /// Of this surface's patches, seen around its rest shape.
+    Renderer(const ViewOptions& view, const DrawnSurface& surface);
+
+    const Camera& camera() const { return camera_; }
+    /// The body's size, m, by which the markers are sized: the diagonal of a cube as large as the rest shape's box.
+    float size_m() const { return size_m_; }
+
+    /// Draws the surface as it is deformed now, coloured from 0 to `range_m`; with 0 all of it is neutral.
+    void draw(const DrawnSurface& surface, const Markers& markers, float range_m, Image& image);
+
+private:
+    void bake_background(const DrawnSurface& surface, const ViewOptions& view);
+    void upload_surface(const DrawnSurface& surface, float range_m);
+    PixelBox bounds(const DrawnSurface& surface, const Markers& markers) const;
+    void draw_surface();
+    void draw_markers(const Markers& markers, float opacity);
+    void draw_solid(const Triangles& shape, const Eigen::Matrix4f& place, const Eigen::Vector3f& color, float opacity);
+
+    Eigen::Vector3f low_m_;
+    Eigen::Vector3f high_m_;
+    float size_m_;
+    Camera camera_;
+    float line_px_;
+    Offscreen target_;
+    GLuint surface_program_;
+    GLuint solid_program_;
+    GLuint map_ = 0;
+    Triangles surface_;  // position 3, normal 3, look 2, wide 3
+    Triangles sphere_;   // position 3, normal 3
+    Triangles rod_;
+    Triangles cone_;
+    Image background_;            ///< with the ground
+    std::vector<float> corners_;  ///< of all patches, as they are uploaded
+};
+
+/// Radius of the spheres of finger and god-object, as a share of the body's size.
+inline constexpr float kSphereShare = 0.017F;
+
+}  // namespace haptable

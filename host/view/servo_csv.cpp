@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// F_i = alpha_i S_i u,   u = finger - god-object   (equations 9 and 10)
+#include "host/view/servo_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr std::string_view kHeader =
+    "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z";
+constexpr std::size_t kColumns = 17;
+constexpr double kTick_s = 0.001;
+// The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
+constexpr double kAlphaSlack = 1e-4;
+
+using Nodes = std::array<std::int32_t, 3>;
+
+struct Row {
+    std::int64_t tick = 0;
+    int contact = 0;
+    Nodes node{};
+    std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
+};
+
+bool finite(const std::array<double, 3>& v) {
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+Eigen::Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+class Reader {
+public:
+    Reader(const std::filesystem::path& file, const Tables& tables)
+        : file_(file), tables_(tables), index_of_(tables.position.size(), -1) {
+        for (Nodes nodes : tables.patch) {
+            std::sort(nodes.begin(), nodes.end());
+            patch_.insert(nodes);
+        }
+        for (std::size_t i = 0; i < tables.node_id.size(); ++i)
+            index_of_[static_cast<std::size_t>(tables.node_id[i])] = static_cast<std::int32_t>(i);
+    }
+
+    std::vector<ContactFrame> read(const FrameChoice& choice) {
+        const std::string text = read_file(file_);
+        std::string_view rest = text;
+        if (next_line(rest) != kHeader)
+            fail(
+                "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
+                "servo --replay IN --out OUT wrote");
+        std::vector<ContactFrame> frames;
+        std::size_t rows = 0;
+        std::set<std::int64_t> wanted(choice.ticks.begin(), choice.ticks.end());
+        std::int64_t last = -1;
+        while (!rest.empty()) {
+            const Row row = parse(next_line(rest));
+            if (row.tick <= last) fail(fmt::format("tick {} comes after tick {}: ticks must rise", row.tick, last));
+            check(row);
+            last = row.tick;
+            const bool chosen = choice.ticks.empty() ? static_cast<std::int64_t>(rows) % choice.every_ms == 0
+                                                     : wanted.erase(row.tick) == 1;
+            if (chosen) frames.push_back(frame(row));
+            ++rows;
+        }
+        if (rows == 0) throw Error(file_.string() + ": holds a header and no tick: nothing to draw");
+        if (!wanted.empty())
+            throw Error(fmt::format("{}: has no tick {}: it ends with {}", file_.string(), *wanted.begin(), last));
+        return frames;
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(fmt::format("{}:{}: {}", file_.string(), line_, what));
+    }
+
+    std::string_view next_line(std::string_view& rest) {
+        ++line_;
+        const std::size_t end = rest.find('\n');
+        std::string_view line = rest.substr(0, end);
+        rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        return line;
+    }
+
+    template <typename Number>
+    Number number(std::string_view field, const char* column) const {
+        Number value{};
+        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+        if (error != std::errc() || stop != field.data() + field.size())
+            fail(fmt::format("{} is \"{}\", which is no number: make the file again with the servo", column,
+                             field.substr(0, 40)));
+        return value;
+    }
+
+    Row parse(std::string_view line) const {
+        std::array<std::string_view, kColumns> field;
+        const auto commas = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+        if (commas + 1 != kColumns)
+            fail(fmt::format("has {} columns where {} belong: is the file cut off?", line.empty() ? 0 : commas + 1,
+                             kColumns));
+        for (std::string_view& f : field) {
+            const std::size_t comma = line.find(',');
+            f = line.substr(0, comma);
+            line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
+        }
+        Row row;
+        row.tick = number<std::int64_t>(field[0], "tick");
+        row.contact = number<int>(field[4], "contact");
+        for (std::size_t i = 0; i < 3; ++i) {
+            row.finger_m[i] = number<double>(field[1 + i], "the finger's position");
+            row.node[i] = number<std::int32_t>(field[5 + i], "a node");
+            row.alpha[i] = number<double>(field[8 + i], "an area coordinate");
+            row.god_object_m[i] = number<double>(field[11 + i], "the god-object's position");
+            row.force_n[i] = number<double>(field[14 + i], "the force");
+        }
+        return row;
+    }
+
+    void check(const Row& row) const {
+        if (row.contact != 0 && row.contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", row.contact));
+        if (row.contact == 0) {
+            if (row.node != Nodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
+            return;
+        }
+        Nodes nodes = row.node;
+        std::sort(nodes.begin(), nodes.end());
+        if (!patch_.contains(nodes))
+            fail(
+                fmt::format("nodes {}, {}, {} are no touchable patch of {}: give the tables of the servo that wrote "
+                            "the file",
+                            row.node[0], row.node[1], row.node[2], tables_.name));
+        if (!finite(row.finger_m) || !finite(row.god_object_m) || !finite(row.alpha) || !finite(row.force_n))
+            fail("a number of a contact is not finite");
+        const auto [least, most] = std::minmax({row.alpha[0], row.alpha[1], row.alpha[2]});
+        const double sum = row.alpha[0] + row.alpha[1] + row.alpha[2];
+        if (least < -kAlphaSlack || most > 1.0 + kAlphaSlack || std::abs(sum - 1.0) > kAlphaSlack)
+            fail(fmt::format("the area coordinates {}, {}, {} must each be in 0..1 and sum to 1", row.alpha[0],
+                             row.alpha[1], row.alpha[2]));
+    }
+
+    ContactFrame frame(const Row& row) const {
+        ContactFrame out;
+        out.number = row.tick;
+        out.time_s = static_cast<double>(row.tick) * kTick_s;
+        out.finger_known = finite(row.finger_m);
+        out.contact = row.contact == 1;
+        if (out.finger_known) out.finger_m = vector(row.finger_m);
+        if (!out.contact) return out;
+        out.god_object_m = vector(row.god_object_m);
+        out.force_n = vector(row.force_n);
+        for (std::size_t i = 0; i < 3; ++i)
+            out.loads.push_back(load(row.node[i], row.alpha[i], out.finger_m - out.god_object_m));
+        return out;
+    }
+
+    /// Equations 9 and 10; a fixed node has the rigid stiffness.
+    NodalForce load(std::int32_t node, double alpha, const Eigen::Vector3d& u) const {
+        Eigen::Matrix3d stiffness = tables_.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
+        if (const std::int32_t i = index_of_[static_cast<std::size_t>(node)]; i >= 0)
+            stiffness = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+                tables_.stiffness[static_cast<std::size_t>(i)].data());
+        const Eigen::Vector3f force = (alpha * (stiffness * u)).cast<float>();
+        return {node, {force.x(), force.y(), force.z()}};
+    }
+
+    std::filesystem::path file_;
+    const Tables& tables_;
+    std::vector<std::int32_t> index_of_;  // [N] in node_id and stiffness, -1 for a fixed node
+    std::set<Nodes> patch_;               // touchable, nodes ascending
+    int line_ = 0;
+};
+
+}  // namespace
+
+std::vector<ContactFrame> read_servo_csv(const std::filesystem::path& file, const Tables& tables,
+                                         const FrameChoice& choice) {
+    return Reader(file, tables).read(choice);
+}
+
+}  // namespace haptable

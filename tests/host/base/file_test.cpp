@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "host/base/error.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class BaseFile : public testing::Test {
+protected:
+    std::size_t count() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+    }
+
+    const test::TemporaryFolder temporary_;
+    const fs::path folder_ = temporary_.path();
+};
+
+TEST_F(BaseFile, WhatIsWrittenIsRead) {
+    const std::string bytes("a\0b\r\n\xFF", 6);
+    write_file(folder_ / "a", bytes);
+    EXPECT_EQ(read_file(folder_ / "a"), bytes);
+    write_file(folder_ / "a", "");
+    EXPECT_EQ(read_file(folder_ / "a"), "");
+    EXPECT_EQ(count(), 1U) << "something was left beside the file";
+}
+
+TEST_F(BaseFile, ErrorsNameThePath) {
+    for (const fs::path& path : {folder_ / "missing", folder_}) {
+        try {
+            read_file(path);
+            FAIL() << "no error";
+        } catch (const Error& error) {
+            EXPECT_EQ(std::string(error.what()).rfind(path.string(), 0), 0U) << error.what();
+        }
+    }
+    EXPECT_THROW(write_file(folder_ / "no" / "such" / "folder", "x"), Error);
+}
+
+TEST_F(BaseFile, WithoutCommitNothingIsLeft) {
+    write_file(folder_ / "a", "old");
+    {
+        const Beside beside(folder_ / "a");
+        write_file(beside.path(), "half");
+        EXPECT_EQ(read_file(folder_ / "a"), "old");
+    }
+    EXPECT_EQ(read_file(folder_ / "a"), "old");
+    EXPECT_EQ(count(), 1U);
+}
+
+TEST_F(BaseFile, CommitReplaces) {
+    write_file(folder_ / "a", "old");
+    Beside beside(folder_ / "a");
+    write_file(beside.path(), "new");
+    beside.commit();
+    EXPECT_EQ(read_file(folder_ / "a"), "new");
+    EXPECT_EQ(count(), 1U);
+}
+
+TEST_F(BaseFile, ALinkStaysALink) {
+    write_file(folder_ / "a", "old");
+    fs::create_symlink("a", folder_ / "link");
+    write_file(folder_ / "link", "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(read_file(folder_ / "a"), "new");
+    EXPECT_EQ(count(), 2U);
+}
+
+// A pipe stands for all that is no file: nobody wants to lose /dev/null in a test.
+TEST_F(BaseFile, ADeviceOrPipeIsNotReplaced) {
+    ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+    EXPECT_THROW(write_file(folder_ / "pipe", "x"), Error);
+    EXPECT_TRUE(fs::is_fifo(folder_ / "pipe"));
+    EXPECT_EQ(count(), 1U);
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+
+namespace haptable {
+
+namespace {
+
+struct Outcome {
+    int status = 0;
+    std::string out, err;
+};
+
+Outcome run_with(std::vector<std::string> arguments, const std::function<void()>& work) {
+    CLI::App app("A program.", "prog");
+    std::vector<char*> argv;
+    arguments.insert(arguments.begin(), "prog");
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    Outcome run;
+    run.status = run_program(app, static_cast<int>(argv.size()), argv.data(), work);
+    run.out = testing::internal::GetCapturedStdout();
+    run.err = testing::internal::GetCapturedStderr();
+    return run;
+}
+
+TEST(Program, SucceedsInSilence) {
+    const Outcome run = run_with({}, [] {});
+    EXPECT_EQ(run.status, 0);
+    EXPECT_EQ(run.out + run.err, "");
+}
+
+TEST(Program, AnErrorIsOneLineOnStandardError) {
+    const Outcome run = run_with({}, [] { throw Error("a.toml:3: wrong\nbecause\n"); });
+    EXPECT_EQ(run.status, 1);
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(run.err, "prog: a.toml:3: wrong because\n");
+}
+
+TEST(Program, EveryExceptionIsCaught) {
+    EXPECT_EQ(run_with({}, [] { throw std::bad_alloc(); }).status, 1);
+    EXPECT_EQ(run_with({}, [] { throw std::logic_error("x"); }).err, "prog: x\n");
+    EXPECT_EQ(run_with({}, [] { throw Interrupted(); }).status, 130);
+}
+
+TEST(Program, AnUnknownOptionIsAnErrorAndDoesNoWork) {
+    const Outcome run = run_with({"--no-such-option"}, [] { FAIL(); });
+    EXPECT_EQ(run.status, 2);
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+}
+
+TEST(Program, HelpAndVersionGoToStandardOutput) {
+    const Outcome help = run_with({"--help"}, [] { FAIL(); });
+    EXPECT_EQ(help.status, 0);
+    EXPECT_NE(help.out.find("A program."), std::string::npos);
+    const Outcome version = run_with({"--version"}, [] { FAIL(); });
+    EXPECT_EQ(version.status, 0);
+    EXPECT_EQ(version.out, std::string("prog ") + kVersion + "\n");
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/device/path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/base/error.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+PathOptions tilted() {
+    PathOptions options;
+    options.at_m = Vector3d(0.01, 0.02, 0.03);
+    options.direction = Vector3d(1.0, 2.0, -2.0);
+    return options;
+}
+
+/// Depth below the touched point along the way into the body, m.
+double depth_of(const Vector3d& x, const PathOptions& o) { return (x - o.at_m).dot(o.direction.normalized()); }
+
+class PathTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(PathTest, MovesWithoutJumpsAtItsSpeed) {
+    const auto path = scripted_path(GetParam(), tilted());
+    const double h = 1e-5;
+    for (double t = h; t < path->duration_s() - h; t += 7.3e-4) {
+        const Vector3d slope = (path->at(t + h).position_m - path->at(t - h).position_m) / (2.0 * h);
+        EXPECT_LT((slope - path->at(t).velocity_m_s).norm(), 2e-4) << t;
+        // The peak of a minimum-jerk movement is 15/8 of its mean.
+        EXPECT_LE(slope.norm(), 1.875 * tilted().speed_m_s * 1.001) << t;
+    }
+}
+
+TEST_P(PathTest, BeginsAndEndsAboveTheSurface) {
+    const PathOptions options = tilted();
+    const auto path = scripted_path(GetParam(), options);
+    for (const double t : {-1.0, 0.0, path->duration_s(), path->duration_s() + 1.0}) {
+        EXPECT_NEAR(depth_of(path->at(t).position_m, options), -options.clearance_m, 1e-12) << t;
+        EXPECT_LT(path->at(t).velocity_m_s.norm(), 1e-12) << t;
+    }
+}
+
+TEST_P(PathTest, ReachesItsDepthAndNoMore) {
+    const PathOptions options = tilted();
+    const auto path = scripted_path(GetParam(), options);
+    double deepest = -1.0;
+    for (double t = 0.0; t < path->duration_s(); t += 1e-4)
+        deepest = std::max(deepest, depth_of(path->at(t).position_m, options));
+    EXPECT_NEAR(deepest, options.depth_m, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PathTest, testing::Values("poke", "drag", "circle", "poke,drag,circle,poke"));
+
+TEST(ScriptedPath, CircleKeepsItsRadius) {
+    const PathOptions options = tilted();
+    const auto path = scripted_path("circle", options);
+    const Vector3d centre = options.at_m + options.depth_m * options.direction.normalized();
+    double turned = 0.0;
+    Vector3d last = Vector3d::Zero();
+    for (double t = 0.0; t < path->duration_s(); t += 1e-3) {
+        const Vector3d x = path->at(t).position_m;
+        if (std::abs(depth_of(x, options) - options.depth_m) > 1e-9) continue;
+        EXPECT_NEAR((x - centre).norm(), options.radius_m, 1e-9);
+        if (!last.isZero()) turned += (x - last).norm() / options.radius_m;
+        last = x;
+    }
+    EXPECT_NEAR(turned, 2.0 * M_PI, 0.01);
+}
+
+TEST(ScriptedPath, DragGoesBothWaysAlong) {
+    PathOptions options;
+    options.along = Vector3d(0.0, 3.0, 5.0);  // its part along the surface counts
+    const auto path = scripted_path("drag", options);
+    double low = 0.0, high = 0.0;
+    for (double t = 0.0; t < path->duration_s(); t += 1e-3) {
+        const Vector3d x = path->at(t).position_m - options.at_m;
+        EXPECT_NEAR(x.x(), 0.0, 1e-12);
+        low = std::min(low, x.y());
+        high = std::max(high, x.y());
+    }
+    EXPECT_NEAR(high, options.radius_m, 1e-6);
+    EXPECT_NEAR(low, -options.radius_m, 1e-6);
+}
+
+TEST(ScriptedPath, RefusesWhatItCannotDo) {
+    PathOptions options;
+    EXPECT_THROW(scripted_path("prod", options), Error);
+    EXPECT_THROW(scripted_path("", options), Error);
+    EXPECT_THROW(scripted_path("poke,,drag", options), Error);
+    options.direction = Vector3d::Zero();
+    EXPECT_THROW(scripted_path("poke", options), Error);
+    options.direction = options.along = Vector3d(1.0, 0.0, 0.0);
+    EXPECT_THROW(scripted_path("drag", options), Error);
+    EXPECT_THROW(recorded_path({}), Error);
+}
+
+TEST(RecordedPath, GoesThroughItsPositions) {
+    const auto path = recorded_path({{0.0, 0.0, 0.0}, {1e-3, 0.0, 0.0}, {1e-3, 2e-3, 0.0}});
+    EXPECT_NEAR(path->duration_s(), 3e-3, 1e-15);
+    EXPECT_LT((path->at(0.5e-3).position_m - Vector3d(0.5e-3, 0.0, 0.0)).norm(), 1e-15);
+    EXPECT_LT((path->at(0.5e-3).velocity_m_s - Vector3d(1.0, 0.0, 0.0)).norm(), 1e-12);
+    EXPECT_LT((path->at(2e-3).position_m - Vector3d(1e-3, 2e-3, 0.0)).norm(), 1e-15);
+    EXPECT_EQ(path->at(2.5e-3).velocity_m_s, Vector3d::Zero());
+    EXPECT_EQ(path->at(-1.0).position_m, path->at(0.0).position_m);
+    EXPECT_EQ(path->at(1.0).position_m, path->at(2e-3).position_m);
+}
+
+}  // namespace
+}  // namespace haptable::test

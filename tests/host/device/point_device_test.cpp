@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The simulated device against closed forms of its equation of motion.
+#include "host/device/point_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStep_s = 5e-5;
+
+Device device_with(double friction_n, double damping_n_s_per_m) {
+    Device device;
+    device.friction_n = friction_n;
+    device.damping_n_s_per_m = damping_n_s_per_m;
+    return device;
+}
+
+Target at_rest(const Vector3d& position_m) { return {position_m, Vector3d::Zero()}; }
+
+// m x'' + d x' + k x = 0, x(0) = x0, x'(0) = 0, under-damped:
+// x = x0 exp(-z w t) (cos(wd t) + z w / wd sin(wd t)), w = sqrt(k/m), z = d / (2 sqrt(k m)), wd = w sqrt(1 - z^2)
+double free_oscillation(double x0, double m, double k, double d, double t) {
+    const double w = std::sqrt(k / m), z = d / (2.0 * std::sqrt(k * m)), wd = w * std::sqrt(1.0 - z * z);
+    return x0 * std::exp(-z * w * t) * (std::cos(wd * t) + z * w / wd * std::sin(wd * t));
+}
+
+/// The largest distance from the closed form over 0.4 s, relative to the first displacement.
+double oscillation_error(double step_s) {
+    const Device device = device_with(0.0, 0.5);
+    const Hand hand{200.0, 1.0};
+    PointDevice point(device, hand, Vector3d(0.01, 0.0, 0.0));
+    double worst = 0.0;
+    const int steps = static_cast<int>(std::lround(0.4 / step_s));
+    for (int i = 1; i <= steps; ++i) {
+        point.advance(at_rest(Vector3d::Zero()), step_s);
+        const double exact = free_oscillation(0.01, device.mass_kg, 200.0, 1.5, i * step_s);
+        worst = std::max(worst, std::abs(point.position_m().x() - exact) / 0.01);
+    }
+    return worst;
+}
+
+TEST(PointDevice, OscillatesAndDecaysAsTheClosedFormSays) { EXPECT_LT(oscillation_error(kStep_s), 2e-5); }
+
+TEST(PointDevice, IsOfSecondOrder) {
+    const double coarse = oscillation_error(1e-3), fine = oscillation_error(5e-4);
+    EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.05);
+}
+
+// F = k (x - x_t): where the motors and the hand balance.
+TEST(PointDevice, SettlesWhereForcesBalance) {
+    PointDevice point(device_with(0.0, 0.005), Hand{200.0, 5.0}, Vector3d(0.02, 0.0, -0.01));
+    const Vector3d target(0.001, 0.002, 0.003), force(0.5, -1.0, 2.0);
+    point.set_force(force);
+    for (int i = 0; i < 40000; ++i) point.advance(at_rest(target), kStep_s);
+    EXPECT_LT((point.position_m() - (target + force / 200.0)).norm(), 1e-12);
+    EXPECT_LT(point.velocity_m_s().norm(), 1e-12);
+}
+
+// With friction it stops within f/k of the target.
+TEST(PointDevice, StopsWithinItsFriction) {
+    const Device device = device_with(0.04, 0.005);
+    PointDevice point(device, Hand{200.0, 5.0}, Vector3d(0.02, 0.01, 0.0));
+    for (int i = 0; i < 40000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    const Vector3d stopped = point.position_m();
+    EXPECT_EQ(point.velocity_m_s().norm(), 0.0);
+    EXPECT_LE(stopped.norm(), device.friction_n / 200.0 + 1e-12);
+    EXPECT_GT(stopped.norm(), 0.0);
+    point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    EXPECT_EQ(point.position_m(), stopped);
+}
+
+// A free mass under Coulomb friction alone: v = v0 - f t / m, straight, and it stays where it stops.
+TEST(PointDevice, FrictionBrakesEvenlyAndAgainstTheMotion) {
+    const Device device = device_with(0.04, 0.0);
+    PointDevice point(device, Hand{0.0, 0.0}, Vector3d::Zero());
+    point.set_force(Vector3d(3.0, 4.0, 0.0));
+    for (int i = 0; i < 2000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    const double v0 = point.velocity_m_s().norm();
+    EXPECT_NEAR(v0, (5.0 - 0.04) / device.mass_kg * 0.1, 1e-9);
+    point.set_force(Vector3d::Zero());
+    for (int i = 0; i < 2000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    EXPECT_NEAR(point.velocity_m_s().norm(), v0 - 0.04 / device.mass_kg * 0.1, 1e-9);
+    EXPECT_NEAR(point.velocity_m_s().x() / point.velocity_m_s().y(), 0.75, 1e-12);
+}
+
+// Without motors and with a target at rest nothing adds energy: at any step, stiffness and friction.
+TEST(PointDevice, EnergyNeverGrowsWithoutForce) {
+    for (const double step_s : {1e-5, kStep_s, 1e-3, 0.1}) {
+        for (const double stiffness : {0.0, 200.0, 1e5}) {
+            for (const double friction : {0.0, 0.04, 1.0}) {
+                PointDevice point(device_with(friction, 0.0), Hand{stiffness, 0.0}, Vector3d(0.02, -0.01, 0.03));
+                const Vector3d target(0.001, 0.0, 0.002);
+                double energy = point.energy_j(target);
+                for (int i = 0; i < 3000; ++i) {
+                    point.advance(at_rest(target), step_s);
+                    const double now = point.energy_j(target);
+                    ASSERT_LE(now, energy * (1.0 + 1e-12) + 1e-30) << step_s << " " << stiffness << " " << friction;
+                    energy = now;
+                }
+            }
+        }
+    }
+}
+
+// Without any friction it keeps its energy: the scheme itself takes none.
+TEST(PointDevice, KeepsItsEnergyWithoutFriction) {
+    PointDevice point(device_with(0.0, 0.0), Hand{200.0, 0.0}, Vector3d(0.02, 0.0, 0.0));
+    const double energy = point.energy_j(Vector3d::Zero());
+    for (int i = 0; i < 20000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    EXPECT_NEAR(point.energy_j(Vector3d::Zero()) / energy, 1.0, 1e-9);
+}
+
+TEST(PointDevice, MotorsHaveALimit) {
+    Device device;
+    device.max_force_n = 2.0;
+    PointDevice point(device, Hand{}, Vector3d::Zero());
+    point.set_force(Vector3d(1.0, 0.0, -1.0));
+    EXPECT_EQ(point.force_n(), Vector3d(1.0, 0.0, -1.0));
+    point.set_force(Vector3d(1.5, 0.0, -2.0));
+    EXPECT_LT((point.force_n() - Vector3d(1.2, 0.0, -1.6)).norm(), 1e-12);
+    point.set_force(Vector3d(3e200, 0.0, -4e200));
+    EXPECT_LT((point.force_n() - Vector3d(1.2, 0.0, -1.6)).norm(), 1e-12);
+    point.set_force(Vector3d(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));
+    EXPECT_EQ(point.force_n(), Vector3d::Zero());
+    point.set_force(Vector3d(0.0, std::numeric_limits<double>::infinity(), 0.0));
+    EXPECT_EQ(point.force_n(), Vector3d::Zero());
+}
+
+TEST(PointDevice, EncodersReadTheirGrid) {
+    Device device;
+    device.encoder_step_m = 3e-5;
+    const PointDevice point(device, Hand{}, Vector3d(4.4e-5, 4.6e-5, -4.6e-5));
+    EXPECT_LT((point.encoder_m() - Vector3d(3e-5, 6e-5, -6e-5)).norm(), 1e-15);
+    device.encoder_step_m = 0.0;
+    EXPECT_EQ(PointDevice(device, Hand{}, Vector3d(0.1, 0.2, 0.3)).encoder_m(), Vector3d(0.1, 0.2, 0.3));
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The device's side of the loop over memq://, with a partner that answers as each test wants.
+#include "host/device/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "host/base/error.hpp"
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::int64_t kHash = 77;
+
+class DeviceSessionTest : public testing::Test {
+protected:
+    /// Calls `answer` for every state; what it leaves in the force is published when it returns true.
+    void partner(std::function<bool(const device_state&, servo_force&)> answer) {
+        connection.subscribe<device_state>(kStateChannel, [this, answer](const device_state& state, std::int64_t) {
+            servo_force force{};
+            force.seq = state.seq;
+            force.model_hash = kHash;
+            if (answer(state, force)) connection.publish(kForceChannel, force);
+        });
+    }
+    DeviceReport run(const SessionOptions& options, const std::string& record_name = "device.csv") {
+        const auto path = scripted_path("poke", PathOptions{});
+        const PointDevice device(Device{}, Hand{}, path->at(0.0).position_m);
+        DeviceRecord record(folder / record_name);
+        DeviceSession session(device, *path, connection, options, &record);
+        const DeviceReport report = session.run();
+        record.finish();
+        return report;
+    }
+
+    WorkFolder folder;
+    Connection connection{"memq://"};
+};
+
+/// A wall at z = 0.03 m of 300 N/m.
+bool push_up(const device_state& state, servo_force& force) {
+    force.force_n[2] = 300.0 * std::max(0.0, 0.03 - state.position_m[2]);
+    force.servo_state = force.force_n[2] > 0.0 ? 2 : 1;
+    return true;
+}
+
+SessionOptions lockstep(double patience_s = 5.0) {
+    SessionOptions options;
+    options.lockstep = true;
+    options.patience_s = patience_s;
+    return options;
+}
+
+TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
+    std::vector<device_state> states;
+    partner([&](const device_state& state, servo_force& force) {
+        states.push_back(state);
+        return push_up(state, force);
+    });
+    const DeviceReport report = run(lockstep());
+    EXPECT_EQ(report.ticks, 800);  // 15 mm down at 50 mm/s, 0.2 s, and up again
+    EXPECT_EQ(report.missed, 0);
+    EXPECT_EQ(report.resent, 0);
+    ASSERT_EQ(states.size(), 800U);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        EXPECT_EQ(states[i].seq, static_cast<std::int64_t>(i));
+        EXPECT_EQ(states[i].utime, static_cast<std::int64_t>(i) * 1000);
+        EXPECT_EQ(states[i].model_hash, i == 0 ? 0 : kHash);  // after the first answer: this servo only
+    }
+    EXPECT_GT(report.contact_ticks, 100);
+    // Hand and wall in series: 200 N/m * 300 N/m / 500 N/m * 5 mm = 0.6 N, but for the friction of 0.04 N.
+    EXPECT_NEAR(report.largest_force_n, 0.6, 0.05);
+}
+
+TEST_F(DeviceSessionTest, VelocityIsThatOfTheEncoders) {
+    std::vector<device_state> states;
+    partner([&](const device_state& state, servo_force&) {
+        states.push_back(state);
+        return true;
+    });
+    run(lockstep());
+    for (std::size_t i = 10; i < states.size(); ++i)
+        for (int a = 0; a < 3; ++a)
+            EXPECT_NEAR(states[i].velocity_m_s[a], (states[i].position_m[a] - states[i - 10].position_m[a]) / 0.01,
+                        1e-9);
+    EXPECT_LT(states[150].velocity_m_s[2], -0.05);  // half way down: the peak of the movement, 94 mm/s
+}
+
+// A lost answer is asked for again, and changes no byte of the result.
+TEST_F(DeviceSessionTest, LockstepSurvivesLostMessages) {
+    {
+        partner(push_up);
+        run(lockstep(), "whole.csv");
+    }
+    int lost = 0;
+    std::int64_t seen = -1;
+    Connection again("memq://");
+    again.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
+        servo_force force{};
+        force.seq = state.seq;
+        force.model_hash = kHash;
+        push_up(state, force);
+        const bool first_time = state.seq > seen;
+        seen = state.seq;
+        if (first_time && state.seq % 300 == 150)
+            ++lost;
+        else
+            again.publish(kForceChannel, force);
+    });
+    const auto path = scripted_path("poke", PathOptions{});
+    DeviceRecord record(folder / "lossy.csv");
+    DeviceSession session(PointDevice(Device{}, Hand{}, path->at(0.0).position_m), *path, again, lockstep(), &record);
+    const DeviceReport report = session.run();
+    record.finish();
+    EXPECT_EQ(lost, 3);
+    EXPECT_GE(report.resent, 3);
+    EXPECT_EQ(read_file(folder / "lossy.csv"), read_file(folder / "whole.csv"));
+}
+
+TEST_F(DeviceSessionTest, LockstepGivesUpWithAnError) {
+    partner([](const device_state& state, servo_force&) { return state.seq < 5; });
+    try {
+        run(lockstep(0.25));
+        FAIL() << "it ended without answers";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("no answer to state 5"), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(folder.file_count(), 0U);  // no half-written record
+}
+
+TEST_F(DeviceSessionTest, IgnoresASecondServo) {
+    partner([this](const device_state& state, servo_force& force) {
+        servo_force foreign{};
+        foreign.seq = state.seq;
+        foreign.model_hash = 5;
+        foreign.force_n[0] = 3.0;
+        if (state.seq > 0) connection.publish(kForceChannel, foreign);
+        return push_up(state, force);
+    });
+    const DeviceReport report = run(lockstep());
+    EXPECT_GE(report.foreign_answers, 798);  // the last one may come after the end
+    EXPECT_LT(report.largest_force_n, 1.0);
+}
+
+// An answer that was overtaken by a newer one changes nothing.
+TEST_F(DeviceSessionTest, IgnoresAnOvertakenAnswer) {
+    partner([this](const device_state& state, servo_force& force) {
+        push_up(state, force);
+        connection.publish(kForceChannel, force);
+        servo_force old = force;
+        --old.seq;
+        old.force_n[0] = 3.0;
+        if (state.seq > 0) connection.publish(kForceChannel, old);
+        return false;
+    });
+    EXPECT_LT(run(lockstep()).largest_force_n, 1.0);
+}
+
+// The force is never older than 20 ms, whenever the machine lets us run: a tick takes a millisecond at least.
+TEST_F(DeviceSessionTest, RealTimeDropsAStaleForce) {
+    partner([](const device_state& state, servo_force& force) {
+        force.force_n[0] = 1.0;
+        return state.seq <= 10;
+    });
+    SessionOptions options;
+    options.seconds = 0.06;
+    const DeviceReport report = run(options);
+    const auto rows = read_rows(folder / "device.csv");
+    ASSERT_EQ(rows.size(), 60U);
+    EXPECT_EQ(report.silences, 1);
+    EXPECT_GE(report.missed, 49);
+    EXPECT_EQ(rows[0][10], 1.0);
+    for (std::size_t tick = 11 + 21; tick < rows.size(); ++tick) EXPECT_EQ(rows[tick][10], 0.0) << tick;
+}
+
+TEST_F(DeviceSessionTest, RealTimeNeedsNoServoWithoutPatience) {
+    SessionOptions options;
+    options.seconds = 0.02;
+    options.patience_s = 0.0;
+    const DeviceReport report = run(options);
+    EXPECT_EQ(report.ticks, 20);
+    EXPECT_EQ(report.missed, 20);
+    EXPECT_EQ(report.silences, 0);
+    options.lockstep = true;
+    EXPECT_THROW(run(options), Error);
+}
+
+}  // namespace
+}  // namespace haptable::test

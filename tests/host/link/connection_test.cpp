@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/link/connection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "host/base/error.hpp"
+#include "host/link/messages.hpp"
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+namespace {
+
+TEST(Connection, BringsMessagesInOrderWithAllTheirFields) {
+    Connection connection("memq://");
+    std::vector<contact> came;
+    connection.subscribe<contact>(kContactChannel, [&](const contact& m, std::int64_t) { came.push_back(m); });
+    contact message{};
+    for (std::int64_t seq = 0; seq < 100; ++seq) {
+        message.seq = seq;
+        message.count = static_cast<std::int32_t>(seq % 4);
+        message.node.assign(static_cast<std::size_t>(message.count), 17);
+        message.force_n.assign(static_cast<std::size_t>(message.count), {0.5, 0.0, -0.25});
+        connection.publish(kContactChannel, message);
+    }
+    handle_all(connection);
+    ASSERT_EQ(came.size(), 100U);
+    for (std::size_t i = 0; i < 100; ++i) {
+        EXPECT_EQ(came[i].seq, static_cast<std::int64_t>(i));
+        ASSERT_EQ(came[i].count, static_cast<std::int32_t>(i % 4));
+        for (const auto& force_n : came[i].force_n) EXPECT_EQ(force_n, (std::vector<double>{0.5, 0.0, -0.25}));
+    }
+    EXPECT_EQ(connection.undecodable(), 0U);
+}
+
+TEST(Connection, CountsMessagesOfAnotherType) {
+    Connection connection("memq://");
+    int came = 0;
+    connection.subscribe<device_state>(kStateChannel, [&](const device_state&, std::int64_t) { ++came; });
+    connection.publish(kStateChannel, servo_force{});
+    connection.publish(kStateChannel, device_state{});
+    handle_all(connection);
+    EXPECT_EQ(came, 1);
+    EXPECT_EQ(connection.undecodable(), 1U);
+}
+
+TEST(Connection, WaitsForItsDeadline) {
+    Connection connection("memq://");
+    connection.subscribe<device_state>(kStateChannel, [](const device_state&, std::int64_t) {});
+    const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(3);
+    EXPECT_FALSE(connection.handle_until(deadline));
+    EXPECT_GE(Clock::now(), deadline);
+    EXPECT_FALSE(connection.handle_until(Clock::now() - std::chrono::seconds(1)));
+}
+
+TEST(Connection, SaysWhatToDoWithABadUrl) {
+    try {
+        Connection connection("nonsense");
+        FAIL() << "it opened";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("LCM_DEFAULT_URL"), std::string::npos) << error.what();
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+}
+
+TEST(Connection, TakesItsUrlFromTheEnvironment) {
+    const char* before = std::getenv("LCM_DEFAULT_URL");
+    const std::string kept = before != nullptr ? before : "";
+    setenv("LCM_DEFAULT_URL", "memq://", 1);
+    EXPECT_EQ(lcm_url(), "memq://");
+    setenv("LCM_DEFAULT_URL", "", 1);
+    EXPECT_EQ(lcm_url(), kDefaultUrl);
+    unsetenv("LCM_DEFAULT_URL");
+    EXPECT_EQ(lcm_url(), kDefaultUrl);
+    if (before != nullptr) setenv("LCM_DEFAULT_URL", kept.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/link/finger_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/base/error.hpp"
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+namespace {
+
+class FingerPathTest : public testing::Test {
+protected:
+    std::vector<std::array<double, 3>> read(const std::string& text, Positions allowed = Positions::any) {
+        write_file(folder / "path.csv", text);
+        return read_finger_path(folder / "path.csv", allowed);
+    }
+    std::string error_of(const std::string& text, Positions allowed = Positions::any) {
+        try {
+            read(text, allowed);
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "none";
+    }
+    void expect_error_at(const std::string& text, int line, Positions allowed = Positions::any) {
+        const std::string place = (folder / "path.csv").string() + ":" + std::to_string(line) + ": ";
+        const std::string error = error_of(text, allowed);
+        EXPECT_EQ(error.substr(0, place.size()), place) << error;
+        EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    }
+
+    WorkFolder folder;
+};
+
+TEST_F(FingerPathTest, ReadsPositions) {
+    const auto path = read("x,y,z\n0.015,-2e-3,+.03\n1,2,3\n");
+    ASSERT_EQ(path.size(), 2U);
+    EXPECT_EQ(path[0], (std::array<double, 3>{0.015, -0.002, 0.03}));
+    EXPECT_EQ(path[1], (std::array<double, 3>{1.0, 2.0, 3.0}));
+}
+
+TEST_F(FingerPathTest, ReadsWhatOtherSystemsWrite) {
+    EXPECT_EQ(read("\xEF\xBB\xBFx,y,z\r\n1,2,3\r\n4,5,6").size(), 2U);
+    EXPECT_EQ(read("x, y, z\n 1 ,\t2, 3 \n\n\n").size(), 1U);
+    EXPECT_TRUE(read("x,y,z\n").empty());
+    EXPECT_TRUE(read("x,y,z").empty());
+}
+
+TEST_F(FingerPathTest, KeepsWhatIsNotFinite) {
+    const auto path = read("x,y,z\nnan,-inf,Infinity\n1e999,-1e999,1e-999\n");
+    ASSERT_EQ(path.size(), 2U);
+    EXPECT_TRUE(std::isnan(path[0][0]));
+    EXPECT_EQ(path[0][1], -INFINITY);
+    EXPECT_EQ(path[0][2], INFINITY);
+    EXPECT_EQ(path[1], (std::array<double, 3>{INFINITY, -INFINITY, 0.0}));
+    expect_error_at("x,y,z\n1,2,3\n1,nan,3\n", 3, Positions::finite);
+    expect_error_at("x,y,z\n1,2,1e999\n", 2, Positions::finite);
+}
+
+TEST_F(FingerPathTest, NamesTheBadLine) {
+    expect_error_at("", 1);
+    expect_error_at("1,2,3\n", 1);
+    expect_error_at("x,y\n1,2\n", 1);
+    expect_error_at("x,y,z\n1,2,3\n1,2\n", 3);
+    expect_error_at("x,y,z\n1,2,3,4\n", 2);
+    expect_error_at("x,y,z\n1,2,3\n\n1,2,3\n", 3);
+    expect_error_at("x,y,z\n1,,3\n", 2);
+    expect_error_at("x,y,z\n1,2,3mm\n", 2);
+    expect_error_at("x,y,z\n1,2,0x10\n", 2);
+    expect_error_at("x,y,z\n1;2;3\n", 2);
+    expect_error_at("x,y,z\n1,2,--3\n", 2);
+    expect_error_at(std::string("x,y,z\n1,2,\0\n", 11), 2);
+}
+
+TEST_F(FingerPathTest, NamesAMissingFile) {
+    EXPECT_THROW(read_finger_path(folder / "none.csv", Positions::any), Error);
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/link/statistics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace haptable::test {
+namespace {
+
+// Against sorting: the quantile is the exact one, or up to 1 % above it.
+TEST(DurationStatistics, AgreesWithSortedValues) {
+    std::mt19937 random(3);
+    std::lognormal_distribution<double> latency_us(4.0, 1.5);
+    std::vector<double> values;
+    DurationStatistics statistics;
+    double sum = 0.0;
+    for (int i = 0; i < 20000; ++i) {
+        values.push_back(latency_us(random));
+        statistics.add(values.back());
+        sum += values.back();
+    }
+    std::sort(values.begin(), values.end());
+    EXPECT_EQ(statistics.count(), values.size());
+    EXPECT_NEAR(statistics.mean_us(), sum / 20000.0, 1e-9 * sum);
+    EXPECT_EQ(statistics.max_us(), values.back());
+    for (const double share : {0.001, 0.5, 0.9, 0.999, 1.0}) {
+        const double exact = values[static_cast<std::size_t>(std::ceil(share * 20000.0)) - 1];
+        EXPECT_GE(statistics.quantile_us(share), exact * (1.0 - 1e-12)) << share;
+        EXPECT_LE(statistics.quantile_us(share), exact * 1.01 * (1.0 + 1e-12)) << share;
+    }
+}
+
+TEST(DurationStatistics, IsZeroWithoutValues) {
+    const DurationStatistics none;
+    EXPECT_EQ(none.mean_us(), 0.0);
+    EXPECT_EQ(none.quantile_us(0.999), 0.0);
+    EXPECT_EQ(none.max_us(), 0.0);
+}
+
+TEST(DurationStatistics, TakesValuesBeyondItsRange) {
+    DurationStatistics statistics;
+    for (const double us : {-5.0, 0.0, 1e-9, 1e12}) statistics.add(us);
+    EXPECT_EQ(statistics.max_us(), 1e12);
+    EXPECT_LE(statistics.quantile_us(0.5), 0.01 + 1e-12);
+}
+
+TEST(SequenceGaps, CountsWhatIsMissing) {
+    using Place = SequenceGaps::Place;
+    SequenceGaps gaps;
+    EXPECT_EQ(gaps.note(7), Place::next);  // may begin anywhere
+    EXPECT_EQ(gaps.note(8), Place::next);
+    EXPECT_EQ(gaps.note(8), Place::repeated);
+    EXPECT_EQ(gaps.note(12), Place::after_gap);
+    EXPECT_EQ(gaps.lost(), 3U);
+    EXPECT_EQ(gaps.note(0), Place::restarted);
+    EXPECT_EQ(gaps.note(1), Place::next);
+    EXPECT_EQ(gaps.lost(), 3U);
+}
+
+}  // namespace
+}  // namespace haptable::test

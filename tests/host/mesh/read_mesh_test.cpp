@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/mesh/read_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/mesh/surface.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kShared = "../shared/meshes";
+
+// Two tetrahedra that share a face. Node numbers have gaps and reach far; node 7 belongs to a point and to no
+// tetrahedron; the second tetrahedron stands the other way round.
+const std::string kTwoTets = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+2 5 "pad"
+3 6 "body"
+$EndPhysicalNames
+$Nodes
+6
+10 0 0 0
+7 5 5 5
+20 1000 0 0
+30 0 1000 0
+2000000000 0 0 1000
+40 1000 1000 1000
+$EndNodes
+$Elements
+4
+17 15 2 0 1 7
+1 2 2 5 1 10 30 20
+2 4 2 6 2 10 20 30 2000000000
+9 4 2 6 2 20 2000000000 30 40
+$EndElements
+)";
+
+class MeshFile : public testing::Test {
+protected:
+    TetMesh read(const std::string& text, const std::string& name = "m.msh", double scale_m = 1.0) {
+        write_file(folder_.path() / name, text);
+        return read_mesh(folder_.path() / name, scale_m);
+    }
+    void expect_error(const fs::path& path, const std::string& part) {
+        try {
+            read_mesh(path, 1.0);
+            ADD_FAILURE() << path << ": no error";
+        } catch (const Error& error) {
+            EXPECT_EQ(std::string(error.what()).rfind(path.string() + ": ", 0), 0U) << error.what();
+            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+        }
+    }
+    /// kTwoTets with `from` replaced by `to` is an error.
+    void expect_changed_error(const std::string& from, const std::string& to, const std::string& part) {
+        std::string text = kTwoTets;
+        text.replace(text.find(from), from.size(), to);
+        write_file(folder_.path() / "m.msh", text);
+        expect_error(folder_.path() / "m.msh", part);
+    }
+
+    const test::TemporaryFolder folder_;
+};
+
+TEST_F(MeshFile, NodesKeepTheirOrderAndUnusedOnesGo) {
+    const TetMesh mesh = read(kTwoTets, "m.msh", 0.001);
+    ASSERT_EQ(mesh.position_m.size(), 5U);
+    EXPECT_TRUE(mesh.position_m[1].isApprox(Eigen::Vector3d(1, 0, 0)));
+    EXPECT_TRUE(mesh.position_m[3].isApprox(Eigen::Vector3d(1, 1, 1)));
+    EXPECT_TRUE(mesh.position_m[4].isApprox(Eigen::Vector3d(0, 0, 1)));
+    EXPECT_EQ(mesh.tet[0], (Tet{0, 1, 2, 4}));
+}
+
+TEST_F(MeshFile, WhatWasMendedIsSaid) {
+    const TetMesh mesh = read(kTwoTets);
+    for (const Tet& tet : mesh.tet) EXPECT_GT(six_volumes(mesh.position_m, tet), 0.0);
+    ASSERT_EQ(mesh.notes.size(), 2U);
+    EXPECT_NE(mesh.notes[0].find("left out 1 of 6 nodes"), std::string::npos) << mesh.notes[0];
+    EXPECT_NE(mesh.notes[1].find("turned 1 of 2 tetrahedra"), std::string::npos) << mesh.notes[1];
+}
+
+TEST_F(MeshFile, NamedGroupsAreRead) {
+    const TetMesh mesh = read(kTwoTets);
+    ASSERT_EQ(mesh.group.size(), 2U);
+    EXPECT_EQ(mesh.group.at("pad").node, (std::vector<std::int32_t>{0, 1, 2}));
+    EXPECT_EQ(mesh.group.at("pad").triangle, (std::vector<Patch>{{0, 2, 1}}));
+    EXPECT_EQ(mesh.group.at("body").node, (std::vector<std::int32_t>{0, 1, 2, 3, 4}));
+    EXPECT_EQ(mesh.group.at("body").tet, (std::vector<std::int32_t>{0, 1}));
+}
+
+TEST_F(MeshFile, BadContentIsAnErrorThatNamesItsPlace) {
+    expect_changed_error("40 1000 1000 1000", "40 nan 1000 1000", "node 40 has no finite position");
+    expect_changed_error("40 1000 1000 1000", "40 1e999 1000 1000", "node 40 has no finite position");
+    expect_changed_error("40 1000 1000 1000", "40 500 0 500", "element 9 (nodes 20, 2000000000, 30, 40) has no volume");
+    expect_changed_error("30 40\n", "30 30\n", "element 9");
+    expect_changed_error("30 40\n", "30 41\n", "Gmsh cannot read it");
+    expect_changed_error("6\n10 0 0 0", "7\n10 1 1 1\n10 0 0 0", "has node 10 twice");
+    expect_changed_error("$MeshFormat", "MeshFormat", "does not begin like a Gmsh mesh");
+    expect_changed_error(kTwoTets.substr(kTwoTets.find("4\n17 15")), "1\n1 2 2 5 1 10 30 20\n$EndElements\n",
+                         "has no tetrahedra (1 surface elements)");
+    expect_changed_error("9 4 2 6 2 20 2000000000 30 40", "9 6 2 6 2 10 20 30 2000000000 40 7",
+                         "has 1 elements of type Prism 6 (element 9 is the first)");
+}
+
+TEST_F(MeshFile, BadFilesAreErrors) {
+    expect_error(folder_.path() / "missing.msh", "cannot be read");
+    expect_error(folder_.path(), "is a folder");
+    write_file(folder_.path() / "a.msh", "");
+    expect_error(folder_.path() / "a.msh", "does not begin like a Gmsh mesh");
+    write_file(folder_.path() / "a.txt", kTwoTets);
+    expect_error(folder_.path() / "a.txt", "this version reads .msh and .vtk");
+}
+
+TEST_F(MeshFile, ACountThatCannotBeIsRefusedBeforeMemoryIsTaken) {
+    const fs::path path = folder_.path() / "a.vtk";
+    for (const char* count : {"99999999999", "-1", "99999999999999999999999"}) {
+        write_file(path, std::string("# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS ") +
+                             count + " double\n0 0 0\n");
+        expect_error(path, std::string("promises ") + count + " points");
+    }
+}
+
+TEST_F(MeshFile, AScriptIsNotRun) {
+    // Gmsh takes an unknown file for a script of its own, and scripts can run commands.
+    const fs::path trace = folder_.path() / "trace";
+    write_file(folder_.path() / "a.msh", "SystemCall \"touch " + trace.string() + "\";\n");
+    expect_error(folder_.path() / "a.msh", "does not begin like a Gmsh mesh");
+    write_file(folder_.path() / "a.vtk", "SystemCall \"touch " + trace.string() + "\";\n");
+    expect_error(folder_.path() / "a.vtk", "does not begin like a legacy VTK file");
+    EXPECT_FALSE(fs::exists(trace));
+}
+
+TEST_F(MeshFile, NothingIsPrinted) {
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    read(kTwoTets);
+    expect_changed_error("30 40\n", "30 41\n", "Gmsh cannot read it");
+    EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(MeshFile, MouseHasThePapersCounts) {
+    const TetMesh mesh = read_mesh("meshes/mouse.msh", 0.001);
+    const Surface surface = find_surface(mesh.tet);
+    EXPECT_EQ(mesh.position_m.size(), 1713U);
+    EXPECT_EQ(surface.node.size(), 1175U);
+    EXPECT_EQ(surface.patch.size(), 2346U);
+    EXPECT_EQ(mesh.tet.size(), 6312U);
+    EXPECT_TRUE(mesh.notes.empty());
+}
+
+/// Counts of other people's meshes, from their owners' own tools (the README beside them).
+struct Known {
+    const char* file;
+    std::size_t nodes, tets, surface_nodes, patches;
+    double volume;
+};
+
+class SharedMesh : public testing::TestWithParam<Known> {};
+
+TEST_P(SharedMesh, HasTheKnownCounts) {
+    const Known& known = GetParam();
+    if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
+    const TetMesh mesh = read_mesh(kShared / known.file, 1.0);
+    const Surface surface = find_surface(mesh.tet);
+    EXPECT_EQ(mesh.position_m.size(), known.nodes);
+    EXPECT_EQ(mesh.tet.size(), known.tets);
+    EXPECT_EQ(surface.node.size(), known.surface_nodes);
+    EXPECT_EQ(surface.patch.size(), known.patches);
+    double six = 0.0;
+    for (const Tet& tet : mesh.tet) six += six_volumes(mesh.position_m, tet);
+    EXPECT_NEAR(six / 6.0 / known.volume, 1.0, 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, SharedMesh,
+                         testing::Values(Known{"teddy_410.vtk", 410, 1207, 312, 620, 0.2297},
+                                         Known{"ditto_2580.vtk", 2580, 10415, 1486, 2968, 23.4659},
+                                         Known{"liver_181.msh", 181, 596, 140, 276, 36.5609},
+                                         Known{"shark_429_22bin.msh", 429, 1073, 396, 792, 0.000110256},
+                                         Known{"mat40x40_3200.msh", 3200, 9126, 3200, 6396, 0.008},
+                                         Known{"cubes2mat_7714.msh", 7714, 32981, 3807, 7610, 2.0979},
+                                         Known{"bad/41_node_ids_4e9.msh", 14, 24, 14, 24, 1.0},
+                                         Known{"bad/43_far_from_origin.msh", 14, 24, 14, 24, 1.0}));
+
+TEST_F(MeshFile, SharedBadFilesAreErrorsOrWholeMeshes) {
+    if (!fs::exists(kShared / "bad")) GTEST_SKIP() << "no " << kShared / "bad";
+    int errors = 0;
+    for (const fs::directory_entry& entry : fs::directory_iterator(kShared / "bad")) {
+        if (entry.path().extension() != ".msh" && entry.path().extension() != ".vtk") continue;
+        try {
+            const TetMesh mesh = read_mesh(entry.path(), 1.0);
+            for (const Tet& tet : mesh.tet) EXPECT_GT(six_volumes(mesh.position_m, tet), 0.0) << entry.path();
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find(entry.path().string()), std::string::npos) << error.what();
+            ++errors;
+        }
+    }
+    EXPECT_GE(errors, 15);
+}
+
+}  // namespace
+
+}  // namespace haptable

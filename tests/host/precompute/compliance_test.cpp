@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/compliance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "host/base/error.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// A symmetric positive definite matrix with a sparse pattern: a chain of nodes, each tied to the ground.
+Eigen::SparseMatrix<double> random_spd(Eigen::Index nodes) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> entry(-1.0, 1.0);
+    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * nodes, 3 * nodes);
+    for (Eigen::Index i = 0; i < nodes; ++i) {
+        Eigen::MatrixXd b(6, 6);
+        for (double& value : b.reshaped()) value = entry(random);
+        if (i + 1 < nodes) k.block<6, 6>(3 * i, 3 * i) += b * b.transpose();
+        k.block<3, 3>(3 * i, 3 * i) += Eigen::Matrix3d::Identity();
+    }
+    return k.sparseView();
+}
+
+std::vector<std::int32_t> every_other(std::int32_t nodes) {
+    std::vector<std::int32_t> list;
+    for (std::int32_t i = 0; i < nodes; i += 2) list.push_back(i);
+    return list;
+}
+
+TEST(FactorOfK, SolvesManyRightHandSidesAtOnce) {
+    const Eigen::SparseMatrix<double> k = random_spd(40);
+    const Factor factor(k);
+    EXPECT_EQ(factor.size(), 120);
+    EXPECT_GT(factor.fill(), 0.0);
+    for (Eigen::Index count : {1, 96, 5}) {  // the workspace follows the width
+        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(120, count);
+        Eigen::MatrixXd x;
+        factor.solve(b, x);
+        EXPECT_LT((x - Eigen::MatrixXd(k).fullPivLu().solve(b)).norm() / x.norm(), 1e-12);
+    }
+}
+
+TEST(FactorOfK, NamesTheRowOfAPivotThatIsNotPositive) {
+    Eigen::SparseMatrix<double> k = random_spd(10);
+    k.coeffRef(17, 17) = -1.0;
+    const Factor::Pivot weakest = Factor(k).weakest_pivot();
+    EXPECT_EQ(weakest.ratio, 0.0);
+    EXPECT_NEAR(static_cast<double>(weakest.row), 17.0, 3.0) << "it, or one that it is tied to";
+}
+
+class Blocks : public testing::Test {
+protected:
+    const Eigen::SparseMatrix<double> k_ = random_spd(100);
+    const Eigen::MatrixXd l_ = Eigen::MatrixXd(k_).inverse();
+    const std::vector<std::int32_t> node_ = every_other(100);
+    Progress progress_{true};
+};
+
+TEST_F(Blocks, ColumnsAreThoseOfTheInverse) {
+    const Factor factor(k_);
+    std::size_t seen = 0;
+    const double residual =
+        solve_columns(factor, k_, node_, progress_, [&](std::size_t first, const Eigen::MatrixXd& x) {
+            ASSERT_EQ(first, seen);
+            for (Eigen::Index c = 0; c < x.cols() / 3; ++c) {
+                const auto column = l_.middleCols<3>(3 * node_[first + static_cast<std::size_t>(c)]);
+                ASSERT_LT((x.middleCols<3>(3 * c) - column).norm() / column.norm(), 1e-10);
+            }
+            seen += static_cast<std::size_t>(x.cols()) / 3;
+        });
+    EXPECT_EQ(seen, node_.size());
+    EXPECT_GT(residual, 0.0);
+    EXPECT_LT(residual, 1e-12);
+}
+
+TEST_F(Blocks, TheResidualSeesAWrongFactor) {
+    Eigen::SparseMatrix<double> other = k_;
+    other.coeffRef(299, 299) *= 1.0 + 1e-6;
+    const double residual =
+        solve_columns(Factor(other), k_, node_, progress_, [](std::size_t, const Eigen::MatrixXd&) {});
+    EXPECT_GT(residual, 1e-9);
+}
+
+TEST_F(Blocks, StiffnessIsTheInverseOfTheDiagonalBlock) {
+    NodeStiffness stiffness(node_, node_);
+    solve_columns(Factor(k_), k_, node_, progress_, [&](auto first, const auto& x) { stiffness.take(first, x); });
+    ASSERT_EQ(stiffness.stiffness_n_per_m.size(), node_.size());
+    double smallest = 1e300, condition = 0.0;
+    for (std::size_t i = 0; i < node_.size(); ++i) {
+        const Eigen::Matrix3d block = l_.block<3, 3>(3 * node_[i], 3 * node_[i]);
+        const Eigen::Matrix3d s = stiffness.stiffness_n_per_m[i];
+        EXPECT_LT((s - block.inverse()).norm() / s.norm(), 1e-10);
+        EXPECT_EQ(s, s.transpose());
+        const Eigen::Vector3d singular = Eigen::JacobiSVD<Eigen::Matrix3d>(block).singularValues();
+        smallest = std::min(smallest, singular[2]);
+        condition = std::max(condition, singular[0] / singular[2]);
+    }
+    EXPECT_NEAR(stiffness.smallest_eigenvalue_m_per_n / smallest, 1.0, 1e-10);
+    EXPECT_NEAR(stiffness.largest_condition / condition, 1.0, 1e-10);
+}
+
+TEST_F(Blocks, ABlockThatIsNotPositiveDefiniteIsAnErrorThatNamesItsNode) {
+    const std::vector<std::int32_t> node{0, 1}, mesh_node{70, 71};
+    NodeStiffness stiffness(node, mesh_node);
+    Eigen::MatrixXd x = Eigen::MatrixXd::Identity(6, 6);
+    x(4, 4) = -1e-3;
+    try {
+        stiffness.take(0, x);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()).rfind("node 71: its block L_ii has the eigenvalue -0.001", 0), 0U)
+            << error.what();
+    }
+}
+
+TEST_F(Blocks, AsymmetryOfASymmetricInverseIsRoundingAndADisturbanceIsSeen) {
+    const auto asymmetry = [&](std::int32_t row, std::int32_t column) {
+        Eigen::MatrixXd disturbed = l_;
+        if (row >= 0) disturbed(3 * row, 3 * column + 1) += 1e-3;
+        Asymmetry check(node_);
+        for (std::size_t first = 0; first < node_.size(); first += kNodesPerBlock) {
+            const std::size_t count = std::min(kNodesPerBlock, node_.size() - first);
+            Eigen::MatrixXd x(l_.rows(), 3 * static_cast<Eigen::Index>(count));
+            for (std::size_t c = 0; c < count; ++c)
+                x.middleCols<3>(3 * static_cast<Eigen::Index>(c)) = disturbed.middleCols<3>(3 * node_[first + c]);
+            check.take(first, x);
+        }
+        return check.largest;
+    };
+    EXPECT_LT(asymmetry(-1, -1), 1e-12);
+    EXPECT_GT(asymmetry(2, 4), 1e-6) << "within the first block";
+    EXPECT_GT(asymmetry(90, 96), 1e-6) << "within a later block";
+    EXPECT_GT(asymmetry(2, 96), 1e-6) << "between the first and a later block";
+    EXPECT_GT(asymmetry(96, 2), 1e-6) << "and the other way round";
+}
+
+TEST_F(Blocks, ColumnFileHoldsRowsInTableOrder) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::int32_t> row{99, 0, 41};
+    ColumnFile file(folder.path() / "c.npy", node_.size(), row);
+    solve_columns(Factor(k_), k_, node_, progress_, [&](auto first, const auto& x) { file.take(first, x); });
+    file.close();
+    const Array<float> columns = read_npy<float>(folder.path() / "c.npy");
+    ASSERT_EQ(columns.shape, (std::vector<std::size_t>{node_.size(), 3, 3, 3}));
+    const double scale = l_.cwiseAbs().maxCoeff();
+    for (std::size_t i = 0, at = 0; i < node_.size(); ++i)
+        for (std::int32_t r : row)
+            for (Eigen::Index a = 0; a < 3; ++a)
+                for (Eigen::Index b = 0; b < 3; ++b)
+                    ASSERT_NEAR(columns.values[at++], l_(3 * r + a, 3 * node_[i] + b), 1e-7 * scale);
+}
+
+TEST_F(Blocks, ConditionIsEstimatedToAFewPercent) {
+    const Eigen::VectorXd eigenvalue =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(k_)).eigenvalues();
+    const double condition = eigenvalue[eigenvalue.size() - 1] / eigenvalue[0];
+    EXPECT_NEAR(estimate_condition(k_, Factor(k_)) / condition, 1.0, 0.05);
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/precompute.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/tables/npy.hpp"
+#include "host/tables/tables.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Matrix = Eigen::MatrixXd;
+
+/// The paper's cube, its bottom held.
+Scene cube_scene(int nodes_per_side = 5, double side_m = 0.03) {
+    Scene scene;
+    scene.file = "cube.toml";
+    scene.name = "cube";
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = nodes_per_side;
+    scene.mesh.side_m = side_m;
+    scene.material = {1e4, 0.49};
+    scene.fixed.push_back({std::array<double, 6>{-1e4, -1e4, -1e4, 1e4, 1e4, 1e-9 * side_m}, "", 9});
+    return scene;
+}
+
+Result run(const Scene& scene, const fs::path& folder) {
+    Progress progress(true);
+    return precompute(scene, folder, progress);
+}
+
+std::map<std::string, std::string> contents(const fs::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        files[entry.path().filename()] = entry.is_directory() ? "" : read_file(entry.path());
+    return files;
+}
+
+Eigen::Matrix3d block(const std::array<double, 9>& row) {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row.data());
+}
+
+/// L = K^-1 over all nodes (zero for the held ones), by the textbook's B^T D B and a dense inverse: shares no code
+/// with the assembly, the factorisation or the solves.
+Matrix dense_compliance(const Body& body, const Material& material) {
+    const double young = material.young_pa, nu = material.poisson;
+    Matrix elastic = Matrix::Zero(6, 6);
+    elastic.topLeftCorner<3, 3>().setConstant(nu);
+    elastic.diagonal() << Eigen::Vector3d::Constant(1.0 - nu), Eigen::Vector3d::Constant(0.5 - nu);
+    elastic *= young / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    const auto n = static_cast<Eigen::Index>(body.mesh.position_m.size());
+    Matrix k = Matrix::Zero(3 * n, 3 * n);
+    for (const Tet& tet : body.mesh.tet) {
+        Eigen::Matrix4d a;
+        for (int c = 0; c < 4; ++c)
+            a.row(c) << 1.0,
+                body.mesh.position_m[static_cast<std::size_t>(tet[static_cast<std::size_t>(c)])].transpose();
+        const Eigen::Matrix4d shape = a.inverse();
+        Matrix b = Matrix::Zero(6, 12);
+        std::vector<Eigen::Index> rows;
+        for (int c = 0; c < 4; ++c) {
+            const double x = shape(1, c), y = shape(2, c), z = shape(3, c);
+            b.block<6, 3>(0, 3 * c) << x, 0, 0, 0, y, 0, 0, 0, z, y, x, 0, 0, z, y, z, 0, x;
+            for (int d = 0; d < 3; ++d) rows.push_back(3 * tet[static_cast<std::size_t>(c)] + d);
+        }
+        k(rows, rows) += std::abs(a.determinant()) / 6.0 * b.transpose() * elastic * b;
+    }
+    std::vector<Eigen::Index> free;
+    for (std::int32_t node : body.free_node)
+        for (int d = 0; d < 3; ++d) free.push_back(3 * node + d);
+    const Matrix reduced = k(free, free);
+    Matrix l = Matrix::Zero(3 * n, 3 * n);
+    l(free, free) = Eigen::FullPivLU<Matrix>(reduced).inverse();
+    return l;
+}
+
+class PrecomputeRun : public testing::Test {
+protected:
+    const test::TemporaryFolder temporary_;
+    const fs::path out_ = temporary_.path() / "out";
+};
+
+TEST_F(PrecomputeRun, StiffnessIsTheInverseOfADenseInversesBlocks) {
+    for (double poisson : {0.3, 0.49}) {
+        Scene scene = cube_scene();
+        scene.material.poisson = poisson;
+        const Result result = run(scene, out_);
+        const Matrix l = dense_compliance(result.body, scene.material);
+        const Tables tables = read_tables(out_);
+        ASSERT_EQ(tables.node_id.size(), 73U);
+        for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
+            const Eigen::Matrix3d l_ii = l.block<3, 3>(3 * tables.node_id[i], 3 * tables.node_id[i]);
+            const Eigen::Matrix3d s = block(tables.stiffness[i]);
+            EXPECT_LT((s.inverse() - l_ii).norm() / l_ii.norm(), 1e-10);
+            EXPECT_LT((s - l_ii.inverse()).norm() / s.norm(), 1e-10);
+        }
+    }
+}
+
+TEST_F(PrecomputeRun, ColumnsAreThoseOfADenseInverse) {
+    for (const char* columns : {"surface", "all"}) {
+        Scene scene = cube_scene(4);
+        scene.tables.columns = columns;
+        const Result result = run(scene, out_);
+        const Matrix l = dense_compliance(result.body, scene.material);
+        const Tables tables = read_tables(out_);
+        const MappedNpy<float> file(out_ / "columns.npy");
+        const std::size_t n = tables.node_id.size(), r = tables.row_id.size();
+        ASSERT_EQ(file.shape(), (std::vector<std::size_t>{n, r, 3, 3}));
+        EXPECT_EQ(tables.row_id, std::string(columns) == "all" ? result.body.free_node : result.body.free_surface_node);
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t k = 0; k < r; ++k)
+                for (int a = 0; a < 3; ++a)
+                    for (int b = 0; b < 3; ++b) {
+                        const double expected = l(3 * tables.row_id[k] + a, 3 * tables.node_id[i] + b);
+                        ASSERT_NEAR(file.values()[at++], expected, 1e-7 * l.cwiseAbs().maxCoeff());
+                    }
+    }
+}
+
+TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
+    const Result result = run(cube_scene(), out_);
+    const Checks& checks = result.summary.checks;
+    EXPECT_LT(checks.largest_residual, 1e-12);
+    EXPECT_GT(checks.largest_residual, 0.0);
+    EXPECT_LT(checks.largest_asymmetry, 1e-13);
+    EXPECT_GT(checks.smallest_eigenvalue_m_per_n, 0.0);
+    const Matrix l = dense_compliance(result.body, {1e4, 0.49});
+    const Eigen::VectorXd eigenvalue = Eigen::SelfAdjointEigenSolver<Matrix>(l).eigenvalues();
+    const Eigen::Index held = 3 * static_cast<Eigen::Index>(result.body.fixed_count());
+    EXPECT_NEAR(checks.condition_estimate * eigenvalue[held] / eigenvalue[eigenvalue.size() - 1], 1.0, 0.05);
+
+    const nlohmann::json json = nlohmann::json::parse(read_file(out_ / "summary.json"));
+    EXPECT_EQ(json.at("checks").at("largest_residual"), checks.largest_residual);
+    EXPECT_EQ(json.at("counts").at("free_surface_nodes"), 73);
+    EXPECT_EQ(json.at("counts").at("touchable_patches"), 192);
+    for (const auto& [file, bytes] : json.at("bytes").items()) EXPECT_EQ(bytes, fs::file_size(out_ / file)) << file;
+    EXPECT_EQ(json.at("bytes").size() + 1, contents(out_).size()) << "every file but the summary itself";
+    for (const char* stage : {"mesh", "assembly", "factor", "solve", "write", "codegen"})
+        EXPECT_GE(json.at("time_s").at(stage).get<double>(), 0.0);
+}
+
+TEST_F(PrecomputeRun, TwoRunsGiveTheSameBytes) {
+    run(cube_scene(), out_);
+    run(cube_scene(), temporary_.path() / "again");
+    auto first = contents(out_), second = contents(temporary_.path() / "again");
+    EXPECT_EQ(first.size(), 11U);
+    first.erase("summary.json");  // it has the times
+    second.erase("summary.json");
+    EXPECT_TRUE(first == second);
+}
+
+TEST_F(PrecomputeRun, TheHashIsOfTheContentOnly) {
+    const auto hash = [&](const Scene& scene) { return hash_model(scene, make_body(scene, make_mesh(scene.mesh))); };
+    const std::uint64_t base = hash(cube_scene());
+    Scene same = cube_scene();
+    same.name = "other";
+    same.file = "elsewhere/other.toml";
+    same.fixed.push_back(same.fixed.front());  // the same nodes, said twice
+    EXPECT_EQ(hash(same), base);
+
+    const std::vector<std::function<void(Scene&)>> changes{
+        [](Scene& s) { s.material.young_pa *= 2.0; },
+        [](Scene& s) { s.material.poisson = 0.3; },
+        [](Scene& s) { s.mesh.side_m = 0.031; },
+        [](Scene& s) { s.mesh.nodes_per_side = 6; },
+        [](Scene& s) { s.fixed[0].box_m = {-1, -1, -1, 1, 1, 0.008}; },
+        [](Scene& s) {
+            s.touch.push_back({std::array<double, 6>{-1, -1, 0.01, 1, 1, 1}, "", 1});
+        },
+        [](Scene& s) { s.contact.rigid_stiffness_n_per_m = 500.0; },
+        [](Scene& s) { s.device.max_force_n = 3.0; },
+        [](Scene& s) { s.tables.columns = "none"; }};
+    std::set<std::uint64_t> hashes{base};
+    for (const auto& change : changes) {
+        Scene scene = cube_scene();
+        change(scene);
+        hashes.insert(hash(scene));
+    }
+    EXPECT_EQ(hashes.size(), changes.size() + 1);
+}
+
+TEST_F(PrecomputeRun, StiffnessScalesWithSize) {
+    // S = (K^-1)_ii^-1 goes with E times length.
+    run(cube_scene(4, 1.0), out_);
+    const Tables unit = read_tables(out_);
+    for (double scale : {1e-3, 1e3}) {
+        run(cube_scene(4, scale), out_);
+        const Tables scaled = read_tables(out_);
+        for (std::size_t i = 0; i < unit.stiffness.size(); ++i)
+            EXPECT_LT((block(scaled.stiffness[i]) / scale - block(unit.stiffness[i])).norm() /
+                          block(unit.stiffness[i]).norm(),
+                      1e-10);
+    }
+}
+
+TEST_F(PrecomputeRun, WithoutColumnsOldOnesGoAndForeignFilesStay) {
+    Scene scene = cube_scene(3);
+    run(scene, out_);
+    EXPECT_TRUE(fs::exists(out_ / "columns.npy"));
+    write_file(out_ / "servo", "foreign");
+    scene.tables.columns = "none";
+    run(scene, out_);
+    EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
+    EXPECT_FALSE(fs::exists(out_ / "row_id.npy"));
+    EXPECT_EQ(read_file(out_ / "servo"), "foreign");
+    EXPECT_EQ(contents(temporary_.path()).size(), 1U) << "something was left beside the folder";
+}
+
+TEST_F(PrecomputeRun, ATouchRegionLimitsPatchesAndNodes) {
+    Scene scene = cube_scene();
+    scene.touch.push_back({std::array<double, 6>{-1, -1, 0.0299, 1, 1, 1}, "", 1});  // the top
+    scene.touch.push_back({std::array<double, 6>{0.0299, -1, -1, 1, 1, 1}, "", 2});  // and the side x = 30 mm
+    const Body body = make_body(scene, make_mesh(scene.mesh));
+    EXPECT_EQ(body.touch_patch.size(), 64U + 2U) << "a patch at either end of their edge has its nodes on both sides";
+    EXPECT_EQ(body.touch_node.size(), 25U + 25U - 5U - 5U) << "two sides, an edge in common, an edge held";
+    EXPECT_TRUE(std::is_sorted(body.touch_node.begin(), body.touch_node.end()));
+    for (std::int32_t node : body.touch_node) EXPECT_FALSE(body.is_fixed(node));
+}
+
+TEST_F(PrecomputeRun, MouseHasThePapersCounts) {
+    Scene scene = read_scene("meshes/mouse.toml");
+    const Body body = make_body(scene, make_mesh(scene.mesh));
+    EXPECT_EQ(body.fixed_count(), 139U);
+    EXPECT_EQ(body.free_surface_node.size(), 1036U);
+    EXPECT_EQ(body.touch_patch.size(), 2346U);
+}
+
+/// One mistake in a scene, and what the error must say.
+struct Mistake {
+    const char* name;
+    std::function<void(Scene&)> make;
+    const char* part;
+};
+
+class PrecomputeMistake : public testing::TestWithParam<Mistake> {
+protected:
+    const test::TemporaryFolder temporary_;
+};
+
+TEST_P(PrecomputeMistake, IsOneLineAndLeavesTheOldTables) {
+    const fs::path out = temporary_.path() / "out";
+    run(cube_scene(3), out);
+    const auto before = contents(out);
+    Scene scene = cube_scene(3);
+    GetParam().make(scene);
+    try {
+        run(scene, out);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        EXPECT_NE(what.find(GetParam().part), std::string::npos) << what;
+        EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+    }
+    EXPECT_TRUE(before == contents(out)) << "the tables of before must stay";
+    EXPECT_EQ(contents(temporary_.path()).size(), 1U) << "something was left beside the folder";
+}
+
+const std::array<double, 6> kNowhere{5, 5, 5, 6, 6, 6};
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, PrecomputeMistake,
+    testing::Values(
+        Mistake{"NothingFixed", [](Scene& s) { s.fixed.clear(); }, "cube.toml: fixed: 27 of 27 nodes are loose"},
+        Mistake{"OneEdgeFixed", [](Scene& s) { s.fixed[0].box_m = {-1, -1, -1, 1, 1e-9, 1e-9}; },
+                "24 of 27 nodes are loose"},
+        Mistake{"FixedBoxEmpty", [](Scene& s) { s.fixed[0].box_m = kNowhere; },
+                "cube.toml:9: fixed.box: no node lies in it"},
+        Mistake{"FixedGroupMissing",
+                [](Scene& s) {
+                    s.fixed[0] = {{}, "pads", 9};
+                },
+                "cube.toml:9: fixed.group: "},
+        Mistake{"EverythingFixed", [](Scene& s) { s.fixed[0].box_m = {-1, -1, -1, 1, 1, 1}; }, "held still"},
+        Mistake{"TouchBoxEmpty",
+                [](Scene& s) {
+                    s.touch = {{kNowhere, "", 12}};
+                },
+                "cube.toml:12: touch.box: no node lies in it"},
+        Mistake{"TouchRegionWithoutPatch",
+                [](Scene& s) {
+                    s.touch = {{std::array<double, 6>{0, 0, 0, 0, 0, 1}, "", 12}};
+                },
+                "cube.toml:12: touch: the region is empty"},
+        Mistake{"TouchRegionFixed",
+                [](Scene& s) {
+                    s.touch = {{std::array<double, 6>{-1, -1, -1, 1, 1, 0}, "", 12}};
+                },
+                "cube.toml:12: touch: all nodes of its patches are held"},
+        Mistake{"MeshFileMissing",
+                [](Scene& s) {
+                    s.mesh.generate.clear();
+                    s.mesh.file = "no/such.msh";
+                },
+                "no/such.msh: mesh file cannot be read"},
+        Mistake{"WrongUnit", [](Scene& s) { s.mesh.side_m = 1e9; }, "give the right mesh.side"}),
+    [](const auto& mistake) { return mistake.param.name; });
+
+TEST_F(PrecomputeRun, AnOutputThatIsAFileIsAnError) {
+    write_file(out_, "a file");
+    EXPECT_THROW(run(cube_scene(3), out_), Error);
+    EXPECT_EQ(read_file(out_), "a file");
+}
+
+TEST_F(PrecomputeRun, PartsNotJoinedAreNamed) {
+    const fs::path file = "../shared/meshes/two_parts_285.msh";
+    if (!fs::exists(file)) GTEST_SKIP() << "no " << file;
+    Scene scene = cube_scene();
+    scene.mesh = MeshSource();
+    scene.mesh.file = file;
+    const TetMesh mesh = make_mesh(scene.mesh);
+    const Eigen::Vector3d corner = mesh.position_m[0];
+    scene.fixed[0].box_m = {corner.x() - 3e-3, corner.y() - 3e-3, corner.z() - 3e-3,
+                            corner.x() + 3e-3, corner.y() + 3e-3, corner.z() + 3e-3};
+    try {
+        run(scene, out_);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("of 285 nodes are loose"), std::string::npos) << error.what();
+    }
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-precompute as a user runs it: what is printed where, the exit status, and what is left on the disk.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "host/base/file.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kScene = R"(name = "small"
+[mesh]
+generate = "cube"
+nodes_per_side = 3
+[material]
+young = 1e4
+poisson = 0.3
+[[fixed]]
+box = [-1, -1, -1, 1, 1, 0]
+)";
+
+struct Outcome {
+    int status = 0;
+    std::string out, err;
+};
+
+class PrecomputeProgram : public testing::Test {
+protected:
+    void SetUp() override {
+        const char* build = std::getenv("BUILD");
+        program_ = fs::absolute(fs::path(build == nullptr ? "build" : build) / "bin" / "haptable-precompute");
+        if (!fs::exists(program_)) GTEST_SKIP() << "no " << program_;
+        write_file(scene_, kScene);
+    }
+    Outcome run(const std::string& arguments) const {
+        const fs::path out = temporary_.path() / "out.txt", err = temporary_.path() / "err.txt";
+        const std::string command = "cd '" + folder_.path().string() + "' && '" + program_.string() + "' " + arguments +
+                                    " >'" + out.string() + "' 2>'" + err.string() + "'";
+        const int status = std::system(command.c_str());
+        return {WEXITSTATUS(status), read_file(out), read_file(err)};
+    }
+    std::size_t file_count() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), {}));
+    }
+
+    const test::TemporaryFolder temporary_, folder_;
+    const fs::path scene_ = folder_.path() / "scene.toml";
+    fs::path program_;
+};
+
+TEST_F(PrecomputeProgram, WritesIntoBuildNameAndTellsInATable) {
+    const Outcome outcome = run("scene.toml");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_TRUE(fs::exists(folder_.path() / "build/small/summary.json"));
+    EXPECT_TRUE(fs::exists(folder_.path() / "build/small/model.c"));
+    for (const char* part : {"27 nodes", "48 patches", "||K x - b||", "columns.npy", "factor"})
+        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << " is missing in:\n" << outcome.out;
+}
+
+TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
+    const Outcome json = run("scene.toml -o a --json");
+    EXPECT_EQ(json.out, read_file(folder_.path() / "a/summary.json"));
+    EXPECT_EQ(nlohmann::json::parse(json.out).at("counts").at("nodes"), 27);
+    const Outcome quiet = run("scene.toml -o b/ --quiet");
+    EXPECT_EQ(quiet.status, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+    EXPECT_TRUE(fs::exists(folder_.path() / "b/summary.json"));
+}
+
+TEST_F(PrecomputeProgram, PrintNameWritesNothing) {
+    const Outcome outcome = run("scene.toml --print-name");
+    EXPECT_EQ(outcome.out, "small\n");
+    EXPECT_EQ(file_count(), 1U);
+}
+
+TEST_F(PrecomputeProgram, DepfileIsARuleForMake) {
+    EXPECT_EQ(run("scene.toml -o a --quiet --depfile a.d").status, 0);
+    EXPECT_EQ(read_file(folder_.path() / "a.d"), "a/summary.json: scene.toml\n\nscene.toml:\n");
+}
+
+TEST_F(PrecomputeProgram, BadInputIsOneLineAStatusAndNothingWritten) {
+    struct Bad {
+        std::string from, to, part;
+    };
+    const std::vector<Bad> all{
+        {"young", "yung", "scene.toml:6: material.yung: unknown key"},
+        {"0.3", "0.5", "scene.toml:7: material.poisson"},
+        {"1e4", "-1e4", "scene.toml:6: material.young"},
+        {"[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n", "", "scene.toml: fixed: 27 of 27 nodes are loose"},
+        {"generate = \"cube\"\nnodes_per_side = 3", "file = \"no.msh\"", "no.msh: mesh file cannot be read"},
+        {"[[fixed]]", "[[touch]]\nbox = [5, 5, 5, 6, 6, 6]\n[[fixed]]", "scene.toml:8: touch.box"},
+        {"name = ", "name ", "scene.toml:1: "},
+    };
+    for (const Bad& bad : all) {
+        std::string text = kScene;
+        write_file(scene_, text.replace(text.find(bad.from), bad.from.size(), bad.to));
+        const Outcome outcome = run("scene.toml -o a");
+        EXPECT_EQ(outcome.status, 1) << bad.to;
+        EXPECT_EQ(outcome.out, "");
+        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+        EXPECT_NE(outcome.err.find(bad.part), std::string::npos) << outcome.err;
+        EXPECT_EQ(file_count(), 1U) << bad.to;
+    }
+}
+
+TEST_F(PrecomputeProgram, AMissingSceneAndABadCommandLineFail) {
+    const Outcome missing = run("none.toml -o a");
+    EXPECT_EQ(missing.status, 1);
+    EXPECT_NE(missing.err.find("none.toml: cannot be read"), std::string::npos) << missing.err;
+    EXPECT_EQ(run("").status, 2);
+    EXPECT_EQ(run("scene.toml --no-such-option").status, 2);
+    EXPECT_EQ(file_count(), 1U);
+}
+
+}  // namespace
+
+}  // namespace haptable

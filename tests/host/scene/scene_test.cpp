@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/scene/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+const std::string kGood = R"(name = "a"
+[mesh]
+generate = "cube"
+nodes_per_side = 3
+side = 0.03
+[material]
+young = 1000
+poisson = 0.3
+[[fixed]]
+box = [-1, -1, -1, 1, 1, 1e-9]
+[[touch]]
+box = [-1.0, -1.0, 0.01, 1, 1, 1]
+[contact]
+force = "interpolated"
+[device]
+max_force = 3.0
+[tables]
+columns = "none"
+)";
+
+class SceneFile : public testing::Test {
+protected:
+    Scene read(const std::string& text) {
+        write_file(path_, text);
+        return read_scene(path_);
+    }
+    /// kGood with `from` replaced by `to` is an error at `line` that has `part` in its one line of text.
+    void expect_error(const std::string& from, const std::string& to, int line, const std::string& part) {
+        std::string text = kGood;
+        text.replace(text.find(from), from.size(), to);
+        try {
+            read(text);
+            ADD_FAILURE() << "no error for: " << to;
+        } catch (const Error& error) {
+            const std::string what = error.what();
+            EXPECT_EQ(what.rfind(path_.string() + ":" + std::to_string(line) + ": ", 0), 0U) << what;
+            EXPECT_NE(what.find(part), std::string::npos) << what;
+            EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+        }
+    }
+
+    const test::TemporaryFolder folder_;
+    const std::filesystem::path path_ = folder_.path() / "scene.toml";
+};
+
+TEST_F(SceneFile, ValuesAreRead) {
+    const Scene scene = read(kGood);
+    EXPECT_EQ(scene.name, "a");
+    EXPECT_EQ(scene.mesh.nodes_per_side, 3);
+    EXPECT_EQ(scene.mesh.side_m, 0.03);
+    EXPECT_EQ(scene.material.young_pa, 1000.0);
+    EXPECT_EQ(scene.fixed.size(), 1U);
+    EXPECT_EQ((*scene.fixed[0].box_m)[5], 1e-9);
+    EXPECT_EQ(scene.touch.at(0).line, 11);
+    EXPECT_EQ(scene.device.max_force_n, 3.0);
+    EXPECT_EQ(scene.tables.columns, "none");
+    EXPECT_EQ(scene.contact.rigid_stiffness_n_per_m, ContactOptions().rigid_stiffness_n_per_m);
+}
+
+TEST_F(SceneFile, MeshFilesAreRelativeToTheScene) {
+    std::string text = kGood;
+    const std::string generator = "generate = \"cube\"\nnodes_per_side = 3\nside = 0.03";
+    text.replace(text.find(generator), generator.size(), "file = \"b.msh\"\nscale = 0.001");
+    const Scene scene = read(text);
+    EXPECT_EQ(scene.mesh.file, folder_.path() / "b.msh");
+    EXPECT_EQ(scene.mesh.scale_m, 0.001);
+}
+
+TEST_F(SceneFile, ExampleScenesAreRead) {
+    EXPECT_EQ(read_scene("meshes/cube.toml").name, "cube");
+    EXPECT_EQ(read_scene("meshes/mouse.toml").name, "mouse");
+}
+
+TEST_F(SceneFile, AMissingFileIsAnErrorThatNamesIt) {
+    try {
+        read_scene(path_);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find(path_.string()), std::string::npos);
+    }
+    EXPECT_THROW(read_scene(folder_.path()), Error);
+}
+
+TEST_F(SceneFile, UnknownKeysAreErrorsWithTheNearestKnownOne) {
+    expect_error("name", "nmae", 1, "nmae: unknown key; did you mean name?");
+    expect_error("young", "yuong", 7, "material.yuong: unknown key; did you mean young?");
+    expect_error("[device]", "[devices]", 15, "devices: unknown key; did you mean device?");
+    expect_error("side = 0.03", "size = 0.03", 5, "mesh.size");
+    expect_error("box = [-1.0", "bx = [-1.0", 12, "touch.bx: unknown key; did you mean box?");
+    expect_error("force = ", "colour = ", 14, "contact.colour: unknown key; known here:");
+    expect_error("columns", "column", 18, "tables.column: unknown key; did you mean columns?");
+}
+
+TEST_F(SceneFile, WhatLaterVersionsBringIsRefusedByName) {
+    expect_error("[device]", "[[region]]\ngroup = \"a\"\n[device]", 15, "region: this version does not have it");
+    expect_error("[device]", "mask_radius = 0.01\n[device]", 15, "contact.mask_radius: this version");
+    expect_error("columns", "flash_budget = 10\ncolumns", 18, "tables.flash_budget: this version");
+    for (const char* force : {"consistent", "pressure-mask"})
+        expect_error("interpolated", force, 14, "contact.force: this version does not have");
+    expect_error("[device]", "god_object = \"least-energy\"\n[device]", 15, "contact.god_object: this version");
+    for (const char* precision : {"float16", "int16"})
+        expect_error("columns", std::string("precision = \"") + precision + "\"\ncolumns", 18,
+                     "tables.precision: this");
+}
+
+TEST_F(SceneFile, WrongTypesAreErrors) {
+    expect_error("\"a\"", "3", 1, "name: must be a text");
+    expect_error("1000", "\"soft\"", 7, "material.young: must be a number, not a text");
+    expect_error("1000", "true", 7, "material.young: must be a number, not true or false");
+    expect_error("= 3\n", "= 3.0\n", 4, "mesh.nodes_per_side: must be a whole number");
+    expect_error("[[fixed]]", "[fixed]", 9, "fixed: must be a list of tables, [[fixed]]");
+    expect_error("[material]", "[[material]]", 6, "material: must be one table, [material]");
+    expect_error("[-1.0, -1.0,", "[-1.0,", 12, "touch.box: must be six numbers");
+    expect_error("-1.0, 0.01", "\"low\", 0.01", 12, "touch.box: entry 1 must be a finite number");
+    expect_error("[-1.0, -1.0, 0.01, 1, 1, 1]", "3", 12, "touch.box: must be six numbers");
+    expect_error("0.3\n", "0.3.1\n", 8, "");
+    expect_error("[tables]\n", "[mesh]\n", 17, "");
+}
+
+TEST_F(SceneFile, ImpossibleValuesAreErrors) {
+    expect_error("0.3\n", "0.5\n", 8, "material.poisson: is 0.5 and must lie between -1 and 0.5");
+    expect_error("0.3\n", "-1.0\n", 8, "material.poisson");
+    expect_error("0.3\n", "nan\n", 8, "material.poisson: must be a finite number");
+    expect_error("1000", "-1000", 7, "material.young: is -1000 and must be greater than 0");
+    expect_error("1000", "0", 7, "material.young");
+    expect_error("1000", "inf", 7, "material.young: must be a finite number");
+    expect_error("1000", "1e300", 7, "material.young: is 1e+300 Pa and must lie in");
+    expect_error("0.03", "0.0", 5, "mesh.side: is 0 and must be greater than 0");
+    expect_error("= 3\n", "= 1\n", 4, "mesh.nodes_per_side: is 1 and must lie in 2..100");
+    expect_error("= 3\n", "= 101\n", 4, "mesh.nodes_per_side");
+    expect_error("0.01, 1, 1, 1]", "2, 1, 1, 1]", 12, "touch.box: zmin 2 is greater than zmax 1; swap them");
+    expect_error("3.0", "0.0", 16, "device.max_force");
+    expect_error("max_force", "damping = -1\nmax_force", 16, "device.damping");
+    expect_error("\"none\"", "\"some\"", 18, "tables.columns: \"some\" is not known");
+    expect_error("\"a\"", "\"../a\"", 1, "name: must be a letter");
+    expect_error("\"a\"", "\"\"", 1, "name: must be a letter");
+    expect_error("\"cube\"", "\"ball\"", 3, "mesh.generate: \"ball\" is not known; known here: cube");
+}
+
+TEST_F(SceneFile, ContradictionsAndGapsAreErrors) {
+    expect_error("side = 0.03", "file = \"a.msh\"", 5, "keep either generate or file");
+    expect_error("side = 0.03", "scale = 2.0", 5, "mesh.scale: belongs to a mesh file");
+    expect_error("generate = \"cube\"", "file = \"a.msh\"", 4, "mesh.nodes_per_side: belongs to generate");
+    expect_error("generate = \"cube\"\n", "", 2, "mesh.file: is missing");
+    expect_error("young = 1000\n", "", 6, "material.young: is missing");
+    expect_error("name = \"a\"\n", "", 1, "name: is missing");
+    expect_error("[material]\nyoung = 1000\npoisson = 0.3\n", "", 1, "material: is missing; add a table [material]");
+    expect_error("box = [-1.0, -1.0, 0.01, 1, 1, 1]", "", 11, "touch.box: give either a box or a group");
+    expect_error("box = [-1.0", "group = \"a\"\nbox = [-1.0", 13, "touch.box: give either a box or a group");
+    expect_error("box = [-1.0, -1.0, 0.01, 1, 1, 1]", "group = \"\"", 12, "touch.group: is empty");
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo's side of the loop over memq://, asked by hand.
+#include "host/servo/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr std::int64_t kHash = 1;  // of the test's model
+
+class ServoSessionTest : public testing::Test {
+protected:
+    ServoSessionTest() : session(box.scene(), connection, nullptr) {
+        connection.subscribe<servo_force>(kForceChannel,
+                                          [this](const servo_force& m, std::int64_t) { forces.push_back(m); });
+        connection.subscribe<contact>(kContactChannel,
+                                      [this](const contact& m, std::int64_t) { contacts.push_back(m); });
+        connection.subscribe<servo_status>(kStatusChannel,
+                                           [this](const servo_status& m, std::int64_t) { statuses.push_back(m); });
+    }
+
+    /// One state in simulated time, and what comes of it.
+    void ask(std::int64_t seq, double z, std::int64_t model_hash = 0) { ask_at(seq, seq * 1000, z, model_hash); }
+    void ask_at(std::int64_t seq, std::int64_t utime, double z, std::int64_t model_hash = 0) {
+        device_state state{};
+        state.seq = seq;
+        state.utime = utime;
+        state.model_hash = model_hash;
+        state.position_m[0] = 0.0131;
+        state.position_m[1] = 0.0112;
+        state.position_m[2] = z;
+        connection.publish(kStateChannel, state);
+        handle_all(connection);
+    }
+    std::int64_t status(const std::string& name) {
+        session.publish_status();
+        handle_all(connection);
+        const servo_status& last = statuses.back();
+        for (std::size_t i = 0; i < last.name.size(); ++i)
+            if (last.name[i] == name) return last.value[i];
+        ADD_FAILURE() << "no counter is called " << name;
+        return -1;
+    }
+
+    SoftBox box;
+    Connection connection{"memq://"};
+    ServoSession session;
+    std::vector<servo_force> forces;
+    std::vector<contact> contacts;
+    std::vector<servo_status> statuses;
+};
+
+TEST_F(ServoSessionTest, AnswersEachStateAsTheFirmwareDoes) {
+    haptable_servo servo;
+    haptable_init(&servo);
+    for (std::int64_t seq = 0; seq < 50; ++seq) {
+        const double z = 0.0305 - 1e-4 * static_cast<double>(seq);
+        ask(seq, z);
+        const double position_m[3] = {0.0131, 0.0112, z};
+        haptable_output out;
+        haptable_step(box.scene().model, &servo, to_finger(position_m).data(), static_cast<std::uint32_t>(seq * 1000),
+                      &out);
+        ASSERT_EQ(forces.size(), static_cast<std::size_t>(seq) + 1);
+        EXPECT_EQ(forces.back().seq, seq);
+        EXPECT_EQ(forces.back().utime, seq * 1000);
+        EXPECT_EQ(forces.back().model_hash, kHash);
+        EXPECT_EQ(forces.back().servo_state, out.state);
+        for (int a = 0; a < 3; ++a) EXPECT_EQ(forces.back().force_n[a], static_cast<double>(out.force_n[a]));
+    }
+    EXPECT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
+}
+
+// The forces on the nodes are the finger's action, the user's force is their reaction (eq. 12).
+TEST_F(ServoSessionTest, ContactMessageCarriesTheLoad) {
+    ask(0, 0.031);
+    EXPECT_EQ(contacts.back().count, 0);
+    ask(1, 0.028);
+    const contact& touched = contacts.back();
+    ASSERT_EQ(touched.count, 3);
+    EXPECT_EQ(touched.seq, 1);
+    EXPECT_EQ(touched.model_hash, kHash);
+    EXPECT_EQ(touched.finger_m[2], 0.028);
+    EXPECT_NEAR(touched.god_object_m[2], 0.03, 1e-7);
+    for (std::size_t a = 0; a < 3; ++a) {
+        double sum = 0.0;
+        for (const auto& force_n : touched.force_n) sum += force_n[a];
+        EXPECT_NEAR(sum, -forces.back().force_n[a], 1e-6);
+    }
+    for (const std::int32_t node : touched.node)  // mesh nodes of the top
+        EXPECT_NEAR(box.model().tables().position[static_cast<std::size_t>(node)][2], 0.03, 1e-12);
+}
+
+TEST_F(ServoSessionTest, RefusesStatesOfAnotherModel) {
+    ask(0, 0.031, kHash + 1);
+    EXPECT_TRUE(forces.empty());
+    ask(0, 0.031, kHash);
+    ask(1, 0.031, 0);
+    EXPECT_EQ(forces.size(), 2U);
+    EXPECT_EQ(status("foreign_states"), 1);
+    EXPECT_EQ(status("ticks"), 2);
+}
+
+TEST_F(ServoSessionTest, AnswersARepeatedStateWithoutASecondTick) {
+    ask(0, 0.031);
+    ask(1, 0.028);
+    ask(1, 0.028);
+    ASSERT_EQ(forces.size(), 3U);
+    EXPECT_EQ(forces[2].seq, 1);
+    EXPECT_EQ(forces[2].force_n[2], forces[1].force_n[2]);
+    EXPECT_EQ(status("ticks"), 2);
+    EXPECT_EQ(status("repeated_states"), 1);
+}
+
+TEST_F(ServoSessionTest, CountsLostStates) {
+    for (const std::int64_t seq : {0, 1, 2, 6, 7, 9}) ask(seq, 0.031);
+    EXPECT_EQ(status("lost_states"), 4);
+    EXPECT_EQ(status("ticks"), 6);
+}
+
+TEST_F(ServoSessionTest, StatusNamesEveryCounterOfTheFirmware) {
+    ask(0, 0.031);
+    ask(1, 0.028);
+#define HAPTABLE_CHECK(name) EXPECT_GE(status(#name), 0);
+    HAPTABLE_COUNTERS(HAPTABLE_CHECK)
+#undef HAPTABLE_CHECK
+    EXPECT_EQ(status("contacts"), 1);
+    EXPECT_EQ(statuses[0].servo_state, HAPTABLE_CONTACT);
+    EXPECT_EQ(statuses[0].model_hash, kHash);
+    EXPECT_GT(statuses[0].longest_step_us, 0.0);
+    EXPECT_EQ(statuses[1].longest_step_us, 0.0);  // since the last status
+}
+
+TEST_F(ServoSessionTest, BadPositionGivesZeroForceAndDropsTheContact) {
+    ask(0, 0.031);
+    ask(1, 0.028);
+    ask(2, std::numeric_limits<double>::quiet_NaN());
+    EXPECT_EQ(forces.back().servo_state, HAPTABLE_REJECTED);
+    EXPECT_EQ(forces.back().force_n[2], 0.0);
+    EXPECT_EQ(contacts.back().count, 0);
+    EXPECT_EQ(status("rejected_positions"), 1);
+}
+
+// In real time: zero force, said once, and not before the 20 ms are over.
+TEST_F(ServoSessionTest, FallsSilentWithoutStates) {
+    ask_at(0, utime_now(), 0.031);
+    ask_at(1, utime_now(), 0.028);
+    ASSERT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
+    const Clock::time_point asked = session.last_state();
+    EXPECT_EQ(session.watch_at() - asked, std::chrono::milliseconds(20));
+    session.watch(asked + std::chrono::milliseconds(19));
+    handle_all(connection);
+    EXPECT_EQ(forces.size(), 2U);
+    // The firmware's clock began with the step, a little after the state came.
+    for (int ms = 60'000; ms < 60'003; ++ms) session.watch(asked + std::chrono::milliseconds(ms));
+    handle_all(connection);
+    ASSERT_EQ(forces.size(), 3U);
+    EXPECT_EQ(forces[2].servo_state, HAPTABLE_SILENT);
+    EXPECT_EQ(forces[2].seq, 1);
+    for (const double component : forces[2].force_n) EXPECT_EQ(component, 0.0);
+    EXPECT_EQ(contacts.back().count, 0);
+    EXPECT_EQ(session.watch_at(), Clock::time_point::max());
+    EXPECT_EQ(status("silences"), 1);
+}
+
+TEST_F(ServoSessionTest, SimulatedTimeStandsStillBetweenStates) {
+    ask(0, 0.031);
+    ask(1, 0.028);
+    session.watch(Clock::now() + std::chrono::hours(1));
+    handle_all(connection);
+    EXPECT_EQ(forces.size(), 2U);
+    EXPECT_EQ(status("silences"), 0);
+}
+
+// A device that begins anew starts outside of every contact, whatever the last one left.
+TEST_F(ServoSessionTest, ANewSessionOfTheDeviceBeginsWithoutContact) {
+    ask(0, 0.031);
+    ask(1, 0.028);
+    ask(0, 0.028);
+    EXPECT_EQ(forces.back().servo_state, HAPTABLE_FREE);
+    EXPECT_EQ(status("silences"), 1);
+    EXPECT_EQ(status("lost_states"), 0);
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/tables/tables.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/tables/npy.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class TablesFolder : public testing::Test {
+protected:
+    TablesFolder() {
+        Scene scene;
+        scene.file = "a/block.toml";
+        scene.name = "block";
+        scene.mesh.generate = "cube";
+        scene.mesh.nodes_per_side = 3;
+        scene.material = {1e4, 0.3};
+        scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 0}, "", 1});
+        scene.device.max_force_n = 3.5;
+        Progress progress(true);
+        body_ = precompute(scene, folder_, progress).body;
+    }
+    void expect_error(const std::string& file) {
+        try {
+            read_tables(folder_);
+            ADD_FAILURE() << "no error for " << file;
+        } catch (const Error& error) {
+            EXPECT_EQ(std::string(error.what()).rfind((folder_ / file).string(), 0), 0U) << error.what();
+        }
+    }
+    /// With `file` replaced, reading is an error that names it; then it is put back.
+    void expect_error_with(const std::string& file, const std::function<void(const fs::path&)>& damage) {
+        const std::string good = read_file(folder_ / file);
+        damage(folder_ / file);
+        expect_error(file);
+        write_file(folder_ / file, good);
+        EXPECT_NO_THROW(read_tables(folder_));
+    }
+
+    const test::TemporaryFolder temporary_;
+    const fs::path folder_ = temporary_.path() / "block";
+    Body body_;
+};
+
+TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
+    const Tables tables = read_tables(folder_);
+    EXPECT_EQ(tables.name, "block");
+    EXPECT_EQ(tables.scene_file, "block.toml");
+    EXPECT_EQ(tables.max_force_n, 3.5);
+    EXPECT_EQ(tables.rigid_stiffness_n_per_m, 1000.0);
+    EXPECT_NE(tables.model_hash, 0U);
+    EXPECT_EQ(tables.surface, body_.surface.patch);
+    EXPECT_EQ(tables.patch, body_.touch_patch);
+    EXPECT_EQ(tables.node_id, body_.touch_node);
+    EXPECT_EQ(tables.row_id, body_.free_surface_node);
+    ASSERT_EQ(tables.position.size(), body_.mesh.position_m.size());
+    for (std::size_t i = 0; i < tables.position.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_EQ(tables.position[i][c], body_.mesh.position_m[i][static_cast<int>(c)]);
+}
+
+TEST_F(TablesFolder, MissingAndDamagedFilesAreNamed) {
+    for (const char* file :
+         {"summary.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy", "stiffness.npy", "row_id.npy"}) {
+        expect_error_with(file, [](const fs::path& path) { fs::remove(path); });
+        expect_error_with(file, [](const fs::path& path) { write_file(path, ""); });
+        expect_error_with(file, [](const fs::path& path) {
+            write_file(path, read_file(path).substr(0, read_file(path).size() / 2));
+        });
+    }
+}
+
+TEST_F(TablesFolder, FilesThatDoNotFitEachOtherAreNamed) {
+    expect_error_with("patch.npy", [](const fs::path& path) {
+        write_npy<std::int32_t>(path, {1, 3}, std::vector<std::int32_t>{0, 1, 27});
+    });
+    expect_error_with("node_id.npy",
+                      [](const fs::path& path) { write_npy<std::int32_t>(path, {1}, std::vector<std::int32_t>{-1}); });
+    expect_error_with("surface.npy", [](const fs::path& path) {
+        write_npy<std::int32_t>(path, {1, 2}, std::vector<std::int32_t>{0, 1});
+    });
+    expect_error_with("stiffness.npy", [](const fs::path& path) {
+        write_npy<double>(path, {1, 3, 3}, std::vector<double>(9));
+    });
+    expect_error_with("summary.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); });
+    expect_error_with("summary.json", [](const fs::path& path) {
+        std::string text = read_file(path);
+        text.replace(text.find("\"model_hash\": \"") + 15, 1, "x");
+        write_file(path, text);
+    });
+}
+
+}  // namespace
+
+}  // namespace haptable

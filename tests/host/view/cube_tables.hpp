@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Tables of a cube for the viewer's tests, without finite elements: a smooth made-up compliance.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "host/tables/tables.hpp"
+
+namespace haptable::test {
+
+/// A folder in the temporary directory that goes away with its owner.
+class TestFolder {
+public:
+    TestFolder();
+    ~TestFolder();
+    TestFolder(const TestFolder&) = delete;
+    TestFolder& operator=(const TestFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+struct CubeOptions {
+    int nodes_per_side = 5;
+    double side_m = 0.03;
+    std::string columns = "surface";
+    double touch_above_m = -1.0;  ///< patches with a node lower than this must not be touched
+};
+
+/// Displacement of `to` per force on `from`, m/N: Kelvin's solution of an infinite body, rounded off at the source,
+/// times a factor that vanishes at z = 0, which is held still. L(a, b) = L(b, a)^T.
+Eigen::Matrix3d cube_compliance(const Eigen::Vector3d& to, const Eigen::Vector3d& from);
+
+/// Writes the files that the viewer reads: the surface nodes of the cube [0, side]^3, bottom fixed.
+void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& options = {});
+
+inline constexpr std::uint64_t kCubeHash = 0x0123456789abcdefU;
+
+}  // namespace haptable::test

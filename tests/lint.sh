@@ -1,0 +1,68 @@
+#!/bin/sh
+# What the compiler's warnings do not say: the arrows between the folders, what the firmware must not hold, the form of
+# the files, clang-tidy on the C++ and cppcheck on the C. Called by `make lint` from the project's root, everything built.
+set -eu
+BUILD=${BUILD:-build}
+failed=0
+complain() {
+    echo "lint: $*" >&2
+    failed=1
+}
+
+# ---- arrows: what a folder may include of the project -------------------------------------------------------------
+arrow() { # FOLDER ALLOWED...: prefixes of includes
+    folder=$1
+    shift
+    pattern=$(echo "$*" | sed 's/ /|/g')
+    found=$(grep -rnE '#include "' "$folder" --include='*.[ch]' --include='*.[ch]pp' | grep -vE "#include \"($pattern)" || true)
+    [ -z "$found" ] || complain "$folder may include only $*:
+$found"
+}
+arrow firmware haptable.h contact.h force.h vector.h
+arrow host/base host/base
+arrow host/tables host/base host/tables
+arrow host/scene host/base host/scene
+arrow host/mesh host/base host/mesh
+arrow host/fem host/base host/fem
+arrow codegen host/base host/tables codegen firmware/haptable.h
+arrow host/precompute host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+arrow host/link host/base host/link haptable/
+arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
+arrow host/device host/base host/link host/scene host/device haptable/
+arrow host/view host/base host/link host/tables host/view haptable/
+
+# ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
+headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)
+[ -z "$headers" ] || complain "firmware needs more than a freestanding compiler: $headers"
+words=$(grep -rnwE 'double|malloc|calloc|realloc|free|alloca|printf|goto' firmware --include='*.[ch]' | grep -vE '^[^:]*:[0-9]*: *(/\*|\*|//)' | grep -vE '/\*.*\b(free|double)\b' || true)
+[ -z "$words" ] || complain "firmware must not use:
+$words"
+calls=$(mktemp -d)
+trap 'rm -rf "$calls"' EXIT
+for file in firmware/*.c; do
+    gcc -std=c99 -ffreestanding -O0 -fcallgraph-info -Ifirmware -c "$file" -o "$calls/$(basename "$file").o"
+done
+# A cycle in the call graph is a recursion; tsort finds it.
+sed -n 's/^edge: { sourcename: "\([^"]*\)" targetname: "\([^"]*\)".*/\1 \2/p' "$calls"/*.ci | sed 's/[^ ]*:\([a-z]\)/\1/g' >"$calls/edges"
+tsort "$calls/edges" >/dev/null 2>"$calls/cycles" || complain "firmware recurses: $(cat "$calls/cycles")"
+
+# ---- form ---------------------------------------------------------------------------------------------------------
+# shellcheck disable=SC2046 # file names of ours hold no spaces
+clang-format --dry-run -Werror $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp') || complain "run make format"
+for file in $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp' '*.sh'); do
+    case $file in
+    *.sh) ;;
+    *) head -1 "$file" | grep -q SPDX-License-Identifier || complain "$file: its first line must name its licence" ;;
+    esac
+done
+
+# ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
+cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=unusedStructMember --suppress=missingInclude -Ifirmware firmware || complain "cppcheck"
+includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
+git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -v host/servo/main.cpp |
+    xargs -P 2 -n 4 sh -c 'clang-tidy --quiet "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
+git ls-files 'firmware/*.c' | xargs -n 4 sh -c 'clang-tidy --quiet "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
+
+[ $failed = 0 ] && echo "lint: clean"
+exit $failed

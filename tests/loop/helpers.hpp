@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What the tests of link, servo, device and loop share: a work folder, a soft box to touch, a CSV reader.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "host/base/file.hpp"
+#include "host/link/connection.hpp"
+#include "host/servo/scene.hpp"
+#include "tests/shapes.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+
+/// A new folder, with the short cuts that these tests want.
+class WorkFolder : public TemporaryFolder {
+public:
+    std::filesystem::path operator/(const std::string& name) const { return path() / name; }
+    std::size_t file_count() const {
+        return static_cast<std::size_t>(
+            std::distance(std::filesystem::directory_iterator(path()), std::filesystem::directory_iterator()));
+    }
+};
+
+/// A soft box of the paper's size, its bottom rigid; its mesh nodes are numbered otherwise than its vertices.
+class SoftBox {
+public:
+    static constexpr std::uint64_t kHash = 1;
+
+    SoftBox() : model_(box_shape(4, Eigen::Vector3d(0.03, 0.03, 0.03)), 0.001) {
+        for (const std::int32_t node : model_.servo().node) node_.push_back(static_cast<std::uint32_t>(node));
+        tables_.hash = kHash;
+    }
+    ServoScene scene() const { return {&tables_, node_.data(), "box"}; }
+    const TestModel& model() const { return model_; }
+
+private:
+    TestModel model_;
+    haptable_model tables_ = *model_.get();
+    std::vector<std::uint32_t> node_;
+};
+
+/// The lines of a text, without their ends.
+inline std::vector<std::string> lines_of(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+/// The numbers of a CSV file, [rows][columns], without its header.
+inline std::vector<std::vector<double>> read_rows(const std::filesystem::path& file) {
+    std::vector<std::vector<double>> rows;
+    const std::vector<std::string> lines = lines_of(read_file(file));
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+        std::istringstream in(lines[i]);
+        rows.emplace_back();
+        for (std::string cell; std::getline(in, cell, ',');) rows.back().push_back(std::stod(cell));
+    }
+    return rows;
+}
+
+/// Handles every message that is there already.
+inline void handle_all(Connection& connection) {
+    while (connection.handle_until(Clock::now())) {
+    }
+}
+
+}  // namespace haptable::test
