@@ -51,7 +51,7 @@ VIEW       = $(call objects,host/view) $(LINK) $(TABLES)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lxxhash $(LIBS_BASE)
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lpugixml -lz -lxxhash $(LIBS_BASE)
 LIBS_LINK       = -llcm $(LIBS_BASE)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
 

@@ -28,7 +28,10 @@ struct TetMesh {
     std::vector<Eigen::Vector3d> position_m;  ///< [N] rest positions
     std::vector<Tet> tet;                     ///< [T]
     std::map<std::string, MeshGroup> group;
-    std::vector<std::string> notes;  ///< what the reader mended or left out, one line each
+    std::vector<std::uint64_t> tet_number;  ///< [T] in the file, for errors; empty for a generated mesh
+    std::size_t unused_nodes = 0;           ///< of the file, left out
+    std::size_t turned = 0;                 ///< tetrahedra that stood the other way round
+    std::vector<std::string> notes;         ///< what the reader mended or left out, one line each
 };
 
 /// Six times the signed volume: det(p1-p0, p2-p0, p3-p0), m^3.

@@ -7,11 +7,19 @@
 
 namespace haptable {
 
-/// Reads a tetrahedral mesh through the Gmsh library: Gmsh .msh (1, 2.2, 4.1; text or binary) and VTK legacy .vtk.
-/// scale_m: metres per unit of the file. Nodes keep the order of their numbers in the file; those that no tetrahedron
-/// uses are left out, and tetrahedra that stand the other way round are turned: both are said in TetMesh::notes.
-/// Throws Error that names the file and the node or element, by its number in the file.
-/// Not for two threads at once: the Gmsh library has one global state.
-TetMesh read_mesh(const std::filesystem::path& file, double scale_m);
+struct ReadOptions {
+    double scale_m = 1.0;    ///< metres per unit of the file
+    bool linearize = false;  ///< take second-order tetrahedra by their corners
+};
+
+/// Reads a tetrahedral mesh whose format its content tells: Gmsh .msh (1, 2.2, 4.1; text or binary), VTK legacy and
+/// XML, INRIA .mesh, TetGen .node/.ele, Abaqus .inp, Vega .veg. Nodes keep the order of their numbers in the file;
+/// those that no tetrahedron uses are left out, and tetrahedra that stand the other way round are turned: both are
+/// counted and said in TetMesh::notes. Throws Error that names the file and the node or element, by its number in the
+/// file.
+TetMesh read_mesh(const std::filesystem::path& file, const ReadOptions& options);
+inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
+    return read_mesh(file, ReadOptions{scale_m, false});
+}
 
 }  // namespace haptable

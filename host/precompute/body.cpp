@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "host/base/error.hpp"
+#include "host/mesh/audit.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/read_mesh.hpp"
 
@@ -79,6 +80,19 @@ void require_size(const Scene& scene, const TetMesh& mesh) {
                         scene.mesh.generate.empty() ? "mesh.scale (metres per unit)" : "mesh.side"));
 }
 
+/// A body that lies twice in one place has no surface that a finger could meet.
+void require_unfolded(const Scene& scene, const Body& body) {
+    const std::vector<std::int32_t> folded = find_folded(body.mesh.tet);
+    if (folded.empty()) return;
+    const auto first = static_cast<std::size_t>(folded.front());
+    const std::vector<std::uint64_t>& number = body.mesh.tet_number;
+    throw Error(
+        fmt::format("{}: the mesh folds over itself at {} tetrahedra (element {} is the first): they are inverted by "
+                    "their geometry, which turning their nodes cannot mend; mesh the body again",
+                    (scene.mesh.file.empty() ? scene.file : scene.mesh.file).string(), folded.size(),
+                    number.empty() ? first : number[first]));
+}
+
 void number_unknowns(const Flags& fixed, Body& body) {
     body.unknown.assign(fixed.size(), -1);
     for (std::size_t i = 0; i < fixed.size(); ++i)
@@ -123,7 +137,7 @@ std::string describe(const Eigen::AlignedBox3d& box_m) {
 
 TetMesh make_mesh(const MeshSource& source) {
     if (source.generate == "cube") return make_cube(source.nodes_per_side, source.side_m);
-    return read_mesh(source.file, source.scale_m);
+    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize});
 }
 
 Body make_body(const Scene& scene, TetMesh mesh) {
@@ -131,6 +145,7 @@ Body make_body(const Scene& scene, TetMesh mesh) {
     Body body;
     body.mesh = std::move(mesh);
     body.surface = find_surface(body.mesh.tet);
+    require_unfolded(scene, body);
     number_unknowns(mark(scene, scene.fixed, "fixed", body.mesh), body);
     find_touchable(scene, body);
     require_touchable(scene, body);

@@ -5,9 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
+#include "host/mesh/audit.hpp"
+#include "host/precompute/loose.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace {
@@ -22,6 +25,7 @@ struct Options {
     bool json = false;
     bool quiet = false;
     bool print_name = false;
+    bool check = false;
 };
 
 /// A path as make reads it.
@@ -46,6 +50,21 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
     return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
 }
 
+/// The mesh is judged and nothing is computed: the table first, then the first reason to refuse it.
+void check(const Scene& scene, const Options& options) {
+    TetMesh mesh = make_mesh(scene.mesh);
+    const Audit audit = audit_mesh(mesh);
+    if (!options.quiet || options.json) fmt::print("{}", options.json ? to_json(audit) : to_table(audit));
+    for (const std::string& warning : warnings_of(audit))
+        if (!options.quiet) fmt::print(stderr, "haptable-precompute: warning: {}\n", warning);
+    for (const std::string& note : mesh.notes)
+        if (!options.quiet) fmt::print(stderr, "haptable-precompute: note: {}\n", note);
+    const Body body = make_body(scene, std::move(mesh));
+    const std::vector<std::int32_t> loose = find_loose_nodes(body);
+    if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
+    if (!options.quiet && !options.json) fmt::print("  every body is held still\n");
+}
+
 void run(const Options& options) {
     // 1. The scene.
     const Scene scene = read_scene(options.scene);
@@ -53,6 +72,7 @@ void run(const Options& options) {
         fmt::print("{}\n", scene.name);
         return;
     }
+    if (options.check) return check(scene, options);
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
     // 2. Mesh, stiffness, factor, tables, C.
     Progress progress(options.quiet);
@@ -79,6 +99,7 @@ int main(int argc, char** argv) {
     app.add_option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
     app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
     app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.add_flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");
     app.add_flag("--print-name", options.print_name, "only check the scene file and print its name");
     catch_interrupts();
     return run_program(app, argc, argv, [&] { run(options); });

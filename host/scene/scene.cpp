@@ -134,6 +134,13 @@ public:
         return node->as_integer()->get();
     }
 
+    bool flag(std::string_view key, bool fallback) const {
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return fallback;
+        if (!node->is_boolean()) fail(key, fmt::format("must be true or false, not {}", type_name(*node)));
+        return node->as_boolean()->get();
+    }
+
     std::string text(std::string_view key, std::optional<std::string> fallback = {}) const {
         const toml::node* node = table_.get(key);
         if (node == nullptr && !fallback) missing(key, "a text");
@@ -223,6 +230,7 @@ std::string read_name(const Section& root) {
 
 void read_generator(const Section& mesh, MeshSource& source) {
     source.generate = mesh.choice("generate", {"cube"}, {});
+    if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
     if (mesh.has("scale")) mesh.fail("scale", "belongs to a mesh file; give the cube's side in metres and remove it");
     const std::int64_t nodes = mesh.integer("nodes_per_side", source.nodes_per_side);
     if (nodes < 2 || nodes > kMostNodesPerSide)
@@ -238,10 +246,12 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
     if (file.empty()) mesh.fail("file", "is empty; name a mesh file, relative to the scene");
     source.file = scene_file.parent_path() / file;
     source.scale_m = mesh.positive("scale", source.scale_m);
+    source.linearize = mesh.flag("linearize", false);
 }
 
 MeshSource read_source(const Section& root, const fs::path& scene_file) {
-    const Section mesh = root.section("mesh", {"generate", "nodes_per_side", "side", "file", "scale"}, true);
+    const Section mesh =
+        root.section("mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize"}, true);
     if (mesh.has("generate") && mesh.has("file"))
         mesh.fail("file", "there is a generator too; keep either generate or file");
     if (!mesh.has("generate") && !mesh.has("file"))

@@ -17,6 +17,7 @@ struct MeshSource {
     double side_m = 0.03;        ///< of the generated cube
     std::filesystem::path file;  ///< as it can be opened: already relative to the scene's folder
     double scale_m = 1.0;        ///< metres per unit of the file
+    bool linearize = false;      ///< take second-order tetrahedra by their corners
 };
 
 /// [material]: isotropic and linear.

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// q = 3 r / R,   r = 3 V / sum A_i,   R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)| / (12 V)
+#include "host/mesh/audit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "host/mesh/surface.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kSliver = 0.1;
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+// Nodes nearer than this share of the body's diagonal are at one place.
+constexpr double kSamePlace = 1e-9;
+
+/// Disjoint sets with path halving.
+class Sets {
+public:
+    explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
+    std::size_t find(std::size_t a) {
+        while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
+        return a;
+    }
+    void join(std::size_t a, std::size_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
+
+private:
+    std::vector<std::size_t> parent_;
+};
+
+std::size_t at(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+struct Quality {
+    double ratio = 0.0, least_deg = 180.0, greatest_deg = 0.0;
+};
+
+/// Outward normals n_c, twice the area long, opposite to corner c: the angle at the edge of two faces is pi - angle(n,
+/// m).
+Quality quality_of(const std::vector<Vector3d>& position_m, const Tet& tet) {
+    const Vector3d a = position_m[at(tet[1])] - position_m[at(tet[0])];
+    const Vector3d b = position_m[at(tet[2])] - position_m[at(tet[0])];
+    const Vector3d c = position_m[at(tet[3])] - position_m[at(tet[0])];
+    const Vector3d normal[4] = {(b - a).cross(c - a), c.cross(b), a.cross(c), b.cross(a)};
+    double areas = 0.0;  // twice
+    for (const Vector3d& n : normal) areas += n.norm();
+    const double six = a.dot(b.cross(c));
+    const double inner = six / areas;  // r = 3 V / sum A
+    const double outer =
+        (a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b)).norm() /
+        (2.0 * six);
+    Quality quality;
+    quality.ratio = 3.0 * inner / outer;
+    for (int p = 0; p < 4; ++p)
+        for (int q = 0; q < p; ++q) {
+            const double deg = kDegrees * std::atan2(normal[p].cross(normal[q]).norm(), -normal[p].dot(normal[q]));
+            quality.least_deg = std::min(quality.least_deg, deg);
+            quality.greatest_deg = std::max(quality.greatest_deg, deg);
+        }
+    return quality;
+}
+
+void judge_shapes(const TetMesh& mesh, Audit& audit) {
+    std::vector<double> ratio;
+    audit.least_angle_deg = 180.0;
+    for (const Tet& tet : mesh.tet) {
+        const Quality quality = quality_of(mesh.position_m, tet);
+        ratio.push_back(quality.ratio);
+        audit.least_angle_deg = std::min(audit.least_angle_deg, quality.least_deg);
+        audit.greatest_angle_deg = std::max(audit.greatest_angle_deg, quality.greatest_deg);
+        audit.slivers += quality.ratio < kSliver ? 1 : 0;
+        audit.volume_m3 += six_volumes(mesh.position_m, tet) / 6.0;
+    }
+    std::sort(ratio.begin(), ratio.end());
+    audit.worst_ratio = ratio.front();
+    audit.median_ratio = 0.5 * (ratio[(ratio.size() - 1) / 2] + ratio[ratio.size() / 2]);
+}
+
+std::size_t count_bodies(const TetMesh& mesh) {
+    Sets sets(mesh.position_m.size());
+    for (const Tet& tet : mesh.tet)
+        for (std::size_t c = 1; c < 4; ++c) sets.join(at(tet[0]), at(tet[c]));
+    std::size_t bodies = 0;
+    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) bodies += sets.find(i) == i ? 1 : 0;
+    return bodies;
+}
+
+using Edges = std::map<std::array<std::int32_t, 2>, std::vector<std::size_t>>;  // to the patches at it
+
+Edges edges_of(const std::vector<Patch>& patches) {
+    Edges edges;
+    for (std::size_t p = 0; p < patches.size(); ++p)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto [low, high] = std::minmax(patches[p][c], patches[p][(c + 1) % 3]);
+            edges[{low, high}].push_back(p);
+        }
+    return edges;
+}
+
+/// A shell whose patches look inwards encloses emptiness: its volume by the divergence theorem is negative.
+void judge_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges, Audit& audit) {
+    Sets sets(surface.patch.size());
+    for (const auto& [edge, patches] : edges) {
+        audit.hinge_edges += patches.size() > 2 ? 1 : 0;
+        for (std::size_t p : patches) sets.join(patches[0], p);
+    }
+    std::vector<double> volume_m3(surface.patch.size(), 0.0);
+    const Vector3d centre_m = audit.box_m.center();
+    for (std::size_t p = 0; p < surface.patch.size(); ++p) {
+        const auto corner = [&](std::size_t c) -> Vector3d {
+            return mesh.position_m[at(surface.patch[p][c])] - centre_m;
+        };
+        volume_m3[sets.find(p)] += corner(0).dot(corner(1).cross(corner(2)));
+    }
+    for (std::size_t p = 0; p < surface.patch.size(); ++p) {
+        if (sets.find(p) != p) continue;
+        ++audit.shells;
+        audit.cavities += volume_m3[p] < 0.0 ? 1 : 0;
+    }
+}
+
+/// The patches around a node hang together over its edges; where they do not, the node is a hinge.
+void count_hinge_nodes(const Surface& surface, const Edges& edges, std::size_t node_count, Audit& audit) {
+    Sets corners(3 * surface.patch.size());
+    const auto corner = [&](std::size_t p, std::int32_t node) {
+        const Patch& patch = surface.patch[p];
+        return 3 * p + static_cast<std::size_t>(std::find(patch.begin(), patch.end(), node) - patch.begin());
+    };
+    for (const auto& [edge, patches] : edges)
+        for (std::size_t p : patches)
+            for (std::int32_t node : edge) corners.join(corner(patches[0], node), corner(p, node));
+    std::vector<int> rings(node_count, 0);
+    for (std::size_t k = 0; k < 3 * surface.patch.size(); ++k)
+        if (corners.find(k) == k && ++rings[at(surface.patch[k / 3][k % 3])] == 2) ++audit.hinge_nodes;
+}
+
+/// Nodes in order of x: only neighbours in that order can be at one place.
+std::size_t count_coincident(const TetMesh& mesh, double tolerance_m) {
+    std::vector<Vector3d> sorted = mesh.position_m;
+    std::sort(sorted.begin(), sorted.end(), [](const Vector3d& a, const Vector3d& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    });
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + 1 < sorted.size(); ++i)
+        count += (sorted[i + 1] - sorted[i]).norm() <= tolerance_m ? 1 : 0;
+    return count;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets) {
+    // Positively oriented neighbours on two sides of a face see it turned the other way round.
+    constexpr std::size_t kFace[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    struct Face {
+        Patch key;
+        bool even;
+        std::int32_t tet;
+    };
+    std::vector<Face> faces;
+    for (std::size_t t = 0; t < tets.size(); ++t)
+        for (const auto& side : kFace) {
+            Patch key{tets[t][side[0]], tets[t][side[1]], tets[t][side[2]]};
+            const bool even = (key[0] < key[1]) ^ (key[1] < key[2]) ^ (key[0] < key[2]);
+            std::sort(key.begin(), key.end());
+            faces.push_back({key, even, static_cast<std::int32_t>(t)});
+        }
+    std::sort(faces.begin(), faces.end(),
+              [](const Face& a, const Face& b) { return std::tie(a.key, a.tet) < std::tie(b.key, b.tet); });
+    std::vector<std::int32_t> folded;
+    for (std::size_t k = 1; k < faces.size(); ++k)
+        if (faces[k].key == faces[k - 1].key && faces[k].even == faces[k - 1].even) {
+            folded.push_back(faces[k - 1].tet);
+            folded.push_back(faces[k].tet);
+        }
+    std::sort(folded.begin(), folded.end());
+    folded.erase(std::unique(folded.begin(), folded.end()), folded.end());
+    return folded;
+}
+
+Audit audit_mesh(const TetMesh& mesh) {
+    const Surface surface = find_surface(mesh.tet);
+    const Edges edges = edges_of(surface.patch);
+    Audit audit;
+    audit.nodes = mesh.position_m.size();
+    audit.tets = mesh.tet.size();
+    audit.surface_nodes = surface.node.size();
+    audit.patches = surface.patch.size();
+    audit.unused_nodes = mesh.unused_nodes;
+    audit.turned = mesh.turned;
+    audit.folded = find_folded(mesh.tet).size();
+    for (const Vector3d& p : mesh.position_m) audit.box_m.extend(p);
+    audit.bodies = count_bodies(mesh);
+    judge_shells(mesh, surface, edges, audit);
+    count_hinge_nodes(surface, edges, mesh.position_m.size(), audit);
+    audit.coincident = count_coincident(mesh, kSamePlace * audit.box_m.diagonal().norm());
+    judge_shapes(mesh, audit);
+    return audit;
+}
+
+std::vector<std::string> warnings_of(const Audit& audit) {
+    constexpr double kSmall_m = 1e-3, kLarge_m = 10.0;
+    std::vector<std::string> warnings;
+    const double size_m = audit.box_m.sizes().maxCoeff();
+    if (size_m < kSmall_m || size_m > kLarge_m)
+        warnings.push_back(fmt::format("the body is {:.3g} m long: is mesh.scale (metres per unit) right?", size_m));
+    if (audit.hinge_edges + audit.hinge_nodes > 0)
+        warnings.push_back(
+            fmt::format("parts hang on hinges: {} edges with more than two patches, {} nodes with more than "
+                        "one ring of patches; they turn freely unless both sides are held",
+                        audit.hinge_edges, audit.hinge_nodes));
+    if (audit.coincident > 0)
+        warnings.push_back(
+            fmt::format("{} pairs of nodes coincide and are not joined, in {} bodies; merge them in your "
+                        "mesh program if the parts should hold together",
+                        audit.coincident, audit.bodies));
+    return warnings;
+}
+
+std::string to_table(const Audit& a) {
+    const Vector3d size_m = a.box_m.sizes();
+    std::string text = fmt::format("  nodes {}, on the surface {}; tetrahedra {}; patches {}\n", a.nodes,
+                                   a.surface_nodes, a.tets, a.patches);
+    text += fmt::format("  bodies {}, shells {}, inner cavities {}; hinges: {} edges, {} nodes\n", a.bodies, a.shells,
+                        a.cavities, a.hinge_edges, a.hinge_nodes);
+    text += fmt::format("  turned {}, folded {}, unused nodes {}, coincident nodes {}\n", a.turned, a.folded,
+                        a.unused_nodes, a.coincident);
+    text += fmt::format(
+        "  radius ratio: worst {:.2g}, median {:.2f}, {} under {}; dihedral angles {:.2g} to {:.4g} degrees\n",
+        a.worst_ratio, a.median_ratio, a.slivers, kSliver, a.least_angle_deg, a.greatest_angle_deg);
+    return text + fmt::format("  box {:.4g} x {:.4g} x {:.4g} m, volume {:.6g} m^3\n", size_m.x(), size_m.y(),
+                              size_m.z(), a.volume_m3);
+}
+
+std::string to_json(const Audit& a) {
+    return fmt::format(
+        R"({{"nodes": {}, "surface_nodes": {}, "tetrahedra": {}, "surface_patches": {}, "bodies": {}, "shells": {}, )"
+        R"("inner_cavities": {}, "hinge_edges": {}, "hinge_nodes": {}, "turned": {}, "folded": {}, "unused_nodes": {}, )"
+        R"("coincident_nodes": {}, "worst_radius_ratio": {}, "median_radius_ratio": {}, "slivers": {}, )"
+        R"("least_dihedral_deg": {}, "greatest_dihedral_deg": {}, "volume_m3": {}, "box_m": [{}, {}, {}, {}, {}, {}]}})"
+        "\n",
+        a.nodes, a.surface_nodes, a.tets, a.patches, a.bodies, a.shells, a.cavities, a.hinge_edges, a.hinge_nodes,
+        a.turned, a.folded, a.unused_nodes, a.coincident, a.worst_ratio, a.median_ratio, a.slivers, a.least_angle_deg,
+        a.greatest_angle_deg, a.volume_m3, a.box_m.min().x(), a.box_m.min().y(), a.box_m.min().z(), a.box_m.max().x(),
+        a.box_m.max().y(), a.box_m.max().z());
+}
+
+}  // namespace haptable

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a mesh is and what is wrong with it, before anything is computed from it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "host/mesh/mesh.hpp"
+
+namespace haptable {
+
+struct Audit {
+    std::size_t nodes = 0, tets = 0, surface_nodes = 0, patches = 0;
+    std::size_t unused_nodes = 0;  ///< of the file, left out
+    std::size_t turned = 0;        ///< tetrahedra that stood the other way round
+    std::size_t folded = 0;        ///< tetrahedra on the wrong side of a neighbour: no turning mends them
+    std::size_t bodies = 0;        ///< parts that share no node
+    std::size_t shells = 0;        ///< parts of the surface that share no edge
+    std::size_t cavities = 0;      ///< shells that enclose emptiness
+    std::size_t hinge_edges = 0;   ///< surface edges with more than two patches
+    std::size_t hinge_nodes = 0;   ///< surface nodes whose patches form more than one ring
+    std::size_t coincident = 0;    ///< nodes at the place of another one
+    double worst_ratio = 0.0;      ///< radius ratio 3 r / R: 1 for the regular tetrahedron
+    double median_ratio = 0.0;
+    std::size_t slivers = 0;       ///< tetrahedra with a radius ratio below 0.1
+    double least_angle_deg = 0.0;  ///< dihedral
+    double greatest_angle_deg = 0.0;
+    double volume_m3 = 0.0;
+    Eigen::AlignedBox3d box_m;
+};
+
+/// Tetrahedra, ascending, that lie on the same side of a shared face as their neighbour. All positively oriented.
+std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets);
+
+/// Throws Error where a face belongs to more than two tetrahedra.
+Audit audit_mesh(const TetMesh& mesh);
+
+/// What does not stop the work, one line each.
+std::vector<std::string> warnings_of(const Audit& audit);
+
+std::string to_table(const Audit& audit);
+std::string to_json(const Audit& audit);
+
+}  // namespace haptable

@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Gmsh's library reads many formats, and trusts each of them: damaged files make it crash or take all memory. So counts
+// are compared with the file's size first, and the library works in a process of its own with bounded memory and time.
+#include <fmt/format.h>
+#include <gmsh.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/mesh/in_child.hpp"
+#include "host/mesh/readers.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kTriangle = 2, kTetrahedron = 4, kTetrahedron10 = 11;  // Gmsh's numbers of the elements
+// Gmsh's tables take about 300 bytes a node, which takes 20 bytes or more in the file.
+constexpr std::size_t kLeastMemory_bytes = std::size_t{768} << 20;
+constexpr std::size_t kMemoryPerByte = 60;
+constexpr unsigned kCpu_s = 60;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
+
+std::size_t line_of(std::string_view text, std::size_t at) {
+    return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+}
+
+/// "0,5" is read as 0 or as 0.5, as the locale will: neither is what a file of numbers may depend on.
+void refuse_comma_decimals(const fs::path& file, std::string_view text) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    std::size_t begin = 0;
+    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
+    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
+        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
+        const std::size_t line = text.rfind('\n', at) + 1;
+        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
+        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
+        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
+                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
+    }
+}
+
+/// A number at the beginning of `text`, blanks skipped; `text` moves behind it.
+std::int64_t number(const fs::path& file, const char* what, std::string_view& text) {
+    text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+    std::int64_t value = 0;
+    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (failed != std::errc() || (end != text.data() + text.size() && std::strchr(" \t\r\n", *end) == nullptr))
+        fail(file, fmt::format("{} is missing or not a whole number; save the mesh again", what));
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return value;
+}
+
+void require_room(const fs::path& file, std::string_view text, const char* what, std::int64_t count, std::size_t each,
+                  const char* rest_from) {
+    const auto left = text.size() - static_cast<std::size_t>(rest_from - text.data());
+    if (count < 0) fail(file, fmt::format("{}: the count {} is negative; the file is damaged", what, count));
+    if (static_cast<std::uint64_t>(count) > left / each + 1)
+        fail(file, fmt::format("{} promises {} records (at least {} bytes), and from byte {} the file holds {}: it is "
+                               "damaged or cut off",
+                               what, count, static_cast<double>(count) * static_cast<double>(each), text.size() - left,
+                               left));
+}
+
+struct Section {
+    const char* name;
+    const char* end;
+    std::size_t text_bytes;    // of the shortest record as text
+    std::size_t binary_bytes;  // and in the binary format
+};
+constexpr Section kSections[] = {{"$Nodes", "$EndNodes", 6, 24},
+                                 {"$Elements", "$EndElements", 4, 8},
+                                 {"$NOD", "$ENDNOD", 8, 8},
+                                 {"$ELM", "$ENDELM", 8, 8}};
+
+/// Before version 4, text has a line a record: a missing count would make the first record be one.
+void require_lines(const fs::path& file, const Section& section, std::string_view rest, int version, bool binary,
+                   std::int64_t count) {
+    if (version >= 4 || binary) return;
+    const std::string_view records = rest.substr(0, rest.find(section.end));
+    const std::int64_t lines = std::count(records.begin(), records.end(), '\n') - 1;
+    if (lines < count)
+        fail(file, fmt::format("{} promises {} records and has {} lines: it is damaged or cut off", section.name, count,
+                               lines));
+    if (records.find_first_not_of(" \t\r") != records.find('\n'))
+        fail(file, fmt::format("{}: the count of records is missing; save the mesh again", section.name));
+}
+
+/// The count of records that a section promises; 0 where there is no such section.
+std::size_t check_section(const fs::path& file, std::string_view text, const Section& section, int version,
+                          bool binary) {
+    const std::string mark = fmt::format("{}\n", section.name);
+    const std::size_t at = text.find(mark);
+    if (at == std::string_view::npos) return 0;
+    std::string_view rest = text.substr(at + mark.size());
+    const std::size_t end = rest.find(section.end);
+    if (end == std::string_view::npos && !binary)
+        fail(file, fmt::format("{} has no {}: it is cut off; save the mesh again", section.name, section.end));
+    std::int64_t count = 0;
+    if (version >= 4 && binary) {
+        if (rest.size() >= 16) std::memcpy(&count, rest.data() + 8, sizeof count);
+    } else {
+        if (version >= 4) {
+            const std::int64_t blocks = number(file, section.name, rest);
+            require_room(file, text, section.name, blocks, 8, rest.data());
+        }
+        count = number(file, section.name, rest);
+    }
+    require_room(file, text, section.name, count, binary ? section.binary_bytes : section.text_bytes, rest.data());
+    require_lines(file, section, rest.substr(0, end), version, binary, count);
+    return static_cast<std::size_t>(count);
+}
+
+/// Returns how many elements the file promises.
+std::size_t check_msh(const fs::path& file, std::string_view text) {
+    const std::size_t format = text.find("$MeshFormat\n");
+    int version = 1;
+    bool binary = false;
+    if (format != std::string_view::npos) {
+        std::string_view rest = text.substr(format + 12);
+        version = rest.empty() ? 0 : rest[0] - '0';
+        binary = rest.find(" 1 ") < rest.find('\n');
+    }
+    if (!binary) refuse_comma_decimals(file, text);
+    std::size_t elements = 0;
+    for (const Section& section : kSections) {
+        const std::size_t count = check_section(file, text, section, version, binary);
+        if (section.name[1] == 'E') elements = std::max(elements, count);
+    }
+    return elements;
+}
+
+void check_vtk(const fs::path& file, std::string_view text) {
+    const std::size_t set = text.find("\nDATASET ");
+    if (set != std::string_view::npos && text.substr(set + 9, 17) != "UNSTRUCTURED_GRID")
+        fail(file, fmt::format("is VTK of DATASET {}, not UNSTRUCTURED_GRID: give a volume mesh",
+                               text.substr(set + 9, text.find_first_of(" \r\n", set + 9) - set - 9)));
+    const bool binary = text.substr(0, 1024).find("\nBINARY") != std::string_view::npos;
+    if (!binary) refuse_comma_decimals(file, text);
+    for (const auto& [word, each] :
+         {std::pair("\nPOINTS ", 6U), std::pair("\nCELLS ", 4U), std::pair("\nCELL_TYPES ", 2U)}) {
+        const std::size_t at = text.find(word);
+        if (at == std::string_view::npos) continue;
+        std::string_view rest = text.substr(at + std::strlen(word));
+        const std::int64_t count = number(file, word + 1, rest);
+        require_room(file, text, word + 1, count, each, rest.data());
+    }
+}
+
+void check_stl(const fs::path& file, std::string_view text) {
+    // Binary: 80 bytes of anything, a count, 50 bytes a triangle. Text has facets, whatever its first line says.
+    if (text.substr(0, 4096).find("facet") != std::string_view::npos) return refuse_comma_decimals(file, text);
+    if (text.size() < 84) fail(file, "is neither a text STL (no facet) nor a binary one (84 bytes at the least)");
+    std::uint32_t count = 0;
+    std::memcpy(&count, text.data() + 80, sizeof count);
+    if (84 + 50 * std::uint64_t{count} != text.size())
+        fail(file, fmt::format("binary STL promises {} triangles ({} bytes), the file has {} bytes: it is damaged",
+                               count, 84 + 50 * std::uint64_t{count}, text.size()));
+}
+
+/// A folder of its own with the file under a name that makes Gmsh choose the reader which its content asks for.
+class Staged {
+public:
+    Staged(const fs::path& file, std::string_view text, GmshKind kind, bool copy) {
+        std::string pattern = (fs::temp_directory_path() / "haptable-XXXXXX").string();
+        if (mkdtemp(pattern.data()) == nullptr) fail(file, "no temporary folder can be made; is the disk full?");
+        folder_ = pattern;
+        path_ = folder_ / ("mesh" + std::string(kind));
+        if (copy)
+            write_file(path_, text);
+        else
+            fs::create_symlink(fs::absolute(file), path_);
+    }
+    ~Staged() {
+        std::error_code ignored;
+        fs::remove_all(folder_, ignored);
+    }
+    Staged(const Staged&) = delete;
+    Staged& operator=(const Staged&) = delete;
+    std::string path() const { return path_.string(); }
+
+private:
+    fs::path folder_, path_;
+};
+
+/// Line ends as Gmsh reads them: LF.
+std::string unix_lines(std::string_view text) {
+    std::string plain;
+    plain.reserve(text.size());
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        if (text[k] == '\r' && k + 1 < text.size() && text[k + 1] == '\n') continue;
+        plain.push_back(text[k] == '\r' ? '\n' : text[k]);
+    }
+    return plain;
+}
+
+// ---- in the child ---------------------------------------------------------------------------------------------------
+
+/// Values one after the other, as memory holds them: both ends are this program.
+class Packer {
+public:
+    template <typename T>
+    void list(const std::vector<T>& values) {
+        one(values.size());
+        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    }
+    template <typename T>
+    void one(const T& value) {
+        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    void text(const std::string& text) { list(std::vector<char>(text.begin(), text.end())); }
+    std::string take() { return std::move(bytes_); }
+
+private:
+    std::string bytes_;
+};
+
+class Unpacker {
+public:
+    explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
+    template <typename T>
+    T one() {
+        T value{};
+        std::memcpy(&value, take(sizeof value), sizeof value);
+        return value;
+    }
+    template <typename T>
+    std::vector<T> list() {
+        std::vector<T> values(one<std::size_t>());
+        if (!values.empty()) std::memcpy(values.data(), take(values.size() * sizeof(T)), values.size() * sizeof(T));
+        return values;
+    }
+    std::string text() {
+        const auto letters = list<char>();
+        return {letters.begin(), letters.end()};
+    }
+
+private:
+    const char* take(std::size_t count) {
+        if (count > bytes_.size()) throw Error("a mesh library's answer was cut off; try again");
+        const char* at = bytes_.data();
+        bytes_.remove_prefix(count);
+        return at;
+    }
+    std::string_view bytes_;
+};
+
+std::vector<std::string> log_lines(std::string_view level) {
+    std::vector<std::string> all, lines;
+    gmsh::logger::get(all);
+    for (const std::string& line : all)
+        if (line.starts_with(level)) lines.push_back(line.substr(level.size()));
+    return lines;
+}
+
+void open_in_gmsh(const fs::path& file, const std::string& staged) {
+    gmsh::initialize(0, nullptr, false);
+    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::logger::start();
+    bool thrown = false;
+    try {
+        gmsh::open(staged);
+    } catch (...) {  // the library throws texts, numbers and exceptions; its log has the reason
+        thrown = true;
+    }
+    constexpr std::string_view kTwice = "Skipping duplicate node ";
+    for (const std::string& warning : log_lines("Warning: "))
+        if (warning.starts_with(kTwice))
+            fail(file, fmt::format("node number {} is given twice; give every node a number of its own",
+                                   warning.substr(kTwice.size())));
+    const std::vector<std::string> errors = log_lines("Error: ");
+    if (thrown || !errors.empty())
+        fail(file, fmt::format("Gmsh cannot read it: {}; save the mesh again",
+                               errors.empty() || errors.front().find(staged) != std::string::npos ? "it is damaged"
+                                                                                                  : errors.front()));
+}
+
+/// How many nodes each element of a type has, and its name and dimension.
+struct ElementType {
+    std::string name;
+    int dimension = 0, nodes = 0;
+};
+
+ElementType element_type(int type) {
+    ElementType result;
+    int order = 0, primary = 0;
+    std::vector<double> local;
+    gmsh::model::mesh::getElementProperties(type, result.name, result.dimension, order, result.nodes, local, primary);
+    return result;
+}
+
+void pack_elements(Packer& out, int dimension, int entity) {
+    std::vector<int> types;
+    std::vector<std::vector<std::size_t>> tags, nodes;
+    gmsh::model::mesh::getElements(types, tags, nodes, dimension, entity);
+    out.one(types.size());
+    for (std::size_t k = 0; k < types.size(); ++k) {
+        const ElementType type = element_type(types[k]);
+        out.one(types[k]);
+        out.text(type.name);
+        out.one(type.dimension);
+        out.one(type.nodes);
+        out.list(tags[k]);
+        out.list(nodes[k]);
+    }
+}
+
+std::string pack_model() {
+    Packer out;
+    std::vector<std::size_t> tags;
+    std::vector<double> coordinate, parameter;
+    gmsh::model::mesh::getNodes(tags, coordinate, parameter);
+    out.list(tags);
+    out.list(coordinate);
+    const std::vector<std::string> warnings = log_lines("Warning: ");
+    out.one(warnings.size());
+    for (const std::string& warning : warnings) out.text(warning);
+    pack_elements(out, -1, -1);
+    gmsh::vectorpair groups;
+    gmsh::model::getPhysicalGroups(groups);
+    out.one(groups.size());
+    for (const auto& [dimension, tag] : groups) {
+        std::string name;
+        gmsh::model::getPhysicalName(dimension, tag, name);
+        constexpr const char* kNames[] = {"point", "curve", "surface", "volume"};
+        out.text(name.empty() ? fmt::format("{} {}", kNames[std::clamp(dimension, 0, 3)], tag) : name);
+        std::vector<int> entities;
+        gmsh::model::getEntitiesForPhysicalGroup(dimension, tag, entities);
+        out.one(entities.size());
+        for (int entity : entities) pack_elements(out, dimension, entity);
+    }
+    return out.take();
+}
+
+// ---- and back in this process ---------------------------------------------------------------------------------------
+
+struct Elements {
+    int type = 0, dimension = 0;
+    std::string name;
+    std::size_t nodes = 1;
+    std::vector<Tag> tag, node;
+    std::vector<Tag> nodes_of(std::size_t k) const {
+        const auto first = node.begin() + static_cast<std::ptrdiff_t>(k * nodes);
+        return {first, first + static_cast<std::ptrdiff_t>(nodes)};
+    }
+};
+
+std::vector<Elements> unpack_elements(Unpacker& in) {
+    std::vector<Elements> all(in.one<std::size_t>());
+    for (Elements& elements : all) {
+        elements.type = in.one<int>();
+        elements.name = in.text();
+        elements.dimension = in.one<int>();
+        elements.nodes = static_cast<std::size_t>(in.one<int>());
+        elements.tag = in.list<Tag>();
+        elements.node = in.list<Tag>();
+    }
+    return all;
+}
+
+void add_elements(const Elements& elements, RawMesh& raw) {
+    for (std::size_t k = 0; k < elements.tag.size(); ++k) {
+        const std::vector<Tag> node = elements.nodes_of(k);
+        if (elements.type == kTetrahedron || elements.type == kTetrahedron10)
+            raw.add_tet(elements.tag[k], node);
+        else if (elements.dimension == 3)
+            raw.add_other(elements.name, elements.tag[k]);
+        else if (elements.dimension == 2)
+            ++raw.surface_elements;
+        if (elements.type == kTriangle) raw.triangle.push_back({node[0], node[1], node[2]});
+    }
+}
+
+/// Tetrahedra of a group are found again by their nodes: numbers of elements may repeat in a file.
+using TetPlaces = std::vector<std::pair<std::array<Tag, 4>, std::size_t>>;
+
+void add_group(const Elements& elements, const TetPlaces& places, RawGroup& group) {
+    for (std::size_t k = 0; k < elements.tag.size(); ++k) {
+        const std::vector<Tag> node = elements.nodes_of(k);
+        group.node.insert(group.node.end(), node.begin(), node.end());
+        if (elements.type == kTriangle) group.triangle.push_back({node[0], node[1], node[2]});
+        if (elements.dimension != 3 || node.size() < 4) continue;
+        const std::array<Tag, 4> key{node[0], node[1], node[2], node[3]};
+        const auto at = std::lower_bound(places.begin(), places.end(), std::pair(key, std::size_t{0}));
+        if (at != places.end() && at->first == key) group.tet.push_back(at->second);
+    }
+}
+
+/// Gmsh drops elements whose numbers repeat, in silence: `promised` of them must have come.
+RawMesh unpack_model(const fs::path& file, std::string_view bytes, std::size_t promised) {
+    static_assert(sizeof(Tag) == sizeof(std::size_t));
+    Unpacker in(bytes);
+    RawMesh raw;
+    raw.node_tag = in.list<Tag>();
+    const auto coordinate = in.list<double>();
+    for (std::size_t k = 0; k + 2 < coordinate.size(); k += 3)
+        raw.position.emplace_back(coordinate[k], coordinate[k + 1], coordinate[k + 2]);
+    for (std::size_t count = in.one<std::size_t>(); count > 0; --count) {
+        raw.notes.push_back("Gmsh: " + in.text());
+    }
+    std::size_t taken = 0;
+    for (const Elements& elements : unpack_elements(in)) {
+        add_elements(elements, raw);
+        taken += elements.tag.size();
+    }
+    if (taken < promised)
+        fail(file,
+             fmt::format("promises {} elements and {} of them can be told apart: numbers of elements repeat, or the "
+                         "count is wrong; save the mesh again",
+                         promised, taken));
+    TetPlaces places;
+    for (std::size_t t = 0; t < raw.tet.size(); ++t) places.emplace_back(raw.tet[t], t);
+    std::sort(places.begin(), places.end());
+    for (std::size_t groups = in.one<std::size_t>(); groups > 0; --groups) {
+        RawGroup& group = raw.group[in.text()];
+        for (std::size_t entities = in.one<std::size_t>(); entities > 0; --entities)
+            for (const Elements& elements : unpack_elements(in)) add_group(elements, places, group);
+    }
+    return raw;
+}
+
+}  // namespace
+
+RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind kind) {
+    const bool binary = given.find('\0') != std::string_view::npos;
+    const std::string plain = !binary && given.find('\r') != std::string_view::npos ? unix_lines(given) : std::string();
+    const std::string_view text = plain.empty() ? given : std::string_view(plain);
+    const std::size_t promised = kind == ".msh" ? check_msh(file, text) : 0;
+    if (kind == ".vtk") check_vtk(file, text);
+    if (kind == ".stl") check_stl(file, text);
+    if (kind == ".mesh") refuse_comma_decimals(file, text);
+    const Staged staged(file, text, kind, !plain.empty());
+    const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
+                             kCpu_s + static_cast<unsigned>(text.size() >> 20)};
+    const std::string bytes = run_in_child(file.string(), limits, [&] {
+        open_in_gmsh(file, staged.path());
+        return pack_model();
+    });
+    return unpack_model(file, bytes, promised);
+}
+
+}  // namespace haptable

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// One function a format. Each takes the file's whole text and throws Error with the file and its line.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "host/mesh/raw_mesh.hpp"
+
+namespace haptable {
+
+/// Gmsh's names of what its library reads: each makes the library choose the reader that we mean.
+/// ".msh", ".vtk", ".mesh", ".stl", ".ply", ".off", ".obj"
+using GmshKind = std::string_view;
+
+/// Through the Gmsh library, in a process of its own: it may crash, hang or take all memory without harm.
+RawMesh read_with_gmsh(const std::filesystem::path& file, std::string_view text, GmshKind kind);
+
+/// TetGen's pair NAME.node, NAME.ele; either may be named.
+RawMesh read_tetgen(const std::filesystem::path& file);
+/// Abaqus input: *NODE, *ELEMENT (C3D4; C3D10 is counted as second order), *NSET, *ELSET.
+RawMesh read_abaqus(const std::filesystem::path& file, std::string_view text);
+/// VegaFEM: *VERTICES, *ELEMENTS, *SET.
+RawMesh read_vega(const std::filesystem::path& file, std::string_view text);
+/// VTK XML, UnstructuredGrid: text, base64, appended; plain or zlib; either byte order.
+RawMesh read_vtu(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace haptable
