@@ -11,6 +11,9 @@
 
 namespace haptable {
 
+/// K of the body's free nodes, N/m: three rows a node in the order of body.free_node, both triangles stored.
+Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body);
+
 /// What a run worked on and what it found.
 struct Result {
     Body body;
