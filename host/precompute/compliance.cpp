@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 
 #include "host/base/error.hpp"
 
@@ -15,16 +16,18 @@ namespace haptable {
 
 namespace {
 
+/// First row of a node's three.
+Eigen::Index dof(std::integral auto node) { return 3 * static_cast<Eigen::Index>(node); }
+
 /// The 3x3 block of x at unknown `row` and at the block's node `column`.
 Eigen::Matrix3d block(const Eigen::MatrixXd& x, std::int32_t row, std::size_t column) {
-    return x.block<3, 3>(3 * row, 3 * static_cast<Eigen::Index>(column));
+    return x.block<3, 3>(dof(row), dof(column));
 }
 
 /// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
 void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
     b.setZero();
-    for (std::size_t c = 0; c < node.size(); ++c)
-        b.block<3, 3>(3 * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+    for (std::size_t c = 0; c < node.size(); ++c) b.block<3, 3>(dof(node[c]), dof(c)).setIdentity();
 }
 
 /// Largest ||K x - b|| / ||b|| of the columns of one block; the norm of a unit load is 1.
@@ -73,7 +76,7 @@ double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k,
     for (std::size_t first = 0; first < node.size(); first += kNodesPerBlock) {
         progress.done(static_cast<double>(first) / static_cast<double>(node.size()));
         const std::size_t count = std::min(kNodesPerBlock, node.size() - first);
-        b.resize(factor.size(), 3 * static_cast<Eigen::Index>(count));
+        b.resize(factor.size(), dof(count));
         set_unit_loads(node.subspan(first, count), b);
         factor.solve(b, x);
         largest_residual = std::max(largest_residual, block_residual(k, x, b));
@@ -111,9 +114,8 @@ void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
     const std::size_t count = static_cast<std::size_t>(x.cols()) / 3;
     for (std::size_t c = 0; c < count; ++c) scale_m_per_n_.push_back(block(x, node_[first + c], c).norm());
     if (first == 0) {
-        first_.resize(3 * static_cast<Eigen::Index>(node_.size()), x.cols());
-        for (std::size_t j = 0; j < node_.size(); ++j)
-            first_.middleRows<3>(3 * static_cast<Eigen::Index>(j)) = x.middleRows<3>(3 * node_[j]);
+        first_.resize(dof(node_.size()), x.cols());
+        for (std::size_t j = 0; j < node_.size(); ++j) first_.middleRows<3>(dof(j)) = x.middleRows<3>(dof(node_[j]));
     }
     for (std::size_t c = 0; c < count; ++c) {
         const std::size_t j = first + c;

@@ -175,6 +175,32 @@ void describe_factor(const Factor& factor, Summary& summary) {
     summary.checks.smallest_pivot_ratio = factor.weakest_pivot().ratio;
 }
 
+/// Everything that is written: made in a folder beside, then renamed into its place.
+void write_model(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor,
+                 const fs::path& folder, Progress& progress, Summary& summary, StageClock& clock) {
+    const Beside beside(folder);
+    const fs::path& work = beside.path();
+    make_folder(work, folder);
+    require_room(scene, body, work);
+    // 1. Blocks and columns of L.
+    progress.stage("solve");
+    const auto stiffness_n_per_m = compute_tables(scene, body, k, factor, work, progress, summary.checks);
+    clock.end("solve");
+    // 2. The other tables.
+    progress.stage("write");
+    write_tables(scene, body, stiffness_n_per_m, work);
+    write_file(work / "summary.json", to_json(scene, body, summary));
+    clock.end("write");
+    // 3. The tables as C; then the summary again, with sizes and times.
+    progress.stage("codegen");
+    generate_model(work);
+    clock.end("codegen");
+    for (const fs::path& file : files_in(work)) summary.bytes.emplace_back(file.filename(), fs::file_size(file));
+    write_file(work / "summary.json", to_json(scene, body, summary));
+    // 4. All files to their places.
+    publish(work, folder);
+}
+
 }  // namespace
 
 Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
@@ -208,27 +234,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     clock.end("factor");
     summary.checks.condition_estimate = estimate_condition(k, factor);
     clock.end("condition");
-    // 4. Blocks and columns of L, into a folder beside.
-    const Beside beside(folder);
-    make_folder(beside.path(), folder);
-    require_room(scene, body, beside.path());
-    progress.stage("solve");
-    const auto stiffness = compute_tables(scene, body, k, factor, beside.path(), progress, summary.checks);
-    clock.end("solve");
-    // 5. The other tables.
-    progress.stage("write");
-    write_tables(scene, body, stiffness, beside.path());
-    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
-    clock.end("write");
-    // 6. The tables as C; then the summary again, with sizes and times.
-    progress.stage("codegen");
-    generate_model(beside.path());
-    clock.end("codegen");
-    for (const fs::path& file : files_in(beside.path()))
-        summary.bytes.emplace_back(file.filename(), fs::file_size(file));
-    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
-    // 7. All files to their places.
-    publish(beside.path(), folder);
+    // 4. Blocks and columns of L, tables and C: all files or none.
+    write_model(scene, body, k, factor, folder, progress, summary, clock);
     progress.clear();
     return result;
 }
