@@ -110,4 +110,15 @@ std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 
     return ticks;
 }
 
+std::string TargetImage::loop(std::string_view bytes) const {
+    const Scratch scratch;
+    write_file(scratch / "in", bytes);
+    const std::string command =
+        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / "loop.elf").string(),
+                    (scratch / "in").string(), (scratch / "out").string());
+    const int status = std::system(command.c_str());
+    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    return read_file(scratch / "out");
+}
+
 }  // namespace haptable

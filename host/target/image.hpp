@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace haptable {
@@ -30,6 +31,8 @@ public:
     std::string missing() const;
     /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
+    /// Bytes of the serial line (docs/SERIAL.md) through the image that waits behind it; what it sends back.
+    std::string loop(std::string_view bytes) const;
 
 private:
     std::string address_of(const std::string& symbol) const;

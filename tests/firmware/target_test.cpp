@@ -7,8 +7,10 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <random>
 
 #include "codegen/in_memory.hpp"
+#include "firmware/frame.h"
 #include "host/target/counts.hpp"
 #include "host/target/strokes.hpp"
 
@@ -72,6 +74,59 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     }
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
     EXPECT_EQ(servo.counters.rejected_positions, 3U);
+}
+
+// Garbage, damaged and repeated frames on the line: every whole state is answered with the force of the host's servo,
+// and nothing else is.
+TEST_P(Target, AnswersFramesThroughGarbage) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const Tables host_tables = tables();
+    const auto path_m = stroke_path(host_tables, 20);
+    std::mt19937 random(1);
+    std::string line;
+    std::uint8_t bytes[FRAME_BYTES];
+    const auto send = [&](std::uint32_t i) {
+        frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}};
+        line.append(reinterpret_cast<const char*>(bytes), frame_write_state(i, &state, bytes));
+    };
+    for (std::uint32_t i = 0; i < path_m.size(); ++i) {
+        if (i % 8 == 3) {  // a damaged copy, and noise
+            send(i);
+            line[line.size() - 20] = static_cast<char>(line[line.size() - 20] ^ 4);
+            for (int n = 0; n < 100; ++n) line += static_cast<char>(random() % 4 == 0 ? 0xA5 : random() & 0xFF);
+        }
+        send(i);
+        if (i % 16 == 5) send(i);  // asked again
+    }
+    line.append(FRAME_BYTES, '\0');  // an end that a false begin cannot cover
+    const ServoModel built = build_model(host_tables);
+    const haptable_model model = model_in_memory(host_tables, built);
+    haptable_servo servo;
+    haptable_init(&servo);
+    haptable_output out{};
+    frame_reader reader;
+    frame_reader_init(&reader);
+    std::uint32_t next = 0, contacts = 0;
+    for (const char byte : image.loop(line)) {
+        frame answer{};
+        haptable_output got{};
+        std::uint64_t hash = 0;
+        if (frame_read(&reader, static_cast<std::uint8_t>(byte), &answer) == 0) continue;
+        ASSERT_EQ(frame_take_force(&answer, &hash, &got), 1);
+        EXPECT_EQ(hash, model.hash);
+        if (answer.sequence == next) {
+            haptable_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
+            ++next;
+        }
+        ASSERT_EQ(answer.sequence + 1, next);
+        ASSERT_EQ(got.state, out.state);
+        ASSERT_EQ(std::memcmp(got.force_n, out.force_n, sizeof out.force_n), 0) << "tick " << answer.sequence;
+        ASSERT_EQ(std::memcmp(got.nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0);
+        contacts += out.state == HAPTABLE_CONTACT;
+    }
+    EXPECT_EQ(next, path_m.size());
+    EXPECT_EQ(reader.skipped_bytes, 0U);
+    EXPECT_GT(contacts, path_m.size() / 3);
 }
 
 struct Reference {
