@@ -87,7 +87,7 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(IMAGE)/port/replay.o $(IMAGE)/port/loop.o: $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o): $(BUILD)/$(NAME)/summary.json
 
 # Options are a dependency too: written only when they change.
 .PHONY: FORCE
@@ -102,6 +102,6 @@ $(IMAGE)/%.elf: $(IMAGE)/port/%.o $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.
 	$(Q)$(CROSS_$(TARGET))objcopy -O binary $@ $(@:.elf=.bin)
 	$(Q)$(CROSS_$(TARGET))nm $@ >$(@:.elf=.sym)
 
-$(IMAGE)/size.txt: $(IMAGE)/replay.elf $(IMAGE)/loop.elf firmware/size.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf example.elf) firmware/size.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh firmware/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif
