@@ -43,7 +43,7 @@ firmware: $(BUILD)/setup-cross.stamp
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
-# images: what the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
+# The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images
 images: $(BUILD)/host/target/count.so
 	@if sh host/setup.sh cross; then \
