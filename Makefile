@@ -60,6 +60,7 @@ LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
 
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
+.SECONDARY: $(TYPES)
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-count)
 
 # ---- for people ----------------------------------------------------------------------------------------------------

@@ -111,8 +111,8 @@ Eigen::Matrix<double, 12, 12> element_stiffness(const TetGeometry& geometry, con
     const double lambda = geometry.volume_m3 * material.lambda_pa;
     const double mu = geometry.volume_m3 * material.mu_pa;
     Eigen::Matrix<double, 12, 12> k;
-    for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) {
+    for (Eigen::Index a = 0; a < 4; ++a)
+        for (Eigen::Index b = 0; b < 4; ++b) {
             const Eigen::Matrix3d outer = geometry.gradient_per_m.col(a) * geometry.gradient_per_m.col(b).transpose();
             k.block<3, 3>(3 * a, 3 * b) =
                 lambda * outer + (mu * outer.transpose() + mu * outer.trace() * Eigen::Matrix3d::Identity());
