@@ -48,6 +48,7 @@ LINK       = $(call objects,host/link) $(BASE)
 SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/view) $(LINK) $(TABLES)
+TARGETED   = $(call objects,host/target) $(CODEGEN)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
@@ -59,7 +60,8 @@ LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
 
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view)
+.SECONDARY: $(TYPES)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-count)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -79,6 +81,7 @@ demo: all
 test: $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
+	@$(MAKE) --no-print-directory images
 	@BUILD=$(BUILD) sh tests/run.sh
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
@@ -118,7 +121,7 @@ clean:
 # help: this list
 .PHONY: help
 help:
-	@sed -n 's/^# \([a-z]*\): \(.*\)/\1|\2/p' Makefile | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@sed -n 's/^# \([a-z]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 # `make V=1` prints whole commands.
 Q = $(if $(V),,@)
@@ -160,10 +163,13 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
 	$(link) $(LIBS_VIEW)
 
+$(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
+	$(link) $(LIBS_BASE)
+
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(DEVICE) $(VIEW)
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 # One scene: `make scene` calls make again with its NAME.
@@ -186,5 +192,7 @@ $(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
 
 -include $(HERE)/scene.d
 endif
+
+include firmware/firmware.mk
 
 -include $(shell find $(BUILD) -name '*.d' -not -name scene.d 2>/dev/null)

@@ -1,5 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and says which. Exit status 0: all are there.
+# `setup.sh cross`: what images for microcontrollers need besides, compilers and emulators.
 set -eu
 
 packages="
@@ -12,6 +13,10 @@ libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev
 libgtest-dev libbenchmark-dev
 gnuplot-nox
 clang-format clang-tidy cppcheck
+"
+[ "${1:-}" != cross ] || packages="
+gcc-arm-none-eabi gcc-riscv64-unknown-elf
+qemu-system-arm qemu-system-misc
 "
 
 missing=""

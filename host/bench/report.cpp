@@ -48,4 +48,15 @@ std::string to_markdown(const Report& report) {
            section("Ratios of this run", {"value"}, "wanted", report.ratio);
 }
 
+std::string to_plot_data(const Timings& timings, const std::vector<std::string>& rows,
+                         const std::vector<std::string>& subjects) {
+    std::string text;
+    for (const std::string& row : rows) {
+        text += fmt::format("\"{}\"", row);
+        for (const std::string& subject : subjects) text += fmt::format(" {:.6g}", timings.at(row, subject) / 1e3);
+        text += "\n";
+    }
+    return text;
+}
+
 }  // namespace haptable

@@ -39,4 +39,8 @@ std::string duration(double nanoseconds);
 
 std::string to_markdown(const Report& report);
 
+/// Rows of a plot: a label in quotes, then microseconds, one column a subject.
+std::string to_plot_data(const Timings& timings, const std::vector<std::string>& rows,
+                         const std::vector<std::string>& subjects);
+
 }  // namespace haptable

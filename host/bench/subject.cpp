@@ -93,7 +93,8 @@ double force_error(const Subject& subject, const FingerPath& path) {
     double worst = 0.0;
     for (const auto& finger : path) {
         haptable_step(&subject.model(), &servo, finger.data(), 0, &out);
-        if (out.state != HAPTABLE_CONTACT) continue;
+        if (out.state != HAPTABLE_CONTACT)
+            throw Error(subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
         const Vector3d u = vector(finger.data()) - vector(out.god_object_m);
         Vector3d force = Vector3d::Zero();
         for (int c = 0; c < 3; ++c)

@@ -16,17 +16,17 @@ using Tets = std::span<const std::array<std::int32_t, 4>>;
 
 /// The graph of the unknown nodes: which share an element. Compressed columns, ascending, the node itself included.
 struct NodeGraph {
-    std::vector<std::int32_t> begin;      // [n + 1]
+    std::vector<std::size_t> begin;       // [n + 1]
     std::vector<std::int32_t> neighbour;  // [begin[n]]
 
-    /// Place of node b in the column of node a.
-    std::int32_t place(std::int32_t a, std::int32_t b) const {
-        const auto first = neighbour.begin() + begin[static_cast<std::size_t>(a)];
-        const auto last = neighbour.begin() + begin[static_cast<std::size_t>(a) + 1];
-        return static_cast<std::int32_t>(std::lower_bound(first, last, b) - first);
+    std::span<const std::int32_t> column(std::int32_t a) const {
+        const auto at = static_cast<std::size_t>(a);
+        return std::span(neighbour).subspan(begin[at], begin[at + 1] - begin[at]);
     }
-    std::int32_t degree(std::int32_t a) const {
-        return begin[static_cast<std::size_t>(a) + 1] - begin[static_cast<std::size_t>(a)];
+    /// Place of node b in the column of node a.
+    std::ptrdiff_t place(std::int32_t a, std::int32_t b) const {
+        const auto nodes = column(a);
+        return std::lower_bound(nodes.begin(), nodes.end(), b) - nodes.begin();
     }
 };
 
@@ -45,7 +45,7 @@ NodeGraph node_graph(Tets tets, std::span<const std::int32_t> unknown, std::int3
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
         graph.neighbour.insert(graph.neighbour.end(), list.begin(), list.end());
-        graph.begin.push_back(static_cast<std::int32_t>(graph.neighbour.size()));
+        graph.begin.push_back(graph.neighbour.size());
         std::vector<std::int32_t>().swap(list);
     }
     return graph;
@@ -53,21 +53,37 @@ NodeGraph node_graph(Tets tets, std::span<const std::int32_t> unknown, std::int3
 
 /// K with its pattern from the graph and all values 0.
 Eigen::SparseMatrix<double> empty_matrix(const NodeGraph& graph, std::int32_t unknown_count) {
-    Eigen::SparseMatrix<double> k(3 * unknown_count, 3 * unknown_count);
+    const Eigen::Index size = 3 * static_cast<Eigen::Index>(unknown_count);
+    Eigen::SparseMatrix<double> k(size, size);
     k.resizeNonZeros(9 * static_cast<Eigen::Index>(graph.neighbour.size()));
     std::fill_n(k.valuePtr(), k.data().size(), 0.0);
-    std::int32_t next = 0;
+    int* begin = k.outerIndexPtr();
+    int next = 0;
     for (std::int32_t a = 0; a < unknown_count; ++a)
         for (int column = 0; column < 3; ++column) {
-            k.outerIndexPtr()[3 * a + column] = next;
-            for (std::int32_t s = 0; s < graph.degree(a); ++s) {
-                const std::int32_t b =
-                    graph.neighbour[static_cast<std::size_t>(graph.begin[static_cast<std::size_t>(a)] + s)];
+            *begin++ = next;
+            for (std::int32_t b : graph.column(a))
                 for (int row = 0; row < 3; ++row) k.innerIndexPtr()[next++] = 3 * b + row;
-            }
         }
-    k.outerIndexPtr()[3 * unknown_count] = next;
+    *begin = next;
     return k;
+}
+
+using ElementMatrix = Eigen::Matrix<double, 12, 12>;
+
+/// Adds an element's blocks at the unknowns `place` of its corners; -1: that corner has no rows in K.
+void add_element(const NodeGraph& graph, const std::array<std::int32_t, 4>& place, const ElementMatrix& element,
+                 Eigen::SparseMatrix<double>& k) {
+    for (Eigen::Index b = 0; b < 4; ++b)
+        for (Eigen::Index a = 0; a < 4; ++a) {
+            const std::int32_t row = place[static_cast<std::size_t>(a)];
+            const std::int32_t column = place[static_cast<std::size_t>(b)];
+            if (row < 0 || column < 0) continue;
+            const std::ptrdiff_t offset = 3 * graph.place(column, row);
+            const int* begin = k.outerIndexPtr() + 3 * static_cast<std::ptrdiff_t>(column);
+            for (Eigen::Index j = 0; j < 3; ++j)
+                Eigen::Map<Eigen::Vector3d>(k.valuePtr() + begin[j] + offset) += element.block<3, 1>(3 * a, 3 * b + j);
+        }
 }
 
 }  // namespace
@@ -95,8 +111,8 @@ Eigen::Matrix<double, 12, 12> element_stiffness(const TetGeometry& geometry, con
     const double lambda = geometry.volume_m3 * material.lambda_pa;
     const double mu = geometry.volume_m3 * material.mu_pa;
     Eigen::Matrix<double, 12, 12> k;
-    for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) {
+    for (Eigen::Index a = 0; a < 4; ++a)
+        for (Eigen::Index b = 0; b < 4; ++b) {
             const Eigen::Matrix3d outer = geometry.gradient_per_m.col(a) * geometry.gradient_per_m.col(b).transpose();
             k.block<3, 3>(3 * a, 3 * b) =
                 lambda * outer + (mu * outer.transpose() + mu * outer.trace() * Eigen::Matrix3d::Identity());
@@ -116,17 +132,7 @@ Eigen::SparseMatrix<double> assemble_stiffness(std::span<const Eigen::Vector3d> 
             corner_m[c] = position_m[static_cast<std::size_t>(tets[t][c])];
             place[c] = unknown[static_cast<std::size_t>(tets[t][c])];
         }
-        const Eigen::Matrix<double, 12, 12> element = element_stiffness(tet_geometry(corner_m), material[t]);
-        for (int b = 0; b < 4; ++b)
-            for (int a = 0; a < 4; ++a) {
-                const std::int32_t row = place[static_cast<std::size_t>(a)],
-                                   column = place[static_cast<std::size_t>(b)];
-                if (row < 0 || column < 0) continue;
-                const std::int32_t offset = 3 * graph.place(column, row);
-                for (int j = 0; j < 3; ++j)
-                    Eigen::Map<Eigen::Vector3d>(k.valuePtr() + k.outerIndexPtr()[3 * column + j] + offset) +=
-                        element.block<3, 1>(3 * a, 3 * b + j);
-            }
+        add_element(graph, place, element_stiffness(tet_geometry(corner_m), material[t]), k);
     }
     return k;
 }

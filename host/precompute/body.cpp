@@ -21,8 +21,10 @@ using Flags = std::vector<char>;  // [N] one a node, 0 or 1
 }
 
 bool inside(const std::array<double, 6>& box_m, const Eigen::Vector3d& p) {
-    for (int c = 0; c < 3; ++c)
-        if (p[c] < box_m[static_cast<std::size_t>(c)] || p[c] > box_m[static_cast<std::size_t>(c + 3)]) return false;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double x = p[static_cast<Eigen::Index>(c)];
+        if (x < box_m[c] || x > box_m[c + 3]) return false;
+    }
     return true;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 
 #include "host/base/error.hpp"
 
@@ -15,16 +16,18 @@ namespace haptable {
 
 namespace {
 
+/// First row of a node's three.
+Eigen::Index dof(std::integral auto node) { return 3 * static_cast<Eigen::Index>(node); }
+
 /// The 3x3 block of x at unknown `row` and at the block's node `column`.
 Eigen::Matrix3d block(const Eigen::MatrixXd& x, std::int32_t row, std::size_t column) {
-    return x.block<3, 3>(3 * row, 3 * static_cast<Eigen::Index>(column));
+    return x.block<3, 3>(dof(row), dof(column));
 }
 
 /// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
 void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
     b.setZero();
-    for (std::size_t c = 0; c < node.size(); ++c)
-        b.block<3, 3>(3 * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+    for (std::size_t c = 0; c < node.size(); ++c) b.block<3, 3>(dof(node[c]), dof(c)).setIdentity();
 }
 
 /// Largest ||K x - b|| / ||b|| of the columns of one block; the norm of a unit load is 1.
@@ -73,7 +76,7 @@ double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k,
     for (std::size_t first = 0; first < node.size(); first += kNodesPerBlock) {
         progress.done(static_cast<double>(first) / static_cast<double>(node.size()));
         const std::size_t count = std::min(kNodesPerBlock, node.size() - first);
-        b.resize(factor.size(), 3 * static_cast<Eigen::Index>(count));
+        b.resize(factor.size(), dof(count));
         set_unit_loads(node.subspan(first, count), b);
         factor.solve(b, x);
         largest_residual = std::max(largest_residual, block_residual(k, x, b));
@@ -82,23 +85,26 @@ double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k,
     return largest_residual;
 }
 
-void NodeStiffness::take(std::size_t first, const Eigen::MatrixXd& x) {
+void NodeStiffness::add(std::int32_t mesh_node, const Eigen::Matrix3d& l_ii) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l_ii, Eigen::EigenvaluesOnly);
+    const double smallest = eigen.eigenvalues()[0];
+    if (!l_ii.allFinite() || !(smallest > 0.0))
+        throw Error(
+            fmt::format("node {}: its block L_ii has the eigenvalue {:.3g} where all should be positive: K is "
+                        "too badly conditioned; mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
+                        mesh_node, smallest));
+    // Inverting by Cholesky loses the fewest digits where L_ii is badly conditioned (Poisson's ratio near 0.5).
+    const Eigen::Matrix3d inverse = l_ii.llt().solve(Eigen::Matrix3d::Identity());
+    smallest_eigenvalue_m_per_n =
+        stiffness_n_per_m.empty() ? smallest : std::min(smallest_eigenvalue_m_per_n, smallest);
+    largest_condition = std::max(largest_condition, eigen.eigenvalues()[2] / smallest);
+    stiffness_n_per_m.emplace_back(0.5 * (inverse + inverse.transpose()));
+}
+
+void BlockDifference::take(std::size_t first, const Eigen::MatrixXd& x) {
     for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
-        const Eigen::Matrix3d solved = block(x, node_[first + c], c);
-        const Eigen::Matrix3d l_ii = 0.5 * (solved + solved.transpose());
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l_ii, Eigen::EigenvaluesOnly);
-        const double smallest = eigen.eigenvalues()[0];
-        if (!l_ii.allFinite() || !(smallest > 0.0))
-            throw Error(
-                fmt::format("node {}: its block L_ii has the eigenvalue {:.3g} where all should be positive: K is "
-                            "too badly conditioned; mend slivers in the mesh, or lower a Poisson's ratio near "
-                            "0.5",
-                            mesh_node_[first + c], smallest));
-        // Inverting by Cholesky loses the fewest digits where L_ii is badly conditioned (Poisson's ratio near 0.5).
-        const Eigen::Matrix3d inverse = l_ii.llt().solve(Eigen::Matrix3d::Identity());
-        stiffness_n_per_m.emplace_back(0.5 * (inverse + inverse.transpose()));
-        smallest_eigenvalue_m_per_n = first + c == 0 ? smallest : std::min(smallest_eigenvalue_m_per_n, smallest);
-        largest_condition = std::max(largest_condition, eigen.eigenvalues()[2] / smallest);
+        const Eigen::Matrix3d& l_ii = l_ii_[first + c];
+        largest = std::max(largest, (block(x, node_[first + c], c) - l_ii).norm() / l_ii.norm());
     }
 }
 
@@ -111,9 +117,8 @@ void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
     const std::size_t count = static_cast<std::size_t>(x.cols()) / 3;
     for (std::size_t c = 0; c < count; ++c) scale_m_per_n_.push_back(block(x, node_[first + c], c).norm());
     if (first == 0) {
-        first_.resize(3 * static_cast<Eigen::Index>(node_.size()), x.cols());
-        for (std::size_t j = 0; j < node_.size(); ++j)
-            first_.middleRows<3>(3 * static_cast<Eigen::Index>(j)) = x.middleRows<3>(3 * node_[j]);
+        first_.resize(dof(node_.size()), x.cols());
+        for (std::size_t j = 0; j < node_.size(); ++j) first_.middleRows<3>(dof(j)) = x.middleRows<3>(dof(node_[j]));
     }
     for (std::size_t c = 0; c < count; ++c) {
         const std::size_t j = first + c;
@@ -124,17 +129,16 @@ void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
     }
 }
 
-ColumnFile::ColumnFile(const std::filesystem::path& path, std::size_t node_count, std::span<const std::int32_t> row)
-    : row_(row), writer_(path, {node_count, row.size(), 3, 3}), values_(9 * row.size()) {}
-
-void ColumnFile::take(std::size_t, const Eigen::MatrixXd& x) {
-    for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
-        for (std::size_t r = 0; r < row_.size(); ++r) {
-            Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> entry(&values_[9 * r]);
-            entry = block(x, row_[r], c).cast<float>();
-        }
-        writer_.append(values_);
+double ColumnFile::difference(std::size_t i, std::span<const std::int32_t> row, const Eigen::MatrixXd& x) const {
+    double difference = 0.0, norm = 0.0;  // squared
+    for (std::size_t k = 0; k < row.size(); ++k) {
+        const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> entry(
+            &file_.values()[9 * (i * row_count_ + k)]);
+        const Eigen::Matrix3d expected = x.middleRows<3>(3 * row[k]);
+        difference += (entry.cast<double>() - expected).squaredNorm();
+        norm += expected.squaredNorm();
     }
+    return std::sqrt(difference / norm);
 }
 
 double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor) {

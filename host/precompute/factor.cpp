@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
+#include <utility>
 
 #include "host/base/error.hpp"
 
@@ -29,9 +31,8 @@ struct Factor::State {
         common.print = 0;
         common.supernodal = CHOLMOD_SUPERNODAL;
         common.final_ll = 1;
-        common.nmethods = 2;
-        common.method[0].ordering = CHOLMOD_METIS;
-        common.method[1].ordering = CHOLMOD_AMD;
+        common.nmethods = 1;
+        common.method[0].ordering = CHOLMOD_GIVEN;
         common.postorder = 1;
     }
     ~State() {
@@ -71,6 +72,42 @@ cholmod_sparse view(const Eigen::SparseMatrix<double>& k) {
     a.sorted = 1;
     a.packed = 1;
     return a;
+}
+
+/// The graph of the nodes: one row for every three of K, where any entry of their 3x3 block is stored.
+std::vector<int> order_nodes(const Eigen::SparseMatrix<double>& k, cholmod_common& common) {
+    const int nodes = static_cast<int>(k.rows()) / 3;
+    std::vector<int> begin{0}, neighbour, seen(static_cast<std::size_t>(nodes), -1);
+    for (int b = 0; b < nodes; ++b) {
+        for (int e = k.outerIndexPtr()[3 * b]; e < k.outerIndexPtr()[3 * b + 3]; ++e) {
+            const int a = k.innerIndexPtr()[e] / 3;
+            if (a > b && std::exchange(seen[static_cast<std::size_t>(a)], b) != b) neighbour.push_back(a);
+        }
+        std::sort(neighbour.begin() + begin.back(), neighbour.end());
+        begin.push_back(static_cast<int>(neighbour.size()));
+    }
+    cholmod_sparse graph{};
+    graph.nrow = graph.ncol = static_cast<std::size_t>(nodes);
+    graph.nzmax = neighbour.size();
+    graph.p = begin.data();
+    graph.i = neighbour.data();
+    graph.stype = -1;
+    graph.itype = CHOLMOD_INT;
+    graph.xtype = CHOLMOD_PATTERN;
+    graph.dtype = CHOLMOD_DOUBLE;
+    graph.sorted = graph.packed = 1;
+    std::vector<int> order(static_cast<std::size_t>(nodes));
+    // Postordering is left to the analysis, which does it with all rows.
+    if (!cholmod_metis(&graph, nullptr, 0, 0, order.data(), &common)) std::iota(order.begin(), order.end(), 0);
+    return order;
+}
+
+/// Three rows for every node, in the nodes' order.
+std::vector<int> expand(const std::vector<int>& node_order) {
+    std::vector<int> order;
+    for (int node : node_order)
+        for (int c = 0; c < 3; ++c) order.push_back(3 * node + c);
+    return order;
 }
 
 cholmod_dense view(const Eigen::MatrixXd& b) {
@@ -114,12 +151,37 @@ Factor::Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatr
 
 }  // namespace
 
-Factor::Factor(const Eigen::SparseMatrix<double>& k) : state_(std::make_unique<State>()) {
+std::vector<std::int32_t> Supernodes::places() const {
+    std::vector<std::int32_t> place(permutation.size());
+    for (std::size_t p = 0; p < place.size(); ++p) place[at(permutation[p])] = static_cast<std::int32_t>(p);
+    return place;
+}
+
+std::vector<std::int32_t> Supernodes::owners() const {
+    std::vector<std::int32_t> owner(permutation.size());
+    for (std::int32_t s = 0; s < count(); ++s) std::fill_n(owner.begin() + first_column[at(s)], column_count(s), s);
+    return owner;
+}
+
+std::vector<std::int32_t> Supernodes::parents() const {
+    const std::vector<std::int32_t> owner = owners();
+    std::vector<std::int32_t> parent(at(count()), -1);
+    for (std::int32_t s = 0; s < count(); ++s)
+        if (rows(s).size() > at(column_count(s))) parent[at(s)] = owner[at(rows(s)[at(column_count(s))])];
+    return parent;
+}
+
+Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before)
+    : state_(std::make_unique<State>()) {
+    if (k.rows() % 3 != 0) throw Error(fmt::format("K has {} rows, and three a node are expected", k.rows()));
     openblas_set_num_threads(1);
     cholmod_sparse a = view(k);
-    state_->factor = cholmod_analyze(&a, &state_->common);
+    std::vector<int> order = expand(order_nodes(k, state_->common));
+    state_->require(state_->common.status == CHOLMOD_OK, "ordering of K");
+    state_->factor = cholmod_analyze_p(&a, order.data(), nullptr, 0, &state_->common);
     state_->require(state_->factor != nullptr, "analysis of K");
-    state_->ordering = state_->factor->ordering == CHOLMOD_METIS ? "METIS" : "AMD";
+    state_->ordering = "METIS";
+    if (before) before(*this);
     const int ok = cholmod_factorize(&a, state_->factor, &state_->common);
     state_->require(ok != 0, "factorisation of K");  // "not positive definite" is a warning (status > 0)
     state_->weakest = find_weakest(*state_->factor, k);
@@ -140,6 +202,23 @@ void Factor::solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const {
 
 Factor::Pivot Factor::weakest_pivot() const { return state_->weakest; }
 const std::string& Factor::ordering() const { return state_->ordering; }
+
+Supernodes Factor::supernodes() const {
+    const cholmod_factor& factor = *state_->factor;
+    const auto ints = [](const void* first, std::size_t count) {
+        return std::span<const int>(static_cast<const int*>(first), count);
+    };
+    return {ints(factor.super, factor.nsuper + 1), ints(factor.pi, factor.nsuper + 1),
+            ints(factor.px, factor.nsuper + 1),    ints(factor.s, factor.ssize),
+            ints(factor.Perm, factor.n),           static_cast<const double*>(factor.x)};
+}
+
+double Factor::bytes() const {
+    const cholmod_factor& factor = *state_->factor;
+    return static_cast<double>(factor.xsize + factor.maxcsize) * sizeof(double) +
+           static_cast<double>(factor.ssize + 4 * factor.n) * sizeof(int);
+}
+
 double Factor::fill() const { return state_->common.lnz; }
 double Factor::flops() const { return state_->common.fl; }
 

@@ -105,17 +105,18 @@ private:
 
 /// C^T C of all conditions C (t_p, w_p) = 0.
 Eigen::MatrixXd gram_matrix(const Body& body, const Parts& parts, const RigidMotion& motion) {
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(6 * parts.count, 6 * parts.count);
+    const Eigen::Index size = 6 * static_cast<Eigen::Index>(parts.count);
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(parts.of_node.size()); ++i) {
         const auto& list = parts.of_node[static_cast<std::size_t>(i)];
         if (list.size() < 2 && !body.is_fixed(i)) continue;
         const Eigen::Matrix<double, 3, 6> v = motion.at(i);
         const Eigen::Matrix<double, 6, 6> square = v.transpose() * v;
         for (std::size_t k = 0; k < list.size(); ++k) {
-            const std::int32_t p = 6 * list[k];
+            const Eigen::Index p = 6 * static_cast<Eigen::Index>(list[k]);
             if (body.is_fixed(i)) gram.block<6, 6>(p, p) += square;
             if (body.is_fixed(i) || k == 0) continue;
-            const std::int32_t q = 6 * list[0];  // v_p = v_q
+            const Eigen::Index q = 6 * static_cast<Eigen::Index>(list[0]);  // v_p = v_q
             gram.block<6, 6>(p, p) += square;
             gram.block<6, 6>(q, q) += square;
             gram.block<6, 6>(p, q) -= square;
@@ -135,7 +136,7 @@ std::vector<std::int32_t> find_hinged(const Body& body, const Parts& parts) {
 
     Eigen::VectorXd speed = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(body.mesh.position_m.size()));
     for (std::int32_t i : body.free_node) {
-        const std::int32_t part = parts.of_node[static_cast<std::size_t>(i)].front();
+        const Eigen::Index part = parts.of_node[static_cast<std::size_t>(i)].front();
         speed[i] = (motion.at(i) * eigen.eigenvectors().block(6 * part, 0, 6, zeros)).norm();
     }
     std::vector<std::int32_t> hinged;

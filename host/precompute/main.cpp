@@ -22,6 +22,7 @@ struct Options {
     fs::path scene;
     fs::path folder;
     fs::path depfile;
+    PrecomputeOptions how;
     bool json = false;
     bool quiet = false;
     bool print_name = false;
@@ -76,13 +77,22 @@ void run(const Options& options) {
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
     // 2. Mesh, stiffness, factor, tables, C.
     Progress progress(options.quiet);
-    const auto [body, summary] = precompute(scene, folder, progress);
+    PrecomputeOptions how = options.how;
+    how.memory_bytes *= 1e9;
+    const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
     // 3. What make must know to do it again.
     if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
     // 4. What people and scripts want to know.
     for (const std::string& note : body.mesh.notes)
         if (!options.quiet) fmt::print(stderr, "haptable-precompute: note: {}\n", note);
-    if (options.json)
+    if (unchanged && options.json)
+        fmt::print("{}", read_file(folder / "summary.json"));
+    else if (unchanged && !options.quiet)
+        fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
+                   summary.model_hash, folder.string());
+    else if (unchanged)
+        return;
+    else if (options.json)
         fmt::print("{}", to_json(scene, body, summary));
     else if (!options.quiet)
         fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
@@ -97,6 +107,13 @@ int main(int argc, char** argv) {
     app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
     app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
     app.add_option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
+    app.add_option("--tolerance", options.how.tolerance,
+                   "relative error allowed in a stiffness block; 0 (default): double precision; 1e-5 or more: single "
+                   "precision, in half the time, where the blocks' condition allows it")
+        ->check(CLI::Range(0.0, 1e-2));
+    app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
+    app.add_option("--memory", options.how.memory_bytes, "most memory to use, in GB; default: what is free")
+        ->check(CLI::PositiveNumber);
     app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
     app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
     app.add_flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");

@@ -3,6 +3,7 @@
 #include "host/precompute/precompute.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <optional>
@@ -12,8 +13,10 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/fem/elasticity.hpp"
+#include "host/precompute/column_solver.hpp"
 #include "host/precompute/compliance.hpp"
 #include "host/precompute/loose.hpp"
+#include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
 #include "host/tables/npy.hpp"
 
@@ -29,6 +32,8 @@ using Nodes = std::vector<std::int32_t>;
 constexpr double kZeroPivot = 1e-13;
 // Solves with a larger residual than this would be seen in the float32 tables.
 constexpr double kLargestResidual = 1e-6;
+// Relative error of an L_ii that was computed in float from the factor in double: at most 1.4e-6 in every case tried.
+constexpr double kFloatError = 1e-6;
 
 void require_held(const Scene& scene, const Body& body) {
     const Nodes loose = find_loose_nodes(body);
@@ -69,32 +74,95 @@ void require_room(const Scene& scene, const Body& body, const fs::path& folder) 
             folder.string(), static_cast<double>(needed) / 1e9, static_cast<double>(space.available) / 1e9));
 }
 
-/// Solves for the columns of the touchable nodes; writes columns.npy on the way and gives the S_i.
-std::vector<Eigen::Matrix3d> compute_tables(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
-                                            const Factor& factor, const fs::path& folder, Progress& progress,
-                                            Checks& checks) {
-    const Nodes node = unknowns_of(body.touch_node, body);
-    const Nodes row = unknowns_of(rows_of(scene, body), body);
-    NodeStiffness stiffness(node, body.touch_node);
-    Asymmetry asymmetry(node);
-    std::optional<ColumnFile> columns;
-    if (scene.tables.columns != "none") columns.emplace(folder / "columns.npy", node.size(), row);
+std::vector<NodePair> diagonal_of(const Nodes& node) {
+    std::vector<NodePair> diagonal;
+    for (std::int32_t i : node) diagonal.push_back({i, i});
+    return diagonal;
+}
 
-    checks.largest_residual =
-        solve_columns(factor, k, node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
-            stiffness.take(first, x);
-            asymmetry.take(first, x);
-            if (columns) columns->take(first, x);
-        });
-    if (columns) columns->close();
-    checks.largest_asymmetry = asymmetry.largest;
-    checks.smallest_eigenvalue_m_per_n = stiffness.smallest_eigenvalue_m_per_n;
-    checks.largest_block_condition = stiffness.largest_condition;
+/// A column's entries are not inverted: only the rounding of the solve counts, twice that of a block at the worst.
+bool takes_float_columns(double tolerance) { return tolerance > 2.0 * kFloatError; }
+
+/// L_ii of the touchable nodes by selected inversion. In float only where inverting the worst L_ii leaves the error
+/// below the tolerance.
+std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const Nodes& node, const Nodes& mesh_node,
+                                           double tolerance, Progress& progress, Summary& summary) {
+    const SelectedInversion inversion(factor.supernodes(), diagonal_of(node));
+    summary.block_flops = inversion.flops();
+    if (tolerance > kFloatError) {
+        std::vector<Eigen::Matrix3d> l_ii = inversion.compute<float>(progress);
+        NodeStiffness trial;
+        for (std::size_t i = 0; i < node.size(); ++i) trial.add(mesh_node[i], l_ii[i]);
+        summary.block_precision = "float";
+        if (trial.largest_condition * kFloatError < tolerance) return l_ii;
+    }
+    summary.block_precision = "double";
+    return inversion.compute<double>(progress);
+}
+
+/// Places in the table of the nodes that are solved for as a check: a block of them, spread evenly.
+std::vector<std::size_t> sample_of(std::size_t node_count) {
+    std::vector<std::size_t> sample;
+    const std::size_t count = std::min(node_count, kNodesPerBlock);
+    for (std::size_t c = 0; c < count; ++c) sample.push_back(c * node_count / count);
+    return sample;
+}
+
+/// Columns of the touchable nodes into the file. In float only where the tolerance leaves room for its rounding.
+void compute_columns(const Factor& factor, const Nodes& node, const Nodes& row, double tolerance, Progress& progress,
+                     ColumnFile& file, Summary& summary) {
+    const ColumnSolver solver(factor.supernodes(), node, row);
+    summary.column_flops = solver.flops();
+    summary.column_precision = takes_float_columns(tolerance) ? "float" : "double";
+    const auto put = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) { file.put(i, k, l_ri); };
+    if (summary.column_precision == "float")
+        solver.compute<float>(progress, put);
+    else
+        solver.compute<double>(progress, put);
+}
+
+void require_residual(const Scene& scene, const Checks& checks) {
     if (!(checks.largest_residual < kLargestResidual))
         throw Error(
             fmt::format("{}: the solves leave a residual of {:.3g}, more than {}: K is too badly conditioned; "
                         "mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
                         scene.file.string(), checks.largest_residual, kLargestResidual));
+}
+
+/// Compares blocks and columns with plain solves of a sample of nodes, which share no code with them.
+void check_with_solves(const Scene& scene, const Eigen::SparseMatrix<double>& k, const Factor& factor,
+                       const Nodes& node, const Nodes& row, const std::vector<Eigen::Matrix3d>& l_ii,
+                       const ColumnFile* columns, Progress& progress, Checks& checks) {
+    const std::vector<std::size_t> sample = sample_of(node.size());
+    Nodes sample_node;
+    std::vector<Eigen::Matrix3d> sample_l_ii;
+    for (std::size_t i : sample) {
+        sample_node.push_back(node[i]);
+        sample_l_ii.push_back(l_ii[i]);
+    }
+    BlockDifference difference(sample_node, sample_l_ii);
+    Asymmetry asymmetry(sample_node);
+    checks.largest_residual =
+        solve_columns(factor, k, sample_node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
+            difference.take(first, x);
+            asymmetry.take(first, x);
+            for (std::size_t c = 0; columns != nullptr && c < static_cast<std::size_t>(x.cols()) / 3; ++c)
+                checks.largest_column_difference = std::max(
+                    checks.largest_column_difference,
+                    columns->difference(sample[first + c], row, x.middleCols<3>(3 * static_cast<Eigen::Index>(c))));
+        });
+    checks.solved_nodes = sample.size();
+    checks.largest_block_difference = difference.largest;
+    checks.largest_asymmetry = asymmetry.largest;
+    require_residual(scene, checks);
+}
+
+/// S_i of the touchable nodes, and what their L_ii tell.
+std::vector<Eigen::Matrix3d> invert_each(const Body& body, const std::vector<Eigen::Matrix3d>& l_ii, Checks& checks) {
+    NodeStiffness stiffness;
+    for (std::size_t i = 0; i < l_ii.size(); ++i) stiffness.add(body.touch_node[i], l_ii[i]);
+    checks.smallest_eigenvalue_m_per_n = stiffness.smallest_eigenvalue_m_per_n;
+    checks.largest_block_condition = stiffness.largest_condition;
     return std::move(stiffness.stiffness_n_per_m);
 }
 
@@ -168,6 +236,34 @@ void make_folder(const fs::path& beside, const fs::path& folder) {
     if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder.string(), failed.message()));
 }
 
+/// What make looks at: the tables are as new as their inputs.
+void touch_summary(const fs::path& folder) {
+    std::error_code ignored;  // a folder that may only be read is no error: nothing was to be written
+    fs::last_write_time(folder / "summary.json", fs::file_time_type::clock::now(), ignored);
+}
+
+double peak_memory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) * 1024.0;
+}
+
+/// What the run will need, from the pattern of the factor.
+MemoryNeed foresee(const Scene& scene, const Factor& factor, const Eigen::SparseMatrix<double>& k, const Nodes& node,
+                   const Nodes& row, double tolerance) {
+    MemoryNeed need;
+    need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
+    need.factor = factor.bytes();
+    // A trial in float may have to be done again in double.
+    need.fronts =
+        static_cast<double>(SelectedInversion(factor.supernodes(), diagonal_of(node)).stack_entries()) * sizeof(double);
+    need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
+    if (scene.tables.columns == "none") return need;
+    const ColumnSolver columns(factor.supernodes(), node, row);
+    need.columns = takes_float_columns(tolerance) ? columns.bytes<float>() : columns.bytes<double>();
+    return need;
+}
+
 void describe_factor(const Factor& factor, Summary& summary) {
     summary.ordering = factor.ordering();
     summary.fill = factor.fill();
@@ -184,7 +280,7 @@ Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) 
                               static_cast<std::int32_t>(body.free_node.size()));
 }
 
-Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress) {
+Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress, const PrecomputeOptions& options) {
     const fs::path folder = plain_folder(folder_in);
     Result result;
     Summary& summary = result.summary;
@@ -195,6 +291,9 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     result.body = make_body(scene, make_mesh(scene.mesh));
     require_held(scene, body);
     summary.model_hash = hash_model(scene, body);
+    summary.tolerance = options.tolerance;
+    result.unchanged = !options.force && is_current(folder, scene, summary);
+    if (result.unchanged) return touch_summary(folder), result;
     clock.end("mesh");
     // 2. K of the free nodes.
     progress.stage("assembly");
@@ -202,7 +301,14 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     clock.end("assembly");
     // 3. Its Cholesky factor. What the mesh could not tell, the pivots do.
     progress.stage("factor");
-    const Factor factor(k);
+    const Nodes node = unknowns_of(body.touch_node, body), row = unknowns_of(rows_of(scene, body), body);
+    const Factor factor(k, [&](const Factor& symbolic) {
+        summary.memory = foresee(scene, symbolic, k, node, row, options.tolerance);
+        require_memory(scene.file.string(), summary.memory,
+                       options.memory_bytes > 0.0 ? options.memory_bytes : available_memory(),
+                       static_cast<double>(body.free_node.size()));
+        clock.end("analysis");
+    });
     require_pivots(scene, body, k, factor);
     describe_factor(factor, summary);
     clock.end("factor");
@@ -212,9 +318,22 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     const Beside beside(folder);
     make_folder(beside.path(), folder);
     require_room(scene, body, beside.path());
-    progress.stage("solve");
-    const auto stiffness = compute_tables(scene, body, k, factor, beside.path(), progress, summary.checks);
-    clock.end("solve");
+    progress.stage("blocks");
+    const std::vector<Eigen::Matrix3d> l_ii =
+        invert_blocks(factor, node, body.touch_node, options.tolerance, progress, summary);
+    const std::vector<Eigen::Matrix3d> stiffness = invert_each(body, l_ii, summary.checks);
+    clock.end("blocks");
+    std::optional<ColumnFile> columns;
+    if (scene.tables.columns != "none") {
+        progress.stage("columns");
+        columns.emplace(beside.path() / "columns.npy", node.size(), row.size());
+        compute_columns(factor, node, row, options.tolerance, progress, *columns, summary);
+    }
+    clock.end("columns");
+    progress.stage("check");
+    check_with_solves(scene, k, factor, node, row, l_ii, columns ? &*columns : nullptr, progress, summary.checks);
+    columns.reset();
+    clock.end("check");
     // 5. The other tables.
     progress.stage("write");
     write_tables(scene, body, stiffness, beside.path());
@@ -224,6 +343,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     progress.stage("codegen");
     generate_model(beside.path());
     clock.end("codegen");
+    summary.memory_peak = peak_memory();
     for (const fs::path& file : files_in(beside.path()))
         summary.bytes.emplace_back(file.filename(), fs::file_size(file));
     write_file(beside.path() / "summary.json", to_json(scene, body, summary));

@@ -11,15 +11,29 @@
 
 namespace haptable {
 
+/// K of the body's free nodes, N/m: three rows a node in the order of body.free_node, both triangles stored.
+Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body);
+
 /// What a run worked on and what it found.
 struct Result {
     Body body;
     Summary summary;
+    bool unchanged = false;  ///< the folder already held these tables: nothing was computed, the summary has no checks
+};
+
+/// How a run computes; what it computes is the scene's.
+struct PrecomputeOptions {
+    /// Relative error that a block of stiffness.npy may have. 0: everything in double. Above it, the selected inversion
+    /// runs in float, in half the time, where the condition of the L_ii keeps the error below.
+    double tolerance = 0.0;
+    bool force = false;         ///< compute even where the folder holds the same tables already
+    double memory_bytes = 0.0;  ///< most to use; 0: what the machine has free
 };
 
 /// Reads the scene's mesh, computes its tables and writes them, with summary.json and the generated C, into `folder`,
 /// which is made where it is missing: all files or none; files of other names in it stay. Throws Error, in particular
 /// where parts of the body are loose. docs/SPEC.md describes the files.
-Result precompute(const Scene& scene, const std::filesystem::path& folder, Progress& progress);
+Result precompute(const Scene& scene, const std::filesystem::path& folder, Progress& progress,
+                  const PrecomputeOptions& options = {});
 
 }  // namespace haptable

@@ -8,6 +8,7 @@
 #include <span>
 #include <type_traits>
 
+#include "host/base/file.hpp"
 #include "host/base/program.hpp"
 
 namespace haptable {
@@ -57,11 +58,38 @@ nlohmann::ordered_json counts(const Body& body) {
 
 nlohmann::ordered_json checks(const Checks& checks) {
     return {{"largest_residual", checks.largest_residual},
+            {"largest_block_difference", checks.largest_block_difference},
+            {"largest_column_difference", checks.largest_column_difference},
+            {"solved_nodes", checks.solved_nodes},
             {"largest_asymmetry", checks.largest_asymmetry},
             {"smallest_eigenvalue_m_per_n", checks.smallest_eigenvalue_m_per_n},
             {"largest_block_condition", checks.largest_block_condition},
             {"condition_estimate", checks.condition_estimate},
             {"smallest_pivot_ratio", checks.smallest_pivot_ratio}};
+}
+
+/// XXH3 of this program's own bytes: a tool that was built anew may compute otherwise.
+std::string program_hash() {
+    Hash hash;
+    hash.add(read_file("/proc/self/exe"));
+    return fmt::format("{:016x}", hash.digest());
+}
+
+nlohmann::ordered_json memory(const Summary& summary) {
+    const MemoryNeed& need = summary.memory;
+    return {{"foreseen_bytes", need.peak()},    {"stiffness_bytes", need.stiffness}, {"factor_bytes", need.factor},
+            {"inversion_bytes", need.fronts},   {"columns_bytes", need.columns},     {"checks_bytes", need.solves},
+            {"peak_bytes", summary.memory_peak}};
+}
+
+/// What two runs must have in common for one to stand in for the other.
+nlohmann::ordered_json identity(const Scene& scene, const Summary& summary) {
+    return {{"name", scene.name},
+            {"scene", scene.file.filename().string()},
+            {"model_hash", fmt::format("{:016x}", summary.model_hash)},
+            {"haptable_version", kVersion},
+            {"program", program_hash()},
+            {"tolerance", summary.tolerance}};
 }
 
 std::string human_bytes(std::uintmax_t bytes) {
@@ -95,12 +123,23 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     return hash.digest();
 }
 
+bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected) {
+    if (!std::filesystem::exists(folder / "summary.json")) return false;
+    const auto old = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
+    if (!old.is_object()) return false;
+    const nlohmann::json wanted = identity(scene, expected);
+    for (const auto& [key, value] : wanted.items())
+        if (!old.contains(key) || old[key] != value) return false;
+    if (!old.contains("bytes") || !old["bytes"].is_object()) return false;
+    for (const auto& [file, bytes] : old["bytes"].items()) {
+        std::error_code missing;
+        if (bytes != std::filesystem::file_size(folder / file, missing) || missing) return false;
+    }
+    return true;
+}
+
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    nlohmann::ordered_json json;
-    json["name"] = scene.name;
-    json["scene"] = scene.file.filename().string();
-    json["model_hash"] = fmt::format("{:016x}", summary.model_hash);
-    json["haptable_version"] = kVersion;
+    nlohmann::ordered_json json = identity(scene, summary);
     json["counts"] = counts(body);
     json["material"] = {{"young_pa", scene.material.young_pa}, {"poisson", scene.material.poisson}};
     json["contact"] = {{"force", scene.contact.force},
@@ -110,6 +149,10 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
+    json["blocks"] = {
+        {"method", "selected inversion"}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
+    json["columns"] = {{"precision", summary.column_precision}, {"flops", summary.column_flops}};
+    json["memory"] = memory(summary);
     json["bytes"] = to_object(summary.bytes);
     json["time_s"] = to_object(summary.time_s);
     json["notes"] = body.mesh.notes;
@@ -126,6 +169,8 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);
+    check("largest difference of L_ii to solves", c.largest_block_difference);
+    check("largest difference of columns to solves", c.largest_column_difference);
     check("largest asymmetry of L", c.largest_asymmetry);
     check("smallest eigenvalue of any L_ii (m/N)", c.smallest_eigenvalue_m_per_n);
     check("largest condition of any L_ii", c.largest_block_condition);

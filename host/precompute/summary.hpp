@@ -4,17 +4,22 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/precompute/body.hpp"
+#include "host/precompute/memory.hpp"
 
 namespace haptable {
 
 /// Residuals of the checks that every run makes.
 struct Checks {
     double largest_residual = 0.0;             ///< ||K x - b|| / ||b|| over the solves
+    double largest_block_difference = 0.0;     ///< ||L_ii by inversion - by solves|| / ||L_ii||
+    double largest_column_difference = 0.0;    ///< ||column in the file - by solves|| / ||column||
+    std::size_t solved_nodes = 0;              ///< that these three and the residual were taken from
     double largest_asymmetry = 0.0;            ///< ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||)
     double smallest_eigenvalue_m_per_n = 0.0;  ///< of any L_ii
     double largest_block_condition = 0.0;      ///< of any L_ii, 2-norm
@@ -24,10 +29,17 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
+    double tolerance = 0.0;    ///< as asked for
+    MemoryNeed memory;         ///< foreseen, bytes
+    double memory_peak = 0.0;  ///< of the process so far, bytes
     Checks checks;
     std::string ordering;
     double fill = 0.0;                                          ///< nonzeros of the factor
     double flops = 0.0;                                         ///< of the factorisation
+    double block_flops = 0.0;                                   ///< of the selected inversion
+    std::string block_precision;                                ///< it was computed in: "double" or "float"
+    double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
+    std::string column_precision;                               ///< as block_precision; empty without columns
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
 };
@@ -47,6 +59,10 @@ private:
 /// XXH3 (64 bits) of all that decides the tables: version, mesh, held nodes, touchable patches, material, contact and
 /// table options and the force limit. Names, paths and times are not in it: equal content gives equal hashes.
 std::uint64_t hash_model(const Scene& scene, const Body& body);
+
+/// True where the folder holds, complete, what this program would compute: summary.json names the same content
+/// (model_hash), scene, tolerance and program (its own bytes), and every file has the size that it gives.
+bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);

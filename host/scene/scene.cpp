@@ -151,7 +151,7 @@ public:
 
     /// One of `have`; `later` are those of the scene language that this version does not have.
     std::string choice(std::string_view key, const Names& have, const Names& later) const {
-        const std::string value = text(key, std::string(have.front()));
+        std::string value = text(key, std::string(have.front()));
         if (std::find(have.begin(), have.end(), value) != have.end()) return value;
         if (std::find(later.begin(), later.end(), value) != later.end())
             fail(key, fmt::format("this version does not have \"{}\"; use \"{}\"", value, have.front()));

@@ -34,11 +34,11 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-    auto* replay = app.add_option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
+    auto* in = app.add_option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
     auto* out = app.add_option("--out", o.out, "with --replay: write the servo's CSV here");
     auto* lcm = app.add_flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
-    replay->needs(out)->excludes(lcm);
-    out->needs(replay);
+    in->needs(out)->excludes(lcm);
+    out->needs(in);
     app.add_option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it")->needs(lcm);
     app.add_option("--seconds", o.seconds, "with --lcm: end after this time")->needs(lcm)->check(CLI::PositiveNumber);
     app.add_option("--until-silent", o.until_silent_s,

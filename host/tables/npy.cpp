@@ -179,6 +179,26 @@ MappedNpy<T>::~MappedNpy() {
     munmap(map_, map_bytes_);
 }
 
+template <typename T>
+WritableNpy<T>::WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape) {
+    const std::string head = header<T>(shape);
+    map_bytes_ = head.size() + product(shape) * sizeof(T);
+    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) throw Error(path.string() + ": cannot be written: may you write there?");
+    const bool has_room = posix_fallocate(file, 0, static_cast<off_t>(map_bytes_)) == 0;
+    map_ = has_room ? mmap(nullptr, map_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
+    close(file);
+    if (map_ == MAP_FAILED) throw Error(path.string() + ": cannot be written: is the disk full?");
+    std::memcpy(map_, head.data(), head.size());
+    values_ = {reinterpret_cast<T*>(static_cast<char*>(map_) + head.size()), product(shape)};
+}
+
+template <typename T>
+WritableNpy<T>::~WritableNpy() {
+    munmap(map_, map_bytes_);
+}
+
+template class WritableNpy<float>;
 template class NpyWriter<std::int32_t>;
 template class NpyWriter<float>;
 template class NpyWriter<double>;

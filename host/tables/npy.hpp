@@ -36,6 +36,24 @@ private:
     std::size_t left_;
 };
 
+/// A .npy file that is written in any order: made at its full size, mapped into memory, values 0 at first. The room on
+/// the disk is taken at once, so that a full disk is an error here and not a signal later.
+template <typename T>
+class WritableNpy {
+public:
+    WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape);
+    ~WritableNpy();
+    WritableNpy(const WritableNpy&) = delete;
+    WritableNpy& operator=(const WritableNpy&) = delete;
+
+    std::span<T> values() const { return values_; }
+
+private:
+    std::span<T> values_;
+    void* map_ = nullptr;
+    std::size_t map_bytes_ = 0;
+};
+
 /// Writes a whole array. T: int32_t, float, double. Throws Error that names the path.
 template <typename T>
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, std::span<const T> values);

@@ -88,8 +88,8 @@ TEST_F(Blocks, TheResidualSeesAWrongFactor) {
 }
 
 TEST_F(Blocks, StiffnessIsTheInverseOfTheDiagonalBlock) {
-    NodeStiffness stiffness(node_, node_);
-    solve_columns(Factor(k_), k_, node_, progress_, [&](auto first, const auto& x) { stiffness.take(first, x); });
+    NodeStiffness stiffness;
+    for (std::int32_t node : node_) stiffness.add(node, l_.block<3, 3>(3 * node, 3 * node));
     ASSERT_EQ(stiffness.stiffness_n_per_m.size(), node_.size());
     double smallest = 1e300, condition = 0.0;
     for (std::size_t i = 0; i < node_.size(); ++i) {
@@ -106,17 +106,28 @@ TEST_F(Blocks, StiffnessIsTheInverseOfTheDiagonalBlock) {
 }
 
 TEST_F(Blocks, ABlockThatIsNotPositiveDefiniteIsAnErrorThatNamesItsNode) {
-    const std::vector<std::int32_t> node{0, 1}, mesh_node{70, 71};
-    NodeStiffness stiffness(node, mesh_node);
-    Eigen::MatrixXd x = Eigen::MatrixXd::Identity(6, 6);
-    x(4, 4) = -1e-3;
+    NodeStiffness stiffness;
+    stiffness.add(70, Eigen::Matrix3d::Identity());
     try {
-        stiffness.take(0, x);
+        stiffness.add(71, Eigen::Vector3d(1.0, -1e-3, 1.0).asDiagonal());
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_EQ(std::string(error.what()).rfind("node 71: its block L_ii has the eigenvalue -0.001", 0), 0U)
             << error.what();
     }
+}
+
+TEST_F(Blocks, ADifferenceBetweenBlocksAndSolvesIsSeen) {
+    std::vector<Eigen::Matrix3d> l_ii;
+    for (std::int32_t node : node_) l_ii.emplace_back(l_.block<3, 3>(3 * node, 3 * node));
+    const auto difference = [&] {
+        BlockDifference check(node_, l_ii);
+        solve_columns(Factor(k_), k_, node_, progress_, [&](auto first, const auto& x) { check.take(first, x); });
+        return check.largest;
+    };
+    EXPECT_LT(difference(), 1e-12);
+    l_ii[40] *= 1.0 + 1e-6;
+    EXPECT_NEAR(difference(), 1e-6, 1e-8);
 }
 
 TEST_F(Blocks, AsymmetryOfASymmetricInverseIsRoundingAndADisturbanceIsSeen) {
@@ -143,9 +154,16 @@ TEST_F(Blocks, AsymmetryOfASymmetricInverseIsRoundingAndADisturbanceIsSeen) {
 TEST_F(Blocks, ColumnFileHoldsRowsInTableOrder) {
     const test::TemporaryFolder folder;
     const std::vector<std::int32_t> row{99, 0, 41};
-    ColumnFile file(folder.path() / "c.npy", node_.size(), row);
-    solve_columns(Factor(k_), k_, node_, progress_, [&](auto first, const auto& x) { file.take(first, x); });
-    file.close();
+    {
+        ColumnFile file(folder.path() / "c.npy", node_.size(), row.size());
+        for (std::size_t i = 0; i < node_.size(); ++i)
+            for (std::size_t k = 0; k < row.size(); ++k)
+                file.put(i, k, l_.block<3, 3>(3 * row[k], 3 * node_[i]).cast<float>());
+        EXPECT_LT(file.difference(7, row, l_.middleCols<3>(3 * node_[7])), 1e-7);
+        file.put(7, 1, 2.0F * l_.block<3, 3>(3 * row[1], 3 * node_[7]).cast<float>());
+        EXPECT_GT(file.difference(7, row, l_.middleCols<3>(3 * node_[7])), 0.1) << "a wrong entry is seen";
+        file.put(7, 1, l_.block<3, 3>(3 * row[1], 3 * node_[7]).cast<float>());
+    }
     const Array<float> columns = read_npy<float>(folder.path() / "c.npy");
     ASSERT_EQ(columns.shape, (std::vector<std::size_t>{node_.size(), 3, 3, 3}));
     const double scale = l_.cwiseAbs().maxCoeff();

@@ -136,6 +136,9 @@ TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
     EXPECT_LT(checks.largest_residual, 1e-12);
     EXPECT_GT(checks.largest_residual, 0.0);
     EXPECT_LT(checks.largest_asymmetry, 1e-13);
+    EXPECT_LT(checks.largest_block_difference, 1e-12);
+    EXPECT_LT(checks.largest_column_difference, 1e-7);
+    EXPECT_GT(checks.largest_column_difference, 1e-9) << "columns.npy is float32";
     EXPECT_GT(checks.smallest_eigenvalue_m_per_n, 0.0);
     const Matrix l = dense_compliance(result.body, {1e4, 0.49});
     const Eigen::VectorXd eigenvalue = Eigen::SelfAdjointEigenSolver<Matrix>(l).eigenvalues();
@@ -148,7 +151,7 @@ TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
     EXPECT_EQ(json.at("counts").at("touchable_patches"), 192);
     for (const auto& [file, bytes] : json.at("bytes").items()) EXPECT_EQ(bytes, fs::file_size(out_ / file)) << file;
     EXPECT_EQ(json.at("bytes").size() + 1, contents(out_).size()) << "every file but the summary itself";
-    for (const char* stage : {"mesh", "assembly", "factor", "solve", "write", "codegen"})
+    for (const char* stage : {"mesh", "assembly", "factor", "blocks", "columns", "check", "write", "codegen"})
         EXPECT_GE(json.at("time_s").at(stage).get<double>(), 0.0);
 }
 
@@ -190,6 +193,71 @@ TEST_F(PrecomputeRun, TheHashIsOfTheContentOnly) {
         hashes.insert(hash(scene));
     }
     EXPECT_EQ(hashes.size(), changes.size() + 1);
+}
+
+TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
+    Scene scene = cube_scene(3);
+    EXPECT_FALSE(run(scene, out_).unchanged);
+    const auto before = contents(out_);
+    EXPECT_TRUE(run(scene, out_).unchanged);
+    EXPECT_TRUE(contents(out_) == before);
+    Progress progress(true);
+    PrecomputeOptions options;
+    options.force = true;
+    EXPECT_FALSE(precompute(scene, out_, progress, options).unchanged);
+    options = {};
+    options.tolerance = 1e-4;
+    EXPECT_FALSE(precompute(scene, out_, progress, options).unchanged);
+    EXPECT_FALSE(run(scene, out_).unchanged) << "another tolerance";
+    scene.material.poisson = 0.3;
+    EXPECT_FALSE(run(scene, out_).unchanged);
+    fs::resize_file(out_ / "columns.npy", 100);
+    EXPECT_FALSE(run(scene, out_).unchanged) << "a damaged file";
+    fs::remove(out_ / "model.c");
+    EXPECT_FALSE(run(scene, out_).unchanged) << "a missing file";
+    EXPECT_TRUE(run(scene, out_).unchanged);
+}
+
+TEST_F(PrecomputeRun, FloatIsTakenWhereTheToleranceAllowsIt) {
+    const Scene scene = cube_scene();
+    const Matrix l = dense_compliance(make_body(scene, make_mesh(scene.mesh)), scene.material);
+    const auto error = [&](double tolerance) {
+        Progress progress(true);
+        PrecomputeOptions options;
+        options.tolerance = tolerance;
+        const Result result = precompute(scene, out_, progress, options);
+        const Tables tables = read_tables(out_);
+        double largest = 0.0;
+        for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
+            const Eigen::Matrix3d s = l.block<3, 3>(3 * tables.node_id[i], 3 * tables.node_id[i]).inverse();
+            largest = std::max(largest, (block(tables.stiffness[i]) - s).norm() / s.norm());
+        }
+        return std::pair{result.summary.block_precision, largest};
+    };
+    EXPECT_EQ(error(0.0).first, "double");
+    EXPECT_EQ(error(2e-6).first, "double") << "the condition of its blocks is above 2";
+    const auto [precision, largest] = error(1e-4);
+    EXPECT_EQ(precision, "float");
+    EXPECT_LT(largest, 1e-4);
+    EXPECT_GT(largest, 1e-9) << "this was not computed in float";
+}
+
+TEST_F(PrecomputeRun, TooLittleMemoryIsAnErrorBeforeTheFactorisation) {
+    Progress progress(true);
+    const double need = run(cube_scene(), out_).summary.memory.peak();
+    PrecomputeOptions options;
+    options.force = true;
+    options.memory_bytes = 1.01 * need;
+    EXPECT_NO_THROW(precompute(cube_scene(), out_, progress, options));
+    options.memory_bytes = 0.5 * need;
+    try {
+        precompute(cube_scene(), out_, progress, options);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        EXPECT_NE(what.find("cube.toml: needs "), std::string::npos) << what;
+        EXPECT_NE(what.find("mesh of about"), std::string::npos) << what;
+    }
 }
 
 TEST_F(PrecomputeRun, StiffnessScalesWithSize) {

@@ -1,0 +1,107 @@
+# The servo of one scene as an image for a microcontroller: build/<name>/firmware/<target>/. Included by the Makefile.
+#
+#   haptable.h, *.c + model.c + port/ -> objects -> ELF, bin, map -> size table and checks
+
+TARGET ?= cortex-m7
+TARGETS = cortex-m4 cortex-m7 cortex-m33 rv32
+# What the part has. The linker stops where the image does not fit.
+FLASH ?= 256K
+RAM ?= 16K
+STACK ?= 2K
+TARGET_OPT ?= -O2
+
+ARM = arm-none-eabi-
+RISCV = riscv64-unknown-elf-
+CROSS_cortex-m4  = $(ARM)
+CROSS_cortex-m7  = $(ARM)
+CROSS_cortex-m33 = $(ARM)
+CROSS_rv32       = $(RISCV)
+CORE_cortex-m4  = -mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+CORE_cortex-m7  = -mthumb -mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard
+CORE_cortex-m33 = -mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard -DPORT_CLOCK_HZ=20000000u
+CORE_rv32       = -march=rv32imafc -mabi=ilp32f -mcmodel=medany
+PORT_cortex-m4  = cortex_m.c
+PORT_cortex-m7  = cortex_m.c
+PORT_cortex-m33 = cortex_m.c
+PORT_rv32       = riscv.c riscv_start.S
+
+TARGET_CC = $(CCACHE) $(CROSS_$(TARGET))gcc
+# -ffp-contract=off: the host's bits. No C library: only the compiler's own <stdint.h> and <stddef.h>.
+TARGET_CFLAGS = $(CORE_$(TARGET)) -std=c99 -ffreestanding $(TARGET_OPT) $(FP) -fno-math-errno \
+    -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su \
+    $(C_WARN) -Ifirmware -Ifirmware/port -MMD -MP
+TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings -Lfirmware/port \
+    -Wl,--defsym=PORT_FLASH=$(FLASH) -Wl,--defsym=PORT_RAM=$(RAM) -Wl,--defsym=PORT_STACK=$(STACK) \
+    -T firmware/port/$(TARGET).ld
+
+# firmware: the servo of one scene for a microcontroller, with its size (make firmware SCENE=... TARGET=cortex-m7)
+.PHONY: firmware
+firmware: $(BUILD)/setup-cross.stamp
+	@$(if $(CORE_$(TARGET)),,echo "TARGET=$(TARGET) is none of: $(TARGETS)" >&2; exit 1)
+	@$(MAKE) --no-print-directory scene
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
+	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
+
+# The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
+.PHONY: images
+images: $(BUILD)/host/target/count.so
+	@if sh host/setup.sh cross; then \
+	for target in $(TARGETS); do \
+	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
+	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target || exit 1; \
+	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
+
+# instructions: count the instructions of a tick on every emulated target
+.PHONY: instructions
+instructions: images $(BUILD)/bin/haptable-count
+	$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse
+
+$(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
+	$(say) C $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) -std=c11 -O2 -Wall -Wextra $(WERROR) -shared -fPIC $< -o $@
+
+# What only the images need: compilers and emulators, 400 MB that `make demo` does not wait for.
+$(BUILD)/setup-cross.stamp: host/setup.sh
+	@sh host/setup.sh cross
+	@mkdir -p $(@D) && touch $@
+
+ifdef NAME
+IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
+SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) semihosting memory)))
+
+$(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
+	$(say) $(TARGET) $<
+	@mkdir -p $(@D)
+	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -I$(BUILD)/$(NAME) -c $< -o $@
+
+$(IMAGE)/%.o: firmware/%.S $(IMAGE)/options
+	$(say) $(TARGET) $<
+	@mkdir -p $(@D)
+	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $< -o $@
+
+$(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
+	$(say) $(TARGET) $(BUILD)/$(NAME)/model.c
+	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
+
+.SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o): $(BUILD)/$(NAME)/summary.json
+
+# Options are a dependency too: written only when they change.
+.PHONY: FORCE
+$(IMAGE)/options: FORCE | $(BUILD)/setup-cross.stamp
+	@mkdir -p $(@D)
+	@echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' | cmp -s - $@ || \
+	echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' >$@
+
+$(IMAGE)/%.elf: $(IMAGE)/port/%.o $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o $(wildcard firmware/port/*.ld)
+	$(say) LINK $@
+	$(Q)$(TARGET_CC) $(TARGET_LDFLAGS) -Wl,-Map=$(@:.elf=.map) -o $@ $(filter %.o,$^) -lgcc
+	$(Q)$(CROSS_$(TARGET))objcopy -O binary $@ $(@:.elf=.bin)
+	$(Q)$(CROSS_$(TARGET))nm $@ >$(@:.elf=.sym)
+
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf example.elf) firmware/size.sh
+	$(Q)CROSS=$(CROSS_$(TARGET)) sh firmware/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
+endif

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Frames on a serial line between the servo and a host: docs/SERIAL.md describes every byte.
+ *
+ *   A5 5A | length | type | sequence (4) | payload (length) | CRC-32 of all before it but the first two (4)
+ *
+ * Little-endian. No interrupts and no buffers of a driver here: bytes go in one by one, frames come out.
+ */
+#ifndef HAPTABLE_FRAME_H
+#define HAPTABLE_FRAME_H
+
+#include <stdint.h>
+
+#include "haptable.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define FRAME_PAYLOAD 80                 /* the longest payload, bytes */
+#define FRAME_BYTES (12 + FRAME_PAYLOAD) /* the longest frame */
+#define FRAME_STATE 1                    /* to the servo: time_us u32, position_m f32[3] */
+#define FRAME_STATE_PAYLOAD 16
+#define FRAME_FORCE 2 /* from the servo: see frame_write_force */
+#define FRAME_FORCE_PAYLOAD 76
+
+/* The receiving end of a line. */
+struct frame_reader {
+    uint8_t byte[FRAME_BYTES]; /* what has come of a frame, and what came after a false begin */
+    uint8_t count;             /* of them */
+    uint32_t frames;           /* whole ones */
+    uint32_t skipped_bytes;    /* that belonged to none */
+};
+
+/* A whole frame. The payload points into the reader and is valid until its next byte. */
+struct frame {
+    uint8_t type;
+    uint8_t length;
+    uint32_t sequence;
+    const uint8_t* payload;
+};
+
+/* A finger's position on its way to the servo. */
+struct frame_state {
+    uint32_t time_us;
+    float position_m[3];
+};
+
+void frame_reader_init(struct frame_reader* reader);
+
+/* Takes one byte. Returns 1 when it completed a frame whose length and CRC are right; then frame holds it.
+ * After garbage it finds the next whole frame: a false begin costs only its own first byte, so a frame that begins
+ * inside it is not lost. cost: at most FRAME_BYTES searches of one CRC each, on average a byte of a CRC. */
+int frame_read(struct frame_reader* reader, uint8_t byte, struct frame* frame);
+
+/* 1 when the frame is a state; then state holds it. */
+int frame_take_state(const struct frame* frame, struct frame_state* state);
+
+/* Write whole frames to bytes; return their length. */
+uint32_t frame_write_state(uint32_t sequence, const struct frame_state* state, uint8_t bytes[FRAME_BYTES]);
+uint32_t frame_write_force(uint32_t sequence, uint64_t model_hash, const struct haptable_output* out,
+                           uint8_t bytes[FRAME_BYTES]);
+
+/* 1 when the frame is a force; then *model_hash and state, vertex, god_object_m, nodal_force_n, force_n of out hold it.
+ */
+int frame_take_force(const struct frame* frame, uint64_t* model_hash, struct haptable_output* out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Operation numbers and blocks of words: Arm, "Semihosting for AArch32 and AArch64", section 6.
+ */
+#include "semihosting.h"
+
+#include "port.h"
+
+enum { SYS_OPEN = 0x01, SYS_WRITE = 0x05, SYS_READ = 0x06, SYS_GET_CMDLINE = 0x15, SYS_EXIT_EXTENDED = 0x20 };
+
+/* The reason of an exit that the program asked for. */
+#define APPLICATION_EXIT 0x20026u
+
+static uint32_t word_of(const void* address) { return (uint32_t)(uintptr_t)address; }
+
+static uint32_t length_of(const char* text) {
+    uint32_t length = 0;
+    while (text[length] != 0) ++length;
+    return length;
+}
+
+int semihosting_open(const char* name, enum semihosting_mode mode) {
+    uint32_t block[3];
+    block[0] = word_of(name);
+    block[1] = (uint32_t)mode;
+    block[2] = length_of(name);
+    return (int)semihosting_call(SYS_OPEN, block);
+}
+
+uint32_t semihosting_read(int file, void* bytes, uint32_t count) {
+    uint32_t block[3];
+    block[0] = (uint32_t)file;
+    block[1] = word_of(bytes);
+    block[2] = count;
+    return count - semihosting_call(SYS_READ, block);
+}
+
+uint32_t semihosting_write(int file, const void* bytes, uint32_t count) {
+    uint32_t block[3];
+    block[0] = (uint32_t)file;
+    block[1] = word_of(bytes);
+    block[2] = count;
+    return semihosting_call(SYS_WRITE, block);
+}
+
+void semihosting_exit(int status) {
+    uint32_t block[2];
+    block[0] = APPLICATION_EXIT;
+    block[1] = (uint32_t)status;
+    semihosting_call(SYS_EXIT_EXTENDED, block);
+}
+
+int semihosting_words(char* text, uint32_t size, const char** word, int most) {
+    uint32_t block[2];
+    int words = 0;
+    char before = ' ';
+    char* c;
+    block[0] = word_of(text);
+    block[1] = size;
+    if (semihosting_call(SYS_GET_CMDLINE, block) != 0) return 0;
+    for (c = text; *c != 0; ++c) {
+        if (*c != ' ' && before == ' ' && words < most) word[words++] = c;
+        before = *c;
+        if (*c == ' ') *c = 0;
+    }
+    return words;
+}

@@ -1,0 +1,69 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+#
+# size.sh FOLDER IMAGE: where an image's flash, RAM and stack go, and what it must not hold. CROSS is the prefix of the
+# compiler's tools. Exit status 1 when a check fails.
+set -eu
+folder=$1
+elf=$folder/$2.elf
+symbols=$(mktemp)
+trap 'rm -f "$symbols"' EXIT
+"${CROSS}nm" -S "$elf" >"$symbols"
+value() { printf '%d' "0x$(awk -v name="$1" '$NF == name { print $1 }' "$symbols")"; }
+# Bytes of those symbols of the ELF that a file's object defines, of the kinds given (nm's letters).
+bytes_of() {
+    "${CROSS}nm" -S "$1" | awk -v kinds="$2" 'NF == 4 && index(kinds, $3) { print $4 }' >"$symbols.names"
+    awk 'NR == FNR { mine[$1] = 1; next } NF == 4 && mine[$4] { print "0x" $2 }' "$symbols.names" "$symbols" |
+        { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
+    rm -f "$symbols.names"
+}
+row() { printf '  %-34s %9s %s\n' "$1" "$2" "${3:-}"; }
+
+# ---- what must not be there -----------------------------------------------------------------------------------------
+bad=$(awk '{ print $NF }' "$symbols" | grep -E '^(__aeabi_[dfil]*2?[df][a-z0-9]*|__(add|sub|mul|div|neg|cmp|eq|ne|lt|le|gt|ge|unord)[sdt]f[23]|__(fix|float|extend|trunc)[a-z]*[sdt]f.*|malloc|calloc|realloc|free|_?sbrk|printf)$' || true)
+bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort -u || true)"
+[ -z "$bad" ] || { echo "size.sh: $elf holds what the firmware must not use: $bad" >&2; exit 1; }
+
+# ---- worst-case stack: the deepest way through the call graph that gcc wrote beside each object ----------------------
+stack=$(cat "$folder"/*.ci | awk -v root=haptable_step '
+    function bare(title) { sub(/^.*:/, "", title); return title }
+    /^node:/ {
+        split($0, part, "\""); name = bare(part[2])
+        if (match(part[4], /[0-9]+ bytes/)) bytes[name] = substr(part[4], RSTART, RLENGTH) + 0
+        if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
+    }
+    /^edge:/ { split($0, part, "\""); edges[bare(part[2])] = edges[bare(part[2])] " " bare(part[4]) }
+    function depth(name,   list, n, i, d, most) {
+        if (on_way[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
+        if (name in known) return known[name]
+        on_way[name] = 1
+        n = split(edges[name], list, " ")
+        most = 0
+        for (i = 1; i <= n; ++i) { d = depth(list[i]); if (d > most) most = d }
+        on_way[name] = 0
+        return known[name] = most + bytes[name]
+    }
+    END { if (failed) exit 1; print depth(root) }')
+
+flash=$("${CROSS}size" -A "$elf" | awk '$1 == ".text" || $1 == ".data" { sum += $2 } END { print sum }')
+ram=$("${CROSS}size" -A "$elf" | awk '$1 == ".data" || $1 == ".bss" || $1 == ".stack" { sum += $2 } END { print sum }')
+flash_has=$(value port_flash_bytes)
+ram_has=$(value port_ram_bytes)
+code=0
+echo "$elf"
+echo "flash, bytes"
+for object in "$folder"/*.o; do
+    [ "$object" != "$folder/model.o" ] || continue
+    bytes=$(bytes_of "$object" Tt)
+    code=$((code + bytes))
+    row "  code of $(basename "$object" .o).c" "$bytes"
+done
+row "code of the servo" $code
+for table in vertex_m stiffness_n_per_m patch neighbour box; do
+    row "table $table" "$(awk -v name=$table 'NF == 4 && $4 == name { print $2 }' "$symbols" | head -n 1 | { read -r b; printf '%d' "0x$b"; })"
+done
+row "whole image" "$flash" "of $flash_has: $((flash_has - flash)) spare"
+echo "RAM, bytes"
+row "the servo's state" "$(awk 'NF == 4 && $4 == "servo_state" { print "0x" $2 }' "$symbols" | xargs printf '%d')"
+row "stack of haptable_step, worst case" "$stack" "by the call graph"
+row "whole image with its stack" "$ram" "of $ram_has: $((ram_has - ram)) spare"

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Chosen 3x3 blocks of L = K^-1 from the Cholesky factor of K, without one solve: all blocks that lie in the factor's
+// pattern, in particular every L_ii and L_ij of every mesh edge, cost about as much as the factorisation.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "host/base/progress.hpp"
+#include "host/precompute/factor.hpp"
+
+namespace haptable {
+
+/// Asks for the block L_ij of unknown nodes i (row) and j (column): rows 3 i .. 3 i + 2 of K, columns 3 j .. 3 j + 2.
+struct NodePair {
+    std::int32_t row = 0;
+    std::int32_t column = 0;
+};
+
+/// Finds out once what has to be computed, then computes it in either precision.
+class SelectedInversion {
+public:
+    /// Plans from the factor's pattern alone; values may still be missing. Throws Error that names a pair that lies
+    /// outside the pattern (nodes that share no element): such blocks need a solve.
+    SelectedInversion(const Supernodes& factor, std::span<const NodePair> wanted);
+
+    /// The wanted blocks in m/N, in the order asked for. T is the precision to compute in: float takes half the time
+    /// and half the memory and is good to about 1e-6 of L_ii, on the factor in double. L_ii comes out symmetric to the
+    /// last bit. `done` is told the share of the operations that is done.
+    template <typename T>
+    std::vector<Eigen::Matrix3d> compute(Progress& progress) const;
+
+    double flops() const { return flops_; }                      ///< multiplications and additions of compute()
+    std::size_t stack_entries() const { return most_entries_; }  ///< most numbers that compute() holds at once
+
+private:
+    /// One entry of L to be picked from the front of a supernode: front(row, column) -> target.
+    struct Pick {
+        std::int32_t supernode, row, column;
+        std::int32_t block, entry;  // of the answer: which block, and which of its nine, column by column
+    };
+    void find_picks(std::span<const NodePair> wanted);
+    void find_needed();
+    void find_order();
+    void measure();
+
+    Supernodes factor_;
+    std::size_t wanted_count_;
+    std::vector<std::int32_t> parent_;       // [supernodes] or -1
+    std::vector<char> needed_;               // [supernodes] leads to a wanted block
+    std::vector<std::int32_t> child_count_;  // [supernodes] needed children
+    std::vector<std::int32_t> order_;        // needed supernodes, parents before children
+    std::vector<Pick> pick_;                 // by supernode
+    std::vector<std::size_t> pick_begin_;    // [supernodes + 1]
+    double flops_ = 0.0;
+    std::size_t most_entries_ = 0;
+};
+
+}  // namespace haptable

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Instructions a tick, by what the tick does.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/target/image.hpp"
+
+namespace haptable {
+
+/// Of the ticks of one kind.
+struct Counts {
+    std::size_t ticks = 0;
+    std::uint64_t median = 0;
+    std::uint64_t p999 = 0;  ///< 99.9 % of the ticks take no more
+    std::uint64_t worst = 0;
+};
+
+struct TickCounts {
+    Counts free;           ///< no contact before, none after
+    Counts first_contact;  ///< contact begun
+    Counts sliding;        ///< contact before and after
+    Counts leaving;        ///< contact before, none after
+};
+
+TickCounts count_ticks(const std::vector<TargetTick>& ticks);
+
+}  // namespace haptable

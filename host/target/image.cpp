@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/target/image.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cstdlib>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// Files of one run, gone with this object. Semihosting's command line knows no blanks or commas: names are short.
+class Scratch {
+public:
+    Scratch() {
+        char name[] = "/tmp/haptable-XXXXXX";
+        if (mkdtemp(name) == nullptr) throw Error("cannot make a folder in /tmp: is it full?");
+        path_ = name;
+    }
+    ~Scratch() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+
+    std::filesystem::path operator/(const char* name) const { return path_ / name; }
+
+private:
+    std::filesystem::path path_;
+};
+
+bool has_command(const std::string& name) {
+    return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+std::array<float, 3> floats(std::istream& line) {
+    std::array<float, 3> values{};
+    for (float& value : values) {
+        std::uint32_t bits = 0;
+        line >> std::hex >> bits;
+        value = std::bit_cast<float>(bits);
+    }
+    return values;
+}
+
+std::vector<TargetTick> parse(const std::string& text) {
+    std::vector<TargetTick> ticks;
+    std::istringstream lines(text);
+    for (std::string one; std::getline(lines, one);) {
+        std::istringstream line(one);
+        TargetTick tick;
+        line >> std::hex >> tick.state >> tick.vertex[0] >> tick.vertex[1] >> tick.vertex[2];
+        tick.alpha = floats(line);
+        tick.god_object_m = floats(line);
+        tick.force_n = floats(line);
+        if (!line) throw Error(fmt::format("the image printed no tick but \"{}\": build it again", one));
+        ticks.push_back(tick);
+    }
+    return ticks;
+}
+
+void add_counts(const std::string& text, std::vector<TargetTick>& ticks) {
+    std::istringstream counts(text);
+    for (TargetTick& tick : ticks)
+        if (!(counts >> tick.instructions)) throw Error("the instruction counter stopped before the image did");
+}
+
+}  // namespace
+
+TargetImage::TargetImage(std::filesystem::path build, const std::string& scene, std::string target)
+    : build_(std::move(build)), target_(std::move(target)), folder_(build_ / scene / "firmware" / target_) {}
+
+std::string TargetImage::missing() const {
+    const std::string qemu = target_ == "rv32" ? "qemu-system-riscv32" : "qemu-system-arm";
+    if (!has_command(qemu)) return qemu + " is not installed";
+    if (!std::filesystem::exists(folder_ / "replay.elf"))
+        return (folder_ / "replay.elf").string() + " is not built: make firmware TARGET=" + target_;
+    return {};
+}
+
+std::string TargetImage::address_of(const std::string& symbol) const {
+    std::istringstream lines(read_file(folder_ / "replay.sym"));
+    for (std::string address, kind, name; lines >> address >> kind >> name;)
+        if (name == symbol) return "0x" + address;
+    throw Error((folder_ / "replay.sym").string() + " does not name " + symbol + ": build the image again");
+}
+
+std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 3>>& path_m) const {
+    const Scratch scratch;
+    write_file(scratch / "in", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
+    const std::string plugin =
+        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}", build_.string(),
+                    address_of("port_count_begin"), address_of("port_count_end"), (scratch / "counts").string());
+    const std::string command =
+        fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
+                    (folder_ / "replay.elf").string(), (scratch / "in").string(), (scratch / "out").string());
+    const int status = std::system(command.c_str());
+    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    std::vector<TargetTick> ticks = parse(read_file(scratch / "out"));
+    if (ticks.size() != path_m.size())
+        throw Error(fmt::format("the image for {} made {} ticks of {}", target_, ticks.size(), path_m.size()));
+    add_counts(read_file(scratch / "counts"), ticks);
+    return ticks;
+}
+
+std::string TargetImage::loop(std::string_view bytes) const {
+    const Scratch scratch;
+    write_file(scratch / "in", bytes);
+    const std::string command =
+        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / "loop.elf").string(),
+                    (scratch / "in").string(), (scratch / "out").string());
+    const int status = std::system(command.c_str());
+    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    return read_file(scratch / "out");
+}
+
+}  // namespace haptable

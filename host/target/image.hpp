@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Runs the replay image of a scene on an emulated board: what it computes, bit for bit, and how many instructions.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace haptable {
+
+/// The targets that `make firmware` knows.
+inline constexpr std::array kTargets{"cortex-m4", "cortex-m7", "cortex-m33", "rv32"};
+
+/// One tick as the image prints it.
+struct TargetTick {
+    std::uint32_t state = 0;
+    std::array<std::uint32_t, 3> vertex{};
+    std::array<float, 3> alpha{}, god_object_m{}, force_n{};
+    std::uint64_t instructions = 0;  ///< of haptable_step and its call; 0 when not counted
+};
+
+/// A built image: build/<name>/firmware/<target>.
+class TargetImage {
+public:
+    TargetImage(std::filesystem::path build, const std::string& scene, std::string target);
+
+    /// Why it cannot run here, in one line; empty when it can.
+    std::string missing() const;
+    /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
+    std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
+    /// Bytes of the serial line (docs/SERIAL.md) through the image that waits behind it; what it sends back.
+    std::string loop(std::string_view bytes) const;
+
+private:
+    std::string address_of(const std::string& symbol) const;
+
+    std::filesystem::path build_;
+    std::string target_;
+    std::filesystem::path folder_;
+};
+
+}  // namespace haptable

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/target/strokes.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace haptable {
+
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+constexpr int kTicks = 40;         // of a stroke
+constexpr double kDepth_m = 3e-3;  // of the stroke's middle, along the first patch's normal
+
+/// Numbers that are the same on every machine (Knuth's MMIX generator, its high bits).
+class Choice {
+public:
+    std::size_t below(std::size_t n) {
+        state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
+        return static_cast<std::size_t>((state_ >> 33) % n);
+    }
+
+private:
+    std::uint64_t state_ = 1;
+};
+
+Vec corner(const Tables& tables, std::size_t patch, std::size_t c) {
+    const auto& p = tables.position[static_cast<std::size_t>(tables.patch[patch][c])];
+    return {p[0], p[1], p[2]};
+}
+
+Vec centre(const Tables& tables, std::size_t patch) {
+    return (corner(tables, patch, 0) + corner(tables, patch, 1) + corner(tables, patch, 2)) / 3.0;
+}
+
+Vec normal(const Tables& tables, std::size_t patch) {
+    const Vec a = corner(tables, patch, 0);
+    return (corner(tables, patch, 1) - a).cross(corner(tables, patch, 2) - a).normalized();
+}
+
+/// Of a few patches the one nearest to `from`: a stroke's end is near its begin, but not in the same patch.
+std::size_t near_patch(const Tables& tables, std::size_t from, Choice& choice) {
+    std::size_t best = choice.below(tables.patch.size());
+    for (int tries = 0; tries < 8; ++tries) {
+        const std::size_t other = choice.below(tables.patch.size());
+        if (other == from) continue;
+        if ((centre(tables, other) - centre(tables, from)).norm() <
+            (centre(tables, best) - centre(tables, from)).norm())
+            best = other;
+    }
+    return best;
+}
+
+}  // namespace
+
+std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes) {
+    std::vector<std::array<float, 3>> path;
+    Choice choice;
+    for (int stroke = 0; stroke < strokes; ++stroke) {
+        const std::size_t begin = choice.below(tables.patch.size());
+        const std::size_t end = near_patch(tables, begin, choice);
+        const Vec from = centre(tables, begin), outward = normal(tables, begin);
+        const Vec to = stroke % 4 == 0 ? corner(tables, end, 0) : centre(tables, end);
+        for (int tick = 0; tick < kTicks; ++tick) {
+            const double s = tick / (kTicks - 1.0);
+            // 1 mm outside at the ends, kDepth_m inside in the middle.
+            const double height_m = 1e-3 - (kDepth_m + 1e-3) * std::sin(std::numbers::pi * s);
+            const Eigen::Vector3f at = (from + s * (to - from) + height_m * outward).cast<float>();
+            path.push_back({at[0], at[1], at[2]});
+        }
+    }
+    return path;
+}
+
+}  // namespace haptable

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A finger path that visits a whole body: the fixed path of the instruction counts, and what a target replays.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "host/tables/tables.hpp"
+
+namespace haptable {
+
+/// Strokes of 40 ticks over the touchable surface, [40 strokes, 3] in metres: above a patch, down into it, straight
+/// through the body's near side to another patch not far away (over edges, vertices and creases), out. Between
+/// strokes the finger jumps, so some first contacts have the whole body on their way. The same for the same tables.
+std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes);
+
+}  // namespace haptable

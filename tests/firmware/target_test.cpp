@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo on emulated microcontrollers: the host's bits, and no more instructions than before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include "codegen/in_memory.hpp"
+#include "firmware/frame.h"
+#include "host/target/counts.hpp"
+#include "host/target/strokes.hpp"
+
+namespace haptable::test {
+namespace {
+
+std::filesystem::path build_folder() {
+    const char* build = std::getenv("BUILD");
+    return build != nullptr ? build : "build";
+}
+
+using Place = std::tuple<std::string, std::string>;  // scene, target
+
+class Target : public testing::TestWithParam<Place> {
+protected:
+    const std::string scene = std::get<0>(GetParam());
+    const std::string target = std::get<1>(GetParam());
+    const TargetImage image{build_folder(), scene, target};
+
+    Tables tables() const { return read_tables(build_folder() / scene); }
+};
+
+std::string name_of(const testing::TestParamInfo<Place>& info) {
+    std::string name = std::get<0>(info.param) + "_" + std::get<1>(info.param);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Target,
+                         testing::Combine(testing::Values(std::string("cube"), std::string("mouse")),
+                                          testing::ValuesIn(std::vector<std::string>(kTargets.begin(),
+                                                                                     kTargets.end()))),
+                         name_of);
+
+template <std::size_t n>
+bool same_bits(const std::array<float, n>& a, const float* b) {
+    return std::memcmp(a.data(), b, sizeof a) == 0;
+}
+
+// Contact, edges, corners, misses, and what is not a position.
+TEST_P(Target, GivesTheBitsOfTheHost) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const Tables host_tables = tables();
+    auto path_m = stroke_path(host_tables, 100);
+    path_m[700] = {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F};
+    path_m[1500] = {0.0F, -std::numeric_limits<float>::infinity(), 0.0F};
+    path_m[2300] = {0.0F, 0.0F, 1e30F};
+    const std::vector<TargetTick> ticks = image.replay(path_m);
+    const ServoModel built = build_model(host_tables);
+    const haptable_model model = model_in_memory(host_tables, built);
+    haptable_servo servo;
+    haptable_init(&servo);
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        haptable_output out;
+        haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+        ASSERT_EQ(ticks[i].state, out.state) << "tick " << i;
+        for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(ticks[i].vertex[c], out.vertex[c]) << "tick " << i;
+        ASSERT_TRUE(same_bits(ticks[i].alpha, out.alpha)) << "tick " << i;
+        ASSERT_TRUE(same_bits(ticks[i].god_object_m, out.god_object_m)) << "tick " << i;
+        ASSERT_TRUE(same_bits(ticks[i].force_n, out.force_n)) << "tick " << i;
+    }
+    EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
+    EXPECT_EQ(servo.counters.rejected_positions, 3U);
+}
+
+// Garbage, damaged and repeated frames on the line: every whole state is answered with the force of the host's servo,
+// and nothing else is.
+TEST_P(Target, AnswersFramesThroughGarbage) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const Tables host_tables = tables();
+    const auto path_m = stroke_path(host_tables, 20);
+    std::mt19937 random(1);
+    std::string line;
+    std::uint8_t bytes[FRAME_BYTES];
+    const auto send = [&](std::uint32_t i) {
+        frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}};
+        line.append(reinterpret_cast<const char*>(bytes), frame_write_state(i, &state, bytes));
+    };
+    for (std::uint32_t i = 0; i < path_m.size(); ++i) {
+        if (i % 8 == 3) {  // a damaged copy, and noise
+            send(i);
+            line[line.size() - 20] = static_cast<char>(line[line.size() - 20] ^ 4);
+            for (int n = 0; n < 100; ++n) line += static_cast<char>(random() % 4 == 0 ? 0xA5 : random() & 0xFF);
+        }
+        send(i);
+        if (i % 16 == 5) send(i);  // asked again
+    }
+    line.append(FRAME_BYTES, '\0');  // an end that a false begin cannot cover
+    const ServoModel built = build_model(host_tables);
+    const haptable_model model = model_in_memory(host_tables, built);
+    haptable_servo servo;
+    haptable_init(&servo);
+    haptable_output out{};
+    frame_reader reader;
+    frame_reader_init(&reader);
+    std::uint32_t next = 0, contacts = 0;
+    for (const char byte : image.loop(line)) {
+        frame answer{};
+        haptable_output got{};
+        std::uint64_t hash = 0;
+        if (frame_read(&reader, static_cast<std::uint8_t>(byte), &answer) == 0) continue;
+        ASSERT_EQ(frame_take_force(&answer, &hash, &got), 1);
+        EXPECT_EQ(hash, model.hash);
+        if (answer.sequence == next) {
+            haptable_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
+            ++next;
+        }
+        ASSERT_EQ(answer.sequence + 1, next);
+        ASSERT_EQ(got.state, out.state);
+        ASSERT_EQ(std::memcmp(got.force_n, out.force_n, sizeof out.force_n), 0) << "tick " << answer.sequence;
+        ASSERT_EQ(std::memcmp(got.nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0);
+        contacts += out.state == HAPTABLE_CONTACT;
+    }
+    EXPECT_EQ(next, path_m.size());
+    EXPECT_EQ(reader.skipped_bytes, 0U);
+    EXPECT_GT(contacts, path_m.size() / 3);
+}
+
+struct Reference {
+    std::uint64_t sliding_median = 0, sliding_worst = 0, first_worst = 0;
+};
+
+Reference reference_of(const std::string& scene, const std::string& target) {
+    std::ifstream file("tests/firmware/instructions.txt");
+    std::string line;
+    std::getline(file, line);  // what the columns are
+    Reference r;
+    for (std::string s, t; file >> s >> t >> r.sliding_median >> r.sliding_worst >> r.first_worst;)
+        if (s == scene && t == target) return r;
+    return {};
+}
+
+// Counts are exact, unlike times. Growth of more than 5 % must be announced in instructions.txt. The median holds
+// on every core: sliding costs the same on a small and a large mesh.
+TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const TickCounts counts = count_ticks(image.replay(stroke_path(tables(), 100)));
+    // What instructions.txt wants, for whoever announces a change: --gtest_output=xml.
+    RecordProperty("instructions", scene + " " + target + " " + std::to_string(counts.sliding.median) + " " +
+                                       std::to_string(counts.sliding.worst) + " " +
+                                       std::to_string(counts.first_contact.worst));
+    const Reference r = reference_of(scene, target);
+    ASSERT_GT(r.sliding_median, 0U) << "tests/firmware/instructions.txt does not name it";
+    const auto limit = [](std::uint64_t reference) { return reference + reference / 20; };
+    EXPECT_LE(counts.sliding.median, limit(r.sliding_median));
+    EXPECT_LE(counts.sliding.worst, limit(r.sliding_worst));
+    EXPECT_LE(counts.first_contact.worst, limit(r.first_worst));
+    EXPECT_LT(counts.sliding.median, 1500U);
+}
+
+}  // namespace
+}  // namespace haptable::test

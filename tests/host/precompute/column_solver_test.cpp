@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/column_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "host/precompute/precompute.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Nodes = std::vector<std::int32_t>;
+
+/// A cube with its bottom held: 8 x 8 x 7 unknown nodes, enough for three groups of columns.
+class Columns : public testing::Test {
+protected:
+    static Eigen::SparseMatrix<double> stiffness() {
+        Scene scene;
+        scene.mesh.generate = "cube";
+        scene.mesh.nodes_per_side = 8;
+        scene.mesh.side_m = 0.03;
+        scene.material = {1e4, 0.49};
+        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
+        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+    }
+    static Nodes every(std::int32_t step, std::int32_t first = 0) {
+        Nodes nodes;
+        for (std::int32_t i = first; i < 448; i += step) nodes.push_back(i);
+        return nodes;
+    }
+    /// Every block comes exactly once and is that of the dense inverse, to `tolerance` of its column.
+    template <typename T>
+    void expect_columns(const Nodes& node, const Nodes& row, double tolerance) {
+        std::vector<int> seen(node.size() * row.size(), 0);
+        double largest = 0.0;
+        ColumnSolver(factor_.supernodes(), node, row).compute<T>(progress_, [&](auto c, auto k, const auto& block) {
+            ++seen[c * row.size() + k];
+            const Eigen::Matrix3d expected = l_.block<3, 3>(3 * row[k], 3 * node[c]);
+            const double scale = l_.block<3, 3>(3 * node[c], 3 * node[c]).norm();
+            largest = std::max(largest, (block.template cast<double>() - expected).norm() / scale);
+        });
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+        EXPECT_LT(largest, tolerance);
+    }
+
+    const Eigen::SparseMatrix<double> k_ = stiffness();
+    const Factor factor_{k_};
+    const Eigen::MatrixXd l_ = Eigen::MatrixXd(k_).llt().solve(Eigen::MatrixXd::Identity(k_.rows(), k_.cols()));
+    Progress progress_{true};
+};
+
+constexpr double kFloat32 = 1.2e-7;  // 2^-23: what a float32 can hold
+
+TEST_F(Columns, OfAllNodesAtAllRows) { expect_columns<double>(every(1), every(1), kFloat32); }
+TEST_F(Columns, OfSomeNodesAtMoreRows) { expect_columns<double>(every(3), every(1), kFloat32); }
+TEST_F(Columns, OfMoreNodesThanRows) { expect_columns<double>(every(1), every(5), kFloat32); }
+TEST_F(Columns, OfNodesThatAreNoRows) { expect_columns<double>(every(2), every(2, 1), kFloat32); }
+TEST_F(Columns, OfOneNode) { expect_columns<double>({200}, every(1), kFloat32); }
+TEST_F(Columns, InFloatWithItsRounding) { expect_columns<float>(every(1), every(1), 2e-6); }
+
+TEST_F(Columns, FewerRowsCostFewerOperations) {
+    const auto flops = [&](const Nodes& node, const Nodes& row) {
+        return ColumnSolver(factor_.supernodes(), node, row).flops();
+    };
+    const double plain = 2.0 * 3.0 * 448.0 * 2.0 * factor_.fill();
+    EXPECT_LT(flops(every(1), every(1)), 0.75 * plain) << "symmetry and the path save more than a quarter";
+    EXPECT_LT(flops({0}, {0}), flops({0}, every(1)));
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Contact messages from LCM logs that are written here, and live.
+#include "host/view/contact_messages.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <atomic>
+#include <lcm/lcm-cpp.hpp>
+#include <thread>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/link/connection.hpp"
+#include "host/link/messages.hpp"
+#include "tests/host/view/cube_tables.hpp"
+
+namespace haptable::test {
+namespace {
+
+class ViewContactMessages : public ::testing::Test {
+protected:
+    ViewContactMessages() {
+        write_cube_tables(folder_.path());
+        tables_ = read_tables(folder_.path());
+    }
+
+    static contact message(std::int64_t utime, std::int64_t seq) {
+        contact m{};
+        m.utime = utime;
+        m.seq = seq;
+        m.model_hash = static_cast<std::int64_t>(kCubeHash);
+        m.finger_m[2] = 0.028;
+        m.god_object_m[2] = 0.03;
+        m.count = 2;
+        m.node = {112, 113};
+        m.force_n = {{1.0, 2.0, 3.0}, {-4.0, 0.0, 0.5}};
+        return m;
+    }
+
+    void write_log(const std::vector<contact>& messages, const std::string& channel = kContactChannel,
+                   int cut = 0) const {
+        lcm::LogFile log(log_.string(), "w");
+        for (const contact& m : messages) {
+            std::vector<char> bytes(static_cast<std::size_t>(m.getEncodedSize()));
+            m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+            lcm::LogEvent event{};
+            event.timestamp = m.utime + 12345;  // not the time that counts
+            event.channel = channel;
+            event.data = bytes.data();
+            event.datalen = static_cast<int>(bytes.size()) - cut;
+            log.writeEvent(&event);
+        }
+    }
+
+    std::string error_of(const FrameChoice& choice = {}) const {
+        try {
+            read_contact_log(log_, tables_, choice);
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "no error";
+    }
+
+    TestFolder folder_;
+    std::filesystem::path log_ = folder_.path() / "session.log";
+    Tables tables_;
+};
+
+TEST_F(ViewContactMessages, AMessageBecomesAFrame) {
+    const ContactFrame frame = to_frame(message(2'500'000, 7), tables_, 500'000, "test");
+    EXPECT_EQ(frame.number, 7);
+    EXPECT_DOUBLE_EQ(frame.time_s, 2.0);
+    EXPECT_TRUE(frame.contact);
+    ASSERT_EQ(frame.loads.size(), 2U);
+    EXPECT_EQ(frame.loads[1], (NodalForce{113, {-4.0F, 0.0F, 0.5F}}));
+    // Equation 12: the reaction of the loads.
+    EXPECT_LT((frame.force_n - Eigen::Vector3d(3.0, -2.0, -3.5)).norm(), 1e-12);
+}
+
+TEST_F(ViewContactMessages, TheForceFeltEndsAtTheDevicesLimit) {
+    contact strong = message(0, 0);
+    for (auto& f : strong.force_n) f = {0.0, 0.0, -100.0};
+    const ContactFrame frame = to_frame(strong, tables_, 0, "test");
+    EXPECT_LT((frame.force_n - Eigen::Vector3d(0.0, 0.0, tables_.max_force_n)).norm(), 1e-9);
+    EXPECT_EQ(frame.loads[0].force_n[2], -100.0F);  // the body is loaded by all of it
+}
+
+TEST_F(ViewContactMessages, RefusesWhatItsServoCannotHaveSent) {
+    contact other = message(0, 0);
+    other.model_hash = 1;
+    EXPECT_THROW(to_frame(other, tables_, 0, "test"), Error);
+    contact far = message(0, 0);
+    far.node[0] = 125;
+    EXPECT_THROW(to_frame(far, tables_, 0, "test"), Error);
+    contact wild = message(0, 0);
+    wild.force_n[1][2] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(to_frame(wild, tables_, 0, "test"), Error);
+}
+
+TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
+    std::vector<contact> messages;
+    for (int k = 0; k < 100; ++k)
+        if (k < 40 || k > 75) messages.push_back(message(1'000'000 + 1000 * k, k));  // a gap of 36 ms
+    write_log(messages);
+    const auto frames = read_contact_log(log_, tables_, {.every_ms = 10, .ticks = {}});
+    ASSERT_EQ(frames.size(), 10U);
+    const std::int64_t expected[10] = {0, 10, 20, 30, 39, 39, 39, 39, 80, 90};
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].number, expected[i]);
+        EXPECT_NEAR(frames[i].time_s, 0.01 * static_cast<double>(i), 1e-12);
+    }
+}
+
+TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
+    write_log({message(0, 0), message(10'000, 1), message(100'000'000, 2), message(100'010'000, 3), message(5000, 4),
+               message(15'000, 5)});
+    const auto frames = read_contact_log(log_, tables_, {.every_ms = 10, .ticks = {}});
+    EXPECT_LT(frames.size(), 10U);
+    EXPECT_EQ(frames.front().number, 0);
+    EXPECT_EQ(frames.back().number, 5);
+    for (std::size_t i = 1; i < frames.size(); ++i) EXPECT_GT(frames[i].time_s, frames[i - 1].time_s);
+}
+
+TEST_F(ViewContactMessages, PicksMessagesBySeq) {
+    write_log({message(0, 10), message(1000, 11), message(2000, 12)});
+    const auto frames = read_contact_log(log_, tables_, {.every_ms = 33, .ticks = {11}});
+    ASSERT_EQ(frames.size(), 1U);
+    EXPECT_EQ(frames[0].number, 11);
+    EXPECT_NE(error_of({.every_ms = 33, .ticks = {13}}).find("seq 13"), std::string::npos);
+}
+
+TEST_F(ViewContactMessages, ErrorsNameTheLog) {
+    EXPECT_EQ(error_of().rfind(log_.string(), 0), 0U);  // there is none
+    write_file(log_, "no log at all");
+    EXPECT_NE(error_of().find("is not an LCM log"), std::string::npos);
+    write_log({message(0, 0)}, "OTHER_CHANNEL");
+    EXPECT_NE(error_of().find("holds no message on HAPTABLE_CONTACT"), std::string::npos) << error_of();
+    write_log({message(0, 0)}, kContactChannel, 5);
+    EXPECT_NE(error_of().find("damaged"), std::string::npos) << error_of();
+    contact other = message(0, 0);
+    other.model_hash = 5;
+    write_log({other});
+    EXPECT_NE(error_of().find("is of model 0000000000000005"), std::string::npos) << error_of();
+}
+
+TEST_F(ViewContactMessages, FollowsALiveServo) {
+    const char* url = "udpm://239.255.72.99:7699?ttl=0";
+    std::unique_ptr<Connection> sender;
+    try {
+        sender = std::make_unique<Connection>(url);
+        sender->subscribe<contact>("HAPTABLE_TEST", [](const contact&, std::int64_t) {});
+    } catch (const Error& error) {
+        GTEST_SKIP() << "no multicast here: " << error.what();
+    }
+    setenv("LCM_DEFAULT_URL", url, 1);
+    std::atomic<bool> stop = false;
+    std::thread servo([&] {
+        for (std::int64_t seq = 0; !stop; ++seq) {
+            sender->publish(kContactChannel, message(1000 * seq, seq));
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    });
+    std::vector<std::int64_t> drawn;
+    std::int64_t messages = 0;
+    EXPECT_NO_THROW(messages = follow_contacts(tables_, {.frames = 4, .seconds = 20.0},
+                                               [&](const ContactFrame& frame) { drawn.push_back(frame.number); }));
+    stop = true;
+    servo.join();
+    unsetenv("LCM_DEFAULT_URL");
+    ASSERT_EQ(drawn.size(), 4U);
+    EXPECT_TRUE(std::is_sorted(drawn.begin(), drawn.end()));
+    EXPECT_GT(messages, 4);
+}
+
+}  // namespace
+}  // namespace haptable::test

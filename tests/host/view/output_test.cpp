@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Folders, films and ParaView's files.
+#include "host/view/output.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/view/vtu.hpp"
+#include "tests/host/view/cube_tables.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::set<std::string> names(const fs::path& folder) {
+    std::set<std::string> out;
+    for (const auto& entry : fs::directory_iterator(folder)) out.insert(entry.path().filename().string());
+    return out;
+}
+
+Image grey(int width, int height) {
+    return {width, height, std::vector<std::uint32_t>(static_cast<std::size_t>(width * height), 0x00808080U)};
+}
+
+TEST(ViewOutput, AFolderHoldsTheFramesOfThisRunOnly) {
+    const TestFolder folder;
+    const fs::path out = folder.path() / "new" / "pictures";
+    fs::create_directories(out);
+    for (const char* name : {"frame_000005.png", "frame_000001.vtu", "frames.pvd", "notes.txt", "frame_12.png"})
+        write_file(out / name, "old");
+    Output output(out, 8, 8, 33.0);
+    for (int k = 0; k < 3; ++k) output.add(grey(8, 8));
+    output.close();
+    EXPECT_EQ(names(out), (std::set<std::string>{"frame_000000.png", "frame_000001.png", "frame_000002.png",
+                                                 "notes.txt", "frame_12.png"}));
+}
+
+TEST(ViewOutput, APngHoldsOnePicture) {
+    const TestFolder folder;
+    Output output(folder.path() / "a.png", 8, 8, 33.0);
+    output.add(grey(8, 8));
+    EXPECT_THROW(output.add(grey(8, 8)), Error);
+    output.close();
+    EXPECT_EQ(names(folder.path()), (std::set<std::string>{"a.png"}));
+}
+
+TEST(ViewOutput, ErrorsOfTheWriterArrive) {
+    const TestFolder folder;
+    Output output(folder.path() / "gone" / "a.png", 8, 8, 33.0);  // there is no such folder
+    output.add(grey(8, 8));
+    EXPECT_THROW(output.close(), Error);
+}
+
+TEST(ViewOutput, RefusesSuffixesThatItCannotWrite) {
+    const TestFolder folder;
+    EXPECT_THROW(Output(folder.path() / "a.jpg", 8, 8, 33.0), Error);
+    EXPECT_TRUE(names(folder.path()).empty());
+}
+
+/// While it lives, programs are found in one folder only.
+class OnlyPath {
+public:
+    explicit OnlyPath(const fs::path& path) : kept_(getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
+    ~OnlyPath() { setenv("PATH", kept_.c_str(), 1); }
+    OnlyPath(const OnlyPath&) = delete;
+    OnlyPath& operator=(const OnlyPath&) = delete;
+
+private:
+    std::string kept_;
+};
+
+/// A program of that name which runs a shell script; the film's temporary path is in $out.
+void write_script(const fs::path& path, const std::string& script) {
+    write_file(path, "#!/bin/sh\nfor out; do :; done; out=${out#file:}\n" + script);
+    fs::permissions(path, fs::perms::owner_all);
+}
+
+TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
+    const TestFolder folder;
+    const OnlyPath path(folder.path());
+    try {
+        Film(folder.path() / "a.mp4", 8, 8, 33.0);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("apt-get install ffmpeg"), std::string::npos) << error.what();
+    }
+    EXPECT_TRUE(names(folder.path()).empty());
+}
+
+TEST(ViewFilm, HandsEveryPixelToFfmpegAndRenamesTheFilm) {
+    const TestFolder folder, programs;
+    write_script(programs.path() / "ffmpeg", "exec /bin/cat >\"$out\"\n");
+    const OnlyPath path(programs.path());
+    Film film(folder.path() / "a.mp4", 20, 10, 33.0);
+    for (int k = 0; k < 5; ++k) film.add(grey(20, 10));
+    film.close();
+    EXPECT_EQ(names(folder.path()), (std::set<std::string>{"a.mp4"}));
+    EXPECT_EQ(fs::file_size(folder.path() / "a.mp4"), 5U * 20U * 10U * 4U);
+}
+
+TEST(ViewFilm, LeavesNothingWhenFfmpegFailsOrTheFilmIsNotClosed) {
+    const TestFolder folder, programs;
+    const OnlyPath path(programs.path());
+    write_script(programs.path() / "ffmpeg", "/bin/cat >\"$out\"; echo no such codec >&2; exit 3\n");
+    try {
+        Film film(folder.path() / "a.gif", 8, 8, 33.0);
+        film.add(grey(8, 8));
+        film.close();
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("no such codec"), std::string::npos) << error.what();
+    }
+    { Film(folder.path() / "a.gif", 8, 8, 33.0).add(grey(8, 8)); }
+    EXPECT_TRUE(names(folder.path()).empty());
+}
+
+// ---- ParaView ----
+
+/// Every tag is closed in its order; counts the elements by name. Enough XML for files without comments or text tags.
+std::map<std::string, int> parse_xml(const std::string& text) {
+    std::map<std::string, int> count;
+    std::vector<std::string> open;
+    for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
+        const std::size_t end = text.find('>', at);
+        EXPECT_NE(end, std::string::npos);
+        const std::string tag = text.substr(at + 1, end - at - 1);
+        const std::string name =
+            tag.substr(tag[0] == '/' ? 1 : 0, tag.find_first_of(" /", 1) - (tag[0] == '/' ? 1 : 0));
+        EXPECT_EQ(std::count(tag.begin(), tag.end(), '"') % 2, 0) << tag;
+        if (tag[0] == '?') continue;
+        if (tag[0] == '/') {
+            EXPECT_FALSE(open.empty());
+            EXPECT_EQ(open.back(), tag.substr(1));
+            open.pop_back();
+            continue;
+        }
+        ++count[name];
+        if (tag.back() != '/') open.push_back(name);
+    }
+    EXPECT_TRUE(open.empty());
+    return count;
+}
+
+/// The numbers of the data array of that name.
+std::vector<double> numbers(const std::string& text, const std::string& name) {
+    const std::size_t tag = text.find("Name=\"" + name + "\"");
+    EXPECT_NE(tag, std::string::npos) << name;
+    const std::size_t begin = text.find('>', tag) + 1;
+    std::istringstream in(text.substr(begin, text.find('<', begin) - begin));
+    return {std::istream_iterator<double>(in), {}};
+}
+
+TEST(ViewVtu, IsWellFormedAndHoldsTheDeformedSurface) {
+    const TestFolder folder;
+    write_cube_tables(folder.path());
+    const Tables tables = read_tables(folder.path());
+    DrawnSurface surface(tables);
+    const std::vector<float> ones(3 * tables.row_id.size(), 1.0F);
+    surface.deform(ones);
+    const NodalForce load{112, {0.25F, -0.5F, 2.0F}};
+    const std::string text = vtu_text(surface, {&load, 1});
+    const auto count = parse_xml(text);
+    EXPECT_EQ(count.at("Piece"), 1);
+    EXPECT_EQ(count.at("DataArray"), 8);
+    EXPECT_NE(text.find("NumberOfPoints=\"98\" NumberOfCells=\"192\""), std::string::npos);
+
+    const auto position = numbers(text, "position_m"), displacement = numbers(text, "displacement_m"),
+               force = numbers(text, "force_n"), node = numbers(text, "node");
+    ASSERT_EQ(node.size(), 98U);
+    ASSERT_EQ(position.size(), 3 * 98U);
+    ASSERT_EQ(displacement.size(), 3 * 98U);
+    ASSERT_EQ(force.size(), 3 * 98U);
+    for (std::size_t i = 0; i < 98; ++i) {
+        const auto& rest = tables.position[static_cast<std::size_t>(node[i])];
+        for (std::size_t c = 0; c < 3; ++c) {
+            EXPECT_EQ(displacement[3 * i + c], rest[2] > 0.0 ? 1.0 : 0.0);
+            EXPECT_NEAR(position[3 * i + c], rest[c] + displacement[3 * i + c], 1e-7);
+            EXPECT_EQ(force[3 * i + c], node[i] == 112 ? load.force_n[c] : 0.0F);
+        }
+    }
+    EXPECT_EQ(numbers(text, "connectivity").size(), 3 * 192U);
+    const auto offsets = numbers(text, "offsets");
+    ASSERT_EQ(offsets.size(), 192U);
+    EXPECT_EQ(offsets.back(), 3 * 192.0);
+    EXPECT_EQ(numbers(text, "types"), std::vector<double>(192, 5.0));
+}
+
+TEST(ViewVtu, ASeriesHasItsTimes) {
+    const TestFolder folder;
+    write_cube_tables(folder.path() / "tables");
+    const DrawnSurface surface(read_tables(folder.path() / "tables"));
+    VtuSeries series(folder.path());
+    series.add(0.0, surface, {});
+    series.add(0.033, surface, {});
+    series.close();
+    const std::string pvd = read_file(folder.path() / "frames.pvd");
+    EXPECT_EQ(parse_xml(pvd).at("DataSet"), 2);
+    EXPECT_NE(pvd.find("timestep=\"0.033000\" part=\"0\" file=\"frame_000001.vtu\""), std::string::npos);
+    EXPECT_EQ(names(folder.path()),
+              (std::set<std::string>{"frame_000000.vtu", "frame_000001.vtu", "frames.pvd", "tables"}));
+}
+
+}  // namespace
+}  // namespace haptable::test

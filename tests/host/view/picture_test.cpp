@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What is seen in a picture, probed pixel by pixel.
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+
+#include <cmath>
+
+#include "host/base/error.hpp"
+#include "host/view/annotate.hpp"
+#include "host/view/colormap.hpp"
+#include "host/view/painter.hpp"
+#include "host/view/png.hpp"
+#include "tests/host/view/cube_tables.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+Rgb8 color_at(const Image& image, const Vector2f& pixel) {
+    const std::uint32_t c = image.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+    return {static_cast<std::uint8_t>(c >> 16U), static_cast<std::uint8_t>(c >> 8U), static_cast<std::uint8_t>(c)};
+}
+
+/// Of a colour, whatever the light: red, green and blue as shares of their sum.
+Vector3f hue(const Rgb8& color) {
+    const Vector3f c(color[0], color[1], color[2]);
+    return c / std::max(c.sum(), 1.0F);
+}
+
+bool is_background(std::uint32_t pixel) {
+    const auto& b = kBackgroundColor;
+    return pixel == (static_cast<std::uint32_t>(b[0]) << 16U | static_cast<std::uint32_t>(b[1]) << 8U | b[2]);
+}
+
+class ViewPicture : public ::testing::Test {
+protected:
+    ViewPicture() { remake({}); }
+
+    void remake(const CubeOptions& options) {
+        write_cube_tables(folder_.path(), options);
+        tables_ = read_tables(folder_.path());
+    }
+
+    /// The finger presses on the middle of the top, 5 mm deep.
+    ContactFrame press() const {
+        ContactFrame frame;
+        frame.finger_known = frame.contact = true;
+        frame.god_object_m = {0.015, 0.015, 0.03};
+        frame.finger_m = {0.015, 0.015, 0.025};
+        const auto i = static_cast<std::size_t>(std::find(tables_.node_id.begin(), tables_.node_id.end(), kTop) -
+                                                tables_.node_id.begin());
+        const Vector3d load = Eigen::Map<const Eigen::Matrix3d>(tables_.stiffness[i].data()) * Vector3d(0, 0, -0.005);
+        frame.loads = {{kTop, {0.0F, 0.0F, static_cast<float>(load.z())}}};
+        frame.force_n = -load;
+        return frame;
+    }
+
+    Image painted(const ContactFrame& frame, const ViewOptions& view = {}) {
+        Painter painter(tables_, folder_.path(), view, true);
+        Ranges ranges;
+        painter.measure(frame, ranges);
+        return painter.paint(frame, ranges);
+    }
+
+    static constexpr std::int32_t kTop = 112;  // the middle of the top of 5 x 5 x 5 nodes
+    TestFolder folder_;
+    Tables tables_;
+};
+
+TEST_F(ViewPicture, ShowsSpheresWhereGodObjectAndFingerAre) {
+    const ContactFrame frame = press();
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(frame, ranges);
+    const Image image = painter.paint(frame, ranges);
+    const Camera& camera = painter.renderer().camera();
+    // The arrow stands on the god-object and the rod hangs from it: look beside both, but within the sphere.
+    const float radius = kSphereShare * painter.renderer().size_m();
+    const Vector3f god = frame.god_object_m.cast<float>();
+    const Vector2f beside(0.7F * radius * camera.pixels_per_m(god), 0.0F);
+    for (const Vector2f& at : {Vector2f(camera.pixel(god) + beside), Vector2f(camera.pixel(god) - beside)})
+        EXPECT_LT((hue(color_at(image, at)) - hue(kGodObjectColor)).norm(), 0.12F);
+    const Vector3f finger = frame.finger_m.cast<float>();
+    const Rgb8 seen = color_at(image, camera.pixel(finger) + 0.6F * beside);
+    EXPECT_GT(seen[0], seen[2] + 40);  // vermilion, through the surface
+    // Three radii aside there is neither.
+    EXPECT_GT((hue(color_at(image, camera.pixel(god) + 4.5F * beside)) - hue(kGodObjectColor)).norm(), 0.2F);
+}
+
+TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
+    ContactFrame deep;
+    deep.finger_known = true;
+    deep.finger_m = {0.015, 0.015, 0.012};
+    Painter painter(tables_, folder_.path(), {}, true);
+    const Image with = painter.paint(deep, {});
+    deep.finger_known = false;
+    const Image without = painter.paint(deep, {});
+    const Vector2f at = painter.renderer().camera().pixel({0.015F, 0.015F, 0.012F});
+    EXPECT_GT(color_at(with, at)[0], color_at(without, at)[0] + 40);
+    EXPECT_FALSE(is_background(without.at(static_cast<int>(at.x()), static_cast<int>(at.y()))));
+}
+
+TEST_F(ViewPicture, ColoursByDisplacement) {
+    const ContactFrame frame = press();
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(frame, ranges);
+    EXPECT_NEAR(ranges.displacement_m, 0.005, 1e-7);
+    const Image image = painter.paint(frame, ranges);
+    const Camera& camera = painter.renderer().camera();
+    // Low on the side, between the mesh lines, the body hardly moves; near the pressed node it moves most.
+    const Vector3f low(0.0F, 0.0105F, 0.0012F);
+    EXPECT_LT((hue(color_at(image, camera.pixel(low))) - hue(color_map().front())).norm(), 0.08F);
+    std::size_t yellow = 0;
+    for (const std::uint32_t p : image.pixel) {
+        const int r = p >> 16U & 0xFF, g = p >> 8U & 0xFF, b = p & 0xFF;
+        yellow += r > 150 && g > 180 && b < 110 ? 1 : 0;
+    }
+    EXPECT_GT(yellow, 200U);
+}
+
+TEST_F(ViewPicture, UntouchablePatchesAreGrey) {
+    remake({.touch_above_m = 0.0149});
+    const ContactFrame frame = press();
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(frame, ranges);
+    const Image image = painter.paint(frame, ranges);
+    const Rgb8 low = color_at(image, painter.renderer().camera().pixel({0.0F, 0.0105F, 0.0012F}));
+    EXPECT_LT((hue(low) - hue(kNeutralColor)).norm(), 0.02F);
+    const Rgb8 high = color_at(image, painter.renderer().camera().pixel({0.0F, 0.0105F, 0.0285F}));
+    EXPECT_GT((hue(high) - hue(kNeutralColor)).norm(), 0.08F);
+}
+
+TEST_F(ViewPicture, TheRestShapeSeenAlongADiagonalIsSymmetric) {
+    ViewOptions view;
+    view.azimuth = -135.0;
+    Painter painter(tables_, folder_.path(), view, false);
+    const Image image = painter.paint_mesh();
+    const float axis = painter.renderer().camera().pixel({0.015F, 0.015F, 0.015F}).x();
+    int rows = 0;
+    for (int y = 100; y < image.height; ++y) {  // below the title
+        int left = image.width, right = -1;
+        for (int x = 0; x < image.width; ++x)
+            if (!is_background(image.at(x, y))) left = std::min(left, x), right = x;
+        if (right < 0) continue;
+        EXPECT_NEAR(0.5F * static_cast<float>(left + right + 1), axis, 1.6F) << "row " << y;
+        ++rows;
+    }
+    EXPECT_GT(rows, 300);
+}
+
+TEST_F(ViewPicture, EdgesAreThinAndDark) {
+    Painter painter(tables_, folder_.path(), {}, false);
+    const Image image = painter.paint_mesh();
+    const Camera& camera = painter.renderer().camera();
+    // Across the crease between top and the side x = 0, away from the other lines.
+    const auto brightness = [&](const Vector3f& at) {
+        const Rgb8 c = color_at(image, camera.pixel(at));
+        return c[0] + c[1] + c[2];
+    };
+    EXPECT_LT(brightness({0.0F, 0.0115F, 0.03F}), 240);
+    EXPECT_GT(brightness({0.001F, 0.0115F, 0.03F}), 400);
+    EXPECT_GT(brightness({0.0F, 0.0115F, 0.0288F}), 300);
+}
+
+TEST_F(ViewPicture, TheSameFrameGivesTheSameBytes) {
+    const std::string once = encode_png(painted(press()));
+    EXPECT_EQ(once, encode_png(painted(press())));
+    ContactFrame deeper = press();
+    deeper.finger_m.z() -= 0.001;
+    EXPECT_NE(once, encode_png(painted(deeper)));
+}
+
+TEST_F(ViewPicture, AFrameDoesNotDependOnTheOnesBefore) {
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(press(), ranges);
+    const Image first = painter.paint(press(), ranges);
+    painter.paint({}, ranges);
+    EXPECT_EQ(painter.paint(press(), ranges).pixel, first.pixel);
+}
+
+TEST_F(ViewPicture, TheBodyFillsTheFreePartOfAnySize) {
+    for (const auto& [width, height] : {std::pair(960, 720), {400, 700}, {900, 300}}) {
+        ViewOptions view;
+        view.width = width;
+        view.height = height;
+        const DrawnSurface surface(tables_);
+        const Renderer renderer(view, surface);
+        Eigen::AlignedBox2f box;
+        for (const Vector3f& p : surface.rest_m) box.extend(renderer.camera().pixel(p));
+        const auto h = static_cast<float>(height), w = static_cast<float>(width);
+        EXPECT_GE(box.min().x(), kSideMargin * h - 1.0F);
+        EXPECT_LE(box.max().x(), w - kBarMargin * h + 1.0F);
+        EXPECT_GE(box.min().y(), kTopMargin * h - 1.0F);
+        EXPECT_LE(box.max().y(), h - kBottomMargin * h + 1.0F);
+        const float across = (box.max().x() - box.min().x()) / (w - (kSideMargin + kBarMargin) * h);
+        const float down = (box.max().y() - box.min().y()) / (h * (1.0F - kTopMargin - kBottomMargin));
+        EXPECT_GT(std::max(across, down), 0.7F);
+    }
+}
+
+TEST_F(ViewPicture, CamerasAnglesTurnTheView) {
+    const DrawnSurface surface(tables_);
+    ViewOptions view;
+    view.azimuth = -90.0;
+    view.elevation = 0.0;
+    const Renderer front(view, surface);
+    // From -y: x to the right, z up, and a point nearer to the eye (smaller y) farther from the middle.
+    const auto pixel = [&](float x, float y, float z) { return front.camera().pixel({x, y, z}); };
+    EXPECT_GT(pixel(0.03F, 0.0F, 0.0F).x(), pixel(0.0F, 0.0F, 0.0F).x() + 100.0F);
+    EXPECT_LT(pixel(0.0F, 0.0F, 0.03F).y(), pixel(0.0F, 0.0F, 0.0F).y() - 100.0F);
+    EXPECT_GT(pixel(0.03F, 0.0F, 0.0F).x() - pixel(0.0F, 0.0F, 0.0F).x(),
+              pixel(0.03F, 0.03F, 0.0F).x() - pixel(0.0F, 0.03F, 0.0F).x());
+    view.zoom = 2.0;
+    const Renderer close(view, surface);
+    EXPECT_GT(close.camera().pixels_per_m({0.015F, 0.015F, 0.015F}),
+              1.9F * front.camera().pixels_per_m({0.015F, 0.015F, 0.015F}));
+}
+
+/// CIELAB, independent of the space in which the map is made (sRGB, D65: IEC 61966-2-1, CIE 15).
+Vector3d cielab(const Rgb8& color) {
+    Vector3d c;
+    for (int i = 0; i < 3; ++i) {
+        const double s = color[static_cast<std::size_t>(i)] / 255.0;
+        c[i] = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+    }
+    Eigen::Matrix3d to_xyz;
+    to_xyz << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
+    const Vector3d t = (to_xyz * c).cwiseQuotient(Vector3d(0.9505, 1.0, 1.089));
+    const auto f = [](double v) { return v > 0.008856 ? std::cbrt(v) : 7.787 * v + 16.0 / 116.0; };
+    return {116.0 * f(t.y()) - 16.0, 500.0 * (f(t.x()) - f(t.y())), 200.0 * (f(t.y()) - f(t.z()))};
+}
+
+TEST(ViewColorMap, RisesInLightnessInEvenSteps) {
+    constexpr std::size_t kStep = 17;  // 15 steps of the 256 colours: rounding to 8 bits does not count
+    double least = 1e9, most = 0.0;
+    for (std::size_t k = kStep; k < kColors; k += kStep) {
+        const Vector3d a = cielab(color_map()[k - kStep]), b = cielab(color_map()[k]);
+        EXPECT_GT(b.x(), a.x() + 1.0) << k;
+        least = std::min(least, (b - a).norm());
+        most = std::max(most, (b - a).norm());
+    }
+    EXPECT_LT(most, 2.5 * least);  // CIELAB itself is uniform to about a factor of two
+    EXPECT_GT(cielab(color_map().back()).x() - cielab(color_map().front()).x(), 45.0);
+}
+
+TEST(ViewAnnotate, StepsAreRoundNumbers) {
+    EXPECT_DOUBLE_EQ(nice_step(5.0, 4), 1.0);
+    EXPECT_DOUBLE_EQ(nice_step(8.8, 4), 2.0);
+    EXPECT_NEAR(nice_step(0.037, 4), 0.005, 1e-12);
+    EXPECT_NEAR(nice_step(2000.0, 4), 500.0, 1e-9);
+    for (double range = 1e-4; range < 1e4; range *= 1.37) {
+        const double steps = range / nice_step(range, 4);
+        EXPECT_GE(steps, 4.0 * (1.0 - 1e-9));
+        EXPECT_LT(steps, 10.0 + 1e-9);
+    }
+}
+
+TEST(ViewPng, IsReadBackAsItWas) {
+    const TestFolder folder;
+    Image image{7, 5, {}};
+    for (std::uint32_t k = 0; k < 35; ++k) image.pixel.push_back(k * 0x00070301U & 0x00FFFFFFU);
+    const std::filesystem::path path = folder.path() / "a.png";
+    write_png(path, image);
+    png_image header{};
+    header.version = PNG_IMAGE_VERSION;
+    ASSERT_TRUE(png_image_begin_read_from_file(&header, path.c_str()));
+    ASSERT_EQ(header.width, 7U);
+    ASSERT_EQ(header.height, 5U);
+    header.format = PNG_FORMAT_RGB;
+    std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(header));
+    ASSERT_TRUE(png_image_finish_read(&header, nullptr, bytes.data(), 0, nullptr));
+    for (std::size_t k = 0; k < 35; ++k)
+        EXPECT_EQ(image.pixel[k],
+                  static_cast<std::uint32_t>(bytes[3 * k] << 16U | bytes[3 * k + 1] << 8U | bytes[3 * k + 2]));
+    // Written beside and renamed: nothing else is left.
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(ViewPng, SaysWhichPathCannotBeWritten) {
+    try {
+        write_png("/nonexistent-folder/a.png", {1, 1, {0}});
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("/nonexistent-folder/a.png"), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test
