@@ -17,13 +17,13 @@ namespace {
 
 constexpr Rgb8 kInk{40, 40, 46};
 constexpr Rgb8 kPaleInk{104, 104, 112};
-constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture so high
+constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture of 960 x 720
 
-/// A cairo pen over an image. Lengths in pixels of the reference height.
+/// A cairo pen over an image. Lengths as in a picture of the reference height.
 class Pen {
 public:
     explicit Pen(Image& image)
-        : unit_(image.height / kReferenceHeight),
+        : unit_(reference_px(image.width, image.height) / kReferenceHeight),
           surface_(cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(image.pixel.data()),
                                                        CAIRO_FORMAT_RGB24, image.width, image.height, 4 * image.width)),
           cairo_(cairo_create(surface_)) {
@@ -125,7 +125,7 @@ void draw_legend(Pen& pen, const std::vector<LegendEntry>& legend) {
 /// The colours from 0, at the bottom, to the end of the range, with round numbers beside them.
 void draw_bar(Pen& pen, double range_mm) {
     constexpr double kWidth = 17.0, kShare = 0.56, kTick = 5.0;
-    const double length = kShare * pen.height;
+    const double length = kShare * kReferenceHeight;
     const double left = pen.width - (kBarMargin * kReferenceHeight) + 34.0;
     const double bottom = 0.5 * (pen.height + length);
     cairo_t* cairo = pen.cairo();

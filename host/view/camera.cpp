@@ -39,8 +39,9 @@ struct Window {
 
 Window window(const ViewOptions& view) {
     const float aspect = static_cast<float>(view.width) / static_cast<float>(view.height);
-    return {-aspect + 2.0F * kSideMargin, aspect - 2.0F * kBarMargin, -1.0F + 2.0F * kBottomMargin,
-            1.0F - 2.0F * kTopMargin};
+    const float share = 2.0F * reference_px(view.width, view.height) / static_cast<float>(view.height);
+    return {-aspect + share * kSideMargin, aspect - share * kBarMargin, -1.0F + share * kBottomMargin,
+            1.0F - share * kTopMargin};
 }
 
 Eigen::AlignedBox3f box_of(std::span<const Vector3f> points) {

@@ -54,6 +54,7 @@ std::vector<std::string> command(const std::filesystem::path& path, const std::f
 /// Returns 0 or the error number.
 int spawn(std::vector<std::string> words, int in, int complaints, pid_t& process) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t files;

@@ -10,9 +10,7 @@ namespace haptable {
 
 namespace {
 
-constexpr GLsizei kSamples = 4;  // the most that Mesa's software rasterizer offers
-
-/// A frame buffer with colour and depth; `samples` 0: without multisampling.
+/// A frame buffer with colour and depth; OpenGL counts 0 samples where there is no multisampling.
 GLuint make_frame_buffer(int width, int height, GLsizei samples) {
     GLuint frame = 0;
     std::array<GLuint, 2> store{};
@@ -22,11 +20,9 @@ GLuint make_frame_buffer(int width, int height, GLsizei samples) {
     glBindRenderbuffer(GL_RENDERBUFFER, store[0]);
     glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_RGBA8, width, height);
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, store[0]);
-    if (samples > 0) {
-        glBindRenderbuffer(GL_RENDERBUFFER, store[1]);
-        glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_DEPTH_COMPONENT24, width, height);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, store[1]);
-    }
+    glBindRenderbuffer(GL_RENDERBUFFER, store[1]);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_DEPTH_COMPONENT24, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, store[1]);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
         throw Error("OSMesa gives no frame buffer of " + std::to_string(width) + "x" + std::to_string(height) +
                     ": choose a smaller --size");
@@ -62,7 +58,7 @@ std::uint32_t over(std::uint32_t front, std::uint32_t back) {
 
 }  // namespace
 
-Offscreen::Offscreen(int width, int height) : width_(width), height_(height) {
+Offscreen::Offscreen(int width, int height, int samples) : width_(width), height_(height) {
     const int attributes[] = {OSMESA_FORMAT,
                               OSMESA_BGRA,
                               OSMESA_DEPTH_BITS,
@@ -79,7 +75,7 @@ Offscreen::Offscreen(int width, int height) : width_(width), height_(height) {
     window_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     make_current();
     resolved_ = make_frame_buffer(width, height, 0);
-    samples_ = make_frame_buffer(width, height, kSamples);
+    drawing_ = samples > 1 ? make_frame_buffer(width, height, samples) : resolved_;
 }
 
 Offscreen::~Offscreen() = default;
@@ -88,7 +84,7 @@ void Offscreen::make_current() {
     if (OSMesaMakeCurrent(context_.get(), window_.data(), GL_UNSIGNED_BYTE, width_, height_) != GL_TRUE)
         throw Error("OSMesa cannot draw " + std::to_string(width_) + "x" + std::to_string(height_) +
                     ": choose a smaller --size");
-    glBindFramebuffer(GL_FRAMEBUFFER, samples_);
+    glBindFramebuffer(GL_FRAMEBUFFER, drawing_);
     glViewport(0, 0, width_, height_);
 }
 
@@ -112,13 +108,14 @@ void Offscreen::read_over(Image& image) {
     const GLint columns = right_ - left_;
     const GLint rows = bottom_ - top_;
     if (columns == 0 || rows == 0) return;
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, drawing_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_);
-    glBlitFramebuffer(left_, top_, right_, bottom_, left_, top_, right_, bottom_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    if (drawing_ != resolved_)
+        glBlitFramebuffer(left_, top_, right_, bottom_, left_, top_, right_, bottom_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_);
     drawn_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
     glReadPixels(left_, top_, columns, rows, GL_BGRA, GL_UNSIGNED_INT_8_8_8_8_REV, drawn_.data());
-    glBindFramebuffer(GL_FRAMEBUFFER, samples_);
+    glBindFramebuffer(GL_FRAMEBUFFER, drawing_);
     const std::uint32_t* from = drawn_.data();
     for (GLint y = top_; y < bottom_; ++y) {
         std::uint32_t* to = image.pixel.data() + static_cast<std::ptrdiff_t>(y) * width_ + left_;
@@ -168,8 +165,10 @@ Triangles::Triangles(const std::vector<int>& sizes) {
     std::size_t offset = 0;
     for (std::size_t a = 0; a < sizes.size(); ++a) {
         glEnableVertexAttribArray(static_cast<GLuint>(a));
+        // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes the offset as a pointer
+        const auto* begin = reinterpret_cast<const void*>(offset);
         glVertexAttribPointer(static_cast<GLuint>(a), sizes[a], GL_FLOAT, GL_FALSE,
-                              floats_ * static_cast<GLsizei>(sizeof(float)), reinterpret_cast<const void*>(offset));
+                              floats_ * static_cast<GLsizei>(sizeof(float)), begin);
         offset += static_cast<std::size_t>(sizes[a]) * sizeof(float);
     }
 }

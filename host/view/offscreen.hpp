@@ -30,11 +30,12 @@ struct PixelBox {
     }
 };
 
-/// An OpenGL 3.3 core context and a frame buffer of 4 samples a pixel. All GL calls go to the context that was made
-/// or began a picture last. Objects made in it die with it.
+/// An OpenGL 3.3 core context and a frame buffer of one or four samples a pixel. All GL calls go to the context that
+/// was made or began a picture last. Objects made in it die with it.
 class Offscreen {
 public:
-    Offscreen(int width, int height);
+    /// `samples` a pixel: 1 or 4, the most that Mesa's software rasterizer offers.
+    Offscreen(int width, int height, int samples);
     ~Offscreen();
     Offscreen(const Offscreen&) = delete;
     Offscreen& operator=(const Offscreen&) = delete;
@@ -57,8 +58,8 @@ private:
     std::unique_ptr<osmesa_context, Destroy> context_;
     std::vector<std::uint32_t> drawn_;                   ///< pixels of the box
     GLint left_ = 0, top_ = 0, right_ = 0, bottom_ = 0;  ///< of what is drawn; the rows count from the top
-    GLuint samples_ = 0;
-    GLuint resolved_ = 0;
+    GLuint drawing_ = 0;                                 ///< frame buffer with all samples
+    GLuint resolved_ = 0;                                ///< with one a pixel; the same one where that is all
 };
 
 /// Compiles and links. Throws Error with the compiler's words when it does not.

@@ -45,11 +45,14 @@ Output::Output(const fs::path& path, int width, int height, double frame_ms) : p
         throw Error(path.string() + ": pictures are written as .png, .mp4, .gif or into a folder: give one of these");
     } else {
         clear_frames(path);
+        made_ = true;
     }
 }
 
 Output::~Output() {
     if (pending_.valid()) pending_.wait();
+    std::error_code ignored;
+    if (made_ && frames_ == 0) fs::remove(path_, ignored);  // only if it is empty
 }
 
 void Output::add(const Image& image) {

@@ -15,7 +15,7 @@ namespace haptable {
 class Output {
 public:
     /// By the suffix of `path`: .png, a film's, or else a folder, which is made and cleared of the frames of an
-    /// earlier run. Throws Error for another picture's or film's suffix.
+    /// earlier run; a new folder goes again when no picture came. Throws Error for another picture's or film's suffix.
     Output(const std::filesystem::path& path, int width, int height, double frame_ms);
     ~Output();
 
@@ -33,6 +33,7 @@ private:
     std::filesystem::path path_;
     Kind kind_;
     std::unique_ptr<Film> film_;
+    bool made_ = false;  ///< the folder is new
     std::size_t frames_ = 0;
     Image writing_;
     std::future<void> pending_;

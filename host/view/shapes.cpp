@@ -43,6 +43,10 @@ void add_band(std::vector<float>& out, float r0, float z0, float n0r, float n0z,
 
 using Cells = std::vector<float>;
 
+std::size_t cell_index(int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(Shadow::kCells) + static_cast<std::size_t>(x);
+}
+
 /// Darkness of the cells whose centre lies under a triangle, at least `dark`.
 void fill_triangle(Cells& cells, const Eigen::Vector2f (&p)[3], float dark) {
     const auto bound = [](float v) { return std::clamp(static_cast<int>(std::floor(v)), 0, Shadow::kCells - 1); };
@@ -56,7 +60,7 @@ void fill_triangle(Cells& cells, const Eigen::Vector2f (&p)[3], float dark) {
             const Eigen::Vector2f q(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
             const float a = side(p[0], p[1], q), b = side(p[1], p[2], q), c = side(p[2], p[0], q);
             if (std::min({a, b, c}) < 0.0F && std::max({a, b, c}) > 0.0F) continue;
-            float& cell = cells[static_cast<std::size_t>(y * Shadow::kCells + x)];
+            float& cell = cells[cell_index(x, y)];
             cell = std::max(cell, dark);
         }
 }
@@ -69,10 +73,9 @@ Cells blur(const Cells& cells, int reach, bool along_x) {
             float sum = 0.0F;
             for (int d = -reach; d <= reach; ++d) {
                 const int u = along_x ? x + d : x, v = along_x ? y : y + d;
-                if (u >= 0 && u < Shadow::kCells && v >= 0 && v < Shadow::kCells)
-                    sum += cells[static_cast<std::size_t>(v * Shadow::kCells + u)];
+                if (u >= 0 && u < Shadow::kCells && v >= 0 && v < Shadow::kCells) sum += cells[cell_index(u, v)];
             }
-            out[static_cast<std::size_t>(y * Shadow::kCells + x)] = sum / static_cast<float>(2 * reach + 1);
+            out[cell_index(x, y)] = sum / static_cast<float>(2 * reach + 1);
         }
     return out;
 }

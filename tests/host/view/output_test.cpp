@@ -53,6 +53,14 @@ TEST(ViewOutput, APngHoldsOnePicture) {
     EXPECT_EQ(names(folder.path()), (std::set<std::string>{"a.png"}));
 }
 
+TEST(ViewOutput, ANewFolderWithoutPicturesGoesAgain) {
+    const TestFolder folder;
+    { const Output output(folder.path() / "live", 8, 8, 33.0); }
+    EXPECT_TRUE(names(folder.path()).empty());
+    { const Output output(folder.path(), 8, 8, 33.0); }  // one that was there stays
+    EXPECT_TRUE(fs::exists(folder.path()));
+}
+
 TEST(ViewOutput, ErrorsOfTheWriterArrive) {
     const TestFolder folder;
     Output output(folder.path() / "gone" / "a.png", 8, 8, 33.0);  // there is no such folder
@@ -69,7 +77,10 @@ TEST(ViewOutput, RefusesSuffixesThatItCannotWrite) {
 /// While it lives, programs are found in one folder only.
 class OnlyPath {
 public:
-    explicit OnlyPath(const fs::path& path) : kept_(getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
+    explicit OnlyPath(const fs::path& path) {
+        if (const char* kept = getenv("PATH")) kept_ = kept;
+        setenv("PATH", path.c_str(), 1);
+    }
     ~OnlyPath() { setenv("PATH", kept_.c_str(), 1); }
     OnlyPath(const OnlyPath&) = delete;
     OnlyPath& operator=(const OnlyPath&) = delete;
@@ -88,7 +99,7 @@ TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
     const TestFolder folder;
     const OnlyPath path(folder.path());
     try {
-        Film(folder.path() / "a.mp4", 8, 8, 33.0);
+        const Film film(folder.path() / "a.mp4", 8, 8, 33.0);
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("apt-get install ffmpeg"), std::string::npos) << error.what();

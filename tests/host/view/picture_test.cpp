@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "host/base/error.hpp"
 #include "host/view/annotate.hpp"
@@ -179,6 +180,20 @@ TEST_F(ViewPicture, TheSameFrameGivesTheSameBytes) {
     EXPECT_NE(once, encode_png(painted(deeper)));
 }
 
+TEST_F(ViewPicture, OneSampleShowsTheSamePictureWithRougherOutlines) {
+    ViewOptions fast;
+    fast.samples = 1;
+    const Image rough = painted(press(), fast), smooth = painted(press());
+    std::size_t different = 0;
+    for (std::size_t k = 0; k < rough.pixel.size(); ++k)
+        for (unsigned shift = 0; shift < 24; shift += 8) {
+            const int a = rough.pixel[k] >> shift & 0xFF, b = smooth.pixel[k] >> shift & 0xFF;
+            different += std::abs(a - b) > 16 ? 1 : 0;
+        }
+    EXPECT_GT(different, 0U);
+    EXPECT_LT(different, rough.pixel.size() / 50);
+}
+
 TEST_F(ViewPicture, AFrameDoesNotDependOnTheOnesBefore) {
     Painter painter(tables_, folder_.path(), {}, true);
     Ranges ranges;
@@ -198,12 +213,13 @@ TEST_F(ViewPicture, TheBodyFillsTheFreePartOfAnySize) {
         Eigen::AlignedBox2f box;
         for (const Vector3f& p : surface.rest_m) box.extend(renderer.camera().pixel(p));
         const auto h = static_cast<float>(height), w = static_cast<float>(width);
-        EXPECT_GE(box.min().x(), kSideMargin * h - 1.0F);
-        EXPECT_LE(box.max().x(), w - kBarMargin * h + 1.0F);
-        EXPECT_GE(box.min().y(), kTopMargin * h - 1.0F);
-        EXPECT_LE(box.max().y(), h - kBottomMargin * h + 1.0F);
-        const float across = (box.max().x() - box.min().x()) / (w - (kSideMargin + kBarMargin) * h);
-        const float down = (box.max().y() - box.min().y()) / (h * (1.0F - kTopMargin - kBottomMargin));
+        const float unit = reference_px(width, height);
+        EXPECT_GE(box.min().x(), kSideMargin * unit - 1.0F);
+        EXPECT_LE(box.max().x(), w - kBarMargin * unit + 1.0F);
+        EXPECT_GE(box.min().y(), kTopMargin * unit - 1.0F);
+        EXPECT_LE(box.max().y(), h - kBottomMargin * unit + 1.0F);
+        const float across = (box.max().x() - box.min().x()) / (w - (kSideMargin + kBarMargin) * unit);
+        const float down = (box.max().y() - box.min().y()) / (h - (kTopMargin + kBottomMargin) * unit);
         EXPECT_GT(std::max(across, down), 0.7F);
     }
 }
@@ -258,7 +274,8 @@ TEST(ViewAnnotate, StepsAreRoundNumbers) {
     EXPECT_DOUBLE_EQ(nice_step(8.8, 4), 2.0);
     EXPECT_NEAR(nice_step(0.037, 4), 0.005, 1e-12);
     EXPECT_NEAR(nice_step(2000.0, 4), 500.0, 1e-9);
-    for (double range = 1e-4; range < 1e4; range *= 1.37) {
+    for (int k = -40; k < 40; ++k) {
+        const double range = std::pow(1.29, k);
         const double steps = range / nice_step(range, 4);
         EXPECT_GE(steps, 4.0 * (1.0 - 1e-9));
         EXPECT_LT(steps, 10.0 + 1e-9);
