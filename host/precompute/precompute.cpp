@@ -27,13 +27,14 @@ namespace {
 namespace fs = std::filesystem;
 using Nodes = std::vector<std::int32_t>;
 
-// A pivot below this share of its diagonal entry is zero to rounding (2.2e-16 times the growth of a few hundred
-// updates); a body that is held keeps above 1e-9 even with slivers or Poisson's ratio 0.49999999.
+// A pivot below this share of its diagonal entry is zero to rounding: 2.2e-16 times the growth of a few hundred
+// updates. The bodies of the tests that are held keep above 1e-3.
 constexpr double kZeroPivot = 1e-13;
 // Solves with a larger residual than this would be seen in the float32 tables.
 constexpr double kLargestResidual = 1e-6;
-// Relative error of an L_ii that was computed in float from the factor in double: at most 1.4e-6 in every case tried.
-constexpr double kFloatError = 1e-6;
+// Relative error of an L_ii that was computed in float from the factor in double: at most 1.4e-6 in
+// every case that was tried, slender bodies and Poisson's ratio 0.49999999 among them.
+constexpr double kFloatError = 2e-6;
 
 void require_held(const Scene& scene, const Body& body) {
     const Nodes loose = find_loose_nodes(body);
