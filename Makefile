@@ -1,4 +1,4 @@
-# haptable: soft objects that a haptic device can touch at 1 kHz.
+# haptable - soft objects that a haptic device can touch at 1 kHz.
 # The Makefile is the architecture: every arrow is a file, and data flows one way:
 #
 #   scene + mesh -> precompute -> tables -> codegen -> C -> servo <- LCM -> device, viewer

@@ -62,8 +62,8 @@ cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inli
     --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
 includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
 git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -v host/servo/main.cpp |
-    xargs -P 2 -n 4 sh -c 'clang-tidy --quiet "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
-git ls-files 'firmware/*.c' | grep -v /port/ | xargs -n 4 sh -c 'clang-tidy --quiet "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
+    xargs -P 2 -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
+git ls-files 'firmware/*.c' | grep -v /port/ | xargs -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
 
 [ $failed = 0 ] && echo "lint: clean"
 exit $failed
