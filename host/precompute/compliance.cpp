@@ -134,7 +134,7 @@ double ColumnFile::difference(std::size_t i, std::span<const std::int32_t> row, 
     for (std::size_t k = 0; k < row.size(); ++k) {
         const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> entry(
             &file_.values()[9 * (i * row_count_ + k)]);
-        const Eigen::Matrix3d expected = x.middleRows<3>(3 * row[k]);
+        const Eigen::Matrix3d expected = x.middleRows<3>(Eigen::Index{3} * row[k]);
         difference += (entry.cast<double>() - expected).squaredNorm();
         norm += expected.squaredNorm();
     }

@@ -79,7 +79,7 @@ std::vector<int> order_nodes(const Eigen::SparseMatrix<double>& k, cholmod_commo
     const int nodes = static_cast<int>(k.rows()) / 3;
     std::vector<int> begin{0}, neighbour, seen(static_cast<std::size_t>(nodes), -1);
     for (int b = 0; b < nodes; ++b) {
-        for (int e = k.outerIndexPtr()[3 * b]; e < k.outerIndexPtr()[3 * b + 3]; ++e) {
+        for (int e = k.outerIndexPtr()[Eigen::Index{3} * b]; e < k.outerIndexPtr()[Eigen::Index{3} * b + 3]; ++e) {
             const int a = k.innerIndexPtr()[e] / 3;
             if (a > b && std::exchange(seen[static_cast<std::size_t>(a)], b) != b) neighbour.push_back(a);
         }
