@@ -13,6 +13,9 @@ namespace haptable {
 /// Throws Error that names the file when a table is missing or damaged, or the object is too large for the servo.
 void generate_model(const std::filesystem::path& folder);
 
+/// Bytes of flash that the servo's tables take.
+std::size_t flash_bytes(const ServoModel& model);
+
 /// The two C files of one model.
 struct ModelText {
     std::string header;

@@ -69,12 +69,6 @@ std::string upper(std::string text) {
     return text;
 }
 
-std::size_t flash_bytes(const ServoModel& model) {
-    return model.vertex_m.size() * sizeof(model.vertex_m[0]) + model.free_count * sizeof(model.stiffness_n_per_m[0]) +
-           model.patch.size() * (sizeof(model.patch[0]) + sizeof(model.neighbour[0])) +
-           model.index.boxes.size() * sizeof(IndexBox);
-}
-
 std::string banner(const Tables& tables, const ServoModel& model) {
     return fmt::format(
         "/* SPDX-License-Identifier: MIT\n"
@@ -170,6 +164,12 @@ std::string source_text(const Tables& tables, const ServoModel& model) {
 }
 
 }  // namespace
+
+std::size_t flash_bytes(const ServoModel& model) {
+    return model.vertex_m.size() * sizeof(model.vertex_m[0]) + model.free_count * sizeof(model.stiffness_n_per_m[0]) +
+           model.patch.size() * (sizeof(model.patch[0]) + sizeof(model.neighbour[0])) +
+           model.index.boxes.size() * sizeof(IndexBox);
+}
 
 ModelText model_text(const Tables& tables, const ServoModel& model) {
     return {header_text(tables, model), source_text(tables, model)};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 
@@ -40,10 +41,7 @@ Subject::Subject(const std::filesystem::path& folder)
       servo_(build_model(tables_)),
       model_(model_in_memory(tables_, servo_)) {}
 
-std::size_t Subject::table_bytes() const {
-    return model_.vertex_count * sizeof(float[3]) + model_.free_count * sizeof(float[6]) +
-           model_.patch_count * sizeof(std::uint16_t[6]) + model_.box_count * sizeof(haptable_box);
-}
+std::size_t Subject::table_bytes() const { return flash_bytes(servo_); }
 
 double Subject::height(double x, double y) const {
     double highest = -HUGE_VAL;
