@@ -118,6 +118,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     hash.add(scene.contact.force);
     hash.add(scene.contact.god_object);
     hash.add(scene.contact.rigid_stiffness_n_per_m);
+    if (scene.contact.mask_radius_m > 0.0) hash.add(scene.contact.mask_radius_m);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
     return hash.digest();
@@ -145,6 +146,11 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["contact"] = {{"force", scene.contact.force},
                        {"god_object", scene.contact.god_object},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    if (scene.contact.mask_radius_m > 0.0)
+        json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
+                                   {"most_nodes", summary.mask_most_nodes},
+                                   {"widened", summary.mask_widened},
+                                   {"places", summary.mask_places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n}};
     json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
     json["checks"] = checks(summary.checks);
@@ -166,6 +172,11 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
                         body.mesh.position_m.size(), body.surface.node.size(), body.free_surface_node.size(),
                         body.surface.patch.size(), body.mesh.tet.size(), body.fixed_count());
     text += fmt::format("  touchable: {} free nodes, {} patches\n", body.touch_node.size(), body.touch_patch.size());
+    if (scene.contact.mask_radius_m > 0.0)
+        text += fmt::format(
+            "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
+            "and the patch's own nodes carry the load\n",
+            scene.contact.mask_radius_m, summary.mask_most_nodes, summary.mask_widened, summary.mask_places);
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);
