@@ -121,9 +121,8 @@ static int cross_vertex(const struct haptable_model* model, int corner, const fl
     return moved;
 }
 
-/* Slides the god-object down to the nearest point of the surface around it. */
-static void slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
-                  struct haptable_counters* counters) {
+void contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                   struct haptable_counters* counters) {
     int visited = 1;
     int moving = 1;
     contact_nearest(model, contact->patch, x_m, contact);
@@ -161,7 +160,7 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
     way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
-        slide(model, to_m, contact, counters);
+        contact_slide(model, to_m, contact, counters);
         if (!surface_is_outside(model, contact, to_m)) return;
         /* The finger has left this part of the surface. Its way from there may enter another part. */
         vec_copy(contact->god_object_m, way.from_m);

@@ -35,7 +35,7 @@ extern "C" {
 #define HAPTABLE_SLIDES 3
 
 /* The most points of the surface at which one slide of the least-energy god-object evaluates the energy. */
-#define HAPTABLE_ENERGY_STEPS 96
+#define HAPTABLE_ENERGY_STEPS 64
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u
