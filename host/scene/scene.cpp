@@ -35,7 +35,6 @@ struct Later {
     std::string_view advice;
 };
 constexpr Later kLater[] = {
-    {"region", "one [material] holds for the whole body; remove [[region]]"},
     {"contact.mask_radius", "the finger is a point; remove the line"},
     {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
 };
@@ -277,8 +276,7 @@ MeshSource read_source(const Section& root, const fs::path& scene_file) {
     return source;
 }
 
-Material read_material(const Section& root) {
-    const Section section = root.section("material", {"young", "poisson"}, true);
+Material read_material(const Section& section) {
     Material material;
     material.young_pa = section.positive("young");
     if (material.young_pa < kSoftest_pa || material.young_pa > kStiffest_pa)
@@ -292,21 +290,41 @@ Material read_material(const Section& root) {
     return material;
 }
 
-std::vector<Selection> read_selections(const Section& root, std::string_view key) {
+/// "box" or "group", one of them.
+Selection read_selection(const Section& section) {
+    Selection selection;
+    selection.line = section.line();
+    if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
+    if (section.has("box")) {
+        selection.box_m = section.box("box");
+    } else {
+        selection.group = section.text("group");
+        if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
+    }
+    return selection;
+}
+
+std::vector<Selection> read_fixed(const Section& root) {
     std::vector<Selection> selections;
-    for (const Section& section : root.sections(key, {"box", "group"})) {
-        Selection selection;
-        selection.line = section.line();
-        if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
-        if (section.has("box")) {
-            selection.box_m = section.box("box");
-        } else {
-            selection.group = section.text("group");
-            if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
-        }
-        selections.push_back(std::move(selection));
+    for (const Section& section : root.sections("fixed", {"box", "group"}))
+        selections.push_back(read_selection(section));
+    return selections;
+}
+
+std::vector<Selection> read_touch(const Section& root) {
+    std::vector<Selection> selections;
+    for (const Section& section : root.sections("touch", {"box", "group", "cavities"})) {
+        selections.push_back(read_selection(section));
+        selections.back().cavities = section.flag("cavities", false);
     }
     return selections;
+}
+
+std::vector<Region> read_regions(const Section& root) {
+    std::vector<Region> regions;
+    for (const Section& section : root.sections("region", {"box", "group", "young", "poisson"}))
+        regions.push_back({read_selection(section), read_material(section)});
+    return regions;
 }
 
 ContactOptions read_contact(const Section& root) {
@@ -349,14 +367,16 @@ toml::table parse(const fs::path& file) {
 
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
-    const Section root(file, "", table, {"name", "mesh", "material", "fixed", "touch", "contact", "device", "tables"});
+    const Section root(file, "", table,
+                       {"name", "mesh", "material", "region", "fixed", "touch", "contact", "device", "tables"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
     scene.mesh = read_source(root, file);
-    scene.material = read_material(root);
-    scene.fixed = read_selections(root, "fixed");
-    scene.touch = read_selections(root, "touch");
+    scene.material = read_material(root.section("material", {"young", "poisson"}, true));
+    scene.regions = read_regions(root);
+    scene.fixed = read_fixed(root);
+    scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     scene.device = read_device(root);
     scene.tables = read_table_options(root);
