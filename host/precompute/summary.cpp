@@ -139,6 +139,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     hash.add(scene.contact.force);
     hash.add(scene.contact.god_object);
     hash.add(scene.contact.rigid_stiffness_n_per_m);
+    if (scene.contact.mask_radius_m > 0.0) hash.add(scene.contact.mask_radius_m);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
     return hash.digest();
@@ -179,6 +180,11 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["contact"] = {{"force", scene.contact.force},
                        {"god_object", scene.contact.god_object},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    if (scene.contact.mask_radius_m > 0.0)
+        json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
+                                   {"most_nodes", summary.mask_most_nodes},
+                                   {"widened", summary.mask_widened},
+                                   {"places", summary.mask_places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n}};
     json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
     json["checks"] = checks(summary.checks);
@@ -204,6 +210,11 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
                             scene.regions[r].where.line,
                             std::count(body.region.begin(), body.region.end(), static_cast<std::int32_t>(r)),
                             scene.regions[r].material.young_pa, scene.regions[r].material.poisson);
+    if (scene.contact.mask_radius_m > 0.0)
+        text += fmt::format(
+            "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
+            "and the patch's own nodes carry the load\n",
+            scene.contact.mask_radius_m, summary.mask_most_nodes, summary.mask_widened, summary.mask_places);
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);

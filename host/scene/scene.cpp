@@ -35,7 +35,6 @@ struct Later {
     std::string_view advice;
 };
 constexpr Later kLater[] = {
-    {"contact.mask_radius", "the finger is a point; remove the line"},
     {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
 };
 
@@ -328,11 +327,15 @@ std::vector<Region> read_regions(const Section& root) {
 }
 
 ContactOptions read_contact(const Section& root) {
-    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness"}, false);
+    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness", "mask_radius"}, false);
     ContactOptions contact;
-    contact.force = section.choice("force", {"interpolated"}, {"consistent", "pressure-mask"});
-    contact.god_object = section.choice("god_object", {"nearest"}, {"least-energy"});
+    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"}, {});
+    contact.god_object = section.choice("god_object", {"nearest", "least-energy"}, {});
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
+    if (contact.force == "pressure-mask")
+        contact.mask_radius_m = section.positive("mask_radius");
+    else if (section.has("mask_radius"))
+        section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     return contact;
 }
 

@@ -44,8 +44,9 @@ struct Region {
 
 /// [contact]
 struct ContactOptions {
-    std::string force = "interpolated";
-    std::string god_object = "nearest";
+    std::string force = "interpolated";  ///< interpolated | consistent | pressure-mask
+    std::string god_object = "nearest";  ///< nearest | least-energy
+    double mask_radius_m = 0.0;          ///< of a pressure mask; 0 for the other forces
     double rigid_stiffness_n_per_m = 1000.0;
 };
 
