@@ -46,22 +46,26 @@ CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
 PRECOMPUTE = $(call objects,host/precompute) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
 LINK       = $(call objects,host/link) $(BASE)
 SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
+BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/view) $(LINK) $(TABLES)
 TARGETED   = $(call objects,host/target) $(CODEGEN)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lpugixml -lz -lxxhash $(LIBS_BASE)
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lgmp -lmpfr -lpugixml -lz -lxxhash $(LIBS_BASE)
 LIBS_LINK       = -llcm $(LIBS_BASE)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
 
 # Equation 8 is a long product: it wants the widest instructions that this machine has.
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
 
+# CGAL's exact predicates count on directed rounding.
+$(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
+
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES)
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-count)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -163,13 +167,16 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
 	$(link) $(LIBS_VIEW)
 
+$(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
+	$(link) $(LIBS_LINK)
+
 $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(DEVICE) $(VIEW) $(TARGETED)
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 # One scene: `make scene` calls make again with its NAME.

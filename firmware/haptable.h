@@ -27,14 +27,19 @@ extern "C" {
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
 
-/* The most patches whose nearest point is computed for one slide of the god-object. A slide that needs more
- * stops on the surface where it is, goes on at the next tick, and is counted (walk_limits). */
-#define HAPTABLE_WALK_PATCHES 64
+/* The most steps that the slides of one tick take together: comparing one edge with the finger is a step, the nearest
+ * point of a patch six. A slide that needs more stops on the surface where it is, goes on at the next tick, and is
+ * counted (walk_limits). */
+#define HAPTABLE_WALK_STEPS 128
+
+/* The most patches around one vertex whose normals are added up. */
+#define HAPTABLE_FAN_PATCHES 32
 
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
 #define HAPTABLE_SLIDES 3
 
-/* The most points of the surface at which one slide of the least-energy god-object evaluates the energy. */
+/* The most points of the surface at which a tick of the least-energy god-object takes the energy, for the last look
+ * around a vertex at most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
 #define HAPTABLE_ENERGY_STEPS 64
 
 /* No position for this long (microseconds): the force goes to zero. */
@@ -121,10 +126,11 @@ struct haptable_model {
     X(rejected_positions) /* NaN, infinite or absurd finger positions */ \
     X(rejected_forces)    /* forces that were not finite: zero given */  \
     X(clamped_forces)     /* forces cut to max_force_n */                \
-    X(walk_limits)        /* slides that met HAPTABLE_WALK_PATCHES */    \
+    X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */      \
     X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */           \
     X(silences)           /* times without a position for SILENCE_US */  \
-    X(most_patches)       /* most patches visited by one slide */        \
+    X(most_steps)         /* most steps of the walk in one tick */       \
+    X(most_energies)      /* most points whose energy one tick took */   \
     X(most_boxes)         /* most boxes visited by one query */
 
 struct haptable_counters {

@@ -16,11 +16,12 @@ struct point {
     struct haptable_energy energy;
 };
 
-/* The walk of one slide. */
+/* The walk of one tick. */
 struct walk {
     const struct haptable_model* model;
     const float* x_m;
     int steps; /* evaluations so far */
+    int nearest_steps;
 };
 
 static void evaluate(struct walk* walk, struct point* point) {
@@ -258,14 +259,13 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
     return 0;
 }
 
-static void slide(struct walk* walk, struct point* here, struct haptable_counters* counters) {
+/* Downhill to where E has no way down. Returns 0 where it met the limit. */
+static int slide(struct walk* walk, struct point* here) {
     float d[3];
-    walk->steps = 0;
     evaluate(walk, here);
     while (walk->steps < HAPTABLE_ENERGY_STEPS && find_way(walk, here, d) && advance(walk, d, here)) {
     }
-    if (walk->steps >= HAPTABLE_ENERGY_STEPS) ++counters->walk_limits;
-    if ((uint32_t)walk->steps > counters->most_patches) counters->most_patches = (uint32_t)walk->steps;
+    return walk->steps < HAPTABLE_ENERGY_STEPS;
 }
 
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
@@ -286,19 +286,25 @@ static int surely_presses(const struct haptable_model* model, const struct point
            vec_dot(normal, here->energy.load_n) < 0.0f;
 }
 
-/* 1 when the finger is outside of the body, as the nearest point around the god-object tells, which then is `nearest`.
- * A finger inside keeps its contact even where the surface would have to be pulled: its energy is still stored. */
-static int has_left(const struct haptable_model* model, const struct point* here, const float x_m[3],
-                    struct haptable_contact* nearest, struct haptable_counters* counters) {
-    if (surely_presses(model, here, x_m)) return 0;
+/* One slide of a tick. Returns 1 when the finger is outside of the body, as the nearest point around the god-object
+ * tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to be pulled: its
+ * energy is still stored. A slide that met the limit keeps it too. */
+static int has_left(struct walk* walk, struct point* here, struct haptable_contact* nearest,
+                    struct haptable_counters* counters) {
+    const int rests = slide(walk, here);
+    int found;
+    if (!rests) ++counters->walk_limits;
+    if ((uint32_t)walk->steps > counters->most_energies) counters->most_energies = (uint32_t)walk->steps;
+    if (surely_presses(walk->model, here, walk->x_m)) return 0;
     *nearest = here->at;
-    contact_slide(model, x_m, nearest, counters);
-    return surface_is_outside(model, nearest, x_m);
+    found = contact_slide(walk->model, walk->x_m, nearest, &walk->nearest_steps);
+    if ((uint32_t)walk->nearest_steps > counters->most_steps) counters->most_steps = (uint32_t)walk->nearest_steps;
+    return found && surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no way down.
- * cost: at most HAPTABLE_SLIDES slides of HAPTABLE_ENERGY_STEPS evaluations and the patches around one vertex more, as
- *       many slides of the nearest god-object, and as many queries of the spatial index. */
+ * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
+ *       HAPTABLE_SLIDES queries of the spatial index. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_contact* contact,
                                       const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
     struct walk walk;
@@ -306,7 +312,10 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct point here;
     struct haptable_contact nearest;
     int slides;
+    int left;
     walk.model = model;
+    walk.steps = 0;
+    walk.nearest_steps = 0;
     walk.x_m = to_m;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
@@ -314,9 +323,9 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
         here.at = *contact;
-        slide(&walk, &here, counters);
+        left = has_left(&walk, &here, &nearest, counters);
         *contact = here.at;
-        if (!has_left(model, &here, to_m, &nearest, counters)) return;
+        if (!left) return;
         vec_copy(nearest.god_object_m, way.from_m);
         way.begins = AT_GOD_OBJECT;
         contact->patch = HAPTABLE_NONE;

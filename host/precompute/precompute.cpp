@@ -15,7 +15,6 @@
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/precompute/loose.hpp"
 #include "host/precompute/mask.hpp"
 #include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
@@ -38,8 +37,9 @@ constexpr double kLargestResidual = 1e-6;
 // every case that was tried, slender bodies and Poisson's ratio 0.49999999 among them.
 constexpr double kFloatError = 2e-6;
 
-void require_held(const Scene& scene, const Body& body) {
+void require_held(const Scene& scene, const Body& body, Summary& summary) {
     const Nodes loose = find_loose_nodes(body);
+    summary.holds = find_holds(body, loose);
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
 }
 
@@ -356,8 +356,11 @@ void describe_factor(const Factor& factor, Summary& summary) {
 }  // namespace
 
 Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
-    const std::vector<Lame> material(body.mesh.tet.size(),
-                                     Lame::from_young(scene.material.young_pa, scene.material.poisson));
+    const auto lame = [](const Material& m) { return Lame::from_young(m.young_pa, m.poisson); };
+    std::vector<Lame> material;
+    for (std::int32_t region : body.region)
+        material.push_back(
+            lame(region < 0 ? scene.material : scene.regions[static_cast<std::size_t>(region)].material));
     return assemble_stiffness(body.mesh.position_m, body.mesh.tet, material, body.unknown,
                               static_cast<std::int32_t>(body.free_node.size()));
 }
@@ -371,7 +374,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
     progress.stage("mesh");
     result.body = make_body(scene, make_mesh(scene.mesh));
-    require_held(scene, body);
+    summary.audit = audit_mesh(body.mesh);
+    require_held(scene, body, summary);
     summary.model_hash = hash_model(scene, body);
     summary.tolerance = options.tolerance;
     result.unchanged = !options.force && is_current(folder, scene, summary);

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
+#include "host/precompute/loose.hpp"
 #include "host/precompute/memory.hpp"
 
 namespace haptable {
@@ -29,6 +31,8 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
+    Audit audit;
+    std::vector<Hold> holds;   ///< by body
     double tolerance = 0.0;    ///< as asked for
     MemoryNeed memory;         ///< foreseen, bytes
     double memory_peak = 0.0;  ///< of the process so far, bytes
@@ -66,6 +70,9 @@ std::uint64_t hash_model(const Scene& scene, const Body& body);
 /// True where the folder holds, complete, what this program would compute: summary.json names the same content
 /// (model_hash), scene, tolerance and program (its own bytes), and every file has the size that it gives.
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected);
+
+/// How each body is held: [{nodes, tetrahedra, held_nodes, held}].
+nlohmann::ordered_json to_json(const std::vector<Hold>& holds);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);

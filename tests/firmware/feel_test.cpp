@@ -104,7 +104,7 @@ Vector3d random_direction(std::mt19937& random) {
 
 struct Strokes {
     int strokes = 0, inside = 0, lost = 0, through = 0;
-    std::uint32_t most_steps = 0, slide_limits = 0, walk_limits = 0;
+    std::uint32_t most_steps = 0, most_energies = 0, slide_limits = 0, walk_limits = 0;
 };
 
 /// From just outside of a random patch straight inwards, 10 ticks, at 0.01 to 5 m/s.
@@ -144,23 +144,27 @@ Strokes run_strokes(const Solid& solid, const char* god_object, int count) {
     std::mt19937 random(17);
     Strokes result;
     while (result.strokes < count) stroke(solid, model, finger, random, result);
-    result.most_steps = finger.counters().most_patches;
+    result.most_steps = finger.counters().most_steps;
+    result.most_energies = finger.counters().most_energies;
     result.walk_limits = finger.counters().walk_limits;
     result.slide_limits = finger.counters().slide_limits;
     return result;
 }
 
-void expect_held(const char* god_object, std::uint32_t most_steps) {
+void expect_held(const char* god_object) {
     Strokes sum;
     for (const Solid& solid : solids()) {
         const Strokes s = run_strokes(solid, god_object, 145000);
         EXPECT_EQ(s.lost, 0) << solid.shape.name;
         EXPECT_EQ(s.through, 0) << solid.shape.name;
-        EXPECT_LE(s.most_steps, most_steps) << solid.shape.name;
+        EXPECT_LE(s.most_steps, std::uint32_t{HAPTABLE_WALK_STEPS + 13}) << solid.shape.name;
+        EXPECT_LE(s.most_energies, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES}) << solid.shape.name;
         EXPECT_EQ(s.slide_limits, 0U) << solid.shape.name;
-        printf("%-10s %-12s %d strokes, %d ticks inside, %d lost, %d through, at most %u steps, %u at the limit\n",
-               god_object, solid.shape.name.c_str(), s.strokes, s.inside, s.lost, s.through, s.most_steps,
-               s.walk_limits);
+        printf(
+            "%-10s %-12s %d strokes, %d ticks inside, %d lost, %d through, at most %u steps, %u energies, %u at a "
+            "limit\n",
+            god_object, solid.shape.name.c_str(), s.strokes, s.inside, s.lost, s.through, s.most_steps, s.most_energies,
+            s.walk_limits);
         sum.strokes += s.strokes;
         sum.inside += s.inside;
     }
@@ -168,34 +172,52 @@ void expect_held(const char* god_object, std::uint32_t most_steps) {
     EXPECT_GT(sum.inside, 3000000);
 }
 
-TEST(Strokes, AMillionWithTheNearestGodObjectLoseNoContact) { expect_held("nearest", HAPTABLE_WALK_PATCHES); }
+TEST(Strokes, AMillionWithTheNearestGodObjectLoseNoContact) { expect_held("nearest"); }
 
-TEST(Strokes, AMillionWithTheLeastEnergyGodObjectLoseNoContact) {
-    expect_held("least-energy", HAPTABLE_ENERGY_STEPS + HAPTABLE_WALK_PATCHES);
+TEST(Strokes, AMillionWithTheLeastEnergyGodObjectLoseNoContact) { expect_held("least-energy"); }
+
+/// Feet of the perpendiculars from x on to patches: where the distance to x has a local minimum.
+std::vector<Vector3d> feet(const TestModel& model, const Vector3d& x) {
+    std::vector<Vector3d> all;
+    for (int p = 0; p < int(model.servo().patch.size()); ++p) {
+        const Vector3d a = model.corner(p, 0), b = model.corner(p, 1), c = model.corner(p, 2);
+        const Vector3d n = (b - a).cross(c - a).normalized(), foot = x - n.dot(x - a) * n;
+        const auto left = [&](const Vector3d& p1, const Vector3d& p2) { return n.dot((p2 - p1).cross(foot - p1)) > 0; };
+        if (n.dot(x - a) < 0 && left(a, b) && left(b, c) && left(c, a)) all.push_back(foot);
+    }
+    return all;
 }
 
-// On a slow way under a convex surface the god-object is the nearest point of the whole surface.
+// On a slow way under a convex surface the god-object is the nearest point of the whole surface. Near a convex edge the
+// patches on both sides have a foot of their own, and the god-object keeps the one that it was on: then it is one of
+// them.
 TEST(NearestGodObject, IsTheTrueNearestPointOfConvexShapes) {
     for (const Vector3d& axes : {Vector3d(1, 1, 1), Vector3d(1, 0.6, 0.4)}) {
         const TestModel model(
             moved(sphere_shape(3, 0.03), [&](const Vector3d& x) { return Vector3d(axes.cwiseProduct(x)); }));
         Finger finger(*model.get());
         std::mt19937 random(2);
-        double worst = 0.0;
-        for (int way = 0; way < 30; ++way) {
-            const Vector3d from = random_direction(random), to = (from + 0.4 * random_direction(random)).normalized();
+        int unique = 0, ticks = 0;
+        for (int way = 0; way < 20; ++way) {
+            const Vector3d from = random_direction(random), to = (from + 0.2 * random_direction(random)).normalized();
             finger.begin();
-            for (int tick = 0; tick <= 300; ++tick) {  // about 0.03 mm a tick, over patches, edges and vertices
-                const Vector3d out = axes.cwiseProduct((from + (to - from) * tick / 300.0).normalized());
-                const Vector3d x = (tick == 0 ? 0.0305 : 0.0294) * out;
-                finger.to(x);
+            for (int tick = 0; tick <= 100; ++tick) {  // about 0.05 mm a tick, over patches, edges and vertices
+                const Vector3d out = axes.cwiseProduct((from + (to - from) * tick / 100.0).normalized());
+                finger.to((tick == 0 ? 0.0305 : 0.0294) * out);
                 if (!finger.touches()) continue;
-                const Vector3d felt = x.cast<float>().cast<double>();
-                worst = std::max(worst, (finger.god() - model.nearest(felt)).norm());
+                const Vector3d x = (0.0294 * out).cast<float>().cast<double>();
+                const std::vector<Vector3d> at = feet(model, x);
+                ++ticks;
+                unique += at.size() == 1;
+                double gap = (finger.god() - model.nearest(x)).norm();
+                for (const Vector3d& foot : at)
+                    if (at.size() > 1) gap = std::min(gap, (finger.god() - foot).norm());
+                ASSERT_LT(gap, 1e-6 * model.size()) << way << " " << tick;
             }
         }
-        EXPECT_LT(worst, 1e-6 * model.size());
-        EXPECT_GT(finger.counters().contact_ticks, 8000U);
+        EXPECT_GT(ticks, 1900);
+        EXPECT_GT(unique, ticks / 4);
+        printf("nearest god-object: %d of %d ticks with one foot only\n", unique, ticks);
     }
 }
 
@@ -286,7 +308,7 @@ Digits compare(const ElasticBody& body, const std::string& god_object, unsigned 
             reference.set_contact(finger.out().patch, to_vector(finger.out().alpha), x);
             const ReferenceServo::Tick again = reference.step(x);
             const auto energy = [&](const ReferenceServo::Tick& at) { return -0.5 * at.force.dot(x - at.god); };
-            EXPECT_LT(std::abs(energy(again) + 0.5 * finger.force().dot(x - finger.god())), 1e-5 * energy(again))
+            EXPECT_LT(std::abs(energy(again) + 0.5 * finger.force().dot(x - finger.god())), 1e-4 * energy(again))
                 << god_object << " is no minimum";
         }
     }

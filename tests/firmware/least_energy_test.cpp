@@ -109,7 +109,7 @@ Loop run_loop(Finger& finger, const LoopPath& path, double step_m) {
     go(path.in, path.across);
     go(path.across, path.out);
     go(path.out, path.above);
-    loop.steps = finger.counters().most_patches;
+    loop.steps = finger.counters().most_energies;
     return loop;
 }
 
@@ -156,7 +156,7 @@ void expect_passive(const ElasticBody& body, int count, double deep_m, double wi
            body.tables().force.c_str(), least.worst, least.median, nearest.worst, least.most_steps);
     EXPECT_LT(least.worst, 1e-3) << body.name() << " " << body.tables().force;
     EXPECT_GT(nearest.worst, 0.02) << "the loops must be able to show it";
-    EXPECT_LE(least.most_steps, std::uint32_t{HAPTABLE_ENERGY_STEPS});
+    EXPECT_LE(least.most_steps, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES});
 }
 
 TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheCube) {
