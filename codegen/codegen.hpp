@@ -11,7 +11,8 @@ namespace haptable {
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
 /// Throws Error that names the file when a table is missing or damaged, or the object is too large for the servo.
-void generate_model(const std::filesystem::path& folder);
+/// Returns what the servo will feel like.
+ServoStiffness generate_model(const std::filesystem::path& folder);
 
 /// Bytes of flash that the servo's tables take.
 std::size_t flash_bytes(const ServoModel& model);

@@ -21,6 +21,9 @@ namespace haptable::test::reference {
 #define haptable_energy_interpolated reference_energy_interpolated
 #define haptable_energy_consistent reference_energy_consistent
 #define haptable_energy_pressure_mask reference_energy_pressure_mask
+#define haptable_god_object_rough reference_god_object_rough
+#define haptable_release_slew reference_release_slew
+#define haptable_passivity_control reference_passivity_control
 #undef HAPTABLE_H
 #define float double
 #pragma GCC diagnostic push
@@ -43,15 +46,15 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/force_interpolated.c"
 #include "firmware/energy_interpolated.c"
 #include "firmware/compliance.c"
-#define control control_consistent
+
 #define form form_consistent
 #include "firmware/force_consistent.c"
-#undef control
+
 #undef form
-#define control control_mask
+
 #define form form_mask
 #include "firmware/force_mask.c"
-#undef control
+
 #undef form
 #include "firmware/servo.c"
 // clang-format on
@@ -67,6 +70,9 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_energy_interpolated
 #undef haptable_energy_consistent
 #undef haptable_energy_pressure_mask
+#undef haptable_god_object_rough
+#undef haptable_release_slew
+#undef haptable_passivity_control
 
 }  // namespace haptable::test::reference
 

@@ -435,7 +435,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     clock.end("write");
     // 6. The tables as C; then the summary again, with sizes and times.
     progress.stage("codegen");
-    generate_model(beside.path());
+    summary.stiffness = generate_model(beside.path());
     clock.end("codegen");
     summary.memory_peak = peak_memory();
     for (const fs::path& file : files_in(beside.path()))

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/codegen.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
 #include "host/precompute/loose.hpp"
@@ -43,6 +44,7 @@ struct Summary {
     double block_flops = 0.0;                                   ///< of the selected inversion
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
+    ServoStiffness stiffness;                                   ///< what codegen found
     std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges

@@ -35,7 +35,16 @@ struct Tables {
     std::string force;                     ///< interpolated | consistent | pressure-mask
     std::string god_object;                ///< nearest | least-energy
     double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
+    double static_friction = 0.0;          ///< 0: without friction
+    double kinetic_friction = 0.0;
+    double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
+    bool passivity = false;
+    bool auto_coupling = false;
+    double coupling_n_per_m = 0.0;  ///< in series; 0: none
     double max_force_n = 0.0;
+    double damping_n_s_per_m = 0.0;  ///< of the device
+    double device_friction_n = 0.0;
+    double encoder_step_m = 0.0;
     bool has_columns = false;
 
     // *.npy
