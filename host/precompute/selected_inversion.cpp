@@ -147,6 +147,22 @@ private:
 
 }  // namespace
 
+std::vector<char> find_in_pattern(const Supernodes& factor, std::span<const NodePair> wanted) {
+    const std::vector<std::int32_t> place = factor.places(), owner = factor.owners();
+    std::vector<char> inside;
+    for (const NodePair& pair : wanted) {
+        bool all = true;
+        for (int entry = 0; entry < 9; ++entry) {
+            const std::int32_t p = place[static_cast<std::size_t>(3 * pair.row + entry % 3)];
+            const std::int32_t q = place[static_cast<std::size_t>(3 * pair.column + entry / 3)];
+            const std::int32_t s = owner[static_cast<std::size_t>(std::min(p, q))];
+            all = all && find_row(factor.rows(s), std::max(p, q)) >= 0;
+        }
+        inside.push_back(all ? 1 : 0);
+    }
+    return inside;
+}
+
 SelectedInversion::SelectedInversion(const Supernodes& factor, std::span<const NodePair> wanted)
     : factor_(factor), wanted_count_(wanted.size()), parent_(factor.parents()) {
     find_picks(wanted);

@@ -19,6 +19,9 @@ struct NodePair {
     std::int32_t column = 0;
 };
 
+/// [wanted] 1 where all nine entries of the block lie in the factor's pattern.
+std::vector<char> find_in_pattern(const Supernodes& factor, std::span<const NodePair> wanted);
+
 /// Finds out once what has to be computed, then computes it in either precision.
 class SelectedInversion {
 public:
