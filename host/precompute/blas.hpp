@@ -24,6 +24,7 @@ void dgemv_(const char*, const int*, const int*, const double*, const double*, c
             const double*, double*, const int*);
 void sgemv_(const char*, const int*, const int*, const float*, const float*, const int*, const float*, const int*,
             const float*, float*, const int*);
+void dpotrf_(const char*, const int*, double*, const int*, int*);
 void dpotri_(const char*, const int*, double*, const int*, int*);
 void spotri_(const char*, const int*, float*, const int*, int*);
 }
@@ -78,6 +79,13 @@ inline void trsv_lower(char op, int n, const double* a, int lda, double* x) {
 inline void trsv_lower(char op, int n, const float* a, int lda, float* x) {
     const int one = 1;
     strsv_("L", &op, "N", &n, a, &lda, x, &one);
+}
+
+/// The lower triangle of A = its Cholesky factor, A [n,n]. Returns 0, or k where the k-th pivot is not positive.
+inline int potrf_lower(int n, double* a, int lda) {
+    int info = 0;
+    dpotrf_("L", &n, a, &lda, &info);
+    return info;
 }
 
 /// The lower triangle of A = (A A^T)^-1, where A comes as a lower triangular factor [n,n]. Returns 0, or k where the
