@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "codegen/modes.hpp"
+
 namespace haptable {
 
 // std::array<T, k> has the layout of T[k], and IndexBox that of struct haptable_box.
@@ -29,6 +31,9 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo.patch.data());
     model.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo.neighbour.data());
     model.box = reinterpret_cast<const haptable_box*>(servo.index.boxes.data());
+    const Modes modes = modes_of(tables);
+    model.god_object = modes.god_object.function;
+    model.force = modes.force.function;
     return model;
 }
 

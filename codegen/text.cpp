@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "codegen/codegen.hpp"
+#include "codegen/modes.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -145,6 +146,9 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     field("patch_count", macro + "_PATCHES");
     field("box_count", macro + "_BOXES");
     for (const char* name : {"vertex_m", "stiffness_n_per_m", "patch", "neighbour", "box"}) field(name, name);
+    const Modes modes = modes_of(tables);
+    field("god_object", modes.god_object.name);
+    field("force", modes.force.name);
     return text;
 }
 

@@ -8,35 +8,9 @@
  */
 #include "contact.h"
 
-#include "vector.h"
-
-static const float* vertex_of(const struct haptable_model* model, uint16_t patch, int corner) {
-    return model->vertex_m[model->patch[patch][corner]];
-}
-
-/* The two edges from corner 0, and their cross product: along the outward normal, twice the patch's area long. */
-static void patch_frame(const struct haptable_model* model, uint16_t patch, float edge1[3], float edge2[3],
-                        float normal[3]) {
-    const float* origin = vertex_of(model, patch, 0);
-    vec_sub(vertex_of(model, patch, 1), origin, edge1);
-    vec_sub(vertex_of(model, patch, 2), origin, edge2);
-    vec_cross(edge1, edge2, normal);
-}
-
-static float gap2(const float a[3], const float b[3]) {
-    float d[3];
-    vec_sub(a, b, d);
-    return vec_dot(d, d);
-}
+#include "surface.h"
 
 /* ---- nearest point of one patch ------------------------------------------------------------------------------- */
-
-static void place(const struct haptable_model* model, struct haptable_contact* contact) {
-    int corner;
-    vec_zero(contact->god_object_m);
-    for (corner = 0; corner < 3; ++corner)
-        vec_add_scaled(contact->alpha[corner], vertex_of(model, contact->patch, corner), contact->god_object_m);
-}
 
 /* The nearest point of the edge opposite to `corner`. */
 static void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
@@ -104,64 +78,7 @@ void contact_nearest(const struct haptable_model* model, uint16_t patch, const f
     }
 }
 
-/* ---- walking around a vertex ---------------------------------------------------------------------------------- */
-
-static int corner_of(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
-    if (model->patch[patch][0] == vertex) return 0;
-    return model->patch[patch][1] == vertex ? 1 : 2;
-}
-
-/* The patches around one vertex, one after the other: counter-clockwise until the round closes or meets the border of
- * the touch region, then, from the first patch, clockwise. */
-struct fan {
-    uint16_t vertex;
-    uint16_t first;
-    uint16_t patch;
-    int clockwise;
-};
-
-static struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
-    struct fan fan;
-    fan.vertex = model->patch[patch][corner];
-    fan.first = patch;
-    fan.patch = patch;
-    fan.clockwise = 0;
-    return fan;
-}
-
-static uint16_t fan_turn(const struct haptable_model* model, const struct fan* fan) {
-    const int corner = corner_of(model, fan->patch, fan->vertex);
-    const int across = fan->clockwise ? (corner == 0 ? 2 : corner - 1) : (corner == 2 ? 0 : corner + 1);
-    return model->neighbour[fan->patch][across];
-}
-
-/* Goes on to the next patch of the fan; 0 when all were visited. */
-static int fan_next(const struct haptable_model* model, struct fan* fan) {
-    uint16_t next = fan_turn(model, fan);
-    if (next == HAPTABLE_NONE && !fan->clockwise) {
-        fan->clockwise = 1;
-        fan->patch = fan->first;
-        next = fan_turn(model, fan);
-    }
-    if (next == HAPTABLE_NONE || next == fan->first) return 0;
-    fan->patch = next;
-    return 1;
-}
-
 /* ---- sliding -------------------------------------------------------------------------------------------------- */
-
-/* Where a point of a patch lies: inside, on the edge opposite to `corner`, or on the vertex at `corner`. */
-enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
-
-static enum place_on_patch feature_of(const float alpha[3], int* corner) {
-    int zeros = 0;
-    int i;
-    for (i = 0; i < 3; ++i) zeros += alpha[i] == 0.0f;
-    if (zeros == 0) return INSIDE;
-    for (i = 0; i < 3; ++i)
-        if ((alpha[i] == 0.0f) == (zeros == 1)) *corner = i;
-    return zeros == 1 ? ON_EDGE : ON_VERTEX;
-}
 
 /* 1 when the neighbour's point lies elsewhere, and so nearer (see the head of this file). */
 static int is_move(const struct haptable_model* model, const struct haptable_contact* from,
@@ -221,233 +138,31 @@ static void slide(const struct haptable_model* model, const float x_m[3], struct
     if ((uint32_t)visited > counters->most_patches) counters->most_patches = (uint32_t)visited;
 }
 
-/* ---- inside or outside ---------------------------------------------------------------------------------------- */
-
-/* arccos x for -1 <= x <= 1, to 7e-5 rad (Abramowitz and Stegun 4.4.45). It weighs normals: no digit of a force. */
-static float angle_of_cosine(float x) {
-    const float c = x < 0.0f ? -x : x;
-    const float polynomial = 1.5707288f + c * (-0.2121144f + c * (0.0742610f - c * 0.0187293f));
-    const float rest = 1.0f - c;
-    const float angle = rest > 1e-30f ? rest * vec_inverse_root(rest) * polynomial : 0.0f;
-    return x < 0.0f ? 3.1415927f - angle : angle;
-}
-
-/* Adds the unit normal of a patch, weighted by its angle at `corner`; by 1 where corner is negative. */
-static void add_normal(const struct haptable_model* model, uint16_t patch, int corner, float sum[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float weight;
-    float length2;
-    patch_frame(model, patch, edge1, edge2, normal);
-    length2 = vec_dot(normal, normal);
-    if (length2 < 1e-30f) return;
-    weight = vec_inverse_root(length2);
-    if (corner >= 0) {
-        const float* here = vertex_of(model, patch, corner);
-        float lengths2;
-        float cosine;
-        vec_sub(vertex_of(model, patch, corner == 2 ? 0 : corner + 1), here, edge1);
-        vec_sub(vertex_of(model, patch, corner == 0 ? 2 : corner - 1), here, edge2);
-        lengths2 = vec_dot(edge1, edge1) * vec_dot(edge2, edge2);
-        cosine = lengths2 > 1e-30f ? vec_dot(edge1, edge2) * vec_inverse_root(lengths2) : 1.0f;
-        weight *= angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine));
-    }
-    vec_add_scaled(weight, normal, sum);
-}
-
-/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
- * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
- * Aanaes 2005); means with other weights do not. */
-static void outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]) {
-    int corner = 0;
-    const enum place_on_patch feature = feature_of(contact->alpha, &corner);
-    vec_zero(normal);
-    if (feature == ON_VERTEX) {
-        struct fan fan = fan_begin(model, contact->patch, corner);
-        int patches = 0;
-        do add_normal(model, fan.patch, corner_of(model, fan.patch, fan.vertex), normal);
-        while (++patches < HAPTABLE_WALK_PATCHES && fan_next(model, &fan));
-        return;
-    }
-    add_normal(model, contact->patch, -1, normal);
-    if (feature == ON_EDGE && model->neighbour[contact->patch][corner] != HAPTABLE_NONE)
-        add_normal(model, model->neighbour[contact->patch][corner], -1, normal);
-}
-
-static int is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]) {
-    float normal[3];
-    float u[3];
-    outward(model, contact, normal);
-    vec_sub(x_m, contact->god_object_m, u);
-    return vec_dot(normal, u) >= 0.0f;
-}
-
-/* ---- the first patch on a way --------------------------------------------------------------------------------- */
-
-/* Six times the signed volume of the way and one edge: on which side of the edge the way passes. Taken with the lower
- * vertex first, it is the same number, with the opposite sign, for both patches of an edge: no way slips between. */
-static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16_t j, const float from_m[3],
-                          const float way[3]) {
-    float a[3];
-    float b[3];
-    float normal[3];
-    vec_sub(model->vertex_m[i < j ? i : j], from_m, a);
-    vec_sub(model->vertex_m[i < j ? j : i], from_m, b);
-    vec_cross(a, b, normal);
-    return i < j ? vec_dot(way, normal) : -vec_dot(way, normal);
-}
-
-/* Where a way may begin: a finger's way within tolerance_m behind a patch (it let go there a tick ago), the way from
- * a god-object that has let go only farther than that in front of it (the patches around it are behind it). */
-enum way_begins { AT_FINGER, AT_GOD_OBJECT };
-
-/* `height` is the way's begin over the patch, times the length of `normal`. */
-static int may_begin(const struct haptable_model* model, enum way_begins begins, float height, const float normal[3]) {
-    const int is_near = height * height <= model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
-    if (begins == AT_GOD_OBJECT) return height > 0.0f && !is_near;
-    return height >= 0.0f || is_near;
-}
-
-/* One finger's way of one tick. */
-struct way {
-    float from_m[3];
-    float to_m[3];
-    enum way_begins begins;
-};
-
-/* 1 when the way crosses the patch from outside to inside; *share is where, 0 to 1 of the way. */
-static int enters(const struct haptable_model* model, uint16_t patch, const struct way* way, float* share) {
-    const uint16_t* v = model->patch[patch];
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float offset[3];
-    float step[3];
-    float start;
-    float end;
-    patch_frame(model, patch, edge1, edge2, normal);
-    vec_sub(way->from_m, model->vertex_m[v[0]], offset);
-    start = vec_dot(normal, offset);
-    vec_sub(way->to_m, model->vertex_m[v[0]], offset);
-    end = vec_dot(normal, offset);
-    if (end >= 0.0f || end >= start || !may_begin(model, way->begins, start, normal)) return 0;
-    vec_sub(way->to_m, way->from_m, step);
-    if (side_of_edge(model, v[0], v[1], way->from_m, step) > 0.0f) return 0;
-    if (side_of_edge(model, v[1], v[2], way->from_m, step) > 0.0f) return 0;
-    if (side_of_edge(model, v[2], v[0], way->from_m, step) > 0.0f) return 0;
-    *share = start > 0.0f ? start / (start - end) : 0.0f;
-    return 1;
-}
-
-static float magnitude(float x) { return x < 0.0f ? -x : x; }
-
-/* A way in grid steps: its middle and half its extent, and the magnitudes of that half. */
-struct grid_way {
-    float middle[3];
-    float half[3];
-    float reach[3];
-};
-
-static struct grid_way to_grid(const struct haptable_model* model, const struct way* way) {
-    struct grid_way grid;
-    int axis;
-    for (axis = 0; axis < 3; ++axis) {
-        const float a = (way->from_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
-        const float b = (way->to_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
-        grid.middle[axis] = 0.5f * (a + b);
-        grid.half[axis] = 0.5f * (b - a);
-        grid.reach[axis] = magnitude(grid.half[axis]);
-    }
-    return grid;
-}
-
-/* Separating axes of a segment and a box: the box's three, then the three that are square to both. Codegen made the
- * boxes at least two steps too large on every side, which covers the rounding here. */
-static int meets_box(const struct grid_way* grid, const struct haptable_box* box) {
-    float offset[3];
-    float half[3];
-    int i;
-    for (i = 0; i < 3; ++i) {
-        half[i] = 0.5f * ((float)box->high[i] - (float)box->low[i]);
-        offset[i] = grid->middle[i] - (float)box->low[i] - half[i];
-        if (magnitude(offset[i]) > half[i] + grid->reach[i]) return 0;
-    }
-    for (i = 0; i < 3; ++i) {
-        const int j = i == 2 ? 0 : i + 1;
-        const int k = i == 0 ? 2 : i - 1;
-        const float distance = magnitude(offset[j] * grid->half[k] - offset[k] * grid->half[j]);
-        if (distance > half[j] * grid->reach[k] + half[k] * grid->reach[j] + grid->reach[j] + grid->reach[k]) return 0;
-    }
-    return 1;
-}
-
-/* Takes the leaf's patch that the way enters first, if it comes before *share. */
-static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct way* way, float* share,
-                       uint16_t* patch) {
-    const int left = (int)model->patch_count - (int)first;
-    const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
-    int i;
-    for (i = 0; i < count; ++i) {
-        const uint16_t candidate = (uint16_t)(first + i);
-        float here;
-        if (!enters(model, candidate, way, &here) || here >= *share) continue;
-        *share = here;
-        *patch = candidate;
-    }
-}
-
-/* The first patch that the way enters, at *share of the way, by the spatial index; HAPTABLE_NONE if there is none. */
-static uint16_t first_entry(const struct haptable_model* model, const struct way* way, float* share,
-                            struct haptable_counters* counters) {
-    const struct grid_way grid = to_grid(model, way);
-    uint16_t patch = HAPTABLE_NONE;
-    uint32_t visited = 0;
-    uint16_t box = 0;
-    *share = 2.0f; /* beyond the way's end */
-    while (box < model->box_count) {
-        const struct haptable_box* here = &model->box[box];
-        ++visited;
-        if (!meets_box(&grid, here)) {
-            box = here->skip;
-            continue;
-        }
-        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, way, share, &patch);
-        ++box;
-    }
-    if (visited > counters->most_boxes) counters->most_boxes = visited;
-    return patch;
-}
-
-/* Begins contact where the way first crosses the surface inwards. Returns 0 when it does not. */
-static int begin_contact(const struct haptable_model* model, const struct way* way, struct haptable_contact* contact,
-                         struct haptable_counters* counters) {
-    float entry[3];
-    float step[3];
-    float share;
-    const uint16_t patch = first_entry(model, way, &share, counters);
-    if (patch == HAPTABLE_NONE) return 0;
-    vec_copy(way->from_m, entry);
-    vec_sub(way->to_m, way->from_m, step);
-    vec_add_scaled(share, step, entry);
-    contact_nearest(model, patch, entry, contact);
-    ++counters->contacts;
-    return 1;
-}
-
 /* ---- one tick ------------------------------------------------------------------------------------------------- */
 
-void contact_move(const struct haptable_model* model, struct haptable_contact* contact, const float from_m[3],
-                  const float to_m[3], struct haptable_counters* counters) {
+/* Moves the god-object of one tick.
+ *
+ * In contact it slides on the surface towards the finger and lets go when the finger is outside; from there, or from
+ * `from_m` when there was no contact, the way to `to_m` is searched for the first patch that it crosses inwards, where
+ * contact begins.
+ *
+ * before: contact->patch is HAPTABLE_NONE, or contact holds a point of the surface; positions are finite and within
+ *         reach_m of the body.
+ * after:  contact->patch is HAPTABLE_NONE and the finger is outside, or 0 <= alpha <= 1, sum 1,
+ *         god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met:
+ * counted). cost:   at most HAPTABLE_SLIDES slides of HAPTABLE_WALK_PATCHES patches and as many queries of the spatial
+ * index. */
+void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_contact* contact,
+                                 const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
     struct way way;
     int slides;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
     way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !begin_contact(model, &way, contact, counters)) return;
+        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
         slide(model, to_m, contact, counters);
-        if (!is_outside(model, contact, to_m)) return;
+        if (!surface_is_outside(model, contact, to_m)) return;
         /* The finger has left this part of the surface. Its way from there may enter another part. */
         vec_copy(contact->god_object_m, way.from_m);
         way.begins = AT_GOD_OBJECT;

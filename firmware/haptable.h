@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 1
+#define HAPTABLE_TABLE_VERSION 2
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -49,7 +49,20 @@ struct haptable_box {
 /* A leaf of the spatial index holds this many patches in a row; only the model's last leaf may hold fewer. */
 #define HAPTABLE_LEAF 4
 
-/* The tables of one object. Written by codegen by field name; const, so that they stay in flash. */
+struct haptable_model;
+struct haptable_contact;
+struct haptable_counters;
+
+/* Moves the god-object of one tick, the finger going from from_m to to_m. */
+typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
+                                    const float from_m[3], const float to_m[3], struct haptable_counters* counters);
+
+/* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
+typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
+                               const float finger_m[3], float nodal_force_n[3][3], float force_n[3]);
+
+/* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
+ * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
 struct haptable_model {
     uint64_t hash;                 /* of scene, mesh, options and tool version: messages carry it */
     float max_force_n;             /* the device's limit, > 0 */
@@ -67,6 +80,8 @@ struct haptable_model {
     const uint16_t (*patch)[3];          /* [patch_count] vertices, counter-clockwise from outside */
     const uint16_t (*neighbour)[3];      /* [patch_count] patch across the edge opposite to corner c, or NONE */
     const struct haptable_box* box;      /* [box_count] */
+    haptable_god_object_fn* god_object;  /* one of those below */
+    haptable_force_fn* force;            /* one of those below */
 };
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
@@ -134,6 +149,16 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
 /* To be called when no position has come: after HAPTABLE_SILENCE_US the output is zero force and the contact is
  * dropped. Returns 1 when out was written (the servo fell silent now or earlier), 0 when it is still in time. */
 int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out);
+
+/* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
+
+/* god_object: the nearest point of the rest surface (Zilles and Salisbury 1995). contact.c has its conditions. */
+haptable_god_object_fn haptable_god_object_nearest;
+
+/* force: nodal forces F_i = alpha_i S_i u on the contact's patch (eq. 9, 10), u = finger - god-object, and the reaction
+ * -(F_i + F_j + F_k) that the user feels (eq. 12). A fixed vertex has S = rigid_stiffness I.
+ * before: contact->patch < patch_count. cost: three symmetric 3x3 products. */
+haptable_force_fn haptable_force_interpolated;
 
 #ifdef __cplusplus
 }

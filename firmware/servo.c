@@ -2,7 +2,6 @@
  *
  * finger -> checked -> god-object -> force -> checked -> out
  */
-#include "contact.h"
 #include "force.h"
 #include "haptable.h"
 #include "vector.h"
@@ -74,7 +73,8 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
         put_nothing(HAPTABLE_REJECTED, out);
         return;
     }
-    contact_move(model, &servo->contact, servo->finger_known ? servo->finger_m : finger_m, finger_m, &servo->counters);
+    model->god_object(model, &servo->contact, servo->finger_known ? servo->finger_m : finger_m, finger_m,
+                      &servo->counters);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
     if (servo->contact.patch == HAPTABLE_NONE) {
@@ -86,7 +86,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     ++servo->counters.contact_ticks;
     servo->state = HAPTABLE_CONTACT;
     put_contact(model, servo, out);
-    force_interpolated(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
+    model->force(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
     gate_force(model, servo, out);
 }
 

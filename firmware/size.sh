@@ -25,7 +25,9 @@ bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort 
 [ -z "$bad" ] || { echo "size.sh: $elf holds what the firmware must not use: $bad" >&2; exit 1; }
 
 # ---- worst-case stack: the deepest way through the call graph that gcc wrote beside each object ----------------------
-stack=$(cat "$folder"/*.ci | awk -v root=haptable_step '
+# A call through a pointer is one of the functions that the tables name, none of which is already on the way.
+named=$("${CROSS}nm" "$folder/model.o" | awk '$1 == "U" { print $2 }' | tr '\n' ' ')
+stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     function bare(title) { sub(/^.*:/, "", title); return title }
     /^node:/ {
         split($0, part, "\""); name = bare(part[2])
@@ -33,15 +35,22 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step '
         if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
     }
     /^edge:/ { split($0, part, "\""); edges[bare(part[2])] = edges[bare(part[2])] " " bare(part[4]) }
-    function depth(name,   list, n, i, d, most) {
-        if (on_way[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
-        if (name in known) return known[name]
-        on_way[name] = 1
-        n = split(edges[name], list, " ")
+    function deepest(names, direct,   list, n, i, d, most) {
+        n = split(names, list, " ")
         most = 0
-        for (i = 1; i <= n; ++i) { d = depth(list[i]); if (d > most) most = d }
+        for (i = 1; i <= n; ++i) {
+            if (!direct && on_way[list[i]]) continue
+            d = list[i] == "__indirect_call" ? deepest(named, 0) : depth(list[i])
+            if (d > most) most = d
+        }
+        return most
+    }
+    function depth(name,   most) {
+        if (on_way[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
+        on_way[name] = 1
+        most = deepest(edges[name], 1)
         on_way[name] = 0
-        return known[name] = most + bytes[name]
+        return most + bytes[name]
     }
     END { if (failed) exit 1; print depth(root) }')
 

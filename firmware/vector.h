@@ -36,6 +36,13 @@ static inline void vec_add_scaled(float s, const float a[3], float out[3]) {
     out[2] += s * a[2];
 }
 
+/* f = S u for a symmetric S stored as xx yy zz xy yz zx. */
+static inline void vec_symmetric_product(const float s[6], const float u[3], float f[3]) {
+    f[0] = s[0] * u[0] + s[3] * u[1] + s[5] * u[2];
+    f[1] = s[3] * u[0] + s[1] * u[1] + s[4] * u[2];
+    f[2] = s[5] * u[0] + s[4] * u[1] + s[2] * u[2];
+}
+
 static inline float vec_clamp01(float x) { return x < 0.0f ? 0.0f : (x > 1.0f ? 1.0f : x); }
 
 /* 1 for a number, 0 for a NaN or an infinity: x - x is NaN for both. */

@@ -12,6 +12,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/mesh/in_child.hpp"
+#include "host/mesh/pack.hpp"
 #include "host/mesh/readers.hpp"
 
 namespace haptable {
@@ -30,21 +31,6 @@ constexpr unsigned kCpu_s = 60;
 
 std::size_t line_of(std::string_view text, std::size_t at) {
     return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
-}
-
-/// "0,5" is read as 0 or as 0.5, as the locale will: neither is what a file of numbers may depend on.
-void refuse_comma_decimals(const fs::path& file, std::string_view text) {
-    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-    std::size_t begin = 0;
-    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
-    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
-        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
-        const std::size_t line = text.rfind('\n', at) + 1;
-        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
-        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
-        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
-                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
-    }
 }
 
 /// A number at the beginning of `text`, blanks skipped; `text` moves behind it.
@@ -154,17 +140,6 @@ void check_vtk(const fs::path& file, std::string_view text) {
     }
 }
 
-void check_stl(const fs::path& file, std::string_view text) {
-    // Binary: 80 bytes of anything, a count, 50 bytes a triangle. Text has facets, whatever its first line says.
-    if (text.substr(0, 4096).find("facet") != std::string_view::npos) return refuse_comma_decimals(file, text);
-    if (text.size() < 84) fail(file, "is neither a text STL (no facet) nor a binary one (84 bytes at the least)");
-    std::uint32_t count = 0;
-    std::memcpy(&count, text.data() + 80, sizeof count);
-    if (84 + 50 * std::uint64_t{count} != text.size())
-        fail(file, fmt::format("binary STL promises {} triangles ({} bytes), the file has {} bytes: it is damaged",
-                               count, 84 + 50 * std::uint64_t{count}, text.size()));
-}
-
 /// A folder of its own with the file under a name that makes Gmsh choose the reader which its content asks for.
 class Staged {
 public:
@@ -202,55 +177,6 @@ std::string unix_lines(std::string_view text) {
 }
 
 // ---- in the child ---------------------------------------------------------------------------------------------------
-
-/// Values one after the other, as memory holds them: both ends are this program.
-class Packer {
-public:
-    template <typename T>
-    void list(const std::vector<T>& values) {
-        one(values.size());
-        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-    }
-    template <typename T>
-    void one(const T& value) {
-        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-    void text(const std::string& text) { list(std::vector<char>(text.begin(), text.end())); }
-    std::string take() { return std::move(bytes_); }
-
-private:
-    std::string bytes_;
-};
-
-class Unpacker {
-public:
-    explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
-    template <typename T>
-    T one() {
-        T value{};
-        std::memcpy(&value, take(sizeof value), sizeof value);
-        return value;
-    }
-    template <typename T>
-    std::vector<T> list() {
-        std::vector<T> values(one<std::size_t>());
-        if (!values.empty()) std::memcpy(values.data(), take(values.size() * sizeof(T)), values.size() * sizeof(T));
-        return values;
-    }
-    std::string text() {
-        const auto letters = list<char>();
-        return {letters.begin(), letters.end()};
-    }
-
-private:
-    const char* take(std::size_t count) {
-        if (count > bytes_.size()) throw Error("a mesh library's answer was cut off; try again");
-        const char* at = bytes_.data();
-        bytes_.remove_prefix(count);
-        return at;
-    }
-    std::string_view bytes_;
-};
 
 std::vector<std::string> log_lines(std::string_view level) {
     std::vector<std::string> all, lines;
@@ -428,13 +354,26 @@ RawMesh unpack_model(const fs::path& file, std::string_view bytes, std::size_t p
 
 }  // namespace
 
+void refuse_comma_decimals(const fs::path& file, std::string_view text) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    std::size_t begin = 0;
+    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
+    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
+        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
+        const std::size_t line = text.rfind('\n', at) + 1;
+        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
+        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
+        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
+                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
+    }
+}
+
 RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind kind) {
     const bool binary = given.find('\0') != std::string_view::npos;
     const std::string plain = !binary && given.find('\r') != std::string_view::npos ? unix_lines(given) : std::string();
     const std::string_view text = plain.empty() ? given : std::string_view(plain);
     const std::size_t promised = kind == ".msh" ? check_msh(file, text) : 0;
     if (kind == ".vtk") check_vtk(file, text);
-    if (kind == ".stl") check_stl(file, text);
     if (kind == ".mesh") refuse_comma_decimals(file, text);
     const Staged staged(file, text, kind, !plain.empty());
     const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),

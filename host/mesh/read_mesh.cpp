@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -41,6 +42,23 @@ std::string read_whole(const fs::path& file) {
     return text;
 }
 
+/// Text that begins with "solid" and has facets, or a binary whose size its count of triangles tells.
+bool is_stl(std::string_view text) {
+    std::uint32_t count = 0;
+    if (text.size() >= 84) std::memcpy(&count, text.data() + 80, sizeof count);
+    if (text.size() >= 84 && text.size() == 84 + 50 * std::size_t{count}) return true;
+    return text.starts_with("solid") && text.substr(0, 4096).find("facet") != std::string_view::npos;
+}
+
+/// The first line that is no comment begins with one of the words of Wavefront's format.
+bool is_obj(std::string_view text) {
+    while (text.starts_with('#') || text.starts_with('\n') || text.starts_with('\r'))
+        text.remove_prefix(std::min(text.find_first_of('\n'), text.size() - 1) + 1);
+    for (const char* word : {"v ", "vn ", "vt ", "o ", "g ", "mtllib ", "usemtl ", "s "})
+        if (text.starts_with(word)) return true;
+    return false;
+}
+
 /// What the file holds, by its content; only where the content does not tell (numbers alone) by its name.
 RawMesh read_raw(const fs::path& file) {
     std::string text = read_whole(file);
@@ -60,8 +78,11 @@ RawMesh read_raw(const fs::path& file) {
         (small.find("*node") != std::string::npos || small.find("*heading") != std::string::npos))
         return read_abaqus(file, text);
     if (kind == ".node" || kind == ".ele") return read_tetgen(file);
-    for (const char* surface : {".stl", ".ply", ".off", ".obj"})
-        if (kind == surface) return read_with_gmsh(file, text, surface);
+    if (first.starts_with("ply")) return read_surface(file, text, SurfaceKind::kPly);
+    if (first.substr(0, 6).find("OFF") != std::string_view::npos) return read_surface(file, text, SurfaceKind::kOff);
+    if (is_stl(text)) return read_surface(file, text, SurfaceKind::kStl);
+    if (is_obj(first)) return read_surface(file, text, SurfaceKind::kObj);
+    if (kind == ".stl") return read_surface(file, text, SurfaceKind::kStl);
     fail(file,
          "its content is no mesh that is known here (Gmsh $MeshFormat, VTK legacy or XML, INRIA MeshVersionFormatted, "
          "TetGen .node/.ele, Abaqus *NODE, Vega *VERTICES, STL, PLY, OFF, OBJ); convert it with Gmsh");
@@ -72,9 +93,12 @@ void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
         fail(file, fmt::format("has {} elements of type {} (element {} is the first); only 4-node tetrahedra are "
                                "taken: mesh the body again with linear tetrahedra",
                                other.count, other.type, other.first));
+    if (raw.tet.empty() && !raw.triangle.empty())
+        fail(file, fmt::format("has no tetrahedra ({} triangles); give edge_length (metres) or node_count in [mesh] to "
+                               "fill the surface, or a volume mesh",
+                               raw.triangle.size()));
     if (raw.tet.empty())
-        fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh, for example: gmsh -3 FILE",
-                               raw.surface_elements));
+        fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh", raw.surface_elements));
     if (raw.second_order > 0 && !linearize)
         fail(file,
              fmt::format("has {} second-order tetrahedra (element {} is the first); set linearize = true in [mesh] "
@@ -230,7 +254,12 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
 }  // namespace
 
 TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
-    return make_tet_mesh(file, read_raw(file), options);
+    const RawMesh raw = read_raw(file);
+    if (!options.fill.given()) return make_tet_mesh(file, raw, options);
+    if (!raw.tet.empty() || !raw.other.empty())
+        fail(file, "is a volume mesh, which is not filled; remove edge_length and node_count from [mesh]");
+    if (raw.triangle.empty()) fail(file, "has no triangles to fill; give a closed surface");
+    return make_tet_mesh(file, fill_surface(file, raw, options.fill), options);
 }
 
 }  // namespace haptable

@@ -139,7 +139,8 @@ std::string describe(const Eigen::AlignedBox3d& box_m) {
 
 TetMesh make_mesh(const MeshSource& source) {
     if (source.generate == "cube") return make_cube(source.nodes_per_side, source.side_m);
-    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize});
+    const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count};
+    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill});
 }
 
 Body make_body(const Scene& scene, TetMesh mesh) {

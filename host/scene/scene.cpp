@@ -22,6 +22,9 @@ using Names = std::vector<std::string_view>;
 // A million nodes: beyond that the factor does not fit into the memory of a workstation.
 constexpr std::int64_t kMostNodesPerSide = 100;
 
+// A filled surface needs room for some tetrahedra.
+constexpr std::int64_t kFewestNodes = 20;
+
 // Diamond has 1.2e12 Pa; beyond these bounds the tables leave the range of float32.
 constexpr double kSoftest_pa = 1e-3;
 constexpr double kStiffest_pa = 1e15;
@@ -231,6 +234,8 @@ std::string read_name(const Section& root) {
 void read_generator(const Section& mesh, MeshSource& source) {
     source.generate = mesh.choice("generate", {"cube"}, {});
     if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
+    for (const char* key : {"edge_length", "node_count"})
+        if (mesh.has(key)) mesh.fail(key, "belongs to a surface file that is filled; give the cube nodes_per_side");
     if (mesh.has("scale")) mesh.fail("scale", "belongs to a mesh file; give the cube's side in metres and remove it");
     const std::int64_t nodes = mesh.integer("nodes_per_side", source.nodes_per_side);
     if (nodes < 2 || nodes > kMostNodesPerSide)
@@ -247,11 +252,19 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
     source.file = scene_file.parent_path() / file;
     source.scale_m = mesh.positive("scale", source.scale_m);
     source.linearize = mesh.flag("linearize", false);
+    if (mesh.has("edge_length") && mesh.has("node_count"))
+        mesh.fail("node_count", "there is an edge_length too; keep one of them");
+    if (mesh.has("edge_length")) source.edge_length_m = mesh.positive("edge_length");
+    if (!mesh.has("node_count")) return;
+    const std::int64_t nodes = mesh.integer("node_count", 0);
+    if (nodes < kFewestNodes) mesh.fail("node_count", fmt::format("is {} and must be {} or more", nodes, kFewestNodes));
+    source.node_count = static_cast<std::size_t>(nodes);
 }
 
 MeshSource read_source(const Section& root, const fs::path& scene_file) {
-    const Section mesh =
-        root.section("mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize"}, true);
+    const Section mesh = root.section(
+        "mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize", "edge_length", "node_count"},
+        true);
     if (mesh.has("generate") && mesh.has("file"))
         mesh.fail("file", "there is a generator too; keep either generate or file");
     if (!mesh.has("generate") && !mesh.has("file"))

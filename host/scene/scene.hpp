@@ -18,6 +18,8 @@ struct MeshSource {
     std::filesystem::path file;  ///< as it can be opened: already relative to the scene's folder
     double scale_m = 1.0;        ///< metres per unit of the file
     bool linearize = false;      ///< take second-order tetrahedra by their corners
+    double edge_length_m = 0.0;  ///< mean edge that a closed surface is filled with; 0: not given
+    std::size_t node_count = 0;  ///< nodes that a closed surface is filled with; 0: not given
 };
 
 /// [material]: isotropic and linear.

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/modes.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "host/base/error.hpp"
+
+// A function's name as text and itself, so that the two cannot differ.
+#define HAPTABLE_NAMED(function) \
+    { #function, function }
+
+namespace haptable {
+
+namespace {
+
+template <typename Function>
+using Choices = std::vector<std::pair<std::string, Named<Function>>>;
+
+template <typename Function>
+Named<Function> chosen(const Choices<Function>& choices, const char* key, const std::string& word) {
+    for (const auto& [name, function] : choices)
+        if (name == word) return function;
+    throw Error(
+        fmt::format("the tables ask for {} = \"{}\", which this version does not have: make them again", key, word));
+}
+
+}  // namespace
+
+Modes modes_of(const Tables& tables) {
+    static const Choices<haptable_god_object_fn> god_objects = {
+        {"nearest", HAPTABLE_NAMED(haptable_god_object_nearest)},
+    };
+    static const Choices<haptable_force_fn> forces = {
+        {"interpolated", HAPTABLE_NAMED(haptable_force_interpolated)},
+    };
+    return {chosen(god_objects, "god_object", tables.god_object), chosen(forces, "force", tables.force)};
+}
+
+}  // namespace haptable

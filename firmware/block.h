@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The only place that reads stored blocks: symmetric 3x3 matrices as xx yy zz xy yz zx.
+ */
+#ifndef HAPTABLE_BLOCK_H
+#define HAPTABLE_BLOCK_H
+
+#include "haptable.h"
+
+/* S of a free vertex. before: vertex < free_count. */
+static inline const float* block_of(const struct haptable_model* model, uint16_t vertex) {
+    return model->stiffness_n_per_m[vertex];
+}
+
+#endif

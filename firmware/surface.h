@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The triangle surface of a model: its patches, the fans around its vertices, inside and outside, and where a finger's
+ * way first enters. What every god-object needs.
+ */
+#ifndef HAPTABLE_SURFACE_H
+#define HAPTABLE_SURFACE_H
+
+#include "haptable.h"
+#include "vector.h"
+
+static inline const float* vertex_of(const struct haptable_model* model, uint16_t patch, int corner) {
+    return model->vertex_m[model->patch[patch][corner]];
+}
+
+/* The two edges from corner 0, and their cross product: along the outward normal, twice the patch's area long. */
+static inline void patch_frame(const struct haptable_model* model, uint16_t patch, float edge1[3], float edge2[3],
+                               float normal[3]) {
+    const float* origin = vertex_of(model, patch, 0);
+    vec_sub(vertex_of(model, patch, 1), origin, edge1);
+    vec_sub(vertex_of(model, patch, 2), origin, edge2);
+    vec_cross(edge1, edge2, normal);
+}
+
+static inline float gap2(const float a[3], const float b[3]) {
+    float d[3];
+    vec_sub(a, b, d);
+    return vec_dot(d, d);
+}
+
+static inline void place(const struct haptable_model* model, struct haptable_contact* contact) {
+    int corner;
+    vec_zero(contact->god_object_m);
+    for (corner = 0; corner < 3; ++corner)
+        vec_add_scaled(contact->alpha[corner], vertex_of(model, contact->patch, corner), contact->god_object_m);
+}
+
+/* ---- walking around a vertex ---------------------------------------------------------------------------------- */
+
+static inline int corner_of(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
+    if (model->patch[patch][0] == vertex) return 0;
+    return model->patch[patch][1] == vertex ? 1 : 2;
+}
+
+/* The patches around one vertex, one after the other: counter-clockwise until the round closes or meets the border of
+ * the touch region, then, from the first patch, clockwise. */
+struct fan {
+    uint16_t vertex;
+    uint16_t first;
+    uint16_t patch;
+    int clockwise;
+};
+
+static inline struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
+    struct fan fan;
+    fan.vertex = model->patch[patch][corner];
+    fan.first = patch;
+    fan.patch = patch;
+    fan.clockwise = 0;
+    return fan;
+}
+
+static inline uint16_t fan_turn(const struct haptable_model* model, const struct fan* fan) {
+    const int corner = corner_of(model, fan->patch, fan->vertex);
+    const int across = fan->clockwise ? (corner == 0 ? 2 : corner - 1) : (corner == 2 ? 0 : corner + 1);
+    return model->neighbour[fan->patch][across];
+}
+
+/* Goes on to the next patch of the fan; 0 when all were visited. */
+static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
+    uint16_t next = fan_turn(model, fan);
+    if (next == HAPTABLE_NONE && !fan->clockwise) {
+        fan->clockwise = 1;
+        fan->patch = fan->first;
+        next = fan_turn(model, fan);
+    }
+    if (next == HAPTABLE_NONE || next == fan->first) return 0;
+    fan->patch = next;
+    return 1;
+}
+
+/* Where a point of a patch lies: inside, on the edge opposite to `corner`, or on the vertex at `corner`. */
+enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
+
+static inline enum place_on_patch feature_of(const float alpha[3], int* corner) {
+    int zeros = 0;
+    int i;
+    for (i = 0; i < 3; ++i) zeros += alpha[i] == 0.0f;
+    if (zeros == 0) return INSIDE;
+    for (i = 0; i < 3; ++i)
+        if ((alpha[i] == 0.0f) == (zeros == 1)) *corner = i;
+    return zeros == 1 ? ON_EDGE : ON_VERTEX;
+}
+
+/* ---- inside, outside, entering ------------------------------------------------------------------------------- */
+
+/* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
+int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]);
+
+/* Where a way may begin: a finger's way within tolerance_m behind a patch (it let go there a tick ago), the way from
+ * a god-object that has let go only farther than that in front of it (the patches around it are behind it). */
+enum way_begins { AT_FINGER, AT_GOD_OBJECT };
+
+/* One finger's way of one tick. */
+struct way {
+    float from_m[3];
+    float to_m[3];
+    enum way_begins begins;
+};
+
+/* Begins contact where the way first crosses the surface inwards: the first patch that it enters, by the spatial
+ * index. Returns 0, and leaves the contact, when it enters none. cost: at most box_count boxes and each patch once. */
+int surface_enter(const struct haptable_model* model, const struct way* way, struct haptable_contact* contact,
+                  struct haptable_counters* counters);
+
+#endif
