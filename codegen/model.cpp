@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 
@@ -97,6 +98,7 @@ ServoModel build_model(const Tables& tables) {
     model.rigid_stiffness_n_per_m = finite(tables.rigid_stiffness_n_per_m, "rigid_stiffness");
     if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     couple(tables, model);
+    pack_blocks(tables.precision, model);
     return model;
 }
 

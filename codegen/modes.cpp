@@ -44,9 +44,15 @@ Modes modes_of(const Tables& tables) {
         {"consistent", HAPTABLE_NAMED(haptable_energy_consistent)},
         {"pressure-mask", HAPTABLE_NAMED(haptable_energy_pressure_mask)},
     };
+    static const Choices<haptable_unpack_fn> precisions = {
+        {"float32", {"0", nullptr}},
+        {"float16", HAPTABLE_NAMED(haptable_unpack_float16)},
+        {"int16", HAPTABLE_NAMED(haptable_unpack_int16)},
+    };
     Modes modes;
     modes.god_object = chosen(god_objects, "god_object", tables.god_object);
     modes.force = chosen(forces, "force", tables.force);
+    modes.unpack = chosen(precisions, "precision", tables.precision);
     if (tables.god_object == "least-energy") modes.energy = chosen(energies, "force", tables.force);
     if (tables.static_friction > 0.0) {
         modes.frictionless = modes.god_object;

@@ -24,6 +24,7 @@ struct Modes {
     Named<haptable_finish_fn> release;           ///< or null
     Named<haptable_finish_fn> passivity;         ///< or null
     Named<haptable_energy_fn> energy;            ///< of that force where the god-object needs it; or null
+    Named<haptable_unpack_fn> unpack;            ///< null for float32
 };
 
 /// Throws Error when the tables ask for a mode that this version does not have.

@@ -22,6 +22,8 @@ namespace haptable::test::reference {
 #define haptable_energy_consistent reference_energy_consistent
 #define haptable_energy_pressure_mask reference_energy_pressure_mask
 #define haptable_god_object_rough reference_god_object_rough
+#define haptable_unpack_float16 reference_unpack_float16
+#define haptable_unpack_int16 reference_unpack_int16
 #define haptable_release_slew reference_release_slew
 #define haptable_passivity_control reference_passivity_control
 #undef HAPTABLE_H
@@ -71,6 +73,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_energy_consistent
 #undef haptable_energy_pressure_mask
 #undef haptable_god_object_rough
+#undef haptable_unpack_float16
+#undef haptable_unpack_int16
 #undef haptable_release_slew
 #undef haptable_passivity_control
 

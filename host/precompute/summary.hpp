@@ -44,11 +44,11 @@ struct Summary {
     double block_flops = 0.0;                                   ///< of the selected inversion
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
-    ServoStiffness stiffness;                                   ///< what codegen found
     std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
+    ModelSize size;                                             ///< of the servo's tables
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
 };

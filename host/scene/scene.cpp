@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+// The library's assertions fail on some files ("[#"): an exception reaches the user as an error, an abort does not.
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
@@ -28,15 +31,6 @@ constexpr std::int64_t kFewestNodes = 20;
 // Diamond has 1.2e12 Pa; beyond these bounds the tables leave the range of float32.
 constexpr double kSoftest_pa = 1e-3;
 constexpr double kStiffest_pa = 1e15;
-
-/// Keys of the scene language that this version does not have. Ignoring one would give wrong tables in silence.
-struct Later {
-    std::string_view key;
-    std::string_view advice;
-};
-constexpr Later kLater[] = {
-    {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
-};
 
 /// Levenshtein's distance: the fewest letters to insert, remove or change.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -92,8 +86,6 @@ public:
         : file_(file), name_(std::move(name)), table_(table) {
         for (const auto& [key, node] : table_) {
             const std::string_view text = key.str();
-            for (const Later& later : kLater)
-                if (later.key == full(text)) fail(text, fmt::format("this version does not have it: {}", later.advice));
             if (std::find(known.begin(), known.end(), text) == known.end())
                 fail(text, "unknown key" + suggest(text, known));
         }
@@ -152,12 +144,10 @@ public:
         return node->as_string()->get();
     }
 
-    /// One of `have`; `later` are those of the scene language that this version does not have.
-    std::string choice(std::string_view key, const Names& have, const Names& later) const {
+    /// One of `have`; the first where it is left out.
+    std::string choice(std::string_view key, const Names& have) const {
         std::string value = text(key, std::string(have.front()));
         if (std::find(have.begin(), have.end(), value) != have.end()) return value;
-        if (std::find(later.begin(), later.end(), value) != later.end())
-            fail(key, fmt::format("this version does not have \"{}\"; use \"{}\"", value, have.front()));
         fail(key, fmt::format("\"{}\" is not known{}", value, suggest(value, have)));
     }
 
@@ -232,7 +222,7 @@ std::string read_name(const Section& root) {
 }
 
 void read_generator(const Section& mesh, MeshSource& source) {
-    source.generate = mesh.choice("generate", {"cube"}, {});
+    source.generate = mesh.choice("generate", {"cube"});
     if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
     for (const char* key : {"edge_length", "node_count"})
         if (mesh.has(key)) mesh.fail(key, "belongs to a surface file that is filled; give the cube nodes_per_side");
@@ -354,8 +344,8 @@ ContactOptions read_contact(const Section& root) {
                                           "kinetic_friction", "release_slew", "coupling", "passivity"},
                                          false);
     ContactOptions contact;
-    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"}, {});
-    contact.god_object = section.choice("god_object", {"nearest", "least-energy"}, {});
+    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"});
+    contact.god_object = section.choice("god_object", {"nearest", "least-energy"});
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
     if (contact.force == "pressure-mask")
         contact.mask_radius_m = section.positive("mask_radius");
@@ -379,19 +369,75 @@ Device read_device(const Section& root) {
     return device;
 }
 
-TableOptions read_table_options(const Section& root) {
-    const Section section = root.section("tables", {"precision", "columns"}, false);
-    section.choice("precision", {"float32"}, {"float16", "int16"});
-    return {section.choice("columns", {"surface", "all", "none"}, {})};
+TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
+    const Section section = root.section("tables", {"precision", "columns", "flash_budget"}, false);
+    TableOptions tables;
+    tables.precision = section.choice("precision", {"float32", "float16", "int16"});
+    if (tables.precision != "float32" && contact.force != "interpolated")
+        section.fail("precision",
+                     fmt::format("16 bits hold the blocks of force = \"interpolated\", not those of \"{}\"; "
+                                 "remove the line",
+                                 contact.force));
+    tables.columns = section.choice("columns", {"surface", "all", "none"});
+    const std::int64_t budget = section.integer("flash_budget", 0);
+    if (section.has("flash_budget") && budget <= 0)
+        section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
+    tables.flash_budget = static_cast<std::uintmax_t>(budget);
+    return tables;
+}
+
+/// Where the text or comment that begins at `at` ends: behind it.
+std::size_t skip_quoted(std::string_view text, std::size_t at) {
+    if (text[at] == '#') return std::min(text.find('\n', at), text.size());
+    const char quote = text[at];
+    const std::string three(3, quote);
+    const bool long_one = text.substr(at, 3) == three;
+    const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);
+    for (std::size_t k = at + end.size(); k < text.size(); ++k) {
+        if (quote == '"' && text[k] == '\\')
+            ++k;
+        else if (text.substr(k, end.size()) == end)
+            return k + end.size();
+        else if (!long_one && text[k] == '\n')
+            return k;  // the parser says what is wrong
+    }
+    return text.size();
+}
+
+[[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    throw Error(fmt::format("{}:{}: {}", file.string(), line, what));
+}
+
+/// What TOML does not allow and the library's behaviour is undefined for: control characters anywhere, and letters
+/// beyond ASCII outside of texts and comments.
+void require_letters(const fs::path& file, std::string_view text) {
+    for (std::size_t at = 0; at < text.size(); ++at)
+        if ((static_cast<unsigned char>(text[at]) < ' ' &&
+             std::string_view("\t\n\r").find(text[at]) == std::string_view::npos) ||
+            text[at] == 0x7f)
+            fail_at(file, text, at, "a control character; this is not a text file, or a damaged one");
+    for (std::size_t at = 0; at < text.size();)
+        if (text[at] == '#' || text[at] == '"' || text[at] == '\'')
+            at = skip_quoted(text, at);
+        else if (static_cast<unsigned char>(text[at++]) >= 0x80)
+            fail_at(file, text, at,
+                    "a character that is not ASCII stands outside of quotes; write keys in letters a to z");
 }
 
 toml::table parse(const fs::path& file) {
-    const std::string text = read_file(file);
+    std::string text = read_file(file);
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8's mark
+    require_letters(file, text);
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         throw Error(fmt::format("{}:{}: {} (column {}); see the scene's description in README.md", file.string(),
                                 error.source().begin.line, error.description(), error.source().begin.column));
+    } catch (const std::logic_error&) {
+        throw Error(file.string() +
+                    ": is not TOML: a table's header or a key has no name; see the scene's description "
+                    "in README.md");
     }
 }
 
@@ -411,7 +457,7 @@ Scene read_scene(const fs::path& file) {
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     scene.device = read_device(root);
-    scene.tables = read_table_options(root);
+    scene.tables = read_table_options(root, scene.contact);
     return scene;
 }
 

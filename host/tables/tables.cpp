@@ -87,6 +87,8 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
         read_options(summary.at("contact"), summary.at("device"), tables);
+        tables.precision = summary.at("tables").value("precision", "float32");
+        tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.has_columns = summary.at("tables").at("columns").get<std::string>() != "none";
     } catch (const json::exception& error) {
         throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
