@@ -86,7 +86,14 @@ test: $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
+	@BUILD=$(BUILD) sh tests/fuzz/run.sh 3
 	@BUILD=$(BUILD) sh tests/run.sh
+
+# fuzz: the readers that we wrote and the scene file under libFuzzer, ten minutes each (make fuzz SECONDS=600)
+SECONDS ?= 600
+.PHONY: fuzz
+fuzz: $(BUILD)/setup.stamp
+	@BUILD=$(BUILD) sh tests/fuzz/run.sh $(SECONDS)
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
@@ -180,7 +187,7 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 # One scene: `make scene` calls make again with its NAME.

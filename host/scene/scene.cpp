@@ -5,7 +5,8 @@
 
 #include <stdexcept>
 // The library's assertions fail on some files ("[#"): an exception reaches the user as an error, an abort does not.
-#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error(#condition))
+[[noreturn]] static void fail_toml(const char* what) { throw std::logic_error(what); }
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
@@ -357,22 +358,23 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     return tables;
 }
 
-/// Where the text or comment that begins at `at` ends: behind it.
+/// Where the comment or text that begins at `at` ends: behind it. A quote that begins no text, for it is in the middle
+/// of something or is not closed, ends at once.
 std::size_t skip_quoted(std::string_view text, std::size_t at) {
     if (text[at] == '#') return std::min(text.find('\n', at), text.size());
-    const char quote = text[at];
-    const std::string three(3, quote);
+    if (at > 0 && std::string_view("=,[{. \t\r\n").find(text[at - 1]) == std::string_view::npos) return at + 1;
+    const std::string three(3, text[at]);
     const bool long_one = text.substr(at, 3) == three;
     const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);
     for (std::size_t k = at + end.size(); k < text.size(); ++k) {
-        if (quote == '"' && text[k] == '\\')
+        if (text[at] == '"' && text[k] == '\\')
             ++k;
         else if (text.substr(k, end.size()) == end)
             return k + end.size();
         else if (!long_one && text[k] == '\n')
-            return k;  // the parser says what is wrong
+            break;
     }
-    return text.size();
+    return at + 1;
 }
 
 [[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "codegen/codegen.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -124,8 +125,8 @@ TEST(Codegen, TheTextCompilesWithoutAWarningAndGuardsItsVersionAndSizes) {
     EXPECT_EQ(compile(text), 0);
 
     ModelText other_version = text;
-    const std::string guard = "HAPTABLE_TABLE_VERSION != 2";
-    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 3");
+    const std::string guard = fmt::format("HAPTABLE_TABLE_VERSION != {}", HAPTABLE_TABLE_VERSION);
+    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 999");
     EXPECT_NE(compile(other_version), 0) << "tables of another version must not compile";
 
     ModelText short_table = text;
