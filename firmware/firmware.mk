@@ -51,6 +51,16 @@ firmware: $(BUILD)/setup-cross.stamp
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
+# loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
+LINE ?= pipes
+BAUD ?= 1000000
+LOOP_SECONDS ?= 10
+.PHONY: loop
+loop: firmware
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
+	sh host/bridge/loop.sh $$name $(SCENE) $(TARGET)
+
 # The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images
 images: $(BUILD)/host/target/count.so

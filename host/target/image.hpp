@@ -31,7 +31,7 @@ public:
     std::string missing() const;
     /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
-    /// Bytes of the serial line (docs/SERIAL.md) through the image that waits behind it; what it sends back.
+    /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 
 private:
