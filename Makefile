@@ -53,12 +53,15 @@ TARGETED   = $(call objects,host/target) $(CODEGEN)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lpugixml -lz -lxxhash $(LIBS_BASE)
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lgmp -lmpfr -lpugixml -lz -lxxhash $(LIBS_BASE)
 LIBS_LINK       = -llcm $(LIBS_BASE)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
 
 # Equation 8 is a long product: it wants the widest instructions that this machine has.
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
+
+# CGAL's exact predicates count on directed rounding.
+$(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
 
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES)

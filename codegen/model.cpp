@@ -44,12 +44,6 @@ float finite(double value, const char* what) {
     return narrow;
 }
 
-/// The six numbers of a symmetric block: xx yy zz xy yz zx.
-std::array<float, 6> packed(const std::array<double, 9>& s) {
-    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (s[a] + s[b]), "a stiffness"); };
-    return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
-}
-
 std::vector<std::array<std::uint16_t, 3>> vertex_patches(const Tables& tables, const std::vector<std::int32_t>& nodes) {
     std::vector<std::uint16_t> vertex_of(tables.position.size(), HAPTABLE_NONE);
     for (std::size_t v = 0; v < nodes.size(); ++v)
@@ -75,6 +69,11 @@ float diagonal(const std::vector<std::array<float, 3>>& points) {
 
 }  // namespace
 
+std::array<float, 6> packed(const std::array<double, 9>& block, const char* what) {
+    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (block[a] + block[b]), what); };
+    return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
+}
+
 ServoModel build_model(const Tables& tables) {
     ServoModel model;
     if (tables.patch.empty()) throw Error("no touchable patch: the servo has nothing to touch");
@@ -86,7 +85,7 @@ ServoModel build_model(const Tables& tables) {
         const auto& x = tables.position[static_cast<std::size_t>(node)];
         model.vertex_m.push_back({finite(x[0], "a position"), finite(x[1], "a position"), finite(x[2], "a position")});
     }
-    for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block));
+    for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block, "a stiffness"));
 
     const auto patches = vertex_patches(tables, model.node);
     model.index = build_index(model.vertex_m, patches);
@@ -95,6 +94,7 @@ ServoModel build_model(const Tables& tables) {
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
     model.reach_m = std::max(1.0F, kReach * size);
+    if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     return model;
 }
 

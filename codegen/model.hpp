@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "firmware/haptable.h"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -26,6 +28,18 @@ struct SpatialIndex {
     std::vector<IndexBox> boxes;
 };
 
+/// The fields of struct haptable_compliance; degree 0: the force needs none.
+struct ServoCompliance {
+    int degree = 0;
+    std::size_t edge_count = 0;
+    std::vector<std::array<float, 6>> vertex_m_per_n;      ///< [v]
+    std::vector<std::array<float, 6>> edge_m_per_n;        ///< [edge_count (degree - 1)] from the lower vertex
+    std::vector<std::array<float, 6>> patch_m_per_n;       ///< [3 p] with degree 4, or empty
+    std::vector<std::array<std::uint16_t, 3>> patch_edge;  ///< [p]
+    /// Where model_in_memory keeps the struct that its model points to.
+    mutable std::shared_ptr<haptable_compliance> in_memory;
+};
+
 /// The fields of struct haptable_model, ready to be written as text.
 struct ServoModel {
     std::vector<std::int32_t> node;  ///< [v] mesh node of each vertex, free ones first
@@ -35,12 +49,19 @@ struct ServoModel {
     std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
     SpatialIndex index;
+    ServoCompliance compliance;
     float tolerance_m = 0.0F;
     float reach_m = 0.0F;
 };
 
 /// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.
 ServoModel build_model(const Tables& tables);
+
+/// C(alpha) on the patches of `model`, which is complete but for it.
+ServoCompliance build_compliance(const Tables& tables, const ServoModel& model);
+
+/// A block's six numbers xx yy zz xy yz zx: its symmetric part. Throws Error that names `what` where it is not finite.
+std::array<float, 6> packed(const std::array<double, 9>& block, const char* what);
 
 /// The bounding-box tree. positions [v], patches [p].
 SpatialIndex build_index(const std::vector<std::array<float, 3>>& vertex_m,

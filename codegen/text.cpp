@@ -112,21 +112,64 @@ std::string header_text(const Tables& tables, const ServoModel& model) {
     return text;
 }
 
-std::string asserts(const std::string& name, const std::string& macro) {
+/// A table of the model: its C type, name, extents as they stand in C, and rows. Empty ones are not written.
+struct TableText {
+    std::string type, name, extents, rows;
+    std::size_t bytes;
+};
+
+template <typename Row>
+void add_table(const char* type, const char* name, const std::string& count, const std::vector<Row>& values,
+               std::vector<TableText>& tables) {
+    if (values.empty()) return;
+    tables.push_back(
+        {type, name, fmt::format("[{}][{}]", count, values[0].size()), rows(values), values.size() * sizeof values[0]});
+}
+
+/// A force with a compliance reads no S, and a surface that is fixed as a whole has none.
+bool has_stiffness(const ServoModel& model) { return model.compliance.degree == 0 && model.free_count > 0; }
+
+/// Every table that the model's modes need, in the order of the file.
+std::vector<TableText> tables_of(const ServoModel& model, const std::string& macro) {
+    std::vector<TableText> tables;
+    const ServoCompliance& c = model.compliance;
+    add_table("float", "vertex_m", macro + "_VERTICES", model.vertex_m, tables);
+    if (has_stiffness(model))
+        add_table("float", "stiffness_n_per_m", macro + "_FREE_VERTICES", model.stiffness_n_per_m, tables);
+    add_table("uint16_t", "patch", macro + "_PATCHES", model.patch, tables);
+    add_table("uint16_t", "neighbour", macro + "_PATCHES", model.neighbour, tables);
+    tables.push_back({"struct haptable_box", "box", "[" + macro + "_BOXES]", boxes(model.index.boxes),
+                      model.index.boxes.size() * sizeof(IndexBox)});
+    add_table("float", "vertex_compliance_m_per_n", macro + "_VERTICES", c.vertex_m_per_n, tables);
+    add_table("float", "edge_compliance_m_per_n", fmt::format("{}", c.edge_m_per_n.size()), c.edge_m_per_n, tables);
+    add_table("float", "patch_compliance_m_per_n", fmt::format("{}", c.patch_m_per_n.size()), c.patch_m_per_n, tables);
+    add_table("uint16_t", "patch_edge", macro + "_PATCHES", c.patch_edge, tables);
+    return tables;
+}
+
+std::string asserts(const std::string& name, const std::string& macro, const std::vector<TableText>& tables) {
+    std::vector<std::string> sizes;
+    for (const TableText& table : tables) sizes.push_back("sizeof " + table.name);
     return fmt::format(
         "/* What the servo relies on: 16-bit indices, free vertices first, boxes without padding. */\n"
         "typedef char {0}_fits[({1}_VERTICES < HAPTABLE_NONE && {1}_PATCHES < HAPTABLE_NONE) ? 1 : -1];\n"
         "typedef char {0}_free_first[({1}_FREE_VERTICES <= {1}_VERTICES) ? 1 : -1];\n"
         "typedef char {0}_packed[(sizeof(struct haptable_box) == 16) ? 1 : -1];\n"
-        "typedef char {0}_bytes[(sizeof vertex_m + sizeof stiffness_n_per_m + sizeof patch + sizeof neighbour +\n"
-        "                        sizeof box == {1}_TABLE_BYTES) ? 1 : -1];\n\n",
-        name, macro);
+        "typedef char {0}_bytes[({2}\n                        == {1}_TABLE_BYTES) ? 1 : -1];\n\n",
+        name, macro, fmt::join(sizes, " +\n                        "));
 }
 
-/// [free_count] blocks; one row of zeros stands in where every touchable node is fixed, for C has no empty array.
-std::string table(const std::string& type, const std::string& name, const std::string& extents,
-                  const std::string& body) {
-    return fmt::format("static const {} {}{} = {{\n{}}};\n\n", type, name, extents, body);
+std::string text_of(const TableText& table) {
+    return fmt::format("static const {} {}{} = {{\n{}}};\n\n", table.type, table.name, table.extents, table.rows);
+}
+
+std::string compliance_text(const ServoCompliance& c) {
+    if (c.degree == 0) return "";
+    return fmt::format(
+        "static const struct haptable_compliance compliance = {{\n    .degree = {},\n    .edge_count = {},\n"
+        "    .vertex = vertex_compliance_m_per_n,\n    .edge = edge_compliance_m_per_n,\n{}"
+        "    .patch_edge = patch_edge,\n}};\n\n",
+        c.degree, c.edge_count, c.degree == 4 ? "    .patch = patch_compliance_m_per_n,\n" : "");
 }
 
 std::string fields(const Tables& tables, const ServoModel& model, const std::string& macro) {
@@ -145,10 +188,13 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     field("free_count", macro + "_FREE_VERTICES");
     field("patch_count", macro + "_PATCHES");
     field("box_count", macro + "_BOXES");
-    for (const char* name : {"vertex_m", "stiffness_n_per_m", "patch", "neighbour", "box"}) field(name, name);
+    for (const char* name : {"vertex_m", "stiffness_n_per_m", "patch", "neighbour", "box"})
+        if (name != std::string("stiffness_n_per_m") || has_stiffness(model)) field(name, name);
     const Modes modes = modes_of(tables);
     field("god_object", modes.god_object.name);
     field("force", modes.force.name);
+    if (modes.energy.function != nullptr) field("energy", modes.energy.name);
+    if (model.compliance.degree != 0) field("compliance", "&compliance");
     return text;
 }
 
@@ -156,12 +202,10 @@ std::string source_text(const Tables& tables, const ServoModel& model) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
     std::string text = banner(tables, model) + "#include \"model.h\"\n\n";
-    text += table("float", "vertex_m", "[" + macro + "_VERTICES][3]", rows(model.vertex_m));
-    text += table("float", "stiffness_n_per_m", "[" + macro + "_FREE_VERTICES][6]", rows(model.stiffness_n_per_m));
-    text += table("uint16_t", "patch", "[" + macro + "_PATCHES][3]", rows(model.patch));
-    text += table("uint16_t", "neighbour", "[" + macro + "_PATCHES][3]", rows(model.neighbour));
-    text += table("struct haptable_box", "box", "[" + macro + "_BOXES]", boxes(model.index.boxes));
-    text += asserts(name, macro);
+    const std::vector<TableText> all = tables_of(model, macro);
+    for (const TableText& one : all) text += text_of(one);
+    text += compliance_text(model.compliance);
+    text += asserts(name, macro, all);
     text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(model.node));
     text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, fields(tables, model, macro));
     return text;
@@ -170,9 +214,9 @@ std::string source_text(const Tables& tables, const ServoModel& model) {
 }  // namespace
 
 std::size_t flash_bytes(const ServoModel& model) {
-    return model.vertex_m.size() * sizeof(model.vertex_m[0]) + model.free_count * sizeof(model.stiffness_n_per_m[0]) +
-           model.patch.size() * (sizeof(model.patch[0]) + sizeof(model.neighbour[0])) +
-           model.index.boxes.size() * sizeof(IndexBox);
+    std::size_t bytes = 0;
+    for (const TableText& table : tables_of(model, "")) bytes += table.bytes;
+    return bytes;
 }
 
 ModelText model_text(const Tables& tables, const ServoModel& model) {

@@ -37,10 +37,7 @@ static void add_normal(const struct haptable_model* model, uint16_t patch, int c
     vec_add_scaled(weight, normal, sum);
 }
 
-/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
- * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
- * Aanaes 2005); means with other weights do not. */
-static void outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]) {
+void surface_outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]) {
     int corner = 0;
     const enum place_on_patch feature = feature_of(contact->alpha, &corner);
     vec_zero(normal);
@@ -59,7 +56,7 @@ static void outward(const struct haptable_model* model, const struct haptable_co
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]) {
     float normal[3];
     float u[3];
-    outward(model, contact, normal);
+    surface_outward(model, contact, normal);
     vec_sub(x_m, contact->god_object_m, u);
     return vec_dot(normal, u) >= 0.0f;
 }

@@ -108,6 +108,11 @@ static inline enum place_on_patch feature_of(const float alpha[3], int* corner) 
 
 /* ---- inside, outside, entering ------------------------------------------------------------------------------- */
 
+/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
+ * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
+ * Aanaes 2005); means with other weights do not. */
+void surface_outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]);
+
 /* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]);
 

@@ -6,7 +6,7 @@ set -eu
 packages="
 g++ make pkg-config git
 libeigen3-dev libsuitesparse-dev libopenblas-dev libxxhash-dev
-libgmsh-dev libpugixml-dev
+libgmsh-dev libcgal-dev libpugixml-dev
 liblcm-dev liblcm-bin iproute2
 libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core
 libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev

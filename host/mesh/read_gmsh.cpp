@@ -6,12 +6,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/mesh/in_child.hpp"
+#include "host/mesh/pack.hpp"
 #include "host/mesh/readers.hpp"
 
 namespace haptable {
@@ -25,26 +28,12 @@ constexpr int kTriangle = 2, kTetrahedron = 4, kTetrahedron10 = 11;  // Gmsh's n
 constexpr std::size_t kLeastMemory_bytes = std::size_t{768} << 20;
 constexpr std::size_t kMemoryPerByte = 60;
 constexpr unsigned kCpu_s = 60;
+constexpr double kFarthest = 1e30;  // a coordinate beyond is damage
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
 
 std::size_t line_of(std::string_view text, std::size_t at) {
     return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
-}
-
-/// "0,5" is read as 0 or as 0.5, as the locale will: neither is what a file of numbers may depend on.
-void refuse_comma_decimals(const fs::path& file, std::string_view text) {
-    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-    std::size_t begin = 0;
-    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
-    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
-        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
-        const std::size_t line = text.rfind('\n', at) + 1;
-        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
-        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
-        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
-                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
-    }
 }
 
 /// A number at the beginning of `text`, blanks skipped; `text` moves behind it.
@@ -93,6 +82,22 @@ void require_lines(const fs::path& file, const Section& section, std::string_vie
         fail(file, fmt::format("{}: the count of records is missing; save the mesh again", section.name));
 }
 
+/// Records of version 2: an int and three doubles each, as this machine writes them.
+void require_plausible_nodes(const fs::path& file, std::string_view rest, std::int64_t count) {
+    rest.remove_prefix(std::min(rest.find('\n') + 1, rest.size()));
+    constexpr std::size_t kBytes = sizeof(std::int32_t) + 3 * sizeof(double);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count) && (k + 1) * kBytes <= rest.size(); ++k) {
+        std::int32_t tag = 0;
+        std::array<double, 3> x{};
+        std::memcpy(&tag, rest.data() + k * kBytes, sizeof tag);
+        std::memcpy(x.data(), rest.data() + k * kBytes + sizeof tag, sizeof x);
+        if (tag <= 0 || !std::all_of(x.begin(), x.end(), [](double c) { return std::abs(c) < kFarthest; }))
+            fail(file, fmt::format("$Nodes: record {} (number {}, at {:.4g} {:.4g} {:.4g}) is no node; the file is "
+                                   "damaged or of another byte order",
+                                   k + 1, tag, x[0], x[1], x[2]));
+    }
+}
+
 /// The count of records that a section promises; 0 where there is no such section.
 std::size_t check_section(const fs::path& file, std::string_view text, const Section& section, int version,
                           bool binary) {
@@ -115,6 +120,7 @@ std::size_t check_section(const fs::path& file, std::string_view text, const Sec
     }
     require_room(file, text, section.name, count, binary ? section.binary_bytes : section.text_bytes, rest.data());
     require_lines(file, section, rest.substr(0, end), version, binary, count);
+    if (binary && version == 2 && section.name == kSections[0].name) require_plausible_nodes(file, rest, count);
     return static_cast<std::size_t>(count);
 }
 
@@ -154,17 +160,6 @@ void check_vtk(const fs::path& file, std::string_view text) {
     }
 }
 
-void check_stl(const fs::path& file, std::string_view text) {
-    // Binary: 80 bytes of anything, a count, 50 bytes a triangle. Text has facets, whatever its first line says.
-    if (text.substr(0, 4096).find("facet") != std::string_view::npos) return refuse_comma_decimals(file, text);
-    if (text.size() < 84) fail(file, "is neither a text STL (no facet) nor a binary one (84 bytes at the least)");
-    std::uint32_t count = 0;
-    std::memcpy(&count, text.data() + 80, sizeof count);
-    if (84 + 50 * std::uint64_t{count} != text.size())
-        fail(file, fmt::format("binary STL promises {} triangles ({} bytes), the file has {} bytes: it is damaged",
-                               count, 84 + 50 * std::uint64_t{count}, text.size()));
-}
-
 /// A folder of its own with the file under a name that makes Gmsh choose the reader which its content asks for.
 class Staged {
 public:
@@ -202,55 +197,6 @@ std::string unix_lines(std::string_view text) {
 }
 
 // ---- in the child ---------------------------------------------------------------------------------------------------
-
-/// Values one after the other, as memory holds them: both ends are this program.
-class Packer {
-public:
-    template <typename T>
-    void list(const std::vector<T>& values) {
-        one(values.size());
-        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-    }
-    template <typename T>
-    void one(const T& value) {
-        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-    void text(const std::string& text) { list(std::vector<char>(text.begin(), text.end())); }
-    std::string take() { return std::move(bytes_); }
-
-private:
-    std::string bytes_;
-};
-
-class Unpacker {
-public:
-    explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
-    template <typename T>
-    T one() {
-        T value{};
-        std::memcpy(&value, take(sizeof value), sizeof value);
-        return value;
-    }
-    template <typename T>
-    std::vector<T> list() {
-        std::vector<T> values(one<std::size_t>());
-        if (!values.empty()) std::memcpy(values.data(), take(values.size() * sizeof(T)), values.size() * sizeof(T));
-        return values;
-    }
-    std::string text() {
-        const auto letters = list<char>();
-        return {letters.begin(), letters.end()};
-    }
-
-private:
-    const char* take(std::size_t count) {
-        if (count > bytes_.size()) throw Error("a mesh library's answer was cut off; try again");
-        const char* at = bytes_.data();
-        bytes_.remove_prefix(count);
-        return at;
-    }
-    std::string_view bytes_;
-};
 
 std::vector<std::string> log_lines(std::string_view level) {
     std::vector<std::string> all, lines;
@@ -428,13 +374,26 @@ RawMesh unpack_model(const fs::path& file, std::string_view bytes, std::size_t p
 
 }  // namespace
 
+void refuse_comma_decimals(const fs::path& file, std::string_view text) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    std::size_t begin = 0;
+    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
+    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
+        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
+        const std::size_t line = text.rfind('\n', at) + 1;
+        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
+        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
+        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
+                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
+    }
+}
+
 RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind kind) {
     const bool binary = given.find('\0') != std::string_view::npos;
     const std::string plain = !binary && given.find('\r') != std::string_view::npos ? unix_lines(given) : std::string();
     const std::string_view text = plain.empty() ? given : std::string_view(plain);
     const std::size_t promised = kind == ".msh" ? check_msh(file, text) : 0;
     if (kind == ".vtk") check_vtk(file, text);
-    if (kind == ".stl") check_stl(file, text);
     if (kind == ".mesh") refuse_comma_decimals(file, text);
     const Staged staged(file, text, kind, !plain.empty());
     const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),

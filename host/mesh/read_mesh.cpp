@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -13,6 +14,7 @@
 #include "host/base/file.hpp"
 #include "host/mesh/raw_mesh.hpp"
 #include "host/mesh/readers.hpp"
+#include "host/mesh/soup.hpp"
 
 namespace haptable {
 
@@ -41,6 +43,23 @@ std::string read_whole(const fs::path& file) {
     return text;
 }
 
+/// Text that begins with "solid" and has facets, or a binary whose size its count of triangles tells.
+bool is_stl(std::string_view text) {
+    std::uint32_t count = 0;
+    if (text.size() >= 84) std::memcpy(&count, text.data() + 80, sizeof count);
+    if (text.size() >= 84 && text.size() == 84 + 50 * std::size_t{count}) return true;
+    return text.starts_with("solid") && text.substr(0, 4096).find("facet") != std::string_view::npos;
+}
+
+/// The first line that is no comment begins with one of the words of Wavefront's format.
+bool is_obj(std::string_view text) {
+    while (text.starts_with('#') || text.starts_with('\n') || text.starts_with('\r'))
+        text.remove_prefix(std::min(text.find_first_of('\n'), text.size() - 1) + 1);
+    for (const char* word : {"v ", "vn ", "vt ", "o ", "g ", "mtllib ", "usemtl ", "s "})
+        if (text.starts_with(word)) return true;
+    return false;
+}
+
 /// What the file holds, by its content; only where the content does not tell (numbers alone) by its name.
 RawMesh read_raw(const fs::path& file) {
     std::string text = read_whole(file);
@@ -60,11 +79,25 @@ RawMesh read_raw(const fs::path& file) {
         (small.find("*node") != std::string::npos || small.find("*heading") != std::string::npos))
         return read_abaqus(file, text);
     if (kind == ".node" || kind == ".ele") return read_tetgen(file);
-    for (const char* surface : {".stl", ".ply", ".off", ".obj"})
-        if (kind == surface) return read_with_gmsh(file, text, surface);
+    if (first.starts_with("ply")) return read_surface(file, text, SurfaceKind::kPly);
+    if (first.substr(0, 6).find("OFF") != std::string_view::npos) return read_surface(file, text, SurfaceKind::kOff);
+    if (is_stl(text)) return read_surface(file, text, SurfaceKind::kStl);
+    if (is_obj(first)) return read_surface(file, text, SurfaceKind::kObj);
+    if (kind == ".stl") return read_surface(file, text, SurfaceKind::kStl);
     fail(file,
          "its content is no mesh that is known here (Gmsh $MeshFormat, VTK legacy or XML, INRIA MeshVersionFormatted, "
          "TetGen .node/.ele, Abaqus *NODE, Vega *VERTICES, STL, PLY, OFF, OBJ); convert it with Gmsh");
+}
+
+/// A triangle of a node that the file lacks bounds nothing.
+void require_triangles(const fs::path& file, const RawMesh& raw) {
+    if (!raw.tet.empty() || raw.triangle.empty()) return;
+    std::vector<Tag> known = raw.node_tag;
+    std::sort(known.begin(), known.end());
+    for (std::size_t t = 0; t < raw.triangle.size(); ++t)
+        for (Tag tag : raw.triangle[t])
+            if (!std::binary_search(known.begin(), known.end(), tag))
+                fail(file, fmt::format("triangle {} names node {}, which the file does not have", t + 1, tag));
 }
 
 void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
@@ -72,9 +105,15 @@ void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
         fail(file, fmt::format("has {} elements of type {} (element {} is the first); only 4-node tetrahedra are "
                                "taken: mesh the body again with linear tetrahedra",
                                other.count, other.type, other.first));
+    if (raw.tet.empty() && !raw.triangle.empty()) {
+        Soup soup;
+        to_soup(raw, soup);
+        fail(file, fmt::format("has no tetrahedra but a surface: {}; give edge_length (metres) or node_count in [mesh] "
+                               "to fill it where it is closed, or a volume mesh",
+                               describe(soup)));
+    }
     if (raw.tet.empty())
-        fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh, for example: gmsh -3 FILE",
-                               raw.surface_elements));
+        fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh", raw.surface_elements));
     if (raw.second_order > 0 && !linearize)
         fail(file,
              fmt::format("has {} second-order tetrahedra (element {} is the first); set linearize = true in [mesh] "
@@ -230,7 +269,19 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
 }  // namespace
 
 TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
-    return make_tet_mesh(file, read_raw(file), options);
+    const RawMesh raw = read_raw(file);
+    require_triangles(file, raw);
+    if (!options.fill.given()) return make_tet_mesh(file, raw, options);
+    if (!raw.tet.empty() || !raw.other.empty())
+        fail(file, "is a volume mesh, which is not filled; remove edge_length and node_count from [mesh]");
+    if (raw.triangle.empty()) fail(file, "has no triangles to fill; give a closed surface");
+    return make_tet_mesh(file, fill_surface(file, raw, options.fill), options);
+}
+
+std::vector<fs::path> mesh_files(const fs::path& file) {
+    const std::string kind = lower(file.extension().string());
+    if (kind != ".node" && kind != ".ele") return {file};
+    return {fs::path(file).replace_extension(".node"), fs::path(file).replace_extension(".ele")};
 }
 
 }  // namespace haptable

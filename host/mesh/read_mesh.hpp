@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "host/mesh/fill.hpp"
 #include "host/mesh/mesh.hpp"
 
 namespace haptable {
@@ -10,16 +11,20 @@ namespace haptable {
 struct ReadOptions {
     double scale_m = 1.0;    ///< metres per unit of the file
     bool linearize = false;  ///< take second-order tetrahedra by their corners
+    FillTarget fill;         ///< how to fill a closed surface; belongs to a file without tetrahedra
 };
 
 /// Reads a tetrahedral mesh whose format its content tells: Gmsh .msh (1, 2.2, 4.1; text or binary), VTK legacy and
 /// XML, INRIA .mesh, TetGen .node/.ele, Abaqus .inp, Vega .veg. Nodes keep the order of their numbers in the file;
 /// those that no tetrahedron uses are left out, and tetrahedra that stand the other way round are turned: both are
-/// counted and said in TetMesh::notes. Throws Error that names the file and the node or element, by its number in the
-/// file.
+/// counted and said in TetMesh::notes. A closed surface (STL, OBJ, PLY, OFF, or triangles alone in one of those
+/// formats) is filled. Throws Error that names the file and the node or element, by its number in the file.
 TetMesh read_mesh(const std::filesystem::path& file, const ReadOptions& options);
 inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
-    return read_mesh(file, ReadOptions{scale_m, false});
+    return read_mesh(file, ReadOptions{scale_m, false, {}});
 }
+
+/// The files that are read for it: two for TetGen's pair.
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file);
 
 }  // namespace haptable

@@ -10,11 +10,18 @@
 namespace haptable {
 
 /// Gmsh's names of what its library reads: each makes the library choose the reader that we mean.
-/// ".msh", ".vtk", ".mesh", ".stl", ".ply", ".off", ".obj"
+/// ".msh", ".vtk", ".mesh"
 using GmshKind = std::string_view;
 
 /// Through the Gmsh library, in a process of its own: it may crash, hang or take all memory without harm.
 RawMesh read_with_gmsh(const std::filesystem::path& file, std::string_view text, GmshKind kind);
+
+/// A closed surface in RawMesh::triangle.
+enum class SurfaceKind { kStl, kPly, kOff, kObj };
+RawMesh read_surface(const std::filesystem::path& file, std::string_view text, SurfaceKind kind);
+
+/// "0,5" is read as 0 or as 0.5, as the locale will: neither is what a file of numbers may depend on.
+void refuse_comma_decimals(const std::filesystem::path& file, std::string_view text);
 
 /// TetGen's pair NAME.node, NAME.ele; either may be named.
 RawMesh read_tetgen(const std::filesystem::path& file);

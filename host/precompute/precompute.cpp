@@ -15,7 +15,8 @@
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/precompute/loose.hpp"
+#include "host/precompute/mask.hpp"
+#include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
 #include "host/tables/npy.hpp"
@@ -36,8 +37,9 @@ constexpr double kLargestResidual = 1e-6;
 // every case that was tried, slender bodies and Poisson's ratio 0.49999999 among them.
 constexpr double kFloatError = 2e-6;
 
-void require_held(const Scene& scene, const Body& body) {
+void require_held(const Scene& scene, const Body& body, Summary& summary) {
     const Nodes loose = find_loose_nodes(body);
+    summary.holds = find_holds(body, loose);
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
 }
 
@@ -75,27 +77,40 @@ void require_room(const Scene& scene, const Body& body, const fs::path& folder) 
             folder.string(), static_cast<double>(needed) / 1e9, static_cast<double>(space.available) / 1e9));
 }
 
-std::vector<NodePair> diagonal_of(const Nodes& node) {
-    std::vector<NodePair> diagonal;
-    for (std::int32_t i : node) diagonal.push_back({i, i});
-    return diagonal;
+/// Edges whose L_ij the consistent force needs: those between free touchable nodes, as mesh nodes, lower first.
+std::vector<std::array<std::int32_t, 2>> coupled_edges(const Scene& scene, const Body& body) {
+    std::vector<std::array<std::int32_t, 2>> edges;
+    if (scene.contact.force != "consistent") return edges;
+    for (const auto& edge : edges_of(body.touch_patch))
+        if (!body.is_fixed(edge[0]) && !body.is_fixed(edge[1])) edges.push_back(edge);
+    return edges;
+}
+
+/// The blocks that selected inversion gives: L_ii of the touchable nodes, then L_ij of edges.
+std::vector<NodePair> wanted_blocks(const Scene& scene, const Body& body) {
+    std::vector<NodePair> wanted;
+    const auto unknown = [&](std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; };
+    for (std::int32_t node : body.touch_node) wanted.push_back({unknown(node), unknown(node)});
+    for (const auto& edge : coupled_edges(scene, body)) wanted.push_back({unknown(edge[0]), unknown(edge[1])});
+    return wanted;
 }
 
 /// A column's entries are not inverted: only the rounding of the solve counts, twice that of a block at the worst.
 bool takes_float_columns(double tolerance) { return tolerance > 2.0 * kFloatError; }
 
-/// L_ii of the touchable nodes by selected inversion. In float only where inverting the worst L_ii leaves the error
-/// below the tolerance.
-std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const Nodes& node, const Nodes& mesh_node,
-                                           double tolerance, Progress& progress, Summary& summary) {
-    const SelectedInversion inversion(factor.supernodes(), diagonal_of(node));
+/// The wanted blocks by selected inversion, L_ii of `mesh_node` first. In float only where inverting the worst L_ii
+/// leaves the error below the tolerance.
+std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const std::vector<NodePair>& wanted,
+                                           const Nodes& mesh_node, double tolerance, Progress& progress,
+                                           Summary& summary) {
+    const SelectedInversion inversion(factor.supernodes(), wanted);
     summary.block_flops = inversion.flops();
     if (tolerance > kFloatError) {
-        std::vector<Eigen::Matrix3d> l_ii = inversion.compute<float>(progress);
+        std::vector<Eigen::Matrix3d> blocks = inversion.compute<float>(progress);
         NodeStiffness trial;
-        for (std::size_t i = 0; i < node.size(); ++i) trial.add(mesh_node[i], l_ii[i]);
+        for (std::size_t i = 0; i < mesh_node.size(); ++i) trial.add(mesh_node[i], blocks[i]);
         summary.block_precision = "float";
-        if (trial.largest_condition * kFloatError < tolerance) return l_ii;
+        if (trial.largest_condition * kFloatError < tolerance) return blocks;
     }
     summary.block_precision = "double";
     return inversion.compute<double>(progress);
@@ -200,6 +215,69 @@ void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen:
     write_file(folder / "mesh.vtu", to_vtu(body));
 }
 
+/// 3x3 blocks, row by row.
+void write_blocks(const fs::path& path, const std::vector<std::size_t>& shape,
+                  const std::vector<Eigen::Matrix3d>& blocks) {
+    NpyWriter<double> writer(path, shape);
+    for (const Eigen::Matrix3d& block : blocks) {
+        const Eigen::Matrix3d rows = block.transpose();
+        writer.append(std::span<const double>(rows.data(), 9));
+    }
+    writer.close();
+}
+
+template <std::size_t group>
+std::vector<Eigen::Matrix3d> flat(const std::vector<std::array<Eigen::Matrix3d, group>>& grouped) {
+    std::vector<Eigen::Matrix3d> blocks;
+    for (const auto& one : grouped) blocks.insert(blocks.end(), one.begin(), one.end());
+    return blocks;
+}
+
+/// L_ij of every touchable edge; 0 where an end is fixed.
+void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const std::vector<Eigen::Matrix3d>& l_ij,
+                 const Body& body, const fs::path& folder) {
+    const auto edges = edges_of(body.touch_patch);
+    std::vector<Eigen::Matrix3d> blocks;
+    std::size_t next = 0;
+    for (const auto& edge : edges) {
+        const bool has = next < coupled.size() && coupled[next] == edge;
+        blocks.push_back(has ? l_ij[next++] : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
+    }
+    write_rows(folder / "edge_id.npy", edges);
+    write_blocks(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
+}
+
+/// How loads on the masks' control points spread over nodes: vertices first, then edges.
+void write_spread(const Masks& masks, const fs::path& folder) {
+    std::vector<std::int32_t> begin{0}, node;
+    std::vector<float> weight;
+    for (const auto* list : {&masks.vertex, &masks.edge})
+        for (const NodeWeights& one : *list) {
+            node.insert(node.end(), one.node.begin(), one.node.end());
+            for (double w : one.weight) weight.push_back(static_cast<float>(w));
+            begin.push_back(static_cast<std::int32_t>(node.size()));
+        }
+    write_npy<std::int32_t>(folder / "spread_begin.npy", {begin.size()}, begin);
+    write_npy<std::int32_t>(folder / "spread_node.npy", {node.size()}, node);
+    write_npy<float>(folder / "spread_weight.npy", {weight.size()}, weight);
+}
+
+/// The tables of the pressure mask.
+void compute_mask(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
+                  const fs::path& folder, Progress& progress, Summary& summary) {
+    const Masks masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
+    const MaskCompliance c = compute_mask_compliance(factor, k, masks, body.touch_patch, body.unknown, progress);
+    summary.mask_most_nodes = masks.most_nodes;
+    summary.mask_widened = masks.widened;
+    summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
+    write_npy<std::int32_t>(folder / "vertex_id.npy", {masks.vertex_id.size()}, masks.vertex_id);
+    write_rows(folder / "edge_id.npy", masks.edge_id);
+    write_blocks(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
+    write_blocks(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
+    write_blocks(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
+    write_spread(masks, folder);
+}
+
 std::vector<fs::path> files_in(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
@@ -213,7 +291,9 @@ void publish(const fs::path& beside, const fs::path& folder) {
     try {
         fs::create_directories(folder);
         fs::remove(folder / "summary.json");
-        for (const char* optional : {"columns.npy", "row_id.npy"})
+        for (const char* optional : {"columns.npy", "row_id.npy", "edge_id.npy", "edge_compliance.npy", "vertex_id.npy",
+                                     "vertex_compliance.npy", "patch_compliance.npy", "spread_begin.npy",
+                                     "spread_node.npy", "spread_weight.npy"})
             if (!fs::exists(beside / optional)) fs::remove(folder / optional);
         for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
         fs::rename(beside / "summary.json", folder / "summary.json");
@@ -250,14 +330,15 @@ double peak_memory() {
 }
 
 /// What the run will need, from the pattern of the factor.
-MemoryNeed foresee(const Scene& scene, const Factor& factor, const Eigen::SparseMatrix<double>& k, const Nodes& node,
-                   const Nodes& row, double tolerance) {
+MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
+                   const Nodes& node, const Nodes& row, double tolerance) {
     MemoryNeed need;
     need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
     need.factor = factor.bytes();
     // A trial in float may have to be done again in double.
     need.fronts =
-        static_cast<double>(SelectedInversion(factor.supernodes(), diagonal_of(node)).stack_entries()) * sizeof(double);
+        static_cast<double>(SelectedInversion(factor.supernodes(), wanted_blocks(scene, body)).stack_entries()) *
+        sizeof(double);
     need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
     if (scene.tables.columns == "none") return need;
     const ColumnSolver columns(factor.supernodes(), node, row);
@@ -275,8 +356,11 @@ void describe_factor(const Factor& factor, Summary& summary) {
 }  // namespace
 
 Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
-    const std::vector<Lame> material(body.mesh.tet.size(),
-                                     Lame::from_young(scene.material.young_pa, scene.material.poisson));
+    const auto lame = [](const Material& m) { return Lame::from_young(m.young_pa, m.poisson); };
+    std::vector<Lame> material;
+    for (std::int32_t region : body.region)
+        material.push_back(
+            lame(region < 0 ? scene.material : scene.regions[static_cast<std::size_t>(region)].material));
     return assemble_stiffness(body.mesh.position_m, body.mesh.tet, material, body.unknown,
                               static_cast<std::int32_t>(body.free_node.size()));
 }
@@ -290,7 +374,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
     progress.stage("mesh");
     result.body = make_body(scene, make_mesh(scene.mesh));
-    require_held(scene, body);
+    summary.audit = audit_mesh(body.mesh);
+    require_held(scene, body, summary);
     summary.model_hash = hash_model(scene, body);
     summary.tolerance = options.tolerance;
     result.unchanged = !options.force && is_current(folder, scene, summary);
@@ -304,7 +389,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     progress.stage("factor");
     const Nodes node = unknowns_of(body.touch_node, body), row = unknowns_of(rows_of(scene, body), body);
     const Factor factor(k, [&](const Factor& symbolic) {
-        summary.memory = foresee(scene, symbolic, k, node, row, options.tolerance);
+        summary.memory = foresee(scene, body, symbolic, k, node, row, options.tolerance);
         require_memory(scene.file.string(), summary.memory,
                        options.memory_bytes > 0.0 ? options.memory_bytes : available_memory(),
                        static_cast<double>(body.free_node.size()));
@@ -320,10 +405,18 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     make_folder(beside.path(), folder);
     require_room(scene, body, beside.path());
     progress.stage("blocks");
-    const std::vector<Eigen::Matrix3d> l_ii =
-        invert_blocks(factor, node, body.touch_node, options.tolerance, progress, summary);
+    std::vector<Eigen::Matrix3d> l_ii =
+        invert_blocks(factor, wanted_blocks(scene, body), body.touch_node, options.tolerance, progress, summary);
+    const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(node.size()), l_ii.end());
+    l_ii.resize(node.size());
     const std::vector<Eigen::Matrix3d> stiffness = invert_each(body, l_ii, summary.checks);
     clock.end("blocks");
+    if (scene.contact.force == "consistent") write_edges(coupled_edges(scene, body), l_ij, body, beside.path());
+    if (scene.contact.force == "pressure-mask") {
+        progress.stage("mask");
+        compute_mask(scene, body, factor, k, beside.path(), progress, summary);
+        clock.end("mask");
+    }
     std::optional<ColumnFile> columns;
     if (scene.tables.columns != "none") {
         progress.stage("columns");

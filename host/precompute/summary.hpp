@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
+#include "host/precompute/loose.hpp"
 #include "host/precompute/memory.hpp"
 
 namespace haptable {
@@ -29,6 +31,8 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
+    Audit audit;
+    std::vector<Hold> holds;   ///< by body
     double tolerance = 0.0;    ///< as asked for
     MemoryNeed memory;         ///< foreseen, bytes
     double memory_peak = 0.0;  ///< of the process so far, bytes
@@ -39,6 +43,9 @@ struct Summary {
     double block_flops = 0.0;                                   ///< of the selected inversion
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
+    std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
+    std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
+    std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
@@ -63,6 +70,9 @@ std::uint64_t hash_model(const Scene& scene, const Body& body);
 /// True where the folder holds, complete, what this program would compute: summary.json names the same content
 /// (model_hash), scene, tolerance and program (its own bytes), and every file has the size that it gives.
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected);
+
+/// How each body is held: [{nodes, tetrahedra, held_nodes, held}].
+nlohmann::ordered_json to_json(const std::vector<Hold>& holds);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);

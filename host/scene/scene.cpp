@@ -22,6 +22,9 @@ using Names = std::vector<std::string_view>;
 // A million nodes: beyond that the factor does not fit into the memory of a workstation.
 constexpr std::int64_t kMostNodesPerSide = 100;
 
+// A filled surface needs room for some tetrahedra.
+constexpr std::int64_t kFewestNodes = 20;
+
 // Diamond has 1.2e12 Pa; beyond these bounds the tables leave the range of float32.
 constexpr double kSoftest_pa = 1e-3;
 constexpr double kStiffest_pa = 1e15;
@@ -32,8 +35,6 @@ struct Later {
     std::string_view advice;
 };
 constexpr Later kLater[] = {
-    {"region", "one [material] holds for the whole body; remove [[region]]"},
-    {"contact.mask_radius", "the finger is a point; remove the line"},
     {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
 };
 
@@ -231,6 +232,8 @@ std::string read_name(const Section& root) {
 void read_generator(const Section& mesh, MeshSource& source) {
     source.generate = mesh.choice("generate", {"cube"}, {});
     if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
+    for (const char* key : {"edge_length", "node_count"})
+        if (mesh.has(key)) mesh.fail(key, "belongs to a surface file that is filled; give the cube nodes_per_side");
     if (mesh.has("scale")) mesh.fail("scale", "belongs to a mesh file; give the cube's side in metres and remove it");
     const std::int64_t nodes = mesh.integer("nodes_per_side", source.nodes_per_side);
     if (nodes < 2 || nodes > kMostNodesPerSide)
@@ -247,11 +250,19 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
     source.file = scene_file.parent_path() / file;
     source.scale_m = mesh.positive("scale", source.scale_m);
     source.linearize = mesh.flag("linearize", false);
+    if (mesh.has("edge_length") && mesh.has("node_count"))
+        mesh.fail("node_count", "there is an edge_length too; keep one of them");
+    if (mesh.has("edge_length")) source.edge_length_m = mesh.positive("edge_length");
+    if (!mesh.has("node_count")) return;
+    const std::int64_t nodes = mesh.integer("node_count", 0);
+    if (nodes < kFewestNodes) mesh.fail("node_count", fmt::format("is {} and must be {} or more", nodes, kFewestNodes));
+    source.node_count = static_cast<std::size_t>(nodes);
 }
 
 MeshSource read_source(const Section& root, const fs::path& scene_file) {
-    const Section mesh =
-        root.section("mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize"}, true);
+    const Section mesh = root.section(
+        "mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize", "edge_length", "node_count"},
+        true);
     if (mesh.has("generate") && mesh.has("file"))
         mesh.fail("file", "there is a generator too; keep either generate or file");
     if (!mesh.has("generate") && !mesh.has("file"))
@@ -264,8 +275,7 @@ MeshSource read_source(const Section& root, const fs::path& scene_file) {
     return source;
 }
 
-Material read_material(const Section& root) {
-    const Section section = root.section("material", {"young", "poisson"}, true);
+Material read_material(const Section& section) {
     Material material;
     material.young_pa = section.positive("young");
     if (material.young_pa < kSoftest_pa || material.young_pa > kStiffest_pa)
@@ -279,29 +289,53 @@ Material read_material(const Section& root) {
     return material;
 }
 
-std::vector<Selection> read_selections(const Section& root, std::string_view key) {
+/// "box" or "group", one of them.
+Selection read_selection(const Section& section) {
+    Selection selection;
+    selection.line = section.line();
+    if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
+    if (section.has("box")) {
+        selection.box_m = section.box("box");
+    } else {
+        selection.group = section.text("group");
+        if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
+    }
+    return selection;
+}
+
+std::vector<Selection> read_fixed(const Section& root) {
     std::vector<Selection> selections;
-    for (const Section& section : root.sections(key, {"box", "group"})) {
-        Selection selection;
-        selection.line = section.line();
-        if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
-        if (section.has("box")) {
-            selection.box_m = section.box("box");
-        } else {
-            selection.group = section.text("group");
-            if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
-        }
-        selections.push_back(std::move(selection));
+    for (const Section& section : root.sections("fixed", {"box", "group"}))
+        selections.push_back(read_selection(section));
+    return selections;
+}
+
+std::vector<Selection> read_touch(const Section& root) {
+    std::vector<Selection> selections;
+    for (const Section& section : root.sections("touch", {"box", "group", "cavities"})) {
+        selections.push_back(read_selection(section));
+        selections.back().cavities = section.flag("cavities", false);
     }
     return selections;
 }
 
+std::vector<Region> read_regions(const Section& root) {
+    std::vector<Region> regions;
+    for (const Section& section : root.sections("region", {"box", "group", "young", "poisson"}))
+        regions.push_back({read_selection(section), read_material(section)});
+    return regions;
+}
+
 ContactOptions read_contact(const Section& root) {
-    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness"}, false);
+    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness", "mask_radius"}, false);
     ContactOptions contact;
-    contact.force = section.choice("force", {"interpolated"}, {"consistent", "pressure-mask"});
-    contact.god_object = section.choice("god_object", {"nearest"}, {"least-energy"});
+    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"}, {});
+    contact.god_object = section.choice("god_object", {"nearest", "least-energy"}, {});
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
+    if (contact.force == "pressure-mask")
+        contact.mask_radius_m = section.positive("mask_radius");
+    else if (section.has("mask_radius"))
+        section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     return contact;
 }
 
@@ -336,14 +370,16 @@ toml::table parse(const fs::path& file) {
 
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
-    const Section root(file, "", table, {"name", "mesh", "material", "fixed", "touch", "contact", "device", "tables"});
+    const Section root(file, "", table,
+                       {"name", "mesh", "material", "region", "fixed", "touch", "contact", "device", "tables"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
     scene.mesh = read_source(root, file);
-    scene.material = read_material(root);
-    scene.fixed = read_selections(root, "fixed");
-    scene.touch = read_selections(root, "touch");
+    scene.material = read_material(root.section("material", {"young", "poisson"}, true));
+    scene.regions = read_regions(root);
+    scene.fixed = read_fixed(root);
+    scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     scene.device = read_device(root);
     scene.tables = read_table_options(root);

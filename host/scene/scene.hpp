@@ -18,6 +18,8 @@ struct MeshSource {
     std::filesystem::path file;  ///< as it can be opened: already relative to the scene's folder
     double scale_m = 1.0;        ///< metres per unit of the file
     bool linearize = false;      ///< take second-order tetrahedra by their corners
+    double edge_length_m = 0.0;  ///< mean edge that a closed surface is filled with; 0: not given
+    std::size_t node_count = 0;  ///< nodes that a closed surface is filled with; 0: not given
 };
 
 /// [material]: isotropic and linear.
@@ -26,17 +28,25 @@ struct Material {
     double poisson = 0.0;   ///< -1 < poisson < 0.5
 };
 
-/// One [[fixed]] or [[touch]] table: all nodes in a box, or a named group of the mesh file.
+/// One [[fixed]], [[touch]] or [[region]] table: a box, or a named group of the mesh file.
 struct Selection {
     std::optional<std::array<double, 6>> box_m;  ///< xmin ymin zmin xmax ymax zmax, borders included
     std::string group;                           ///< empty where a box is given
     int line = 0;                                ///< of the table in the scene file, for errors
+    bool cavities = false;                       ///< [[touch]] only: inner cavities too
+};
+
+/// [[region]]: other tetrahedra than the body's, those of a group or with their centre in a box.
+struct Region {
+    Selection where;
+    Material material;
 };
 
 /// [contact]
 struct ContactOptions {
-    std::string force = "interpolated";
-    std::string god_object = "nearest";
+    std::string force = "interpolated";  ///< interpolated | consistent | pressure-mask
+    std::string god_object = "nearest";  ///< nearest | least-energy
+    double mask_radius_m = 0.0;          ///< of a pressure mask; 0 for the other forces
     double rigid_stiffness_n_per_m = 1000.0;
 };
 
@@ -58,9 +68,10 @@ struct Scene {
     std::filesystem::path file;
     std::string name;  ///< a letter, then letters, digits, '_' and '-': names build/<name> and the C model
     MeshSource mesh;
-    Material material;
+    Material material;  ///< of what no region holds
+    std::vector<Region> regions;
     std::vector<Selection> fixed;
-    std::vector<Selection> touch;  ///< empty: the whole surface
+    std::vector<Selection> touch;  ///< empty: the whole surface but inner cavities
     ContactOptions contact;
     Device device;
     TableOptions tables;

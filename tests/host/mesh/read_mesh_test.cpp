@@ -172,7 +172,7 @@ class SharedMesh : public testing::TestWithParam<Known> {};
 TEST_P(SharedMesh, HasTheKnownCounts) {
     const Known& known = GetParam();
     if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
-    const TetMesh mesh = read_mesh(kShared / known.file, ReadOptions{1.0, true});
+    const TetMesh mesh = read_mesh(kShared / known.file, ReadOptions{1.0, true, {}});
     const Surface surface = find_surface(mesh.tet);
     EXPECT_EQ(mesh.position_m.size(), known.nodes);
     EXPECT_EQ(mesh.tet.size(), known.tets);

@@ -104,13 +104,17 @@ TEST_F(SceneFile, UnknownKeysAreErrorsWithTheNearestKnownOne) {
     expect_error("columns", "column", 18, "tables.column: unknown key; did you mean columns?");
 }
 
+TEST_F(SceneFile, AMaskNeedsItsRadiusAndOnlyAMaskHasOne) {
+    expect_error("[device]", "mask_radius = 0.01\n[device]", 15, "contact.mask_radius: belongs to force");
+    expect_error("interpolated", "pressure-mask", 13, "contact.mask_radius: is missing");
+    expect_error("\"interpolated\"", "\"pressure-mask\"\nmask_radius = 0", 15, "must be greater than 0");
+    expect_error("interpolated", "consistant", 14, "did you mean consistent?");
+    expect_error("[device]", "god_object = \"last-energy\"\n[device]", 15, "did you mean least-energy?");
+}
+
 TEST_F(SceneFile, WhatLaterVersionsBringIsRefusedByName) {
     expect_error("[device]", "[[region]]\ngroup = \"a\"\n[device]", 15, "region: this version does not have it");
-    expect_error("[device]", "mask_radius = 0.01\n[device]", 15, "contact.mask_radius: this version");
     expect_error("columns", "flash_budget = 10\ncolumns", 18, "tables.flash_budget: this version");
-    for (const char* force : {"consistent", "pressure-mask"})
-        expect_error("interpolated", force, 14, "contact.force: this version does not have");
-    expect_error("[device]", "god_object = \"least-energy\"\n[device]", 15, "contact.god_object: this version");
     for (const char* precision : {"float16", "int16"})
         expect_error("columns", std::string("precision = \"") + precision + "\"\ncolumns", 18,
                      "tables.precision: this");

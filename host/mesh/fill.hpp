@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A closed surface becomes a body of tetrahedra.
+#pragma once
+
+#include <filesystem>
+
+#include "host/mesh/raw_mesh.hpp"
+
+namespace haptable {
+
+/// How fine the body is to be: one of the two is greater than 0.
+struct FillTarget {
+    double edge_length = 0.0;    ///< where the surface is smooth, in units of the file; creases have shorter ones
+    std::size_t node_count = 0;  ///< nodes of the body, to 5 % where its shape allows it
+    bool given() const { return edge_length > 0.0 || node_count > 0; }
+};
+
+/// Meshes the inside of raw.triangle by Delaunay refinement (CGAL's Mesh_3; Jamin, Alliez, Yvinec and Boissonnat 2015);
+/// the surface is meshed anew, within a tenth of an edge of the given one, and keeps its creases of more than 75
+/// degrees. Same input, same mesh. Triangles that are turned inside out are turned, with a note.
+/// Throws Error that counts the bad edges and says where the first is: open or non-manifold ones, or triangles that
+/// intersect.
+RawMesh fill_surface(const std::filesystem::path& file, const RawMesh& raw, const FillTarget& target);
+
+}  // namespace haptable
