@@ -236,7 +236,7 @@ static void slide(struct walk* walk, struct point* here, struct haptable_counter
     while (walk->steps < HAPTABLE_ENERGY_STEPS && find_way(walk, here, d) && advance(walk, d, here)) {
     }
     if (walk->steps >= HAPTABLE_ENERGY_STEPS) ++counters->walk_limits;
-    if ((uint32_t)walk->steps > counters->most_patches) counters->most_patches = (uint32_t)walk->steps;
+    if ((uint32_t)walk->steps > counters->most_steps) counters->most_steps = (uint32_t)walk->steps;
 }
 
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
@@ -279,7 +279,7 @@ static int is_beyond_vertex(const struct haptable_model* model, const struct hap
         if (gap >= best) continue;
         best = gap;
         nearest = next;
-    } while (++patches < HAPTABLE_WALK_PATCHES && fan_next(model, &fan));
+    } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
     return surface_is_outside(model, &nearest, x_m);
 }
 
