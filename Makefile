@@ -125,7 +125,7 @@ clean:
 # help: this list
 .PHONY: help
 help:
-	@sed -n 's/^# \([a-z]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
+	@sed -n 's/^# \([a-z-]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 # `make V=1` prints whole commands.
 Q = $(if $(V),,@)

@@ -51,6 +51,17 @@ firmware: $(BUILD)/setup-cross.stamp
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
+# firmware-diff: what the image's code, tables, state and stack grew by against main (make firmware-diff AGAINST=v0.1.0 TARGET=rv32)
+AGAINST ?= main
+.PHONY: firmware-diff
+firmware-diff: firmware
+	@sh firmware/against.sh $(AGAINST) $(BUILD) '$(MAKE)' SCENE=$(SCENE) TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
+
+# misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
+.PHONY: misra
+misra: $(BUILD)/setup.stamp
+	@sh tests/misra.sh --list
+
 # loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
 LINE ?= pipes
 BAUD ?= 1000000

@@ -48,6 +48,9 @@ done
 sed -n 's/^edge: { sourcename: "\([^"]*\)" targetname: "\([^"]*\)".*/\1 \2/p' "$calls"/*.ci | sed 's/[^ ]*:\([a-z]\)/\1/g' >"$calls/edges"
 tsort "$calls/edges" >/dev/null 2>"$calls/cycles" || complain "firmware recurses: $(cat "$calls/cycles")"
 
+# ---- MISRA C:2012, as far as cppcheck's addon goes: firmware/misra.txt lists what we deviate from, and why ------------
+sh tests/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firmware/misra.txt"
+
 # ---- form ---------------------------------------------------------------------------------------------------------
 # shellcheck disable=SC2046 # file names of ours hold no spaces
 clang-format --dry-run -Werror $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp') || complain "run make format"
