@@ -102,6 +102,7 @@ bench: $(BUILD)/bin/haptable-bench
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/bench/bench.sh
+	@$(MAKE) --no-print-directory instructions
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
 .PHONY: lint
