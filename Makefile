@@ -98,11 +98,12 @@ scene: all
 
 # bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
 .PHONY: bench
-bench: $(BUILD)/bin/haptable-bench
+bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/bench/bench.sh
 	@$(MAKE) --no-print-directory instructions
+	@$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
 .PHONY: lint
@@ -176,6 +177,9 @@ $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
+	$(link) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)

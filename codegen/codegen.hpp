@@ -5,13 +5,28 @@
 #include <filesystem>
 
 #include "codegen/model.hpp"
+#include "codegen/precision.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
 
+/// What a model takes, and what other ways to store its blocks would.
+struct ModelSize {
+    std::vector<TableBytes> flash;          ///< by table, in the order of model.c
+    std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
+};
+
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
-/// Throws Error that names the file when a table is missing or damaged, or the object is too large for the servo.
-void generate_model(const std::filesystem::path& folder);
+/// Throws Error that names the file when a table is missing or damaged, and Error where the object is too large for the
+/// servo or for its flash budget.
+ModelSize generate_model(const std::filesystem::path& folder);
+
+/// Bytes of flash that each of the servo's tables takes, in the order of model.c.
+std::vector<TableBytes> flash_tables(const ServoModel& model);
+
+/// Throws Error that lists what takes the room, and what would make it fit, where the tables take more than the budget
+/// (0: none).
+void require_flash(const std::vector<TableBytes>& tables, const ServoModel& model, std::uintmax_t budget_bytes);
 
 /// Bytes of flash that the servo's tables take.
 std::size_t flash_bytes(const ServoModel& model);

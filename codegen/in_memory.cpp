@@ -43,6 +43,8 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.box_count = static_cast<std::uint16_t>(servo.index.boxes.size());
     model.vertex_m = reinterpret_cast<const float(*)[3]>(servo.vertex_m.data());
     model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(servo.stiffness_n_per_m.data());
+    model.packed = reinterpret_cast<const std::uint16_t(*)[6]>(servo.packed.data());
+    model.packed_scale_n_per_m = servo.packed_scale_n_per_m.data();
     model.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo.patch.data());
     model.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo.neighbour.data());
     model.box = reinterpret_cast<const haptable_box*>(servo.index.boxes.data());
@@ -50,6 +52,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.god_object = modes.god_object.function;
     model.force = modes.force.function;
     model.energy = modes.energy.function;
+    model.unpack = servo.packed.empty() ? nullptr : modes.unpack.function;
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
         model.compliance = servo.compliance.in_memory.get();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 
@@ -87,6 +88,7 @@ ServoModel build_model(const Tables& tables) {
     }
     for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block, "a stiffness"));
 
+    pack_blocks(tables.precision, model);
     const auto patches = vertex_patches(tables, model.node);
     model.index = build_index(model.vertex_m, patches);
     for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "firmware/haptable.h"
@@ -40,12 +41,20 @@ struct ServoCompliance {
     mutable std::shared_ptr<haptable_compliance> in_memory;
 };
 
+/// Bytes of flash of one table.
+struct TableBytes {
+    std::string name;
+    std::size_t bytes;
+};
+
 /// The fields of struct haptable_model, ready to be written as text.
 struct ServoModel {
     std::vector<std::int32_t> node;  ///< [v] mesh node of each vertex, free ones first
     std::size_t free_count = 0;
     std::vector<std::array<float, 3>> vertex_m;           ///< [v]
     std::vector<std::array<float, 6>> stiffness_n_per_m;  ///< [free_count] xx yy zz xy yz zx
+    std::vector<std::array<std::uint16_t, 6>> packed;     ///< [free_count] the same in 16 bits; empty for float32
+    std::vector<float> packed_scale_n_per_m;              ///< [1] for float16, [free_count] for int16
     std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
     SpatialIndex index;

@@ -44,8 +44,15 @@ Modes modes_of(const Tables& tables) {
         {"consistent", HAPTABLE_NAMED(haptable_energy_consistent)},
         {"pressure-mask", HAPTABLE_NAMED(haptable_energy_pressure_mask)},
     };
-    Modes modes{
-        chosen(god_objects, "god_object", tables.god_object), chosen(forces, "force", tables.force), {"0", nullptr}};
+    static const Choices<haptable_unpack_fn> precisions = {
+        {"float32", {"0", nullptr}},
+        {"float16", HAPTABLE_NAMED(haptable_unpack_float16)},
+        {"int16", HAPTABLE_NAMED(haptable_unpack_int16)},
+    };
+    Modes modes{chosen(god_objects, "god_object", tables.god_object),
+                chosen(forces, "force", tables.force),
+                chosen(precisions, "precision", tables.precision),
+                {"0", nullptr}};
     if (tables.god_object == "least-energy") modes.energy = chosen(energies, "force", tables.force);
     return modes;
 }

@@ -11,7 +11,8 @@
 /* f = S_v u */
 static void vertex_load(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
     if (vertex < model->free_count) {
-        vec_symmetric_product(block_of(model, vertex), u, f);
+        float room[6];
+        vec_symmetric_product(block_of(model, vertex, room), u, f);
     } else {
         vec_zero(f);
         vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);
@@ -27,7 +28,8 @@ static void stiffness_at(const struct haptable_model* model, const struct haptab
         const uint16_t vertex = model->patch[contact->patch][corner];
         const float alpha = contact->alpha[corner];
         if (vertex < model->free_count) {
-            const float* block = block_of(model, vertex);
+            float room[6];
+            const float* block = block_of(model, vertex, room);
             for (i = 0; i < 6; ++i) s[i] += alpha * block[i];
         } else {
             for (i = 0; i < 3; ++i) s[i] += alpha * model->rigid_stiffness_n_per_m;

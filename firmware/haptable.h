@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 2
+#define HAPTABLE_TABLE_VERSION 3
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -76,6 +76,9 @@ struct haptable_counters;
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
                                     const float from_m[3], const float to_m[3], struct haptable_counters* counters);
 
+/* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
+typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
+
 /* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
 typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float nodal_force_n[3][3], float force_n[3]);
@@ -106,14 +109,18 @@ struct haptable_model {
     uint16_t free_count;           /* how many of them are free: these have a block */
     uint16_t patch_count;
     uint16_t box_count;
-    const float (*vertex_m)[3];          /* [vertex_count] rest positions V_i */
-    const float (*stiffness_n_per_m)[6]; /* [free_count] S_i: xx yy zz xy yz zx; NULL where compliance is given */
-    const uint16_t (*patch)[3];          /* [patch_count] vertices, counter-clockwise from outside */
-    const uint16_t (*neighbour)[3];      /* [patch_count] patch across the edge opposite to corner c, or NONE */
-    const struct haptable_box* box;      /* [box_count] */
-    haptable_god_object_fn* god_object;  /* one of those below */
-    haptable_force_fn* force;            /* one of those below */
-    haptable_energy_fn* energy;          /* of that force, for a god-object that needs it; or NULL */
+    const float (*vertex_m)[3]; /* [vertex_count] rest positions V_i */
+    const float (
+        *stiffness_n_per_m)[6];         /* [free_count] S_i: xx yy zz xy yz zx; NULL: the force reads none, or packed */
+    haptable_unpack_fn* unpack;         /* how S_i is read from packed; NULL: it is not packed */
+    const uint16_t (*packed)[6];        /* [free_count] S_i in 16 bits: numbers to be scaled */
+    const float* packed_scale_n_per_m;  /* [1] float16, [free_count] int16 */
+    const uint16_t (*patch)[3];         /* [patch_count] vertices, counter-clockwise from outside */
+    const uint16_t (*neighbour)[3];     /* [patch_count] patch across the edge opposite to corner c, or NONE */
+    const struct haptable_box* box;     /* [box_count] */
+    haptable_god_object_fn* god_object; /* one of those below */
+    haptable_force_fn* force;           /* one of those below */
+    haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
     const struct haptable_compliance* compliance; /* for a force that needs it; or NULL */
 };
 
@@ -209,6 +216,10 @@ haptable_energy_fn haptable_energy_consistent;
  * the load's spread over the nodes under the mask is in the host's tables. */
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
+
+/* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
+haptable_unpack_fn haptable_unpack_float16;
+haptable_unpack_fn haptable_unpack_int16;
 
 #ifdef __cplusplus
 }

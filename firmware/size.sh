@@ -68,7 +68,7 @@ for object in "$folder"/*.o; do
     row "  code of $(basename "$object" .o).c" "$bytes"
 done
 row "code of the servo" $code
-for table in vertex_m stiffness_n_per_m patch neighbour box vertex_compliance_m_per_n edge_compliance_m_per_n \
+for table in vertex_m stiffness_n_per_m packed packed_scale_n_per_m patch neighbour box vertex_compliance_m_per_n edge_compliance_m_per_n \
     patch_compliance_m_per_n patch_edge; do
     grep -q " $table\$" "$symbols" || continue
     row "table $table" "$(awk -v name=$table 'NF == 4 && $4 == name { print $2 }' "$symbols" | head -n 1 | { read -r b; printf '%d' "0x$b"; })"

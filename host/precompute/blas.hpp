@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The few BLAS 3 and LAPACK routines that the inversion and the pruned solves are made of, in double and in float under
+// The few BLAS and LAPACK routines that the inversion and the pruned solves are made of, in double and in float under
 // one name. Column-major; a matrix is its first entry and the distance between its columns.
 #pragma once
 
@@ -18,6 +18,13 @@ void dtrsm_(const char*, const char*, const char*, const char*, const int*, cons
             const int*, double*, const int*);
 void strsm_(const char*, const char*, const char*, const char*, const int*, const int*, const float*, const float*,
             const int*, float*, const int*);
+void dtrsv_(const char*, const char*, const char*, const int*, const double*, const int*, double*, const int*);
+void strsv_(const char*, const char*, const char*, const int*, const float*, const int*, float*, const int*);
+void dgemv_(const char*, const int*, const int*, const double*, const double*, const int*, const double*, const int*,
+            const double*, double*, const int*);
+void sgemv_(const char*, const int*, const int*, const float*, const float*, const int*, const float*, const int*,
+            const float*, float*, const int*);
+void dpotrf_(const char*, const int*, double*, const int*, int*);
 void dpotri_(const char*, const int*, double*, const int*, int*);
 void spotri_(const char*, const int*, float*, const int*, int*);
 }
@@ -51,6 +58,34 @@ inline void trsm_lower(char side, char op, int m, int n, const double* a, int ld
 inline void trsm_lower(char side, char op, int m, int n, const float* a, int lda, float* b, int ldb) {
     const float one = 1.0F;
     strsm_(&side, "L", &op, "N", &m, &n, &one, a, &lda, b, &ldb);
+}
+
+/// y = alpha op(A) x + beta y,   A [m,n].
+inline void gemv(char op, int m, int n, double alpha, const double* a, int lda, const double* x, double beta,
+                 double* y) {
+    const int one = 1;
+    dgemv_(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
+}
+inline void gemv(char op, int m, int n, float alpha, const float* a, int lda, const float* x, float beta, float* y) {
+    const int one = 1;
+    sgemv_(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
+}
+
+/// x = op(A)^-1 x,   A [n,n] lower triangular.
+inline void trsv_lower(char op, int n, const double* a, int lda, double* x) {
+    const int one = 1;
+    dtrsv_("L", &op, "N", &n, a, &lda, x, &one);
+}
+inline void trsv_lower(char op, int n, const float* a, int lda, float* x) {
+    const int one = 1;
+    strsv_("L", &op, "N", &n, a, &lda, x, &one);
+}
+
+/// The lower triangle of A = its Cholesky factor, A [n,n]. Returns 0, or k where the k-th pivot is not positive.
+inline int potrf_lower(int n, double* a, int lda) {
+    int info = 0;
+    dpotrf_("L", &n, a, &lda, &info);
+    return info;
 }
 
 /// The lower triangle of A = (A A^T)^-1, where A comes as a lower triangular factor [n,n]. Returns 0, or k where the

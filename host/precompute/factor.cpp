@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/base/error.hpp"
+#include "host/precompute/numeric.hpp"
 
 extern "C" void openblas_set_num_threads(int threads);  // declared in OpenBLAS's own cblas.h only
 
@@ -55,6 +56,8 @@ struct Factor::State {
 };
 
 namespace {
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// A view of k as CHOLMOD sees it; nothing is copied.
 cholmod_sparse view(const Eigen::SparseMatrix<double>& k) {
@@ -171,7 +174,8 @@ std::vector<std::int32_t> Supernodes::parents() const {
     return parent;
 }
 
-Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before)
+Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before, Workers* workers,
+               Progress* progress)
     : state_(std::make_unique<State>()) {
     if (k.rows() % 3 != 0) throw Error(fmt::format("K has {} rows, and three a node are expected", k.rows()));
     openblas_set_num_threads(1);
@@ -182,8 +186,15 @@ Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(co
     state_->require(state_->factor != nullptr, "analysis of K");
     state_->ordering = "METIS";
     if (before) before(*this);
-    const int ok = cholmod_factorize(&a, state_->factor, &state_->common);
-    state_->require(ok != 0, "factorisation of K");  // "not positive definite" is a warning (status > 0)
+    // Takes the memory of a numeric factor and leaves its numbers open.
+    const int ok = cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, state_->factor, &state_->common);
+    state_->require(ok != 0, "factorisation of K");
+    Workers alone(1);
+    Progress silent(true);
+    const std::int32_t stopped =
+        factorize(supernodes(), k, static_cast<double*>(state_->factor->x), workers != nullptr ? *workers : alone,
+                  progress != nullptr ? *progress : silent);
+    state_->factor->minor = stopped < 0 ? state_->factor->n : at(stopped);
     state_->weakest = find_weakest(*state_->factor, k);
 }
 
@@ -215,7 +226,7 @@ Supernodes Factor::supernodes() const {
 
 double Factor::bytes() const {
     const cholmod_factor& factor = *state_->factor;
-    return static_cast<double>(factor.xsize + factor.maxcsize) * sizeof(double) +
+    return static_cast<double>(factor.xsize) * sizeof(double) +
            static_cast<double>(factor.ssize + 4 * factor.n) * sizeof(int);
 }
 

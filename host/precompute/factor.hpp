@@ -10,6 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "host/base/progress.hpp"
+#include "host/base/workers.hpp"
+
 namespace haptable {
 
 /// The factor as CHOLMOD stores it. A supernode is a run of columns of L with the same rows below; it is one dense
@@ -40,15 +43,18 @@ private:
     static std::size_t at(std::int32_t s) { return static_cast<std::size_t>(s); }
 };
 
-/// P K P^T = L L^T by CHOLMOD, supernodal. METIS orders the graph of the nodes, so that the three rows of a node stay
-/// together and the ordering costs half of what it costs on the graph of the rows.
-/// One BLAS thread: the number of threads changes the rounding, and two runs shall give the same bytes.
+/// P K P^T = L L^T, supernodal: analysed and solved with by CHOLMOD, factorised by factorize() (numeric.hpp), which can
+/// be watched, stopped and shared by threads. METIS orders the graph of the nodes, so that the three rows of a node
+/// stay together and the ordering costs half of what it costs on the graph of the rows. One BLAS thread: the number of
+/// BLAS threads changes the rounding, that of workers does not.
 class Factor {
 public:
     /// k: symmetric with both triangles stored, three rows a node. Throws Error where CHOLMOD runs out of memory or of
     /// its integers. A k that is not positive definite makes a factor whose weakest_pivot() says so and that cannot
     /// solve. `before` is called between the analysis, which finds the pattern, and the factorisation, which fills it.
-    explicit Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before = {});
+    /// With `workers` they share the factorisation, and `progress` is told the share that is done.
+    explicit Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before = {},
+                    Workers* workers = nullptr, Progress* progress = nullptr);
     ~Factor();
     Factor(const Factor&) = delete;
     Factor& operator=(const Factor&) = delete;
@@ -68,8 +74,7 @@ public:
     const std::string& ordering() const;  ///< "METIS"
     double fill() const;                  ///< nonzeros of L
     double flops() const;                 ///< of the factorisation
-    /// Bytes of the factor and of CHOLMOD's workspace while it factorises, beside K.
-    double bytes() const;
+    double bytes() const;                 ///< of the factor
 
 private:
     struct State;

@@ -43,6 +43,24 @@ void require_held(const Scene& scene, const Body& body, Summary& summary) {
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
 }
 
+/// The servo's indices and the flash budget, before any work is done for an object that is too large. What a force
+/// needs besides the paper's tables is counted when they are written.
+void require_servo(const Scene& scene, const Body& body) {
+    Tables tables;
+    for (const Eigen::Vector3d& p : body.mesh.position_m) tables.position.push_back({p.x(), p.y(), p.z()});
+    tables.patch = body.touch_patch;
+    tables.node_id = body.touch_node;
+    tables.precision = scene.tables.precision;
+    if (scene.contact.force == "interpolated")
+        tables.stiffness.assign(body.touch_node.size(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    try {
+        const ServoModel model = build_model(tables);
+        require_flash(flash_tables(model), model, scene.tables.flash_budget);
+    } catch (const Error& error) {
+        throw Error(scene.file.string() + ": " + error.what());
+    }
+}
+
 void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor) {
     const Factor::Pivot weakest = factor.weakest_pivot();
     if (weakest.ratio > kZeroPivot) return;
@@ -376,6 +394,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     result.body = make_body(scene, make_mesh(scene.mesh));
     summary.audit = audit_mesh(body.mesh);
     require_held(scene, body, summary);
+    require_servo(scene, body);
     summary.model_hash = hash_model(scene, body);
     summary.tolerance = options.tolerance;
     result.unchanged = !options.force && is_current(folder, scene, summary);
@@ -435,7 +454,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     clock.end("write");
     // 6. The tables as C; then the summary again, with sizes and times.
     progress.stage("codegen");
-    generate_model(beside.path());
+    summary.size = generate_model(beside.path());
     clock.end("codegen");
     summary.memory_peak = peak_memory();
     for (const fs::path& file : files_in(beside.path()))

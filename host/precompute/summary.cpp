@@ -95,6 +95,20 @@ nlohmann::ordered_json regions(const Scene& scene, const Body& body) {
     return list;
 }
 
+nlohmann::ordered_json flash(const ModelSize& size) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    std::size_t sum = 0;
+    for (const TableBytes& table : size.flash) {
+        json["table"][table.name] = table.bytes;
+        sum += table.bytes;
+    }
+    json["bytes"] = sum;
+    for (const PrecisionError& p : size.precision)
+        json["precision"][p.precision] = {
+            {"bytes", p.bytes}, {"worst_force_error", p.worst}, {"mean_force_error", p.mean}};
+    return json;
+}
+
 nlohmann::ordered_json memory(const Summary& summary) {
     const MemoryNeed& need = summary.memory;
     return {{"foreseen_bytes", need.peak()},    {"stiffness_bytes", need.stiffness}, {"factor_bytes", need.factor},
@@ -116,6 +130,23 @@ std::string human_bytes(std::uintmax_t bytes) {
     if (bytes < 10'000) return fmt::format("{} B", bytes);
     if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) / 1e3);
     return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
+}
+
+std::string flash_table(const Scene& scene, const ModelSize& size) {
+    std::string text = "\n  flash of the servo       bytes    stored as      bytes   force error: worst    mean\n";
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < std::max(size.flash.size(), size.precision.size()); ++i) {
+        text += i < size.flash.size() ? fmt::format("  {:<22} {:>8}", size.flash[i].name, size.flash[i].bytes)
+                                      : std::string(33, ' ');
+        if (i < size.flash.size()) sum += size.flash[i].bytes;
+        if (i < size.precision.size()) {
+            const PrecisionError& p = size.precision[i];
+            text += fmt::format("    {:<10} {:>9}          {:>9.2g} {:>9.2g}{}", p.precision, p.bytes, p.worst, p.mean,
+                                p.precision == scene.tables.precision ? "  (chosen)" : "");
+        }
+        text += '\n';
+    }
+    return text + fmt::format("  {:<22} {:>8}\n", "all", sum);
 }
 
 }  // namespace
@@ -142,6 +173,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     if (scene.contact.mask_radius_m > 0.0) hash.add(scene.contact.mask_radius_m);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
+    hash.add(scene.tables.precision);
     return hash.digest();
 }
 
@@ -186,7 +218,10 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                                    {"widened", summary.mask_widened},
                                    {"places", summary.mask_places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n}};
-    json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
+    json["tables"] = {{"precision", scene.tables.precision},
+                      {"columns", scene.tables.columns},
+                      {"flash_budget", scene.tables.flash_budget}};
+    json["flash"] = flash(summary.size);
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
@@ -225,6 +260,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     check("largest condition of any L_ii", c.largest_block_condition);
     check("condition of K, estimated", c.condition_estimate);
     check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    text += flash_table(scene, summary.size);
     text += ("\n  table                size    stage           time\n");
     for (std::size_t i = 0; i < std::max(summary.bytes.size(), summary.time_s.size()); ++i) {
         if (i < summary.bytes.size())

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/codegen.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
 #include "host/precompute/loose.hpp"
@@ -47,6 +48,7 @@ struct Summary {
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
+    ModelSize size;                                             ///< of the servo's tables
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
 };

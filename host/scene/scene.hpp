@@ -61,7 +61,9 @@ struct Device {
 
 /// [tables]
 struct TableOptions {
-    std::string columns = "surface";  ///< surface | all | none
+    std::string columns = "surface";    ///< surface | all | none
+    std::string precision = "float32";  ///< float32 | float16 | int16: how the servo stores S
+    std::uintmax_t flash_budget = 0;    ///< most bytes of the servo's tables; 0: no bound
 };
 
 struct Scene {

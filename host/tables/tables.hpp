@@ -34,6 +34,8 @@ struct Tables {
     std::string scene_file;                ///< file name only, no folder
     std::string force;                     ///< interpolated | consistent | pressure-mask
     std::string god_object;                ///< nearest | least-energy
+    std::string precision = "float32";     ///< float32 | float16 | int16: how the servo stores S
+    std::uintmax_t flash_budget = 0;       ///< bytes; 0: none
     double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
     double max_force_n = 0.0;
     bool has_columns = false;

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-bench-inversion: what the blocks of L cost by selected inversion and by solves, how cost grows, how exact
+// they are. CPU seconds of one thread; memory is the largest resident set of the stage.
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <CLI/CLI.hpp>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/base/program.hpp"
+#include "host/precompute/column_solver.hpp"
+#include "host/precompute/compliance.hpp"
+#include "host/precompute/pairs.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/precompute/selected_inversion.hpp"
+
+namespace {
+
+using namespace haptable;
+namespace fs = std::filesystem;
+using Nodes = std::vector<std::int32_t>;
+using Blocks = std::vector<Eigen::Matrix3d>;
+
+struct Options {
+    std::vector<int> sides{8, 12, 16, 20};
+    std::vector<fs::path> scenes;
+    std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
+    std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
+    bool in_double = true, accuracy = true;
+};
+
+/// CPU seconds of this process.
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// CPU seconds of `work`.
+template <typename Work>
+double cost_of(const Work& work) {
+    const double begin = cpu_seconds();
+    work();
+    return cpu_seconds() - begin;
+}
+
+/// Lets the kernel count the largest resident set afresh.
+void reset_peak() {
+    malloc_trim(0);
+    std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+double peak_bytes() {
+    std::ifstream file("/proc/self/status");
+    for (std::string key; file >> key;) {
+        double kib = 0.0;
+        if (key == "VmHWM:" && file >> kib) return 1024.0 * kib;
+    }
+    return NAN;
+}
+
+/// What is measured of one body.
+struct Row {
+    std::string name;
+    double nodes = 0.0, touchable = 0.0, blocks = 0.0;
+    double analysis_s = 0.0, factor_s = 0.0, factor_flops = 0.0, factor_bytes = 0.0, factor_peak = 0.0;
+    double double_s = NAN, double_peak = NAN, float_s = 0.0, float_peak = 0.0, inversion_flops = 0.0;
+    double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
+    double double_error = NAN, float_error = 0.0;  ///< against the solves
+    double columns_double_s = NAN, columns_float_s = NAN, columns_bytes = 0.0;
+};
+
+Scene cube_scene(int side, double poisson) {
+    Scene scene;
+    scene.file = scene.name = fmt::format("cube {}", side);
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = side;
+    scene.material = {1e4, poisson};
+    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    return scene;
+}
+
+/// L_ii of the touchable nodes and L_ij of the edges of their patches.
+std::vector<NodePair> wanted_of(const Body& body) {
+    std::vector<NodePair> pairs;
+    const auto unknown = [&](std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; };
+    for (std::int32_t node : body.touch_node) pairs.push_back({unknown(node), unknown(node)});
+    std::set<std::pair<std::int32_t, std::int32_t>> edges;
+    for (const Patch& patch : body.touch_patch)
+        for (std::size_t c = 0; c < 3; ++c)
+            if (!body.is_fixed(patch[c]) && !body.is_fixed(patch[(c + 1) % 3]))
+                edges.insert(std::minmax({unknown(patch[c]), unknown(patch[(c + 1) % 3])}));
+    for (const auto& [i, j] : edges) pairs.push_back({i, j});
+    return pairs;
+}
+
+/// Largest ||block - x_ij|| / sqrt(||L_ii|| ||L_jj||) over the wanted pairs whose column was solved for.
+class Comparison {
+public:
+    Comparison(const std::vector<NodePair>& wanted, std::size_t unknowns) : wanted_(wanted), of_column_(unknowns) {
+        for (std::size_t w = 0; w < wanted.size(); ++w) {
+            of_column_[static_cast<std::size_t>(wanted[w].column)].push_back(w);
+            if (wanted[w].row == wanted[w].column) diagonal_[wanted[w].row] = w;
+        }
+    }
+    double largest(const Blocks& blocks, const Nodes& solved, const Eigen::MatrixXd& x) const {
+        double largest = 0.0;
+        for (std::size_t c = 0; c < solved.size(); ++c)
+            for (std::size_t w : of_column_[static_cast<std::size_t>(solved[c])]) {
+                const Eigen::Matrix3d expected =
+                    x.block<3, 3>(Eigen::Index{3} * wanted_[w].row, 3 * static_cast<Eigen::Index>(c));
+                const double scale = blocks[diagonal_.at(wanted_[w].row)].norm() *  //
+                                     blocks[diagonal_.at(wanted_[w].column)].norm();
+                largest = std::max(largest, (blocks[w] - expected).norm() / std::sqrt(scale));
+            }
+        return largest;
+    }
+
+private:
+    const std::vector<NodePair>& wanted_;
+    std::vector<std::vector<std::size_t>> of_column_;
+    std::map<std::int32_t, std::size_t> diagonal_;
+};
+
+/// Blocked solves for all touchable nodes: timed with groups spread over them, and compared with the blocks.
+void solve_sample(const Options& options, const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted,
+                  const Blocks* in_double, const Blocks& in_float, Row& row) {
+    const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
+    const std::size_t groups = (node.size() + kNodesPerBlock - 1) / kNodesPerBlock;
+    const std::size_t run = std::min(groups, options.sampled_groups);
+    std::size_t solved = 0;
+    double seconds = 0.0;
+    if (in_double != nullptr) row.double_error = 0.0;
+    for (std::size_t g = 0; g < run; ++g) {
+        const std::size_t first = g * groups / run * kNodesPerBlock;
+        const Nodes group(node.begin() + static_cast<std::ptrdiff_t>(first),
+                          node.begin() + static_cast<std::ptrdiff_t>(std::min(node.size(), first + kNodesPerBlock)));
+        Eigen::MatrixXd b = Eigen::MatrixXd::Zero(factor.size(), 3 * static_cast<Eigen::Index>(group.size())), x;
+        for (std::size_t c = 0; c < group.size(); ++c)
+            b.block<3, 3>(Eigen::Index{3} * group[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+        if (g == 0) factor.solve(b, x);  // the first one takes its workspace from the system
+        seconds += cost_of([&] { factor.solve(b, x); });
+        solved += group.size();
+        if (in_double != nullptr)
+            row.double_error = std::max(row.double_error, comparison.largest(*in_double, group, x));
+        row.float_error = std::max(row.float_error, comparison.largest(in_float, group, x));
+    }
+    row.sampled = static_cast<double>(solved) / static_cast<double>(node.size());
+    row.solves_s = seconds / row.sampled;
+}
+
+void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
+    Progress progress(true);
+    const ColumnSolver solver(factor.supernodes(), node, node);
+    std::vector<float> table(9 * node.size() * node.size());
+    const auto put = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
+        std::copy_n(block.data(), 9, &table[9 * (i * node.size() + k)]);
+    };
+    row.columns_bytes = static_cast<double>(table.size()) * sizeof(float);
+    row.columns_double_s = cost_of([&] { solver.compute<double>(progress, put); });
+    row.columns_float_s = cost_of([&] { solver.compute<float>(progress, put); });
+}
+
+Row measure(const Options& options, const Scene& scene) {
+    Row row;
+    row.name = scene.name;
+    const Body body = make_body(scene, make_mesh(scene.mesh));
+    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    Nodes node;
+    for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+    const std::vector<NodePair> wanted = wanted_of(body);
+    row.nodes = static_cast<double>(body.mesh.position_m.size());
+    row.touchable = static_cast<double>(node.size());
+    row.blocks = static_cast<double>(wanted.size());
+    reset_peak();
+    // 1. Ordering, analysis and factor.
+    const double begin = cpu_seconds();
+    const Factor factor(k, [&](const Factor&) { row.analysis_s = cpu_seconds() - begin; });
+    row.factor_s = cpu_seconds() - begin - row.analysis_s;
+    row.factor_flops = factor.flops();
+    row.factor_bytes = factor.bytes();
+    row.factor_peak = peak_bytes();
+    // 2. The blocks by selected inversion, both ways.
+    Progress progress(true);
+    const SelectedInversion inversion(factor.supernodes(), wanted);
+    row.inversion_flops = inversion.flops();
+    Blocks in_float, in_double;
+    reset_peak();
+    row.float_s = cost_of([&] { in_float = inversion.compute<float>(progress); });
+    row.float_peak = peak_bytes();
+    if (options.in_double) {
+        reset_peak();
+        row.double_s = cost_of([&] { in_double = inversion.compute<double>(progress); });
+        row.double_peak = peak_bytes();
+    }
+    // 3. The same by solves; the columns.
+    solve_sample(options, factor, node, wanted, options.in_double ? &in_double : nullptr, in_float, row);
+    if (body.mesh.position_m.size() <= options.column_nodes) measure_columns(factor, node, row);
+    return row;
+}
+
+void print_times(const std::vector<Row>& rows) {
+    fmt::print(
+        "| body | nodes | touchable | METIS, analysis s | factor GB | factor s | GF/s | inversion double s | / factor "
+        "| float s | / factor | peak GB: factor | double | float |\n|{:-<3}|",
+        "");
+    for (int c = 0; c < 13; ++c) fmt::print("---|");
+    for (const Row& r : rows)
+        fmt::print(
+            "\n| {} | {:.0f} | {:.0f} | {:.3g} | {:.3g} | {:.3g} | {:.3g} | {:.3g} | {:.2f} | {:.3g} | {:.2f} | "
+            "{:.3g} | {:.3g} | {:.3g} |",
+            r.name, r.nodes, r.touchable, r.analysis_s, r.factor_bytes / 1e9, r.factor_s,
+            r.factor_flops / r.factor_s / 1e9, r.double_s, r.double_s / r.factor_s, r.float_s, r.float_s / r.factor_s,
+            r.factor_peak / 1e9, r.double_peak / 1e9, r.float_peak / 1e9);
+    fmt::print("\n\n");
+}
+
+void print_solves(const std::vector<Row>& rows) {
+    fmt::print(
+        "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
+        "error double | error float | columns GB | pruned double s | float s | solves / pruned |\n|{:-<3}|",
+        kNodesPerBlock, "");
+    for (int c = 0; c < 11; ++c) fmt::print("---|");
+    for (const Row& r : rows)
+        fmt::print(
+            "\n| {} | {:.0f} | {:.3g} | {:.3g} % | {:.3g} | {:.3g} | {:.2g} | {:.2g} | {:.3g} | {:.3g} | {:.3g} | "
+            "{:.3g}, {:.3g} |",
+            r.name, r.blocks, r.solves_s, 100.0 * r.sampled, r.solves_s / r.double_s, r.solves_s / r.float_s,
+            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s,
+            r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s);
+    fmt::print("\n\n");
+}
+
+/// Slope of log y over log nodes, by least squares over the cubes.
+double exponent(const std::vector<Row>& cubes, double Row::*y) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (const Row& row : cubes) {
+        if (!(row.*y > 0.0)) continue;
+        const double x = std::log(row.nodes), value = std::log(row.*y);
+        n += 1, sx += x, sy += value, sxx += x * x, sxy += x * value;
+    }
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+void print_growth(const std::vector<Row>& cubes) {
+    if (cubes.size() < 2) return;
+    fmt::print("Growth from {:.0f} to {:.0f} nodes, exponents (nested dissection of a solid: 2 and 4/3):\n",
+               cubes.front().nodes, cubes.back().nodes);
+    const auto line = [&](const char* what, double Row::*y) {
+        fmt::print("  {:<28} {:.2f}\n", what, exponent(cubes, y));
+    };
+    line("factor, operations", &Row::factor_flops);
+    line("factor, CPU s", &Row::factor_s);
+    line("inversion, operations", &Row::inversion_flops);
+    line("inversion double, CPU s", &Row::double_s);
+    line("inversion float, CPU s", &Row::float_s);
+    line("factor, bytes", &Row::factor_bytes);
+    line("peak of inversion float", &Row::float_peak);
+    fmt::print("\n");
+}
+
+// ---- accuracy, against long double ----------------------------------------------------------------------------------
+
+/// A cube whose cells are flattened or whose nodes are moved at random.
+Body shaped_cube(const Scene& scene, double flatten, double jitter) {
+    Body body = make_body(scene, make_mesh(scene.mesh));
+    const double cell_m = scene.mesh.side_m / (scene.mesh.nodes_per_side - 1);
+    for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
+        Eigen::Vector3d& p = body.mesh.position_m[i];
+        for (int c = 0; c < 3; ++c) p[c] += jitter * cell_m * std::sin(static_cast<double>((7 * i + 3) * (c + 1)));
+        p.z() *= flatten;
+    }
+    return body;
+}
+
+/// Every column of L at the touchable nodes by a Cholesky factor in long double.
+Eigen::MatrixXd exact_columns(const Eigen::SparseMatrix<double>& k, const Nodes& node) {
+    using Exact = long double;
+    const Eigen::SparseMatrix<Exact> exact = k.cast<Exact>();
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<Exact>> factor(exact);
+    using Matrix = Eigen::Matrix<Exact, Eigen::Dynamic, Eigen::Dynamic>;
+    Matrix b = Matrix::Zero(k.rows(), 3 * static_cast<Eigen::Index>(node.size()));
+    for (std::size_t c = 0; c < node.size(); ++c)
+        b.block<3, 3>(Eigen::Index{3} * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+    return factor.solve(b).cast<double>();
+}
+
+void print_accuracy(int side) {
+    struct Case {
+        const char* name;
+        double poisson, flatten, jitter;
+    };
+    const Case cases[] = {{"nu 0.3", 0.3, 1, 0},
+                          {"nu 0.49", 0.49, 1, 0},
+                          {"nu 0.4999", 0.4999, 1, 0},
+                          {"nodes moved by 0.2 cells", 0.3, 1, 0.2},
+                          {"slivers: cells 1/100 high", 0.3, 0.01, 0},
+                          {"slivers, nu 0.4999", 0.4999, 0.01, 0.1}};
+    fmt::print(
+        "| cube {}, all L_ii and surface L_ij against long double | inversion double | inversion float | solves | "
+        "inversion double against solves |\n|---|---|---|---|---|",
+        side);
+    for (const Case& c : cases) {
+        const Scene scene = cube_scene(side, c.poisson);
+        const Body body = shaped_cube(scene, c.flatten, c.jitter);
+        const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+        Nodes node;
+        for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+        const std::vector<NodePair> wanted = wanted_of(body);
+        const Factor factor(k);
+        Progress progress(true);
+        const SelectedInversion inversion(factor.supernodes(), wanted);
+        const Blocks in_double = inversion.compute<double>(progress), in_float = inversion.compute<float>(progress);
+        const Eigen::MatrixXd exact = exact_columns(k, node);
+        Eigen::MatrixXd b = Eigen::MatrixXd::Zero(exact.rows(), exact.cols()), x;
+        for (std::size_t n = 0; n < node.size(); ++n)
+            b.block<3, 3>(Eigen::Index{3} * node[n], 3 * static_cast<Eigen::Index>(n)).setIdentity();
+        factor.solve(b, x);
+        Blocks solved(wanted.size());
+        std::map<std::int32_t, Eigen::Index> column;
+        for (std::size_t n = 0; n < node.size(); ++n) column[node[n]] = 3 * static_cast<Eigen::Index>(n);
+        for (std::size_t w = 0; w < wanted.size(); ++w)
+            solved[w] = x.block<3, 3>(Eigen::Index{3} * wanted[w].row, column[wanted[w].column]);
+        const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
+        fmt::print("\n| {} | {:.2g} | {:.2g} | {:.2g} | {:.2g} |", c.name, comparison.largest(in_double, node, exact),
+                   comparison.largest(in_float, node, exact), comparison.largest(solved, node, exact),
+                   comparison.largest(in_double, node, x));
+        std::fflush(stdout);
+    }
+    fmt::print("\n\n");
+}
+
+void run(const Options& options) {
+    if (options.accuracy) print_accuracy(10);
+    std::vector<Row> rows, cubes;
+    for (int side : options.sides) {
+        rows.push_back(measure(options, cube_scene(side, 0.3)));
+        cubes.push_back(rows.back());
+        fmt::print(stderr, "  measured {}\n", rows.back().name);
+    }
+    for (const fs::path& file : options.scenes) rows.push_back(measure(options, read_scene(file)));
+    print_times(rows);
+    print_solves(rows);
+    print_growth(cubes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Measures selected inversion and pruned columns against blocked solves, on one thread.",
+                 "haptable-bench-inversion");
+    Options options;
+    app.add_option("--sides", options.sides, "cubes of so many nodes a side")
+        ->delimiter(',')
+        ->check(CLI::Range(2, 100))
+        ->capture_default_str();
+    app.add_option("--scene", options.scenes, "scenes besides the cubes");
+    app.add_option("--sampled-groups", options.sampled_groups, "groups of right-hand sides that solves are timed with")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    app.add_option("--column-nodes", options.column_nodes, "measure columns of bodies of at most so many nodes")
+        ->capture_default_str();
+    app.add_flag("!--no-double", options.in_double, "selected inversion in float only");
+    app.add_flag("!--no-accuracy", options.accuracy, "no comparison with long double");
+    return run_program(app, argc, argv, [&] { run(options); });
+}

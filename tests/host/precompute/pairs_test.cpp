@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/pairs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "host/precompute/precompute.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// A cube of 9 nodes a side, its bottom held: 648 unknown nodes, six groups.
+class Pairs : public testing::Test {
+protected:
+    static Eigen::SparseMatrix<double> stiffness() {
+        Scene scene;
+        scene.mesh.generate = "cube";
+        scene.mesh.nodes_per_side = 9;
+        scene.mesh.side_m = 0.03;
+        scene.material = {1e4, 0.49};
+        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
+        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+    }
+    static std::vector<NodePair> some(std::size_t count, std::int32_t nodes = 648) {
+        std::mt19937 random(3);
+        std::uniform_int_distribution<std::int32_t> node(0, nodes - 1);
+        std::vector<NodePair> pairs;
+        for (std::size_t p = 0; p < count; ++p) pairs.push_back({node(random), node(random)});
+        return pairs;
+    }
+    /// Largest ||block - L_ij|| / sqrt(||L_ii|| ||L_jj||), L from a dense inverse.
+    double error(const CompliancePairs& pairs, const std::vector<NodePair>& wanted) {
+        const auto block = pairs.compute(progress_);
+        EXPECT_EQ(block.size(), wanted.size());
+        const auto exact = [&](std::int32_t i, std::int32_t j) -> Eigen::Matrix3d {
+            return l_.block<3, 3>(3 * i, 3 * j);
+        };
+        double largest = 0.0;
+        for (std::size_t p = 0; p < wanted.size(); ++p) {
+            const auto [i, j] = wanted[p];
+            largest =
+                std::max(largest, (block[p] - exact(i, j)).norm() / std::sqrt(exact(i, i).norm() * exact(j, j).norm()));
+        }
+        return largest;
+    }
+
+    /// Once for all tests: the dense inverse takes a second.
+    static const Factor& factor() {
+        static const Factor factor{stiffness()};
+        return factor;
+    }
+    static const Eigen::MatrixXd& dense_inverse() {
+        static const Eigen::MatrixXd k(stiffness());
+        static const Eigen::MatrixXd l = k.llt().solve(Eigen::MatrixXd::Identity(k.rows(), k.cols()));
+        return l;
+    }
+
+    const Factor& factor_ = factor();
+    const Eigen::MatrixXd& l_ = dense_inverse();
+    Progress progress_{true};
+};
+
+TEST_F(Pairs, AreThoseOfTheDenseInverseInEveryWay) {
+    for (std::size_t count : {1U, 40U, 3000U}) {
+        std::vector<NodePair> wanted = some(count);
+        wanted.push_back(wanted.front());                               // twice,
+        wanted.push_back({wanted.front().column, wanted.front().row});  // and the other way round
+        for (auto only :
+             {std::optional<PairSolve>(), std::optional(PairSolve::kPaths), std::optional(PairSolve::kSolves)})
+            EXPECT_LT(error(CompliancePairs(factor_.supernodes(), wanted, only), wanted), 1e-12) << count;
+    }
+}
+
+TEST_F(Pairs, TheFewestOperationsDecide) {
+    const auto flops = [&](const std::vector<NodePair>& wanted, std::optional<PairSolve> only) {
+        return CompliancePairs(factor_.supernodes(), wanted, only).flops();
+    };
+    std::vector<NodePair> diagonal;
+    for (std::int32_t i = 0; i < 648; ++i) diagonal.push_back({i, i});
+    const CompliancePairs all(factor_.supernodes(), diagonal);
+    EXPECT_EQ(all.method(), "selected inversion");
+    EXPECT_LT(error(all, diagonal), 1e-12);
+    const CompliancePairs one(factor_.supernodes(), std::vector<NodePair>{{5, 5}});
+    EXPECT_EQ(one.method(), "path solves");
+    for (const auto& wanted : {diagonal, some(1), some(30), some(3000)}) {
+        const CompliancePairs best(factor_.supernodes(), wanted);
+        EXPECT_LE(best.flops(), flops(wanted, PairSolve::kPaths));
+        EXPECT_LE(best.flops(), flops(wanted, PairSolve::kSolves));
+        EXPECT_GT(best.bytes(), 0.0);
+    }
+}
+
+TEST_F(Pairs, InAndOutsideThePatternAtOnce) {
+    std::vector<NodePair> wanted;
+    for (std::int32_t i = 0; i < 648; ++i) wanted.push_back({i, i});
+    wanted.push_back({3, 600});
+    const CompliancePairs pairs(factor_.supernodes(), wanted);
+    EXPECT_EQ(pairs.method(), "selected inversion and path solves");
+    EXPECT_LT(error(pairs, wanted), 1e-12);
+}
+
+TEST_F(Pairs, OfNothingIsNothing) {
+    const std::vector<NodePair> none;
+    EXPECT_TRUE(compliance_pairs(factor_, none, progress_).empty());
+}
+
+}  // namespace
+
+}  // namespace haptable
