@@ -24,7 +24,7 @@ arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/fem
-arrow codegen host/base host/tables codegen firmware/haptable.h
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/deformation.h
 arrow host/precompute host/base host/scene host/mesh host/fem host/tables codegen host/precompute
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/

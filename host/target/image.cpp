@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "host/base/error.hpp"
@@ -125,11 +126,21 @@ std::vector<std::uint64_t> TargetImage::trace(const std::vector<std::array<float
     return addresses;
 }
 
-std::string TargetImage::loop(std::string_view bytes) const {
+std::vector<std::array<float, 3>> TargetImage::deform(const std::vector<std::array<float, 3>>& path_m) const {
+    const std::string bytes =
+        run("deform", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
+    std::vector<std::array<float, 3>> displacement_m(bytes.size() / sizeof(std::array<float, 3>));
+    std::memcpy(displacement_m.data(), bytes.data(), displacement_m.size() * sizeof displacement_m[0]);
+    return displacement_m;
+}
+
+std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
+
+std::string TargetImage::run(const std::string& image, std::string_view bytes) const {
     const Scratch scratch;
     write_file(scratch / "in", bytes);
     const std::string command =
-        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / "loop.elf").string(),
+        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / (image + ".elf")).string(),
                     (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));

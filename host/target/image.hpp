@@ -35,10 +35,14 @@ public:
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
     /// The addresses of the instructions of one tick of the path, in their order.
     std::vector<std::uint64_t> trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const;
+    /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
+    std::vector<std::array<float, 3>> deform(const std::vector<std::array<float, 3>>& path_m) const;
     /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 
 private:
+    /// What an image writes for what it reads.
+    std::string run(const std::string& image, std::string_view bytes) const;
     std::string address_of(const std::string& symbol) const;
     void run_replay(const std::vector<std::array<float, 3>>& path_m, const std::string& more_of_plugin,
                     const std::filesystem::path& in, const std::filesystem::path& out,
