@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+// The library's assertions fail on some files ("[#"): an exception reaches the user as an error, an abort does not.
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
@@ -380,13 +383,58 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     return tables;
 }
 
+/// Where the text or comment that begins at `at` ends: behind it.
+std::size_t skip_quoted(std::string_view text, std::size_t at) {
+    if (text[at] == '#') return std::min(text.find('\n', at), text.size());
+    const char quote = text[at];
+    const std::string three(3, quote);
+    const bool long_one = text.substr(at, 3) == three;
+    const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);
+    for (std::size_t k = at + end.size(); k < text.size(); ++k) {
+        if (quote == '"' && text[k] == '\\')
+            ++k;
+        else if (text.substr(k, end.size()) == end)
+            return k + end.size();
+        else if (!long_one && text[k] == '\n')
+            return k;  // the parser says what is wrong
+    }
+    return text.size();
+}
+
+[[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    throw Error(fmt::format("{}:{}: {}", file.string(), line, what));
+}
+
+/// What TOML does not allow and the library's behaviour is undefined for: control characters anywhere, and letters
+/// beyond ASCII outside of texts and comments.
+void require_letters(const fs::path& file, std::string_view text) {
+    for (std::size_t at = 0; at < text.size(); ++at)
+        if ((static_cast<unsigned char>(text[at]) < ' ' &&
+             std::string_view("\t\n\r").find(text[at]) == std::string_view::npos) ||
+            text[at] == 0x7f)
+            fail_at(file, text, at, "a control character; this is not a text file, or a damaged one");
+    for (std::size_t at = 0; at < text.size();)
+        if (text[at] == '#' || text[at] == '"' || text[at] == '\'')
+            at = skip_quoted(text, at);
+        else if (static_cast<unsigned char>(text[at++]) >= 0x80)
+            fail_at(file, text, at,
+                    "a character that is not ASCII stands outside of quotes; write keys in letters a to z");
+}
+
 toml::table parse(const fs::path& file) {
-    const std::string text = read_file(file);
+    std::string text = read_file(file);
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8's mark
+    require_letters(file, text);
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         throw Error(fmt::format("{}:{}: {} (column {}); see the scene's description in README.md", file.string(),
                                 error.source().begin.line, error.description(), error.source().begin.column));
+    } catch (const std::logic_error&) {
+        throw Error(file.string() +
+                    ": is not TOML: a table's header or a key has no name; see the scene's description "
+                    "in README.md");
     }
 }
 
