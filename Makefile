@@ -109,6 +109,7 @@ bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/bench/bench.sh
+	@$(MAKE) --no-print-directory instructions
 	@$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
@@ -133,7 +134,7 @@ clean:
 # help: this list
 .PHONY: help
 help:
-	@sed -n 's/^# \([a-z]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
+	@sed -n 's/^# \([a-z-]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 # `make V=1` prints whole commands.
 Q = $(if $(V),,@)

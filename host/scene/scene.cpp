@@ -172,6 +172,25 @@ public:
         return all;
     }
 
+    /// Mesh nodes, each once; none where the key is left out.
+    std::vector<std::int32_t> nodes(std::string_view key) const {
+        if (!has(key)) return {};
+        const toml::array* list = table_.get_as<toml::array>(key);
+        if (list == nullptr) fail(key, "must be a list of mesh nodes, like [0, 12, 57]");
+        std::vector<std::int32_t> nodes;
+        for (const toml::node& entry : *list) {
+            const std::int64_t node = entry.is_integer() ? entry.as_integer()->get() : -1;
+            if (node < 0 || node > std::numeric_limits<std::int32_t>::max())
+                fail(key, "must be a list of mesh nodes, whole numbers from 0 on");
+            if (std::find(nodes.begin(), nodes.end(), node) != nodes.end())
+                fail(key, fmt::format("names node {} twice", node));
+            nodes.push_back(static_cast<std::int32_t>(node));
+        }
+        if (nodes.size() > 1000)
+            fail(key, fmt::format("names {} nodes, and a target's display has at most 1000", nodes.size()));
+        return nodes;
+    }
+
     std::array<double, 6> box(std::string_view key) const {
         const toml::array* list = table_.get_as<toml::array>(key);
         if (list == nullptr || list->size() != 6) fail(key, "must be six numbers: xmin ymin zmin xmax ymax zmax (m)");
@@ -342,7 +361,8 @@ Device read_device(const Section& root) {
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
-    const Section section = root.section("tables", {"precision", "columns", "flash_budget"}, false);
+    const Section section =
+        root.section("tables", {"precision", "columns", "flash_budget", "display_rows", "display_precision"}, false);
     TableOptions tables;
     tables.precision = section.choice("precision", {"float32", "float16", "int16"});
     if (tables.precision != "float32" && contact.force != "interpolated")
@@ -355,6 +375,12 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
+    tables.display_rows = section.nodes("display_rows");
+    tables.display_precision = section.choice("display_precision", {"float32", "int16"});
+    if (!tables.display_rows.empty() && tables.columns == "none")
+        section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
+    if (!tables.display_rows.empty() && contact.force == "pressure-mask")
+        section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
     return tables;
 }
 

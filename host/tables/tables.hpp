@@ -39,6 +39,8 @@ struct Tables {
     double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
     double max_force_n = 0.0;
     bool has_columns = false;
+    std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
+    std::string display_precision = "float32";  ///< float32 | int16
 
     // *.npy
     std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)
