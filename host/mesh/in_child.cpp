@@ -77,7 +77,7 @@ bool write_all(int to, const char* bytes, std::size_t count) {
 [[noreturn]] void live(int to, const ChildLimits& limits, const std::function<std::string()>& work) {
     for (int signal : {SIGINT, SIGTERM, SIGSEGV, SIGABRT}) std::signal(signal, SIG_DFL);
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for the work of a parent that was killed
-    std::setlocale(LC_ALL, "C");  // libraries read numbers by the locale
+    std::setlocale(LC_ALL, "C");       // libraries read numbers by the locale
     // What a dying library prints is not for the user, who gets one line.
     if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
         _exit(1);

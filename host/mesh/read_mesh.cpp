@@ -198,8 +198,8 @@ void place_nodes(const fs::path& file, const RawMesh& raw, double scale_m, const
                                          mesh.unused_nodes, raw.node_tag.size()));
 }
 
-/// Far from the origin, the float32 coordinates of servo and finger would not tell its nodes apart: the body is moved to
-/// the origin, before anything is computed from differences of its coordinates.
+/// Far from the origin, the float32 coordinates of servo and finger would not tell its nodes apart: the body is moved
+/// to the origin, before anything is computed from differences of its coordinates.
 void move_to_origin(const fs::path& file, TetMesh& mesh) {
     constexpr double kFarthest = 1000.0;  // diagonals: 2^-24 of them is a 16,000th of the body
     Eigen::AlignedBox3d box_m;
@@ -207,10 +207,11 @@ void move_to_origin(const fs::path& file, TetMesh& mesh) {
     if (!(box_m.center().norm() > kFarthest * box_m.diagonal().norm())) return;
     mesh.origin_m = box_m.center();
     for (Eigen::Vector3d& p : mesh.position_m) p -= mesh.origin_m;
-    mesh.notes.push_back(fmt::format(
-        "{}: the body lies far from the origin: its centre ({:.9g}, {:.9g}, {:.9g}) m is the origin of tables and finger "
-        "(the scene's boxes stay in the file's frame)",
-        file.string(), mesh.origin_m.x(), mesh.origin_m.y(), mesh.origin_m.z()));
+    mesh.notes.push_back(
+        fmt::format("{}: the body lies far from the origin: its centre ({:.9g}, {:.9g}, {:.9g}) m is the origin of "
+                    "tables and finger "
+                    "(the scene's boxes stay in the file's frame)",
+                    file.string(), mesh.origin_m.x(), mesh.origin_m.y(), mesh.origin_m.z()));
 }
 
 /// The volume that rounding of the coordinates alone can give a flat tetrahedron, times six:

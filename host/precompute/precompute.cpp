@@ -311,7 +311,7 @@ void publish(const fs::path& beside, const fs::path& folder) {
         fs::remove(folder / "summary.json");
         for (const char* optional : {"columns.npy", "row_id.npy", "edge_id.npy", "edge_compliance.npy", "vertex_id.npy",
                                      "vertex_compliance.npy", "patch_compliance.npy", "spread_begin.npy",
-                                     "spread_node.npy", "spread_weight.npy"})
+                                     "spread_node.npy", "spread_weight.npy", "display.h", "display.c"})
             if (!fs::exists(beside / optional)) fs::remove(folder / optional);
         for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
         fs::rename(beside / "summary.json", folder / "summary.json");

@@ -5,7 +5,8 @@
 
 #include <stdexcept>
 // The library's assertions fail on some files ("[#"): an exception reaches the user as an error, an abort does not.
-#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : throw std::logic_error(#condition))
+[[noreturn]] static void fail_toml(const char* what) { throw std::logic_error(what); }
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
@@ -173,6 +174,25 @@ public:
         return all;
     }
 
+    /// Mesh nodes, each once; none where the key is left out.
+    std::vector<std::int32_t> nodes(std::string_view key) const {
+        if (!has(key)) return {};
+        const toml::array* list = table_.get_as<toml::array>(key);
+        if (list == nullptr) fail(key, "must be a list of mesh nodes, like [0, 12, 57]");
+        std::vector<std::int32_t> nodes;
+        for (const toml::node& entry : *list) {
+            const std::int64_t node = entry.is_integer() ? entry.as_integer()->get() : -1;
+            if (node < 0 || node > std::numeric_limits<std::int32_t>::max())
+                fail(key, "must be a list of mesh nodes, whole numbers from 0 on");
+            if (std::find(nodes.begin(), nodes.end(), node) != nodes.end())
+                fail(key, fmt::format("names node {} twice", node));
+            nodes.push_back(static_cast<std::int32_t>(node));
+        }
+        if (nodes.size() > 1000)
+            fail(key, fmt::format("names {} nodes, and a target's display has at most 1000", nodes.size()));
+        return nodes;
+    }
+
     std::array<double, 6> box(std::string_view key) const {
         const toml::array* list = table_.get_as<toml::array>(key);
         if (list == nullptr || list->size() != 6) fail(key, "must be six numbers: xmin ymin zmin xmax ymax zmax (m)");
@@ -333,7 +353,7 @@ void read_friction(const Section& section, ContactOptions& contact) {
 void read_coupling(const Section& section, ContactOptions& contact) {
     if (!section.has("coupling")) return;
     if (section.is_text("coupling"))
-        contact.auto_coupling = section.choice("coupling", {"none", "auto"}, {}) == "auto";
+        contact.auto_coupling = section.choice("coupling", {"none", "auto"}) == "auto";
     else
         contact.coupling_n_per_m = section.positive("coupling");
 }
@@ -370,7 +390,8 @@ Device read_device(const Section& root) {
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
-    const Section section = root.section("tables", {"precision", "columns", "flash_budget"}, false);
+    const Section section =
+        root.section("tables", {"precision", "columns", "flash_budget", "display_rows", "display_precision"}, false);
     TableOptions tables;
     tables.precision = section.choice("precision", {"float32", "float16", "int16"});
     if (tables.precision != "float32" && contact.force != "interpolated")
@@ -383,25 +404,32 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
+    tables.display_rows = section.nodes("display_rows");
+    tables.display_precision = section.choice("display_precision", {"float32", "int16"});
+    if (!tables.display_rows.empty() && tables.columns == "none")
+        section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
+    if (!tables.display_rows.empty() && contact.force == "pressure-mask")
+        section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
     return tables;
 }
 
-/// Where the text or comment that begins at `at` ends: behind it.
+/// Where the comment or text that begins at `at` ends: behind it. A quote that begins no text, for it is in the middle
+/// of something or is not closed, ends at once.
 std::size_t skip_quoted(std::string_view text, std::size_t at) {
     if (text[at] == '#') return std::min(text.find('\n', at), text.size());
-    const char quote = text[at];
-    const std::string three(3, quote);
+    if (at > 0 && std::string_view("=,[{. \t\r\n").find(text[at - 1]) == std::string_view::npos) return at + 1;
+    const std::string three(3, text[at]);
     const bool long_one = text.substr(at, 3) == three;
     const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);
     for (std::size_t k = at + end.size(); k < text.size(); ++k) {
-        if (quote == '"' && text[k] == '\\')
+        if (text[at] == '"' && text[k] == '\\')
             ++k;
         else if (text.substr(k, end.size()) == end)
             return k + end.size();
         else if (!long_one && text[k] == '\n')
-            return k;  // the parser says what is wrong
+            break;
     }
-    return text.size();
+    return at + 1;
 }
 
 [[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {

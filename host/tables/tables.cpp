@@ -89,6 +89,8 @@ void read_summary(const fs::path& path, Tables& tables) {
         read_options(summary.at("contact"), summary.at("device"), tables);
         tables.precision = summary.at("tables").value("precision", "float32");
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
+        tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
+        tables.display_precision = summary.at("tables").value("display_precision", "float32");
         tables.has_columns = summary.at("tables").at("columns").get<std::string>() != "none";
     } catch (const json::exception& error) {
         throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +

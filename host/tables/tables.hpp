@@ -48,6 +48,8 @@ struct Tables {
     double device_friction_n = 0.0;
     double encoder_step_m = 0.0;
     bool has_columns = false;
+    std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
+    std::string display_precision = "float32";  ///< float32 | int16
 
     // *.npy
     std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)
