@@ -13,6 +13,9 @@ namespace haptable {
 /// Throws Error that names the file when a table is missing or damaged, or the object is too large for the servo.
 void generate_model(const std::filesystem::path& folder);
 
+/// Throws Error where a touchable surface has more vertices or patches than the servo's 16-bit indices can number.
+void require_fits(std::size_t vertex_count, std::size_t patch_count);
+
 /// Bytes of flash that the servo's tables take.
 std::size_t flash_bytes(const ServoModel& model);
 

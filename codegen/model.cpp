@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "codegen/model.hpp"
 
+#include "codegen/codegen.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,13 +77,17 @@ float diagonal(const std::vector<std::array<float, 3>>& points) {
 
 }  // namespace
 
+void require_fits(std::size_t vertex_count, std::size_t patch_count) {
+    check_size(vertex_count, "nodes");
+    check_size(patch_count, "patches");
+}
+
 ServoModel build_model(const Tables& tables) {
     ServoModel model;
     if (tables.patch.empty()) throw Error("no touchable patch: the servo has nothing to touch");
     model.node = vertex_nodes(tables);
     model.free_count = tables.node_id.size();
-    check_size(model.node.size(), "nodes");
-    check_size(tables.patch.size(), "patches");
+    require_fits(model.node.size(), tables.patch.size());
     for (std::int32_t node : model.node) {
         const auto& x = tables.position[static_cast<std::size_t>(node)];
         model.vertex_m.push_back({finite(x[0], "a position"), finite(x[1], "a position"), finite(x[2], "a position")});

@@ -166,7 +166,7 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
 void require_volumes(const fs::path& file, const Complex& complex) {
     constexpr double kFlat = 1e-9;  // volume over the longest edge cubed; 0.118 for the regular tetrahedron
     for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
-        const auto tet = complex.triangulation().tetrahedron(*cell);
+        const auto tet = complex.triangulation().tetrahedron(cell);
         double longest2 = 0.0;
         for (int c = 0; c < 4; ++c)
             for (int d = 0; d < c; ++d) longest2 = std::max(longest2, CGAL::squared_distance(tet[c], tet[d]));

@@ -154,26 +154,6 @@ Factor::Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatr
 
 }  // namespace
 
-std::vector<std::int32_t> Supernodes::places() const {
-    std::vector<std::int32_t> place(permutation.size());
-    for (std::size_t p = 0; p < place.size(); ++p) place[at(permutation[p])] = static_cast<std::int32_t>(p);
-    return place;
-}
-
-std::vector<std::int32_t> Supernodes::owners() const {
-    std::vector<std::int32_t> owner(permutation.size());
-    for (std::int32_t s = 0; s < count(); ++s) std::fill_n(owner.begin() + first_column[at(s)], column_count(s), s);
-    return owner;
-}
-
-std::vector<std::int32_t> Supernodes::parents() const {
-    const std::vector<std::int32_t> owner = owners();
-    std::vector<std::int32_t> parent(at(count()), -1);
-    for (std::int32_t s = 0; s < count(); ++s)
-        if (rows(s).size() > at(column_count(s))) parent[at(s)] = owner[at(rows(s)[at(column_count(s))])];
-    return parent;
-}
-
 Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before, Workers* workers,
                Progress* progress)
     : state_(std::make_unique<State>()) {
@@ -209,6 +189,12 @@ void Factor::solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const {
     state_->require(ok != 0, "solve");
     x.resize(b.rows(), b.cols());
     std::memcpy(x.data(), state_->x->x, static_cast<std::size_t>(b.size()) * sizeof(double));
+}
+
+void Factor::release_workspace() const {
+    cholmod_free_dense(&state_->x, &state_->common);
+    cholmod_free_dense(&state_->y, &state_->common);
+    cholmod_free_dense(&state_->e, &state_->common);
 }
 
 Factor::Pivot Factor::weakest_pivot() const { return state_->weakest; }

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "host/precompute/blas.hpp"
+#include "host/solve/blas.hpp"
 
 namespace haptable {
 

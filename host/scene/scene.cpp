@@ -330,9 +330,13 @@ Device read_device(const Section& root) {
 }
 
 TableOptions read_table_options(const Section& root) {
-    const Section section = root.section("tables", {"precision", "columns"}, false);
+    const Section section = root.section("tables", {"precision", "columns", "column_precision", "column_budget"}, false);
     section.choice("precision", {"float32"}, {"float16", "int16"});
-    return {section.choice("columns", {"surface", "all", "none"}, {})};
+    TableOptions tables;
+    tables.columns = section.choice("columns", {"surface", "all", "none"}, {});
+    tables.column_precision = section.choice("column_precision", {"float32", "float16"}, {});
+    tables.column_budget_bytes = section.not_negative("column_budget", tables.column_budget_bytes);
+    return tables;
 }
 
 toml::table parse(const fs::path& file) {

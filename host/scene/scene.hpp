@@ -53,7 +53,9 @@ struct Device {
 
 /// [tables]
 struct TableOptions {
-    std::string columns = "surface";  ///< surface | all | none
+    std::string columns = "surface";            ///< surface | all | none
+    std::string column_precision = "float32";   ///< float32 | float16
+    double column_budget_bytes = 4e9;           ///< larger columns are not written: the viewer solves for each frame
 };
 
 struct Scene {

@@ -58,7 +58,13 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.god_object = summary.at("contact").at("god_object").get<std::string>();
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
-        tables.has_columns = summary.at("tables").at("columns").get<std::string>() != "none";
+        const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
+        const std::string drawing = summary.value("drawing", none ? "none" : "columns");
+        tables.has_columns = drawing == "columns";
+        tables.has_factor = drawing == "solves";
+        const json columns = summary.value("columns", json::object());
+        tables.half_columns = columns.value("format", "") == "float16";
+        tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
     } catch (const json::exception& error) {
         throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
                     "): make the tables again");
@@ -75,7 +81,7 @@ Tables read_tables(const fs::path& folder) {
     tables.patch = read_rows<std::int32_t, 3>(folder / "patch.npy");
     tables.node_id = read_npy<std::int32_t>(folder / "node_id.npy").values;
     tables.stiffness = read_rows<double, 9>(folder / "stiffness.npy");
-    if (tables.has_columns) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
+    if (tables.has_columns || tables.has_factor) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
 
     const std::size_t nodes = tables.position.size();
     check_patches(folder / "surface.npy", tables.surface, nodes);
