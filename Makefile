@@ -47,6 +47,7 @@ CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
 PRECOMPUTE = $(call objects,host/precompute) $(SOLVE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
 LINK       = $(call objects,host/link) $(BASE)
 SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
+BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/view) $(SOLVE) $(LINK) $(TABLES)
 TARGETED   = $(call objects,host/target) $(CODEGEN)
@@ -65,7 +66,7 @@ $(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
 
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES)
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-count)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -168,6 +169,9 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
 	$(link) $(LIBS_VIEW)
 
+$(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
+	$(link) $(LIBS_LINK)
+
 $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
@@ -177,7 +181,7 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(DEVICE) $(VIEW) $(TARGETED)
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 # One scene: `make scene` calls make again with its NAME.

@@ -5,16 +5,28 @@
 #include <filesystem>
 
 #include "codegen/model.hpp"
+#include "codegen/precision.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
 
-/// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
-/// Throws Error that names the file when a table is missing or damaged, or the object is too large for the servo.
-void generate_model(const std::filesystem::path& folder);
+/// What a model takes, and what other ways to store its blocks would.
+struct ModelSize {
+    std::vector<TableBytes> flash;          ///< by table, in the order of model.c
+    std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
+};
 
-/// Throws Error where a touchable surface has more vertices or patches than the servo's 16-bit indices can number.
-void require_fits(std::size_t vertex_count, std::size_t patch_count);
+/// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
+/// Throws Error that names the file when a table is missing or damaged, and Error where the object is too large for the
+/// servo or for its flash budget.
+ModelSize generate_model(const std::filesystem::path& folder);
+
+/// Bytes of flash that each of the servo's tables takes, in the order of model.c.
+std::vector<TableBytes> flash_tables(const ServoModel& model);
+
+/// Throws Error that lists what takes the room, and what would make it fit, where the tables take more than the budget
+/// (0: none).
+void require_flash(const std::vector<TableBytes>& tables, const ServoModel& model, std::uintmax_t budget_bytes);
 
 /// Bytes of flash that the servo's tables take.
 std::size_t flash_bytes(const ServoModel& model);

@@ -13,6 +13,21 @@ static_assert(sizeof(std::array<float, 3>) == sizeof(float[3]) && sizeof(IndexBo
 static_assert(offsetof(IndexBox, skip) == offsetof(haptable_box, skip) &&
               offsetof(IndexBox, patch) == offsetof(haptable_box, patch));
 
+namespace {
+
+haptable_compliance compliance_in_memory(const ServoCompliance& from) {
+    haptable_compliance to{};
+    to.degree = static_cast<std::uint8_t>(from.degree);
+    to.edge_count = static_cast<std::uint16_t>(from.edge_count);
+    to.vertex = reinterpret_cast<const float(*)[6]>(from.vertex_m_per_n.data());
+    to.edge = reinterpret_cast<const float(*)[6]>(from.edge_m_per_n.data());
+    to.patch = reinterpret_cast<const float(*)[6]>(from.patch_m_per_n.data());
+    to.patch_edge = reinterpret_cast<const std::uint16_t(*)[3]>(from.patch_edge.data());
+    return to;
+}
+
+}  // namespace
+
 haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     haptable_model model{};
     model.hash = tables.model_hash;
@@ -28,12 +43,20 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.box_count = static_cast<std::uint16_t>(servo.index.boxes.size());
     model.vertex_m = reinterpret_cast<const float(*)[3]>(servo.vertex_m.data());
     model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(servo.stiffness_n_per_m.data());
+    model.packed = reinterpret_cast<const std::uint16_t(*)[6]>(servo.packed.data());
+    model.packed_scale_n_per_m = servo.packed_scale_n_per_m.data();
     model.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo.patch.data());
     model.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo.neighbour.data());
     model.box = reinterpret_cast<const haptable_box*>(servo.index.boxes.data());
     const Modes modes = modes_of(tables);
     model.god_object = modes.god_object.function;
     model.force = modes.force.function;
+    model.energy = modes.energy.function;
+    model.unpack = servo.packed.empty() ? nullptr : modes.unpack.function;
+    if (servo.compliance.degree != 0) {
+        servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
+        model.compliance = servo.compliance.in_memory.get();
+    }
     return model;
 }
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "codegen/model.hpp"
 
-#include "codegen/codegen.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 
@@ -46,12 +45,6 @@ float finite(double value, const char* what) {
     return narrow;
 }
 
-/// The six numbers of a symmetric block: xx yy zz xy yz zx.
-std::array<float, 6> packed(const std::array<double, 9>& s) {
-    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (s[a] + s[b]), "a stiffness"); };
-    return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
-}
-
 std::vector<std::array<std::uint16_t, 3>> vertex_patches(const Tables& tables, const std::vector<std::int32_t>& nodes) {
     std::vector<std::uint16_t> vertex_of(tables.position.size(), HAPTABLE_NONE);
     for (std::size_t v = 0; v < nodes.size(); ++v)
@@ -77,9 +70,9 @@ float diagonal(const std::vector<std::array<float, 3>>& points) {
 
 }  // namespace
 
-void require_fits(std::size_t vertex_count, std::size_t patch_count) {
-    check_size(vertex_count, "nodes");
-    check_size(patch_count, "patches");
+std::array<float, 6> packed(const std::array<double, 9>& block, const char* what) {
+    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (block[a] + block[b]), what); };
+    return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
 }
 
 ServoModel build_model(const Tables& tables) {
@@ -87,13 +80,15 @@ ServoModel build_model(const Tables& tables) {
     if (tables.patch.empty()) throw Error("no touchable patch: the servo has nothing to touch");
     model.node = vertex_nodes(tables);
     model.free_count = tables.node_id.size();
-    require_fits(model.node.size(), tables.patch.size());
+    check_size(model.node.size(), "nodes");
+    check_size(tables.patch.size(), "patches");
     for (std::int32_t node : model.node) {
         const auto& x = tables.position[static_cast<std::size_t>(node)];
         model.vertex_m.push_back({finite(x[0], "a position"), finite(x[1], "a position"), finite(x[2], "a position")});
     }
-    for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block));
+    for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block, "a stiffness"));
 
+    pack_blocks(tables.precision, model);
     const auto patches = vertex_patches(tables, model.node);
     model.index = build_index(model.vertex_m, patches);
     for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);
@@ -101,6 +96,7 @@ ServoModel build_model(const Tables& tables) {
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
     model.reach_m = std::max(1.0F, kReach * size);
+    if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     return model;
 }
 

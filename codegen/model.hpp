@@ -4,8 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "firmware/haptable.h"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -26,21 +29,48 @@ struct SpatialIndex {
     std::vector<IndexBox> boxes;
 };
 
+/// The fields of struct haptable_compliance; degree 0: the force needs none.
+struct ServoCompliance {
+    int degree = 0;
+    std::size_t edge_count = 0;
+    std::vector<std::array<float, 6>> vertex_m_per_n;      ///< [v]
+    std::vector<std::array<float, 6>> edge_m_per_n;        ///< [edge_count (degree - 1)] from the lower vertex
+    std::vector<std::array<float, 6>> patch_m_per_n;       ///< [3 p] with degree 4, or empty
+    std::vector<std::array<std::uint16_t, 3>> patch_edge;  ///< [p]
+    /// Where model_in_memory keeps the struct that its model points to.
+    mutable std::shared_ptr<haptable_compliance> in_memory;
+};
+
+/// Bytes of flash of one table.
+struct TableBytes {
+    std::string name;
+    std::size_t bytes;
+};
+
 /// The fields of struct haptable_model, ready to be written as text.
 struct ServoModel {
     std::vector<std::int32_t> node;  ///< [v] mesh node of each vertex, free ones first
     std::size_t free_count = 0;
     std::vector<std::array<float, 3>> vertex_m;           ///< [v]
     std::vector<std::array<float, 6>> stiffness_n_per_m;  ///< [free_count] xx yy zz xy yz zx
+    std::vector<std::array<std::uint16_t, 6>> packed;     ///< [free_count] the same in 16 bits; empty for float32
+    std::vector<float> packed_scale_n_per_m;              ///< [1] for float16, [free_count] for int16
     std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
     SpatialIndex index;
+    ServoCompliance compliance;
     float tolerance_m = 0.0F;
     float reach_m = 0.0F;
 };
 
 /// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.
 ServoModel build_model(const Tables& tables);
+
+/// C(alpha) on the patches of `model`, which is complete but for it.
+ServoCompliance build_compliance(const Tables& tables, const ServoModel& model);
+
+/// A block's six numbers xx yy zz xy yz zx: its symmetric part. Throws Error that names `what` where it is not finite.
+std::array<float, 6> packed(const std::array<double, 9>& block, const char* what);
 
 /// The bounding-box tree. positions [v], patches [p].
 SpatialIndex build_index(const std::vector<std::array<float, 3>>& vertex_m,

@@ -32,11 +32,29 @@ Named<Function> chosen(const Choices<Function>& choices, const char* key, const 
 Modes modes_of(const Tables& tables) {
     static const Choices<haptable_god_object_fn> god_objects = {
         {"nearest", HAPTABLE_NAMED(haptable_god_object_nearest)},
+        {"least-energy", HAPTABLE_NAMED(haptable_god_object_least_energy)},
     };
     static const Choices<haptable_force_fn> forces = {
         {"interpolated", HAPTABLE_NAMED(haptable_force_interpolated)},
+        {"consistent", HAPTABLE_NAMED(haptable_force_consistent)},
+        {"pressure-mask", HAPTABLE_NAMED(haptable_force_pressure_mask)},
     };
-    return {chosen(god_objects, "god_object", tables.god_object), chosen(forces, "force", tables.force)};
+    static const Choices<haptable_energy_fn> energies = {
+        {"interpolated", HAPTABLE_NAMED(haptable_energy_interpolated)},
+        {"consistent", HAPTABLE_NAMED(haptable_energy_consistent)},
+        {"pressure-mask", HAPTABLE_NAMED(haptable_energy_pressure_mask)},
+    };
+    static const Choices<haptable_unpack_fn> precisions = {
+        {"float32", {"0", nullptr}},
+        {"float16", HAPTABLE_NAMED(haptable_unpack_float16)},
+        {"int16", HAPTABLE_NAMED(haptable_unpack_int16)},
+    };
+    Modes modes{chosen(god_objects, "god_object", tables.god_object),
+                chosen(forces, "force", tables.force),
+                chosen(precisions, "precision", tables.precision),
+                {"0", nullptr}};
+    if (tables.god_object == "least-energy") modes.energy = chosen(energies, "force", tables.force);
+    return modes;
 }
 
 }  // namespace haptable

@@ -20,6 +20,8 @@ struct Named {
 struct Modes {
     Named<haptable_god_object_fn> god_object;
     Named<haptable_force_fn> force;
+    Named<haptable_unpack_fn> unpack;  ///< "0", null for float32
+    Named<haptable_energy_fn> energy;  ///< of that force where the god-object needs it; or "0", null
 };
 
 /// Throws Error when the tables ask for a mode that this version does not have.

@@ -7,9 +7,12 @@
 
 #include "haptable.h"
 
-/* S of a free vertex. before: vertex < free_count. */
-static inline const float* block_of(const struct haptable_model* model, uint16_t vertex) {
-    return model->stiffness_n_per_m[vertex];
+/* S of a free vertex: where it stands in flash, or expanded into `room` where it is stored in 16 bits.
+ * before: vertex < free_count. */
+static inline const float* block_of(const struct haptable_model* model, uint16_t vertex, float room[6]) {
+    if (model->unpack == 0) return model->stiffness_n_per_m[vertex];
+    model->unpack(model, vertex, room);
+    return room;
 }
 
 #endif

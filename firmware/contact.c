@@ -12,73 +12,78 @@
 
 /* ---- nearest point of one patch ------------------------------------------------------------------------------- */
 
-/* The nearest point of the edge opposite to `corner`. */
-static void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
-                            struct haptable_contact* nearest) {
-    const int a = corner == 2 ? 0 : corner + 1;
-    const int b = corner == 0 ? 2 : corner - 1;
+/* The best point so far of a patch's border. */
+struct on_border {
+    int corner;  /* opposite to the edge */
+    float share; /* of the edge, from the corner after it to the corner before it */
+    float gap2;  /* to the finger, squared; negative: none yet */
+};
+
+/* Takes the nearest point of the edge opposite to `corner`, if it is nearer. */
+static inline void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
+                                   struct on_border* best) {
+    const float* from = vertex_of(model, patch, next_corner(corner));
     float along[3];
     float to_x[3];
     float length2;
-    float t;
-    vec_sub(vertex_of(model, patch, b), vertex_of(model, patch, a), along);
-    vec_sub(x_m, vertex_of(model, patch, a), to_x);
+    float share;
+    float gap2_here;
+    vec_sub(vertex_of(model, patch, previous_corner(corner)), from, along);
+    vec_sub(x_m, from, to_x);
     length2 = vec_dot(along, along);
-    t = length2 > 0.0f ? vec_clamp01(vec_dot(to_x, along) / length2) : 0.0f;
-    nearest->patch = patch;
-    nearest->alpha[corner] = 0.0f;
-    nearest->alpha[a] = 1.0f - t;
-    nearest->alpha[b] = t;
-    place(model, nearest);
+    share = length2 > 0.0f ? vec_clamp01(vec_dot(to_x, along) / length2) : 0.0f;
+    vec_add_scaled(-share, along, to_x);
+    gap2_here = vec_dot(to_x, to_x);
+    if (best->gap2 >= 0.0f && gap2_here >= best->gap2) return;
+    best->corner = corner;
+    best->share = share;
+    best->gap2 = gap2_here;
 }
 
 /* Area coordinates of x's foot on the patch's plane (eq. 11), by triple products with the normal: these keep their
  * digits on thin patches, where the determinant of the edges' dot products loses them.
- * Returns 0 for a patch without area. */
-static int area_coordinates(const struct haptable_model* model, uint16_t patch, const float x_m[3], float alpha[3]) {
+ * A patch without area gives three negative numbers. */
+static void area_coordinates(const struct haptable_model* model, uint16_t patch, const float x_m[3], float alpha[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
     float to_x[3];
-    float side[3];
+    float across[3];
     float area2;
     patch_frame(model, patch, edge1, edge2, normal);
-    area2 = vec_dot(normal, normal);
-    if (!(area2 > 0.0f)) return 0;
     vec_sub(x_m, vertex_of(model, patch, 0), to_x);
-    vec_cross(to_x, edge2, side);
-    alpha[1] = vec_dot(side, normal) / area2;
-    vec_cross(edge1, to_x, side);
-    alpha[2] = vec_dot(side, normal) / area2;
+    vec_cross(normal, to_x, across);
+    area2 = vec_dot(normal, normal);
+    alpha[0] = alpha[1] = alpha[2] = -1.0f;
+    if (!(area2 > 0.0f)) return;
+    alpha[1] = vec_dot(across, edge2) / area2;
+    alpha[2] = -vec_dot(across, edge1) / area2;
     alpha[0] = 1.0f - alpha[1] - alpha[2];
-    return 1;
 }
 
 /* The nearest point lies inside, or on an edge whose opposite area coordinate is negative. */
 void contact_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
                      struct haptable_contact* nearest) {
-    float alpha[3] = {-1.0f, -1.0f, -1.0f};
-    struct haptable_contact on_edge;
-    float best = -1.0f;
-    int corner;
-    if (area_coordinates(model, patch, x_m, alpha) && alpha[0] >= 0.0f && alpha[1] >= 0.0f && alpha[2] >= 0.0f) {
-        nearest->patch = patch;
-        vec_copy(alpha, nearest->alpha);
-        place(model, nearest);
-        return;
+    struct on_border best = {0, 0.0f, -1.0f};
+    float alpha[3];
+    area_coordinates(model, patch, x_m, alpha);
+    nearest->patch = patch;
+    if (!(alpha[0] >= 0.0f)) nearest_on_edge(model, patch, 0, x_m, &best);
+    if (!(alpha[1] >= 0.0f)) nearest_on_edge(model, patch, 1, x_m, &best);
+    if (!(alpha[2] >= 0.0f)) nearest_on_edge(model, patch, 2, x_m, &best);
+    if (best.gap2 >= 0.0f) {
+        alpha[best.corner] = 0.0f;
+        alpha[next_corner(best.corner)] = 1.0f - best.share;
+        alpha[previous_corner(best.corner)] = best.share;
     }
-    for (corner = 0; corner < 3; ++corner) {
-        float gap;
-        if (alpha[corner] >= 0.0f) continue;
-        nearest_on_edge(model, patch, corner, x_m, &on_edge);
-        gap = gap2(on_edge.god_object_m, x_m);
-        if (best >= 0.0f && gap >= best) continue;
-        best = gap;
-        *nearest = on_edge;
-    }
+    vec_copy(alpha, nearest->alpha);
+    place(model, nearest);
 }
 
 /* ---- sliding -------------------------------------------------------------------------------------------------- */
+
+/* Steps of the walk: an edge's length along the finger's way is one, a patch's nearest point costs as much as six. */
+enum { STEPS_OF_TWO_EDGES = 2, STEPS_OF_PATCH = 6 };
 
 /* 1 when the neighbour's point lies elsewhere, and so nearer (see the head of this file). */
 static int is_move(const struct haptable_model* model, const struct haptable_contact* from,
@@ -88,57 +93,161 @@ static int is_move(const struct haptable_model* model, const struct haptable_con
 
 /* Tries the patch across the edge. Returns 1 when the god-object moved on to it. */
 static int cross_edge(const struct haptable_model* model, int corner, const float x_m[3],
-                      struct haptable_contact* contact, int* visited) {
+                      struct haptable_contact* contact, int* steps) {
     const uint16_t across = model->neighbour[contact->patch][corner];
     struct haptable_contact next;
     if (across == HAPTABLE_NONE) return 0;
-    ++*visited;
+    *steps += STEPS_OF_PATCH;
     contact_nearest(model, across, x_m, &next);
     if (!is_move(model, contact, &next)) return 0;
     *contact = next;
     return 1;
 }
 
-/* Tries all patches around the vertex, as far as the budget goes. Returns 1 when the god-object moved to the one that
- * comes nearest to x. */
-static int cross_vertex(const struct haptable_model* model, int corner, const float x_m[3],
-                        struct haptable_contact* contact, int* visited) {
-    struct fan fan = fan_begin(model, contact->patch, corner);
-    const struct haptable_contact at_vertex = *contact;
-    float best = 0.0f;
-    int moved = 0;
-    while (*visited < HAPTABLE_WALK_PATCHES && fan_next(model, &fan)) {
-        struct haptable_contact next;
-        float gap;
-        ++*visited;
-        contact_nearest(model, fan.patch, x_m, &next);
-        gap = gap2(next.god_object_m, x_m);
-        if (!is_move(model, &at_vertex, &next) || (moved && gap >= best)) continue;
-        best = gap;
-        moved = 1;
-        *contact = next;
-    }
-    return moved;
+/* One edge away from the vertex v that the god-object is on. */
+struct spoke {
+    float along[3]; /* e, to the edge's other vertex */
+    float rise;     /* (x - v) . e: positive where the edge leads nearer to the finger x */
+    float length2;  /* e . e */
+};
+
+static inline struct spoke spoke_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
+                                    const float to_x[3]) {
+    struct spoke spoke;
+    vec_sub(model->vertex_m[vertex], at_m, spoke.along);
+    spoke.rise = vec_dot(to_x, spoke.along);
+    spoke.length2 = vec_dot(spoke.along, spoke.along);
+    return spoke;
 }
 
-/* Slides the god-object down to the nearest point of the surface around it. */
-static void slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
-                  struct haptable_counters* counters) {
-    int visited = 1;
+/* Long slides go from vertex to neighbouring vertex, at a tenth of the cost of a patch. Goes to the one that is nearest
+ * to x, if that is by more than a quarter of the edge nearer, squared: rounding cannot send it back. On the straight
+ * way there the distance to x is never more than at its begin, so this is a slide, if a coarse one. Returns 1 when the
+ * god-object moved. */
+static int step_along_edge(const struct haptable_model* model, int* corner, const float x_m[3],
+                           struct haptable_contact* contact, int* steps) {
+    struct fan fan = fan_begin(model, contact->patch, *corner);
+    const float* at_m = model->vertex_m[fan.vertex];
+    float to_x[3];
+    float most = 0.0f;
+    uint16_t best = HAPTABLE_NONE;
+    vec_sub(x_m, at_m, to_x);
+    do {
+        const uint16_t* v = model->patch[fan.patch];
+        const uint16_t other = v[next_corner(fan.corner)];
+        const struct spoke spoke = spoke_to(model, other, at_m, to_x);
+        const float nearer2 = 2.0f * spoke.rise - spoke.length2;
+        ++*steps;
+        if (nearer2 <= most || spoke.rise <= 2.0f * spoke.length2) continue;
+        most = nearer2;
+        best = other;
+        contact->patch = fan.patch;
+    } while (*steps < HAPTABLE_WALK_STEPS && fan_next(model, &fan));
+    if (best == HAPTABLE_NONE) return 0;
+    vec_zero(contact->alpha);
+    *corner = corner_of(model, contact->patch, best);
+    contact->alpha[*corner] = 1.0f;
+    vec_copy(model->vertex_m[best], contact->god_object_m);
+    return 1;
+}
+
+/* 1 when the nearest point to x of the plane of two spokes lies between them: normal equations, solved by Cramer. */
+static inline int leads_between(const struct spoke* one, const struct spoke* two) {
+    const float both = vec_dot(one->along, two->along);
+    return one->rise * two->length2 > two->rise * both && two->rise * one->length2 > one->rise * both;
+}
+
+/* Where the patches around a vertex lead. */
+struct leaving {
+    struct haptable_contact at_vertex;
+    float gap2; /* of the best patch's point to x, squared: there the god-object is, once it has moved */
+    int moved;
+    float most;        /* what the steepest edge brings nearer to x, squared */
+    uint16_t steepest; /* a patch with that edge; HAPTABLE_NONE: no edge leads nearer */
+};
+
+/* Takes the patch's nearest point when it is a move, and nearer to x than that of the patches before. */
+static void try_patch(const struct haptable_model* model, uint16_t patch, const float x_m[3], struct leaving* leaving,
+                      struct haptable_contact* contact) {
+    struct haptable_contact next;
+    float gap;
+    contact_nearest(model, patch, x_m, &next);
+    gap = gap2(next.god_object_m, x_m);
+    if (!is_move(model, &leaving->at_vertex, &next) || (leaving->moved && gap >= leaving->gap2)) return;
+    leaving->gap2 = gap;
+    leaving->moved = 1;
+    *contact = next;
+}
+
+static inline void note_edge(const struct spoke* spoke, uint16_t patch, struct leaving* leaving) {
+    if (spoke->rise <= 0.0f || spoke->rise * spoke->rise <= leaving->most * spoke->length2) return;
+    leaving->most = spoke->rise * spoke->rise / spoke->length2;
+    leaving->steepest = patch;
+}
+
+/* Leaves the vertex for the patch around it that comes nearest to x, as far as the budget goes; returns 0 when none
+ * comes nearer. A patch's nearest point lies on one of the two edges at the vertex, of which the steepest is enough, or
+ * between them; only then does the patch need a look of its own. */
+static int cross_vertex(const struct haptable_model* model, int corner, const float x_m[3],
+                        struct haptable_contact* contact, int* steps) {
+    struct fan fan = fan_begin(model, contact->patch, corner);
+    const float* at_m = model->vertex_m[fan.vertex];
+    struct leaving leaving = {*contact, 0.0f, 0, 0.0f, HAPTABLE_NONE};
+    float to_x[3];
+    vec_sub(x_m, at_m, to_x);
+    do {
+        const uint16_t* v = model->patch[fan.patch];
+        const struct spoke one = spoke_to(model, v[next_corner(fan.corner)], at_m, to_x);
+        const struct spoke two = spoke_to(model, v[previous_corner(fan.corner)], at_m, to_x);
+        *steps += STEPS_OF_TWO_EDGES;
+        note_edge(&one, fan.patch, &leaving);
+        note_edge(&two, fan.patch, &leaving);
+        if (!leads_between(&one, &two)) continue;
+        *steps += STEPS_OF_PATCH;
+        try_patch(model, fan.patch, x_m, &leaving, contact);
+    } while (*steps < HAPTABLE_WALK_STEPS && fan_next(model, &fan));
+    if (leaving.steepest == HAPTABLE_NONE || (leaving.moved && leaving.gap2 < vec_dot(to_x, to_x) - leaving.most))
+        return leaving.moved;
+    *steps += STEPS_OF_PATCH;
+    try_patch(model, leaving.steepest, x_m, &leaving, contact);
+    return leaving.moved;
+}
+
+/* From a vertex along edges as far as that goes, then into a patch. */
+static int leave_vertex(const struct haptable_model* model, int corner, const float x_m[3],
+                        struct haptable_contact* contact, int* steps) {
+    while (*steps < HAPTABLE_WALK_STEPS)
+        if (!step_along_edge(model, &corner, x_m, contact, steps))
+            return *steps < HAPTABLE_WALK_STEPS && cross_vertex(model, corner, x_m, contact, steps);
+    return 0;
+}
+
+/* Slides the god-object down to the nearest point of the surface around it. Returns 0 when it is not there yet. */
+static int slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact, int* steps) {
     int moving = 1;
+    *steps += STEPS_OF_PATCH;
     contact_nearest(model, contact->patch, x_m, contact);
-    while (moving && visited < HAPTABLE_WALK_PATCHES) {
+    while (moving && *steps < HAPTABLE_WALK_STEPS) {
         int corner = 0;
         const enum place_on_patch feature = feature_of(contact->alpha, &corner);
         moving = 0;
-        if (feature == ON_EDGE) moving = cross_edge(model, corner, x_m, contact, &visited);
-        if (feature == ON_VERTEX) moving = cross_vertex(model, corner, x_m, contact, &visited);
+        if (feature == ON_EDGE) moving = cross_edge(model, corner, x_m, contact, steps);
+        if (feature == ON_VERTEX) moving = leave_vertex(model, corner, x_m, contact, steps);
     }
-    if (moving) ++counters->walk_limits;
-    if ((uint32_t)visited > counters->most_patches) counters->most_patches = (uint32_t)visited;
+    return *steps < HAPTABLE_WALK_STEPS;
 }
 
 /* ---- one tick ------------------------------------------------------------------------------------------------- */
+
+/* One slide of a tick. Returns 1 when the god-object rests and the finger is on the outer side of it. A slide that met
+ * the limit does not tell the sides apart: the contact holds until it is finished. */
+static int has_left(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                    int* steps, struct haptable_counters* counters) {
+    const int rests = slide(model, x_m, contact, steps);
+    if (!rests) ++counters->walk_limits;
+    if ((uint32_t)*steps > counters->most_steps) counters->most_steps = (uint32_t)*steps;
+    return rests && surface_is_outside(model, contact, x_m);
+}
 
 /* Moves the god-object of one tick.
  *
@@ -148,21 +257,22 @@ static void slide(const struct haptable_model* model, const float x_m[3], struct
  *
  * before: contact->patch is HAPTABLE_NONE, or contact holds a point of the surface; positions are finite and within
  *         reach_m of the body.
- * after:  contact->patch is HAPTABLE_NONE and the finger is outside, or 0 <= alpha <= 1, sum 1,
- *         god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met:
- * counted). cost:   at most HAPTABLE_SLIDES slides of HAPTABLE_WALK_PATCHES patches and as many queries of the spatial
- * index. */
+ * after:  contact->patch is HAPTABLE_NONE and the finger is outside, or 0 <= alpha <= 1, sum 1, god_object =
+ *         sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met: counted).
+ * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last look, each at most 65 instructions of a
+ *         Cortex-M or rv32imafc; queries: at most HAPTABLE_SLIDES, each at most 280 instructions a box that it visits;
+ *         with checks and force, 2,200 for the rest. tests/firmware/target_test.cpp holds every tick to this. */
 void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_contact* contact,
                                  const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
     struct way way;
+    int steps = 0;
     int slides;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
     way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
-        slide(model, to_m, contact, counters);
-        if (!surface_is_outside(model, contact, to_m)) return;
+        if (!has_left(model, to_m, contact, &steps, counters)) return;
         /* The finger has left this part of the surface. Its way from there may enter another part. */
         vec_copy(contact->god_object_m, way.from_m);
         way.begins = AT_GOD_OBJECT;

@@ -18,6 +18,14 @@ CROSS_cortex-m33 = $(ARM)
 CROSS_rv32       = $(RISCV)
 CORE_cortex-m4  = -mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 CORE_cortex-m7  = -mthumb -mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard
+UART_cortex-m4  = uart_cmsdk.c
+UART_cortex-m7  = uart_cmsdk.c
+UART_cortex-m33 = uart_cmsdk.c
+UART_rv32       = uart_16550.c
+UART_AT_cortex-m4  = 0x40004000u
+UART_AT_cortex-m7  = 0x40004000u
+UART_AT_cortex-m33 = 0x40200000u
+UART_AT_rv32       = 0x10000000u
 CORE_cortex-m33 = -mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard -DPORT_CLOCK_HZ=20000000u
 CORE_rv32       = -march=rv32imafc -mabi=ilp32f -mcmodel=medany
 PORT_cortex-m4  = cortex_m.c
@@ -29,7 +37,7 @@ TARGET_CC = $(CCACHE) $(CROSS_$(TARGET))gcc
 # -ffp-contract=off: the host's bits. No C library: only the compiler's own <stdint.h> and <stddef.h>.
 TARGET_CFLAGS = $(CORE_$(TARGET)) -std=c99 -ffreestanding $(TARGET_OPT) $(FP) -fno-math-errno \
     -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su \
-    $(C_WARN) -Ifirmware -Ifirmware/port -MMD -MP
+    $(C_WARN) -Ifirmware -Ifirmware/port -DPORT_UART=$(UART_AT_$(TARGET)) -MMD -MP
 TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings -Lfirmware/port \
     -Wl,--defsym=PORT_FLASH=$(FLASH) -Wl,--defsym=PORT_RAM=$(RAM) -Wl,--defsym=PORT_STACK=$(STACK) \
     -T firmware/port/$(TARGET).ld
@@ -96,12 +104,23 @@ $(IMAGE)/options: FORCE | $(BUILD)/setup-cross.stamp
 	@echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' | cmp -s - $@ || \
 	echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' >$@
 
-$(IMAGE)/%.elf: $(IMAGE)/port/%.o $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o $(wildcard firmware/port/*.ld)
+define link_image
 	$(say) LINK $@
 	$(Q)$(TARGET_CC) $(TARGET_LDFLAGS) -Wl,-Map=$(@:.elf=.map) -o $@ $(filter %.o,$^) -lgcc
 	$(Q)$(CROSS_$(TARGET))objcopy -O binary $@ $(@:.elf=.bin)
+	$(Q)$(CROSS_$(TARGET))objcopy -O ihex $@ $(@:.elf=.hex)
 	$(Q)$(CROSS_$(TARGET))nm $@ >$(@:.elf=.sym)
+endef
+IN_EVERY_IMAGE = $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o $(wildcard firmware/port/*.ld)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf example.elf) firmware/size.sh
+$(IMAGE)/%.elf: $(IMAGE)/port/%.o $(IN_EVERY_IMAGE)
+	$(link_image)
+
+# The same loop behind two kinds of line.
+$(IMAGE)/loop.elf: $(IMAGE)/port/line_semihosting.o
+$(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
+	$(link_image)
+
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) firmware/size.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh firmware/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

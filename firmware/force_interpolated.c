@@ -9,7 +9,8 @@
 /* f = S_i u of one vertex (eq. 9). */
 static void vertex_force(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
     if (vertex < model->free_count) {
-        vec_symmetric_product(block_of(model, vertex), u, f);
+        float room[6];
+        vec_symmetric_product(block_of(model, vertex, room), u, f);
     } else {
         vec_zero(f);
         vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);

@@ -126,6 +126,7 @@ int frame_take_force(const struct frame* frame, uint64_t* model_hash, struct hap
         out->vertex[corner] = (uint16_t)(from[10 + 2 * corner] | (from[11 + 2 * corner] << 8));
     from = take_floats(from + 16, out->force_n);
     from = take_floats(from, out->god_object_m);
+    from = take_floats(from, out->alpha);
     for (corner = 0; corner < 3; ++corner) from = take_floats(from, out->nodal_force_n[corner]);
     return 1;
 }
@@ -167,6 +168,7 @@ uint32_t frame_write_force(uint32_t sequence, uint64_t model_hash, const struct 
     }
     to = put_floats(to, out->force_n);
     to = put_floats(to, out->god_object_m);
+    to = put_floats(to, out->alpha);
     for (corner = 0; corner < 3; ++corner) to = put_floats(to, out->nodal_force_n[corner]);
     return end_frame(bytes);
 }

@@ -17,12 +17,12 @@
 extern "C" {
 #endif
 
-#define FRAME_PAYLOAD 80                 /* the longest payload, bytes */
+#define FRAME_PAYLOAD 88                 /* the longest payload, bytes */
 #define FRAME_BYTES (12 + FRAME_PAYLOAD) /* the longest frame */
 #define FRAME_STATE 1                    /* to the servo: time_us u32, position_m f32[3] */
 #define FRAME_STATE_PAYLOAD 16
 #define FRAME_FORCE 2 /* from the servo: see frame_write_force */
-#define FRAME_FORCE_PAYLOAD 76
+#define FRAME_FORCE_PAYLOAD 88
 
 /* The receiving end of a line. */
 struct frame_reader {
@@ -61,8 +61,7 @@ uint32_t frame_write_state(uint32_t sequence, const struct frame_state* state, u
 uint32_t frame_write_force(uint32_t sequence, uint64_t model_hash, const struct haptable_output* out,
                            uint8_t bytes[FRAME_BYTES]);
 
-/* 1 when the frame is a force; then *model_hash and state, vertex, god_object_m, nodal_force_n, force_n of out hold it.
- */
+/* 1 when the frame is a force; then *model_hash and all of out but patch hold it. */
 int frame_take_force(const struct frame* frame, uint64_t* model_hash, struct haptable_output* out);
 
 #ifdef __cplusplus

@@ -22,17 +22,24 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 2
+#define HAPTABLE_TABLE_VERSION 3
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
 
-/* The most patches whose nearest point is computed for one slide of the god-object. A slide that needs more
- * stops on the surface where it is, goes on at the next tick, and is counted (walk_limits). */
-#define HAPTABLE_WALK_PATCHES 64
+/* The most steps that the slides of one tick take together: comparing one edge with the finger is a step, the nearest
+ * point of a patch six. A slide that needs more stops on the surface where it is, goes on at the next tick, and is
+ * counted (walk_limits). */
+#define HAPTABLE_WALK_STEPS 128
+
+/* The most patches around one vertex whose normals are added up. */
+#define HAPTABLE_FAN_PATCHES 32
 
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
 #define HAPTABLE_SLIDES 3
+
+/* The most points of the surface at which one slide of the least-energy god-object evaluates the energy. */
+#define HAPTABLE_ENERGY_STEPS 96
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u
@@ -49,6 +56,18 @@ struct haptable_box {
 /* A leaf of the spatial index holds this many patches in a row; only the model's last leaf may hold fewer. */
 #define HAPTABLE_LEAF 4
 
+/* The compliance of a contact, m/N, as a polynomial of the area coordinates on every patch, in Bernstein's form:
+ * C(alpha) = sum over i + j + k = degree of degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk.
+ * Symmetric blocks: xx yy zz xy yz zx. Blocks of vertices and edges are shared, so C is continuous over the surface. */
+struct haptable_compliance {
+    uint8_t degree; /* 2: force = "consistent", 4: force = "pressure-mask" */
+    uint16_t edge_count;
+    const float (*vertex)[6];        /* [vertex_count] */
+    const float (*edge)[6];          /* [edge_count x (degree - 1)] from an edge's lower vertex to its higher one */
+    const float (*patch)[6];         /* [patch_count x 3] the ones with exponent 2 at corner 0, 1, 2; degree 4 only */
+    const uint16_t (*patch_edge)[3]; /* [patch_count] the edge opposite to corner c */
+};
+
 struct haptable_model;
 struct haptable_contact;
 struct haptable_counters;
@@ -57,9 +76,24 @@ struct haptable_counters;
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
                                     const float from_m[3], const float to_m[3], struct haptable_counters* counters);
 
+/* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
+typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
+
 /* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
 typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float nodal_force_n[3][3], float force_n[3]);
+
+/* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
+ * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
+struct haptable_energy {
+    float energy_j;         /* E = 1/2 u^T S u */
+    float load_n[3];        /* S u, on the body */
+    float slope_j[2];       /* dE by alpha_1, alpha_2 */
+    float curvature_j[3];   /* second derivatives 11 12 22 */
+    float lower_bound_j[3]; /* their part that is never negative: 11 12 22 */
+};
+typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
+                                const float finger_m[3], struct haptable_energy* energy);
 
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
  * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
@@ -75,13 +109,19 @@ struct haptable_model {
     uint16_t free_count;           /* how many of them are free: these have a block */
     uint16_t patch_count;
     uint16_t box_count;
-    const float (*vertex_m)[3];          /* [vertex_count] rest positions V_i */
-    const float (*stiffness_n_per_m)[6]; /* [free_count] S_i: xx yy zz xy yz zx */
-    const uint16_t (*patch)[3];          /* [patch_count] vertices, counter-clockwise from outside */
-    const uint16_t (*neighbour)[3];      /* [patch_count] patch across the edge opposite to corner c, or NONE */
-    const struct haptable_box* box;      /* [box_count] */
-    haptable_god_object_fn* god_object;  /* one of those below */
-    haptable_force_fn* force;            /* one of those below */
+    const float (*vertex_m)[3]; /* [vertex_count] rest positions V_i */
+    const float (
+        *stiffness_n_per_m)[6];         /* [free_count] S_i: xx yy zz xy yz zx; NULL: the force reads none, or packed */
+    haptable_unpack_fn* unpack;         /* how S_i is read from packed; NULL: it is not packed */
+    const uint16_t (*packed)[6];        /* [free_count] S_i in 16 bits: numbers to be scaled */
+    const float* packed_scale_n_per_m;  /* [1] float16, [free_count] int16 */
+    const uint16_t (*patch)[3];         /* [patch_count] vertices, counter-clockwise from outside */
+    const uint16_t (*neighbour)[3];     /* [patch_count] patch across the edge opposite to corner c, or NONE */
+    const struct haptable_box* box;     /* [box_count] */
+    haptable_god_object_fn* god_object; /* one of those below */
+    haptable_force_fn* force;           /* one of those below */
+    haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
+    const struct haptable_compliance* compliance; /* for a force that needs it; or NULL */
 };
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
@@ -92,10 +132,10 @@ struct haptable_model {
     X(rejected_positions) /* NaN, infinite or absurd finger positions */ \
     X(rejected_forces)    /* forces that were not finite: zero given */  \
     X(clamped_forces)     /* forces cut to max_force_n */                \
-    X(walk_limits)        /* slides that met HAPTABLE_WALK_PATCHES */    \
+    X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */      \
     X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */           \
     X(silences)           /* times without a position for SILENCE_US */  \
-    X(most_patches)       /* most patches visited by one slide */        \
+    X(most_steps)         /* most steps of the walk in one tick */       \
     X(most_boxes)         /* most boxes visited by one query */
 
 struct haptable_counters {
@@ -152,6 +192,11 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
 
 /* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
 
+/* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
+ * model->energy. By the envelope theorem the force is minus the gradient of E, so moving in closed loops gains nothing.
+ * least_energy.c has its conditions. */
+haptable_god_object_fn haptable_god_object_least_energy;
+
 /* god_object: the nearest point of the rest surface (Zilles and Salisbury 1995). contact.c has its conditions. */
 haptable_god_object_fn haptable_god_object_nearest;
 
@@ -159,6 +204,22 @@ haptable_god_object_fn haptable_god_object_nearest;
  * -(F_i + F_j + F_k) that the user feels (eq. 12). A fixed vertex has S = rigid_stiffness I.
  * before: contact->patch < patch_count. cost: three symmetric 3x3 products. */
 haptable_force_fn haptable_force_interpolated;
+haptable_energy_fn haptable_energy_interpolated;
+
+/* force: F = -C^-1 u with the compliance C of the contact point (model->compliance, degree 2), nodal forces
+ * alpha_i C^-1 u: the body's surface, so loaded, meets the finger. A fixed vertex adds no compliance; where that would
+ * leave the point stiffer than its share of rigid_stiffness, it is lifted to that (compliance.h). */
+haptable_force_fn haptable_force_consistent;
+haptable_energy_fn haptable_energy_consistent;
+
+/* force: the same for a contact of finite size (degree 4). The nodal forces are those of the whole load by alpha;
+ * the load's spread over the nodes under the mask is in the host's tables. */
+haptable_force_fn haptable_force_pressure_mask;
+haptable_energy_fn haptable_energy_pressure_mask;
+
+/* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
+haptable_unpack_fn haptable_unpack_float16;
+haptable_unpack_fn haptable_unpack_int16;
 
 #ifdef __cplusplus
 }

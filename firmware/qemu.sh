@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 #
 # qemu.sh TARGET ELF WORD...: runs an image on an emulated board; the words are its command line, by semihosting.
-# QEMU_EXTRA holds more options of QEMU. Exit status: the image's own, or 124 after a minute. 77: no QEMU for it.
+# QEMU_EXTRA holds more options of QEMU; QEMU_SERIAL=stdio: the board's UART is our standard input and output;
+# QEMU_SECONDS: how long it may run, 0 for ever. Exit status: the image's own, or 124 after a minute. 77: no QEMU for it.
 set -eu
 target=$1
 elf=$2
@@ -18,5 +19,6 @@ command -v "${qemu%% *}" >/dev/null 2>&1 || { echo "qemu.sh: ${qemu%% *} is not 
 words="arg=$(basename "$elf" .elf)"
 for word in "$@"; do words="$words,arg=$word"; done
 # shellcheck disable=SC2086 # commands with their options
-exec timeout "${QEMU_SECONDS:-60}" $qemu -display none -monitor none -serial none ${QEMU_EXTRA:-} \
-    -semihosting-config "enable=on,target=native,$words" -kernel "$elf" </dev/null
+[ "${QEMU_SERIAL:-none}" = stdio ] || exec </dev/null
+exec timeout "${QEMU_SECONDS:-60}" $qemu -display none -monitor none -serial "${QEMU_SERIAL:-none}" ${QEMU_EXTRA:-} \
+    -semihosting-config "enable=on,target=native,$words" -kernel "$elf"

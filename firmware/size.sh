@@ -17,7 +17,7 @@ bytes_of() {
         { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
     rm -f "$symbols.names"
 }
-row() { printf '  %-34s %9s %s\n' "$1" "$2" "${3:-}"; }
+row() { printf '  %-36s %9s %s\n' "$1" "$2" "${3:-}"; }
 
 # ---- what must not be there -----------------------------------------------------------------------------------------
 bad=$(awk '{ print $NF }' "$symbols" | grep -E '^(__aeabi_[dfil]*2?[df][a-z0-9]*|__(add|sub|mul|div|neg|cmp|eq|ne|lt|le|gt|ge|unord)[sdt]f[23]|__(fix|float|extend|trunc)[a-z]*[sdt]f.*|malloc|calloc|realloc|free|_?sbrk|printf)$' || true)
@@ -68,7 +68,9 @@ for object in "$folder"/*.o; do
     row "  code of $(basename "$object" .o).c" "$bytes"
 done
 row "code of the servo" $code
-for table in vertex_m stiffness_n_per_m patch neighbour box; do
+for table in vertex_m stiffness_n_per_m packed packed_scale_n_per_m patch neighbour box vertex_compliance_m_per_n edge_compliance_m_per_n \
+    patch_compliance_m_per_n patch_edge; do
+    grep -q " $table\$" "$symbols" || continue
     row "table $table" "$(awk -v name=$table 'NF == 4 && $4 == name { print $2 }' "$symbols" | head -n 1 | { read -r b; printf '%d' "0x$b"; })"
 done
 row "whole image" "$flash" "of $flash_has: $((flash_has - flash)) spare"

@@ -28,8 +28,8 @@ static void add_normal(const struct haptable_model* model, uint16_t patch, int c
         const float* here = vertex_of(model, patch, corner);
         float lengths2;
         float cosine;
-        vec_sub(vertex_of(model, patch, corner == 2 ? 0 : corner + 1), here, edge1);
-        vec_sub(vertex_of(model, patch, corner == 0 ? 2 : corner - 1), here, edge2);
+        vec_sub(vertex_of(model, patch, next_corner(corner)), here, edge1);
+        vec_sub(vertex_of(model, patch, previous_corner(corner)), here, edge2);
         lengths2 = vec_dot(edge1, edge1) * vec_dot(edge2, edge2);
         cosine = lengths2 > 1e-30f ? vec_dot(edge1, edge2) * vec_inverse_root(lengths2) : 1.0f;
         weight *= angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine));
@@ -37,18 +37,15 @@ static void add_normal(const struct haptable_model* model, uint16_t patch, int c
     vec_add_scaled(weight, normal, sum);
 }
 
-/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
- * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
- * Aanaes 2005); means with other weights do not. */
-static void outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]) {
+void surface_outward(const struct haptable_model* model, const struct haptable_contact* contact, float normal[3]) {
     int corner = 0;
     const enum place_on_patch feature = feature_of(contact->alpha, &corner);
     vec_zero(normal);
     if (feature == ON_VERTEX) {
         struct fan fan = fan_begin(model, contact->patch, corner);
         int patches = 0;
-        do add_normal(model, fan.patch, corner_of(model, fan.patch, fan.vertex), normal);
-        while (++patches < HAPTABLE_WALK_PATCHES && fan_next(model, &fan));
+        do add_normal(model, fan.patch, fan.corner, normal);
+        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
         return;
     }
     add_normal(model, contact->patch, -1, normal);
@@ -59,7 +56,7 @@ static void outward(const struct haptable_model* model, const struct haptable_co
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]) {
     float normal[3];
     float u[3];
-    outward(model, contact, normal);
+    surface_outward(model, contact, normal);
     vec_sub(x_m, contact->god_object_m, u);
     return vec_dot(normal, u) >= 0.0f;
 }

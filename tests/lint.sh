@@ -30,6 +30,7 @@ arrow host/precompute host/solve host/base host/scene host/mesh host/fem host/ta
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
 arrow host/target host/base host/tables host/target firmware/haptable.h
+arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
 arrow host/view host/base host/link host/tables host/solve host/view haptable/
 

@@ -58,6 +58,8 @@ public:
             capacity);
     }
 
+    /// For poll: readable when a message waits.
+    int fd() const { return lcm_get_fileno(lcm_); }
     /// Handles one message, waiting for it until the deadline at most. False: none came, or a signal did.
     bool handle_until(Clock::time_point deadline);
 

@@ -5,10 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <nlohmann/json.hpp>
 
+#include "host/mesh/sets.hpp"
+#include "host/mesh/shells.hpp"
 #include "host/mesh/surface.hpp"
 
 namespace haptable {
@@ -21,20 +24,6 @@ constexpr double kSliver = 0.1;
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 // Nodes nearer than this share of the body's diagonal are at one place.
 constexpr double kSamePlace = 1e-9;
-
-/// Disjoint sets with path halving.
-class Sets {
-public:
-    explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
-    std::size_t find(std::size_t a) {
-        while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
-        return a;
-    }
-    void join(std::size_t a, std::size_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
-
-private:
-    std::vector<std::size_t> parent_;
-};
 
 std::size_t at(std::int32_t node) { return static_cast<std::size_t>(node); }
 
@@ -83,47 +72,11 @@ void judge_shapes(const TetMesh& mesh, Audit& audit) {
     audit.median_ratio = 0.5 * (ratio[(ratio.size() - 1) / 2] + ratio[ratio.size() / 2]);
 }
 
-std::size_t count_bodies(const TetMesh& mesh) {
-    Sets sets(mesh.position_m.size());
-    for (const Tet& tet : mesh.tet)
-        for (std::size_t c = 1; c < 4; ++c) sets.join(at(tet[0]), at(tet[c]));
-    std::size_t bodies = 0;
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) bodies += sets.find(i) == i ? 1 : 0;
-    return bodies;
-}
-
-using Edges = std::map<std::array<std::int32_t, 2>, std::vector<std::size_t>>;  // to the patches at it
-
-Edges edges_of(const std::vector<Patch>& patches) {
-    Edges edges;
-    for (std::size_t p = 0; p < patches.size(); ++p)
-        for (std::size_t c = 0; c < 3; ++c) {
-            const auto [low, high] = std::minmax(patches[p][c], patches[p][(c + 1) % 3]);
-            edges[{low, high}].push_back(p);
-        }
-    return edges;
-}
-
-/// A shell whose patches look inwards encloses emptiness: its volume by the divergence theorem is negative.
 void judge_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges, Audit& audit) {
-    Sets sets(surface.patch.size());
-    for (const auto& [edge, patches] : edges) {
-        audit.hinge_edges += patches.size() > 2 ? 1 : 0;
-        for (std::size_t p : patches) sets.join(patches[0], p);
-    }
-    std::vector<double> volume_m3(surface.patch.size(), 0.0);
-    const Vector3d centre_m = audit.box_m.center();
-    for (std::size_t p = 0; p < surface.patch.size(); ++p) {
-        const auto corner = [&](std::size_t c) -> Vector3d {
-            return mesh.position_m[at(surface.patch[p][c])] - centre_m;
-        };
-        volume_m3[sets.find(p)] += corner(0).dot(corner(1).cross(corner(2)));
-    }
-    for (std::size_t p = 0; p < surface.patch.size(); ++p) {
-        if (sets.find(p) != p) continue;
-        ++audit.shells;
-        audit.cavities += volume_m3[p] < 0.0 ? 1 : 0;
-    }
+    for (const auto& [edge, patches] : edges) audit.hinge_edges += patches.size() > 2 ? 1 : 0;
+    const Shells shells = find_shells(mesh, surface);
+    audit.shells = shells.volume_m3.size();
+    for (std::size_t k = 0; k < audit.shells; ++k) audit.cavities += shells.is_cavity(k) ? 1 : 0;
 }
 
 /// The patches around a node hang together over its edges; where they do not, the node is a hinge.
@@ -153,6 +106,33 @@ std::size_t count_coincident(const TetMesh& mesh, double tolerance_m) {
     return count;
 }
 
+/// Tetrahedra that lie on one side of a shared face, by their neighbours in such faces.
+using Conflicts = std::map<std::int32_t, std::vector<std::int32_t>>;
+
+/// Neighbours cannot both be right: of every part of the graph, the side with fewer tetrahedra is the folded one.
+std::vector<std::int32_t> minority_of(const Conflicts& conflicts) {
+    std::vector<std::int32_t> folded;
+    std::map<std::int32_t, std::size_t> side;
+    for (const auto& [first, unused] : conflicts) {
+        if (side.contains(first)) continue;
+        std::array<std::vector<std::int32_t>, 2> part{{{first}, {}}};
+        side[first] = 0;
+        for (std::vector<std::int32_t> open{first}; !open.empty();) {
+            const std::int32_t tet = open.back();
+            open.pop_back();
+            for (std::int32_t other : conflicts.at(tet)) {
+                if (!side.emplace(other, 1 - side[tet]).second) continue;
+                part[side[other]].push_back(other);
+                open.push_back(other);
+            }
+        }
+        const auto& fewer = part[part[1].size() < part[0].size() ? 1 : 0];
+        folded.insert(folded.end(), fewer.begin(), fewer.end());
+    }
+    std::sort(folded.begin(), folded.end());
+    return folded;
+}
+
 }  // namespace
 
 std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets) {
@@ -173,15 +153,20 @@ std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets) {
         }
     std::sort(faces.begin(), faces.end(),
               [](const Face& a, const Face& b) { return std::tie(a.key, a.tet) < std::tie(b.key, b.tet); });
-    std::vector<std::int32_t> folded;
+    Conflicts conflicts;
     for (std::size_t k = 1; k < faces.size(); ++k)
         if (faces[k].key == faces[k - 1].key && faces[k].even == faces[k - 1].even) {
-            folded.push_back(faces[k - 1].tet);
-            folded.push_back(faces[k].tet);
+            conflicts[faces[k - 1].tet].push_back(faces[k].tet);
+            conflicts[faces[k].tet].push_back(faces[k - 1].tet);
         }
-    std::sort(folded.begin(), folded.end());
-    folded.erase(std::unique(folded.begin(), folded.end()), folded.end());
-    return folded;
+    return minority_of(conflicts);
+}
+
+std::vector<std::size_t> number_bodies(const TetMesh& mesh) {
+    Sets sets(mesh.position_m.size());
+    for (const Tet& tet : mesh.tet)
+        for (std::size_t c = 1; c < 4; ++c) sets.join(at(tet[0]), at(tet[c]));
+    return sets.numbers();
 }
 
 Audit audit_mesh(const TetMesh& mesh) {
@@ -196,9 +181,12 @@ Audit audit_mesh(const TetMesh& mesh) {
     audit.turned = mesh.turned;
     audit.folded = find_folded(mesh.tet).size();
     for (const Vector3d& p : mesh.position_m) audit.box_m.extend(p);
-    audit.bodies = count_bodies(mesh);
+    const std::vector<std::size_t> body = number_bodies(mesh);
+    audit.bodies = body.empty() ? 0 : *std::max_element(body.begin(), body.end()) + 1;
     judge_shells(mesh, surface, edges, audit);
     count_hinge_nodes(surface, edges, mesh.position_m.size(), audit);
+    audit.euler = static_cast<std::int64_t>(surface.node.size()) + static_cast<std::int64_t>(surface.patch.size()) -
+                  static_cast<std::int64_t>(edges.size());
     audit.coincident = count_coincident(mesh, kSamePlace * audit.box_m.diagonal().norm());
     judge_shapes(mesh, audit);
     return audit;
@@ -227,8 +215,9 @@ std::string to_table(const Audit& a) {
     const Vector3d size_m = a.box_m.sizes();
     std::string text = fmt::format("  nodes {}, on the surface {}; tetrahedra {}; patches {}\n", a.nodes,
                                    a.surface_nodes, a.tets, a.patches);
-    text += fmt::format("  bodies {}, shells {}, inner cavities {}; hinges: {} edges, {} nodes\n", a.bodies, a.shells,
-                        a.cavities, a.hinge_edges, a.hinge_nodes);
+    text +=
+        fmt::format("  bodies {}, shells {}, inner cavities {}, Euler characteristic {}; hinges: {} edges, {} nodes\n",
+                    a.bodies, a.shells, a.cavities, a.euler, a.hinge_edges, a.hinge_nodes);
     text += fmt::format("  turned {}, folded {}, unused nodes {}, coincident nodes {}\n", a.turned, a.folded,
                         a.unused_nodes, a.coincident);
     text += fmt::format(
@@ -238,17 +227,29 @@ std::string to_table(const Audit& a) {
                               size_m.z(), a.volume_m3);
 }
 
-std::string to_json(const Audit& a) {
-    return fmt::format(
-        R"({{"nodes": {}, "surface_nodes": {}, "tetrahedra": {}, "surface_patches": {}, "bodies": {}, "shells": {}, )"
-        R"("inner_cavities": {}, "hinge_edges": {}, "hinge_nodes": {}, "turned": {}, "folded": {}, "unused_nodes": {}, )"
-        R"("coincident_nodes": {}, "worst_radius_ratio": {}, "median_radius_ratio": {}, "slivers": {}, )"
-        R"("least_dihedral_deg": {}, "greatest_dihedral_deg": {}, "volume_m3": {}, "box_m": [{}, {}, {}, {}, {}, {}]}})"
-        "\n",
-        a.nodes, a.surface_nodes, a.tets, a.patches, a.bodies, a.shells, a.cavities, a.hinge_edges, a.hinge_nodes,
-        a.turned, a.folded, a.unused_nodes, a.coincident, a.worst_ratio, a.median_ratio, a.slivers, a.least_angle_deg,
-        a.greatest_angle_deg, a.volume_m3, a.box_m.min().x(), a.box_m.min().y(), a.box_m.min().z(), a.box_m.max().x(),
-        a.box_m.max().y(), a.box_m.max().z());
+nlohmann::ordered_json to_json(const Audit& a) {
+    const Vector3d &low = a.box_m.min(), &high = a.box_m.max();
+    return {{"nodes", a.nodes},
+            {"surface_nodes", a.surface_nodes},
+            {"tetrahedra", a.tets},
+            {"surface_patches", a.patches},
+            {"bodies", a.bodies},
+            {"shells", a.shells},
+            {"inner_cavities", a.cavities},
+            {"euler_characteristic", a.euler},
+            {"hinge_edges", a.hinge_edges},
+            {"hinge_nodes", a.hinge_nodes},
+            {"turned", a.turned},
+            {"folded", a.folded},
+            {"unused_nodes", a.unused_nodes},
+            {"coincident_nodes", a.coincident},
+            {"worst_radius_ratio", a.worst_ratio},
+            {"median_radius_ratio", a.median_ratio},
+            {"slivers", a.slivers},
+            {"least_dihedral_deg", a.least_angle_deg},
+            {"greatest_dihedral_deg", a.greatest_angle_deg},
+            {"volume_m3", a.volume_m3},
+            {"box_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}};
 }
 
 }  // namespace haptable

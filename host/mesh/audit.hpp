@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct Audit {
     std::size_t bodies = 0;        ///< parts that share no node
     std::size_t shells = 0;        ///< parts of the surface that share no edge
     std::size_t cavities = 0;      ///< shells that enclose emptiness
+    std::int64_t euler = 0;        ///< nodes - edges + patches of the surface: 2 for a ball, 0 for a torus
     std::size_t hinge_edges = 0;   ///< surface edges with more than two patches
     std::size_t hinge_nodes = 0;   ///< surface nodes whose patches form more than one ring
     std::size_t coincident = 0;    ///< nodes at the place of another one
@@ -30,8 +32,12 @@ struct Audit {
     Eigen::AlignedBox3d box_m;
 };
 
-/// Tetrahedra, ascending, that lie on the same side of a shared face as their neighbour. All positively oriented.
+/// Tetrahedra, ascending, that lie on the same side of a shared face as their neighbours: of those that meet so, the
+/// fewer. All positively oriented.
 std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets);
+
+/// [N] which body each node belongs to: parts of the mesh that share no node.
+std::vector<std::size_t> number_bodies(const TetMesh& mesh);
 
 /// Throws Error where a face belongs to more than two tetrahedra.
 Audit audit_mesh(const TetMesh& mesh);
@@ -40,6 +46,6 @@ Audit audit_mesh(const TetMesh& mesh);
 std::vector<std::string> warnings_of(const Audit& audit);
 
 std::string to_table(const Audit& audit);
-std::string to_json(const Audit& audit);
+nlohmann::ordered_json to_json(const Audit& audit);
 
 }  // namespace haptable

@@ -56,15 +56,6 @@ constexpr ChildLimits kLimits{std::size_t{8} << 30, 3600};
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
 
-Soup soup_of(const RawMesh& raw) {
-    Soup soup;
-    std::map<Tag, std::size_t> place;
-    for (std::size_t i = 0; i < raw.node_tag.size(); ++i) place[raw.node_tag[i]] = i;
-    soup.point = raw.position;
-    for (const auto& [a, b, c] : raw.triangle) soup.triangle.push_back({place.at(a), place.at(b), place.at(c)});
-    return soup;
-}
-
 void require_closed(const fs::path& file, const BadEdges& bad) {
     if (bad.open + bad.non_manifold == 0) return;
     fail(file, fmt::format("the surface does not bound a body: {} open and {} non-manifold edges (the first {}); close "
@@ -214,8 +205,8 @@ RawMesh unpack(std::string_view bytes, std::size_t triangles) {
 }  // namespace
 
 RawMesh fill_surface(const fs::path& file, const RawMesh& raw, const FillTarget& target) {
-    Soup soup = soup_of(raw);
-    const std::size_t triangles = soup.triangle.size(), dropped = weld(soup);
+    Soup soup;
+    const std::size_t dropped = to_soup(raw, soup), triangles = soup.triangle.size();
     const BadEdges bad = find_bad_edges(soup);
     require_closed(file, bad);
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();

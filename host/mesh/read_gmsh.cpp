@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "host/base/error.hpp"
@@ -26,6 +28,7 @@ constexpr int kTriangle = 2, kTetrahedron = 4, kTetrahedron10 = 11;  // Gmsh's n
 constexpr std::size_t kLeastMemory_bytes = std::size_t{768} << 20;
 constexpr std::size_t kMemoryPerByte = 60;
 constexpr unsigned kCpu_s = 60;
+constexpr double kFarthest = 1e30;  // a coordinate beyond is damage
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
 
@@ -79,6 +82,22 @@ void require_lines(const fs::path& file, const Section& section, std::string_vie
         fail(file, fmt::format("{}: the count of records is missing; save the mesh again", section.name));
 }
 
+/// Records of version 2: an int and three doubles each, as this machine writes them.
+void require_plausible_nodes(const fs::path& file, std::string_view rest, std::int64_t count) {
+    rest.remove_prefix(std::min(rest.find('\n') + 1, rest.size()));
+    constexpr std::size_t kBytes = sizeof(std::int32_t) + 3 * sizeof(double);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count) && (k + 1) * kBytes <= rest.size(); ++k) {
+        std::int32_t tag = 0;
+        std::array<double, 3> x{};
+        std::memcpy(&tag, rest.data() + k * kBytes, sizeof tag);
+        std::memcpy(x.data(), rest.data() + k * kBytes + sizeof tag, sizeof x);
+        if (tag <= 0 || !std::all_of(x.begin(), x.end(), [](double c) { return std::abs(c) < kFarthest; }))
+            fail(file, fmt::format("$Nodes: record {} (number {}, at {:.4g} {:.4g} {:.4g}) is no node; the file is "
+                                   "damaged or of another byte order",
+                                   k + 1, tag, x[0], x[1], x[2]));
+    }
+}
+
 /// The count of records that a section promises; 0 where there is no such section.
 std::size_t check_section(const fs::path& file, std::string_view text, const Section& section, int version,
                           bool binary) {
@@ -101,6 +120,7 @@ std::size_t check_section(const fs::path& file, std::string_view text, const Sec
     }
     require_room(file, text, section.name, count, binary ? section.binary_bytes : section.text_bytes, rest.data());
     require_lines(file, section, rest.substr(0, end), version, binary, count);
+    if (binary && version == 2 && section.name == kSections[0].name) require_plausible_nodes(file, rest, count);
     return static_cast<std::size_t>(count);
 }
 

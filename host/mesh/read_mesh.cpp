@@ -14,6 +14,7 @@
 #include "host/base/file.hpp"
 #include "host/mesh/raw_mesh.hpp"
 #include "host/mesh/readers.hpp"
+#include "host/mesh/soup.hpp"
 
 namespace haptable {
 
@@ -88,15 +89,29 @@ RawMesh read_raw(const fs::path& file) {
          "TetGen .node/.ele, Abaqus *NODE, Vega *VERTICES, STL, PLY, OFF, OBJ); convert it with Gmsh");
 }
 
+/// A triangle of a node that the file lacks bounds nothing.
+void require_triangles(const fs::path& file, const RawMesh& raw) {
+    if (!raw.tet.empty() || raw.triangle.empty()) return;
+    std::vector<Tag> known = raw.node_tag;
+    std::sort(known.begin(), known.end());
+    for (std::size_t t = 0; t < raw.triangle.size(); ++t)
+        for (Tag tag : raw.triangle[t])
+            if (!std::binary_search(known.begin(), known.end(), tag))
+                fail(file, fmt::format("triangle {} names node {}, which the file does not have", t + 1, tag));
+}
+
 void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
     for (const RawOthers& other : raw.other)
         fail(file, fmt::format("has {} elements of type {} (element {} is the first); only 4-node tetrahedra are "
                                "taken: mesh the body again with linear tetrahedra",
                                other.count, other.type, other.first));
-    if (raw.tet.empty() && !raw.triangle.empty())
-        fail(file, fmt::format("has no tetrahedra ({} triangles); give edge_length (metres) or node_count in [mesh] to "
-                               "fill the surface, or a volume mesh",
-                               raw.triangle.size()));
+    if (raw.tet.empty() && !raw.triangle.empty()) {
+        Soup soup;
+        to_soup(raw, soup);
+        fail(file, fmt::format("has no tetrahedra but a surface: {}; give edge_length (metres) or node_count in [mesh] "
+                               "to fill it where it is closed, or a volume mesh",
+                               describe(soup)));
+    }
     if (raw.tet.empty())
         fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh", raw.surface_elements));
     if (raw.second_order > 0 && !linearize)
@@ -255,11 +270,18 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
 
 TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
     const RawMesh raw = read_raw(file);
+    require_triangles(file, raw);
     if (!options.fill.given()) return make_tet_mesh(file, raw, options);
     if (!raw.tet.empty() || !raw.other.empty())
         fail(file, "is a volume mesh, which is not filled; remove edge_length and node_count from [mesh]");
     if (raw.triangle.empty()) fail(file, "has no triangles to fill; give a closed surface");
     return make_tet_mesh(file, fill_surface(file, raw, options.fill), options);
+}
+
+std::vector<fs::path> mesh_files(const fs::path& file) {
+    const std::string kind = lower(file.extension().string());
+    if (kind != ".node" && kind != ".ele") return {file};
+    return {fs::path(file).replace_extension(".node"), fs::path(file).replace_extension(".ele")};
 }
 
 }  // namespace haptable

@@ -24,4 +24,7 @@ inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
     return read_mesh(file, ReadOptions{scale_m, false, {}});
 }
 
+/// The files that are read for it: two for TetGen's pair.
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file);
+
 }  // namespace haptable

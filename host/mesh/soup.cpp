@@ -10,6 +10,8 @@
 #include <map>
 #include <unordered_map>
 
+#include "host/mesh/sets.hpp"
+
 namespace haptable {
 
 namespace {
@@ -54,7 +56,7 @@ Eigen::AlignedBox3d box_of(const Soup& soup) {
     return box;
 }
 
-std::string describe(const Eigen::Vector3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z()); }
+std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z()); }
 
 }  // namespace
 
@@ -65,13 +67,13 @@ std::size_t weld(Soup& soup) {
     std::vector<Eigen::Vector3d> centred = soup.point;
     for (Eigen::Vector3d& p : centred) p -= box.center();
     Grid grid(radius);
-    std::vector<std::size_t> place(soup.point.size());
-    for (std::size_t i = 0; i < centred.size(); ++i) place[i] = grid.find_or_put(centred, i, radius);
+    std::vector<std::size_t> same(soup.point.size());
+    for (std::size_t i = 0; i < centred.size(); ++i) same[i] = grid.find_or_put(centred, i, radius);
 
     Soup welded;
     std::vector<std::size_t> number(soup.point.size(), soup.point.size());
     for (const auto& triangle : soup.triangle) {
-        std::array<std::size_t, 3> corner{place[triangle[0]], place[triangle[1]], place[triangle[2]]};
+        std::array<std::size_t, 3> corner{same[triangle[0]], same[triangle[1]], same[triangle[2]]};
         if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
         for (std::size_t& i : corner) {
             if (number[i] == soup.point.size()) {
@@ -85,6 +87,15 @@ std::size_t weld(Soup& soup) {
     const std::size_t dropped = soup.triangle.size() - welded.triangle.size();
     soup = std::move(welded);
     return dropped;
+}
+
+std::size_t to_soup(const RawMesh& raw, Soup& soup) {
+    std::map<Tag, std::size_t> number;
+    for (std::size_t i = 0; i < raw.node_tag.size(); ++i) number[raw.node_tag[i]] = i;
+    soup.point = raw.position;
+    soup.triangle.clear();
+    for (const auto& [a, b, c] : raw.triangle) soup.triangle.push_back({number.at(a), number.at(b), number.at(c)});
+    return weld(soup);
 }
 
 BadEdges find_bad_edges(const Soup& soup) {
@@ -101,16 +112,37 @@ BadEdges find_bad_edges(const Soup& soup) {
             edge.triangle = t;
         }
     BadEdges bad;
+    bad.edges = edges.size();
     for (const auto& [ends, edge] : edges) {
         const int count = edge.along + edge.against;
         bad.open += count == 1 ? 1 : 0;
         bad.non_manifold += count > 2 ? 1 : 0;
         bad.flipped += count == 2 && edge.along != 1 ? 1 : 0;
         if (count != 2 && bad.first.empty())
-            bad.first = fmt::format("from {} to {} at triangle {}", describe(soup.point[ends.first]),
-                                    describe(soup.point[ends.second]), edge.triangle + 1);
+            bad.first = fmt::format("from {} to {} at triangle {}", place(soup.point[ends.first]),
+                                    place(soup.point[ends.second]), edge.triangle + 1);
     }
     return bad;
+}
+
+std::string describe(const Soup& soup) {
+    Sets sets(soup.point.size());
+    double six_volumes = 0.0;
+    const Eigen::Vector3d centre = box_of(soup).center();
+    for (const auto& [a, b, c] : soup.triangle) {
+        sets.join(a, b);
+        sets.join(a, c);
+        six_volumes += (soup.point[a] - centre).dot((soup.point[b] - centre).cross(soup.point[c] - centre));
+    }
+    const std::vector<std::size_t> part = sets.numbers();
+    const BadEdges bad = find_bad_edges(soup);
+    const auto euler = static_cast<std::int64_t>(soup.point.size()) + static_cast<std::int64_t>(soup.triangle.size()) -
+                       static_cast<std::int64_t>(bad.edges);
+    return fmt::format(
+        "{} vertices, {} triangles, {} parts, {} open, {} non-manifold and {} flipped edges, Euler characteristic {}, "
+        "volume {:.4g} (units of the file)",
+        soup.point.size(), soup.triangle.size(), part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1,
+        bad.open, bad.non_manifold, bad.flipped, euler, six_volumes / 6.0);
 }
 
 }  // namespace haptable

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "host/mesh/raw_mesh.hpp"
+
 namespace haptable {
 
 /// P points, F triangles; nothing is promised about how they fit together.
@@ -22,6 +24,7 @@ struct BadEdges {
     std::size_t open = 0;          ///< one triangle
     std::size_t non_manifold = 0;  ///< three or more
     std::size_t flipped = 0;       ///< two that run in the same direction: one is turned inside out
+    std::size_t edges = 0;         ///< of any kind
     std::string first;             ///< where the first open or non-manifold one is
 };
 
@@ -30,6 +33,13 @@ struct BadEdges {
 /// Returns how many triangles were dropped.
 std::size_t weld(Soup& soup);
 
+/// The file's triangles, welded. Returns how many of them had no area and were left out.
+std::size_t to_soup(const RawMesh& raw, Soup& soup);
+
 BadEdges find_bad_edges(const Soup& soup);
+
+/// "14980 vertices, 29956 triangles, 1 part, 0 open, 0 non-manifold and 0 flipped edges, Euler characteristic 2,
+/// volume 1.35e+05 (units of the file)", of a surface that was welded.
+std::string describe(const Soup& soup);
 
 }  // namespace haptable

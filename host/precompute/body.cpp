@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "host/base/error.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/read_mesh.hpp"
+#include "host/mesh/shells.hpp"
 
 namespace haptable {
 
@@ -45,16 +47,22 @@ void mark_box(const Scene& scene, const Selection& selection, const char* key, c
                          key, extent(mesh)));
 }
 
-void mark_group(const Scene& scene, const Selection& selection, const char* key, const TetMesh& mesh, Flags& flags) {
+/// The group that a selection names. Throws Error with all names where it has none of `what`.
+const MeshGroup& group_of(const Scene& scene, const Selection& selection, const char* key, const TetMesh& mesh,
+                          const char* what, bool (*has)(const MeshGroup&)) {
     const auto group = mesh.group.find(selection.group);
-    if (group == mesh.group.end() || group->second.node.empty()) {
-        std::vector<std::string> names;
-        for (const auto& [name, unused] : mesh.group) names.push_back(name);
-        fail(scene, selection,
-             fmt::format("{}.group: the mesh has no nodes in a group \"{}\"; its groups: {}", key, selection.group,
-                         names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
-    }
-    for (std::int32_t node : group->second.node) flags[static_cast<std::size_t>(node)] = 1;
+    if (group != mesh.group.end() && has(group->second)) return group->second;
+    std::vector<std::string> names;
+    for (const auto& [name, unused] : mesh.group) names.push_back(name);
+    fail(scene, selection,
+         fmt::format("{}.group: the mesh has no {} in a group \"{}\"; its groups: {}", key, what, selection.group,
+                     names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+}
+
+void mark_group(const Scene& scene, const Selection& selection, const char* key, const TetMesh& mesh, Flags& flags) {
+    const MeshGroup& group =
+        group_of(scene, selection, key, mesh, "nodes", [](const MeshGroup& g) { return !g.node.empty(); });
+    for (std::int32_t node : group.node) flags[static_cast<std::size_t>(node)] = 1;
 }
 
 /// The nodes that any of the selections holds.
@@ -106,12 +114,81 @@ void number_unknowns(const Flags& fixed, Body& body) {
         if (!body.is_fixed(node)) body.free_surface_node.push_back(node);
 }
 
+/// Tetrahedra of a region: of its group, or with their centre in its box.
+std::vector<std::int32_t> tets_of(const Scene& scene, const Selection& where, const TetMesh& mesh) {
+    if (!where.box_m)
+        return group_of(scene, where, "region", mesh, "tetrahedra", [](const MeshGroup& g) { return !g.tet.empty(); })
+            .tet;
+    std::vector<std::int32_t> tets;
+    for (std::size_t t = 0; t < mesh.tet.size(); ++t) {
+        Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+        for (std::int32_t i : mesh.tet[t]) centre_m += 0.25 * mesh.position_m[static_cast<std::size_t>(i)];
+        if (inside(*where.box_m, centre_m)) tets.push_back(static_cast<std::int32_t>(t));
+    }
+    if (tets.empty())
+        fail(scene, where,
+             fmt::format("region.box: no tetrahedron has its centre in it; the mesh fills the box {}", extent(mesh)));
+    return tets;
+}
+
+void mark_regions(const Scene& scene, Body& body) {
+    body.region.assign(body.mesh.tet.size(), -1);
+    for (std::size_t r = 0; r < scene.regions.size(); ++r)
+        for (std::int32_t t : tets_of(scene, scene.regions[r].where, body.mesh)) {
+            std::int32_t& region = body.region[static_cast<std::size_t>(t)];
+            if (region >= 0)
+                fail(scene, scene.regions[r].where,
+                     fmt::format("region: tetrahedron {} (from 0) is in the region of line {} too; a tetrahedron has "
+                                 "one material",
+                                 t, scene.regions[static_cast<std::size_t>(region)].where.line));
+            region = static_cast<std::int32_t>(r);
+        }
+}
+
+/// Marks the patches of one [[touch]]: those that are triangles of its group, or whose nodes it all holds.
+void mark_patches(const Body& body, const Shells& shells, const Flags& node, const MeshGroup* group, bool cavities,
+                  Flags& touch) {
+    std::set<Patch> triangles;
+    if (group != nullptr)
+        for (Patch triangle : group->triangle) {
+            std::sort(triangle.begin(), triangle.end());
+            triangles.insert(triangle);
+        }
+    for (std::size_t p = 0; p < touch.size(); ++p) {
+        if (!cavities && shells.is_cavity(shells.of_patch[p])) continue;
+        Patch patch = body.surface.patch[p];
+        std::sort(patch.begin(), patch.end());
+        const auto held = [&](std::int32_t i) { return node[static_cast<std::size_t>(i)] != 0; };
+        if (triangles.empty() ? std::all_of(patch.begin(), patch.end(), held) : triangles.contains(patch)) touch[p] = 1;
+    }
+}
+
+/// A patch belongs to the boxes and groups of nodes together, so that boxes side by side leave no gap; to a group of
+/// triangles it belongs as one of them.
+Flags touchable_patches(const Scene& scene, const Body& body) {
+    const Shells shells = find_shells(body.mesh, body.surface);
+    Flags touch(body.surface.patch.size(), 0);
+    if (scene.touch.empty()) mark_patches(body, shells, Flags(body.unknown.size(), 1), nullptr, false, touch);
+    for (bool cavities : {false, true}) {
+        std::vector<Selection> by_node;
+        for (const Selection& selection : scene.touch) {
+            if (selection.cavities != cavities) continue;
+            const auto group = body.mesh.group.find(selection.group);
+            if (selection.box_m || group == body.mesh.group.end() || group->second.triangle.empty())
+                by_node.push_back(selection);
+            else
+                mark_patches(body, shells, {}, &group->second, cavities, touch);
+        }
+        if (!by_node.empty())
+            mark_patches(body, shells, mark(scene, by_node, "touch", body.mesh), nullptr, cavities, touch);
+    }
+    return touch;
+}
+
 void find_touchable(const Scene& scene, Body& body) {
-    Flags region(body.unknown.size(), 1);
-    if (!scene.touch.empty()) region = mark(scene, scene.touch, "touch", body.mesh);
-    for (const Patch& patch : body.surface.patch)
-        if (std::all_of(patch.begin(), patch.end(), [&](auto i) { return region[static_cast<std::size_t>(i)] != 0; }))
-            body.touch_patch.push_back(patch);
+    const Flags touch = touchable_patches(scene, body);
+    for (std::size_t p = 0; p < touch.size(); ++p)
+        if (touch[p]) body.touch_patch.push_back(body.surface.patch[p]);
     for (const Patch& patch : body.touch_patch)
         for (std::int32_t node : patch)
             if (!body.is_fixed(node)) body.touch_node.push_back(node);
@@ -149,6 +226,7 @@ Body make_body(const Scene& scene, TetMesh mesh) {
     body.mesh = std::move(mesh);
     body.surface = find_surface(body.mesh.tet);
     require_unfolded(scene, body);
+    mark_regions(scene, body);
     number_unknowns(mark(scene, scene.fixed, "fixed", body.mesh), body);
     find_touchable(scene, body);
     require_touchable(scene, body);

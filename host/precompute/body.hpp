@@ -17,6 +17,7 @@ struct Body {
     std::vector<std::int32_t> unknown;            ///< [N] place of a node among the free ones, or -1: it is held still
     std::vector<std::int32_t> free_node;          ///< mesh nodes that may move
     std::vector<std::int32_t> free_surface_node;  ///< those of them on the surface
+    std::vector<std::int32_t> region;             ///< [T] the scene's region of each tetrahedron, or -1
     std::vector<Patch> touch_patch;               ///< [p] in the surface's order
     std::vector<std::int32_t> touch_node;         ///< [n] free nodes of touchable patches: the tables' order
 
@@ -30,8 +31,8 @@ std::string describe(const Eigen::AlignedBox3d& box_m);
 /// The mesh that the scene names or describes.
 TetMesh make_mesh(const MeshSource& source);
 
-/// Applies the scene's [[fixed]] and [[touch]] to a mesh. Throws Error with the scene's line where a box or group
-/// holds nothing, and where nothing is left to touch.
+/// Applies the scene's [[region]], [[fixed]] and [[touch]] to a mesh. Throws Error with the scene's line where a box or
+/// group holds nothing, where two regions share a tetrahedron, and where nothing is left to touch.
 Body make_body(const Scene& scene, TetMesh mesh);
 
 }  // namespace haptable

@@ -10,8 +10,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <numeric>
 
+#include "host/mesh/audit.hpp"
+#include "host/mesh/sets.hpp"
 #include "host/precompute/factor.hpp"
 
 namespace haptable {
@@ -26,21 +27,6 @@ constexpr double kZeroEigenvalue = 1e-13;
 // Share of the largest motion that counts as moving: hinges themselves stand still to rounding.
 constexpr double kMoves = 1e-6;
 
-/// Disjoint sets with path halving.
-class Sets {
-public:
-    explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    std::int32_t find(std::int32_t a) {
-        while (at(a) != a) a = at(a) = at(at(a));
-        return a;
-    }
-    void join(std::int32_t a, std::int32_t b) { at(std::max(find(a), find(b))) = std::min(find(a), find(b)); }
-
-private:
-    std::int32_t& at(std::int32_t a) { return parent_[static_cast<std::size_t>(a)]; }
-    std::vector<std::int32_t> parent_;
-};
-
 /// Face-connected parts, and which of them every node belongs to.
 struct Parts {
     std::int32_t count = 0;
@@ -50,13 +36,13 @@ struct Parts {
 Parts find_parts(const Body& body) {
     const std::vector<Tet>& tets = body.mesh.tet;
     Sets sets(tets.size());
-    for (const auto& [a, b] : body.surface.joint) sets.join(a, b);
+    for (const auto& [a, b] : body.surface.joint) sets.join(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
     Parts parts;
     parts.of_node.resize(body.mesh.position_m.size());
-    std::vector<std::int32_t> number(tets.size(), -1);
+    const std::vector<std::size_t> number = sets.numbers();
     for (std::size_t t = 0; t < tets.size(); ++t) {
-        std::int32_t& part = number[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(t)))];
-        if (part < 0) part = parts.count++;
+        const auto part = static_cast<std::int32_t>(number[t]);
+        parts.count = std::max(parts.count, part + 1);
         for (std::int32_t node : tets[t]) {
             auto& list = parts.of_node[static_cast<std::size_t>(node)];
             if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
@@ -67,15 +53,13 @@ Parts find_parts(const Body& body) {
 
 /// Nodes of bodies that no chain of tetrahedra ties to a held node.
 std::vector<std::int32_t> find_adrift(const Body& body) {
-    Sets sets(body.mesh.position_m.size());
-    for (const Tet& tet : body.mesh.tet)
-        for (std::size_t c = 1; c < 4; ++c) sets.join(tet[0], tet[c]);
-    std::vector<char> held(body.mesh.position_m.size(), 0);
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(held.size()); ++i)
-        if (body.is_fixed(i)) held[static_cast<std::size_t>(sets.find(i))] = 1;
+    const std::vector<std::size_t> of_node = number_bodies(body.mesh);
+    std::vector<char> held(of_node.size(), 0);
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(of_node.size()); ++i)
+        if (body.is_fixed(i)) held[of_node[static_cast<std::size_t>(i)]] = 1;
     std::vector<std::int32_t> adrift;
     for (std::int32_t i : body.free_node)
-        if (!held[static_cast<std::size_t>(sets.find(i))]) adrift.push_back(i);
+        if (!held[of_node[static_cast<std::size_t>(i)]]) adrift.push_back(i);
     return adrift;
 }
 
@@ -146,6 +130,19 @@ std::vector<std::int32_t> find_hinged(const Body& body, const Parts& parts) {
 }
 
 }  // namespace
+
+std::vector<Hold> find_holds(const Body& body, const std::vector<std::int32_t>& loose) {
+    const std::vector<std::size_t> of_node = number_bodies(body.mesh);
+    std::vector<Hold> holds(of_node.empty() ? 0 : *std::max_element(of_node.begin(), of_node.end()) + 1);
+    const auto of = [&](std::int32_t node) -> Hold& { return holds[of_node[static_cast<std::size_t>(node)]]; };
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(of_node.size()); ++i) {
+        ++of(i).nodes;
+        of(i).held_nodes += body.is_fixed(i) ? 1 : 0;
+    }
+    for (const Tet& tet : body.mesh.tet) ++of(tet[0]).tets;
+    for (std::int32_t i : loose) of(i).is_held = false;
+    return holds;
+}
 
 std::vector<std::int32_t> find_loose_nodes(const Body& body) {
     const Parts parts = find_parts(body);

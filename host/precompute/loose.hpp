@@ -14,6 +14,14 @@ namespace haptable {
 /// factorisation tell the rest.
 std::vector<std::int32_t> find_loose_nodes(const Body& body);
 
+/// Whether one body (tetrahedra that hang together by nodes) is held still.
+struct Hold {
+    std::size_t nodes = 0, tets = 0, held_nodes = 0;
+    bool is_held = true;  ///< no node of it is loose
+};
+/// One for every body, in the order of their first nodes. loose: as find_loose_nodes gives it.
+std::vector<Hold> find_holds(const Body& body, const std::vector<std::int32_t>& loose);
+
 /// The unknown nodes, ascending, that move in the softest motion of a K whose factorisation met a pivot that is zero
 /// to rounding: by inverse iteration on K plus a small multiple of its diagonal. k: lower triangle at least.
 std::vector<std::int32_t> find_softest_nodes(const Eigen::SparseMatrix<double>& k);

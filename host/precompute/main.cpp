@@ -4,12 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/mesh/audit.hpp"
+#include "host/mesh/read_mesh.hpp"
 #include "host/precompute/loose.hpp"
 #include "host/precompute/precompute.hpp"
 
@@ -41,30 +43,53 @@ std::string make_path(const fs::path& path) {
     return escaped;
 }
 
+void say(const Options& options, const char* kind, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines)
+        if (!options.quiet) fmt::print(stderr, "haptable-precompute: {}: {}\n", kind, line);
+}
+
 /// "DIR/summary.json: scene mesh", and each input as a target of its own, so that make survives its removal.
 std::string dependencies(const Scene& scene, const fs::path& folder) {
     std::string inputs = " " + make_path(scene.file);
     std::string targets = "\n" + make_path(scene.file) + ":\n";
-    if (!scene.mesh.file.empty()) {
-        inputs += " " + make_path(scene.mesh.file);
-        targets += make_path(scene.mesh.file) + ":\n";
+    for (const fs::path& file : mesh_files(scene.mesh.file)) {
+        if (file.empty()) continue;  // a generated mesh has none
+        inputs += " " + make_path(file);
+        targets += make_path(file) + ":\n";
     }
     return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
+}
+
+void print_check(const Audit& audit, const std::vector<Hold>& holds, const Options& options) {
+    if (options.json) {
+        auto json = to_json(audit);
+        if (!holds.empty()) json["body"] = to_json(holds);
+        fmt::print("{}\n", json.dump(2));
+    } else if (!options.quiet) {
+        fmt::print("{}", to_table(audit));
+        for (std::size_t k = 0; k < holds.size(); ++k)
+            fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes held, {}\n", k + 1, holds[k].nodes, holds[k].tets,
+                       holds[k].held_nodes, holds[k].is_held ? "still" : "NOT held still");
+    }
 }
 
 /// The mesh is judged and nothing is computed: the table first, then the first reason to refuse it.
 void check(const Scene& scene, const Options& options) {
     TetMesh mesh = make_mesh(scene.mesh);
     const Audit audit = audit_mesh(mesh);
-    if (!options.quiet || options.json) fmt::print("{}", options.json ? to_json(audit) : to_table(audit));
-    for (const std::string& warning : warnings_of(audit))
-        if (!options.quiet) fmt::print(stderr, "haptable-precompute: warning: {}\n", warning);
-    for (const std::string& note : mesh.notes)
-        if (!options.quiet) fmt::print(stderr, "haptable-precompute: note: {}\n", note);
-    const Body body = make_body(scene, std::move(mesh));
-    const std::vector<std::int32_t> loose = find_loose_nodes(body);
+    say(options, "note", mesh.notes);
+    say(options, "warning", warnings_of(audit));
+    std::vector<std::int32_t> loose;
+    Body body;
+    try {
+        body = make_body(scene, std::move(mesh));
+        loose = find_loose_nodes(body);
+    } catch (const Error&) {
+        print_check(audit, {}, options);
+        throw;
+    }
+    print_check(audit, find_holds(body, loose), options);
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
-    if (!options.quiet && !options.json) fmt::print("  every body is held still\n");
 }
 
 /// Ctrl-C among the columns leaves what is done of them: says so.
@@ -95,8 +120,8 @@ void run(const Options& options) {
     // 3. What make must know to do it again.
     if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
     // 4. What people and scripts want to know.
-    for (const std::string& note : body.mesh.notes)
-        if (!options.quiet) fmt::print(stderr, "haptable-precompute: note: {}\n", note);
+    say(options, "note", body.mesh.notes);
+    say(options, "warning", warnings_of(summary.audit));
     if (unchanged && options.json)
         fmt::print("{}", read_file(folder / "summary.json"));
     else if (unchanged && !options.quiet)

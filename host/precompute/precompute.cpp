@@ -18,8 +18,9 @@
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/column_store.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/precompute/loose.hpp"
+#include "host/precompute/mask.hpp"
 #include "host/precompute/numeric.hpp"
+#include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
 #include "host/solve/factor_file.hpp"
@@ -42,9 +43,28 @@ constexpr double kLargestResidual = 1e-6;
 // every case that was tried, slender bodies and Poisson's ratio 0.49999999 among them.
 constexpr double kFloatError = 2e-6;
 
-void require_held(const Scene& scene, const Body& body) {
+void require_held(const Scene& scene, const Body& body, Summary& summary) {
     const Nodes loose = find_loose_nodes(body);
+    summary.holds = find_holds(body, loose);
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
+}
+
+/// The servo's indices and the flash budget, before any work is done for an object that is too large. What a force
+/// needs besides the paper's tables is counted when they are written.
+void require_servo(const Scene& scene, const Body& body) {
+    Tables tables;
+    for (const Eigen::Vector3d& p : body.mesh.position_m) tables.position.push_back({p.x(), p.y(), p.z()});
+    tables.patch = body.touch_patch;
+    tables.node_id = body.touch_node;
+    tables.precision = scene.tables.precision;
+    if (scene.contact.force == "interpolated")
+        tables.stiffness.assign(body.touch_node.size(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    try {
+        const ServoModel model = build_model(tables);
+        require_flash(flash_tables(model), model, scene.tables.flash_budget);
+    } catch (const Error& error) {
+        throw Error(scene.file.string() + ": " + error.what());
+    }
 }
 
 void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor) {
@@ -91,27 +111,40 @@ void require_room(const char* file, double needed_bytes, const fs::path& folder)
                         folder.string(), file, needed_bytes / 1e9, static_cast<double>(space.available) / 1e9));
 }
 
-std::vector<NodePair> diagonal_of(const Nodes& node) {
-    std::vector<NodePair> diagonal;
-    for (std::int32_t i : node) diagonal.push_back({i, i});
-    return diagonal;
+/// Edges whose L_ij the consistent force needs: those between free touchable nodes, as mesh nodes, lower first.
+std::vector<std::array<std::int32_t, 2>> coupled_edges(const Scene& scene, const Body& body) {
+    std::vector<std::array<std::int32_t, 2>> edges;
+    if (scene.contact.force != "consistent") return edges;
+    for (const auto& edge : edges_of(body.touch_patch))
+        if (!body.is_fixed(edge[0]) && !body.is_fixed(edge[1])) edges.push_back(edge);
+    return edges;
+}
+
+/// The blocks that selected inversion gives: L_ii of the touchable nodes, then L_ij of edges.
+std::vector<NodePair> wanted_blocks(const Scene& scene, const Body& body) {
+    std::vector<NodePair> wanted;
+    const auto unknown = [&](std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; };
+    for (std::int32_t node : body.touch_node) wanted.push_back({unknown(node), unknown(node)});
+    for (const auto& edge : coupled_edges(scene, body)) wanted.push_back({unknown(edge[0]), unknown(edge[1])});
+    return wanted;
 }
 
 /// A column's entries are not inverted: only the rounding of the solve counts, twice that of a block at the worst.
 bool takes_float_columns(double tolerance) { return tolerance > 2.0 * kFloatError; }
 
-/// L_ii of the touchable nodes by selected inversion. In float only where inverting the worst L_ii leaves the error
-/// below the tolerance.
-std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const Nodes& node, const Nodes& mesh_node,
-                                           double tolerance, Progress& progress, Workers& workers, Summary& summary) {
-    const SelectedInversion inversion(factor.supernodes(), diagonal_of(node));
+/// The wanted blocks by selected inversion, L_ii of `mesh_node` first. In float only where inverting the worst L_ii
+/// leaves the error below the tolerance.
+std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const std::vector<NodePair>& wanted,
+                                           const Nodes& mesh_node, double tolerance, Progress& progress,
+                                           Workers& workers, Summary& summary) {
+    const SelectedInversion inversion(factor.supernodes(), wanted);
     summary.block_flops = inversion.flops();
     if (tolerance > kFloatError) {
-        std::vector<Eigen::Matrix3d> l_ii = inversion.compute<float>(progress, &workers);
+        std::vector<Eigen::Matrix3d> blocks = inversion.compute<float>(progress, &workers);
         NodeStiffness trial;
-        for (std::size_t i = 0; i < node.size(); ++i) trial.add(mesh_node[i], l_ii[i]);
+        for (std::size_t i = 0; i < mesh_node.size(); ++i) trial.add(mesh_node[i], blocks[i]);
         summary.block_precision = "float";
-        if (trial.largest_condition * kFloatError < tolerance) return l_ii;
+        if (trial.largest_condition * kFloatError < tolerance) return blocks;
     }
     summary.block_precision = "double";
     return inversion.compute<double>(progress, &workers);
@@ -241,9 +274,75 @@ void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen:
 
 /// Files that a scene may do without; old ones must go.
 std::vector<std::string> optional_files() {
-    std::vector<std::string> files{"columns.npy", "row_id.npy"};
+    std::vector<std::string> files{"columns.npy",          "row_id.npy",       "edge_id.npy",
+                                   "edge_compliance.npy",  "vertex_id.npy",    "vertex_compliance.npy",
+                                   "patch_compliance.npy", "spread_begin.npy", "spread_node.npy",
+                                   "spread_weight.npy"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
+}
+
+/// 3x3 blocks, row by row.
+void write_blocks(const fs::path& path, const std::vector<std::size_t>& shape,
+                  const std::vector<Eigen::Matrix3d>& blocks) {
+    NpyWriter<double> writer(path, shape);
+    for (const Eigen::Matrix3d& block : blocks) {
+        const Eigen::Matrix3d rows = block.transpose();
+        writer.append(std::span<const double>(rows.data(), 9));
+    }
+    writer.close();
+}
+
+template <std::size_t group>
+std::vector<Eigen::Matrix3d> flat(const std::vector<std::array<Eigen::Matrix3d, group>>& grouped) {
+    std::vector<Eigen::Matrix3d> blocks;
+    for (const auto& one : grouped) blocks.insert(blocks.end(), one.begin(), one.end());
+    return blocks;
+}
+
+/// L_ij of every touchable edge; 0 where an end is fixed.
+void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const std::vector<Eigen::Matrix3d>& l_ij,
+                 const Body& body, const fs::path& folder) {
+    const auto edges = edges_of(body.touch_patch);
+    std::vector<Eigen::Matrix3d> blocks;
+    std::size_t next = 0;
+    for (const auto& edge : edges) {
+        const bool has = next < coupled.size() && coupled[next] == edge;
+        blocks.push_back(has ? l_ij[next++] : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
+    }
+    write_rows(folder / "edge_id.npy", edges);
+    write_blocks(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
+}
+
+/// How loads on the masks' control points spread over nodes: vertices first, then edges.
+void write_spread(const Masks& masks, const fs::path& folder) {
+    std::vector<std::int32_t> begin{0}, node;
+    std::vector<float> weight;
+    for (const auto* list : {&masks.vertex, &masks.edge})
+        for (const NodeWeights& one : *list) {
+            node.insert(node.end(), one.node.begin(), one.node.end());
+            for (double w : one.weight) weight.push_back(static_cast<float>(w));
+            begin.push_back(static_cast<std::int32_t>(node.size()));
+        }
+    write_npy<std::int32_t>(folder / "spread_begin.npy", {begin.size()}, begin);
+    write_npy<std::int32_t>(folder / "spread_node.npy", {node.size()}, node);
+    write_npy<float>(folder / "spread_weight.npy", {weight.size()}, weight);
+}
+
+/// The tables of the pressure mask.
+void compute_mask(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
+                  const fs::path& folder, Progress& progress, Summary& summary) {
+    const Masks masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
+    const MaskCompliance c = compute_mask_compliance(factor, k, masks, body.touch_patch, body.unknown, progress);
+    summary.mask_most_nodes = masks.most_nodes;
+    summary.mask_widened = masks.widened;
+    summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
+    write_npy<std::int32_t>(folder / "vertex_id.npy", {masks.vertex_id.size()}, masks.vertex_id);
+    write_rows(folder / "edge_id.npy", masks.edge_id);
+    write_blocks(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
+    write_blocks(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
+    write_blocks(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
+    write_spread(masks, folder);
 }
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -303,7 +402,7 @@ MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, c
     need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
     need.factor = factor.bytes() + factorize_bytes(factor.supernodes(), workers.count());
     // A trial in float may have to be done again in double.
-    const SelectedInversion inversion(factor.supernodes(), diagonal_of(node));
+    const SelectedInversion inversion(factor.supernodes(), wanted_blocks(scene, body));
     need.fronts = static_cast<double>(inversion.stack_entries(workers.count())) * sizeof(double);
     need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
     if (drawing_of(scene, body) != Drawing::kColumns) return need;
@@ -311,18 +410,6 @@ MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, c
     need.columns =
         takes_float_columns(tolerance) ? columns.bytes<float>(workers.count()) : columns.bytes<double>(workers.count());
     return need;
-}
-
-/// What the servo's 16-bit indices cannot hold is refused before the long work.
-void require_servo_size(const Scene& scene, const Body& body) {
-    std::set<std::int32_t> nodes;
-    for (const Patch& patch : body.touch_patch) nodes.insert(patch.begin(), patch.end());
-    try {
-        require_fits(nodes.size(), body.touch_patch.size());
-    } catch (const Error& error) {
-        throw Error(fmt::format("{}:{}: {}", scene.file.string(), scene.touch.empty() ? 1 : scene.touch.front().line,
-                                error.what()));
-    }
 }
 
 /// Below about ten thousand nodes the supernodes are too small to share.
@@ -342,8 +429,11 @@ void describe_factor(const Factor& factor, Summary& summary) {
 }  // namespace
 
 Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
-    const std::vector<Lame> material(body.mesh.tet.size(),
-                                     Lame::from_young(scene.material.young_pa, scene.material.poisson));
+    const auto lame = [](const Material& m) { return Lame::from_young(m.young_pa, m.poisson); };
+    std::vector<Lame> material;
+    for (std::int32_t region : body.region)
+        material.push_back(
+            lame(region < 0 ? scene.material : scene.regions[static_cast<std::size_t>(region)].material));
     return assemble_stiffness(body.mesh.position_m, body.mesh.tet, material, body.unknown,
                               static_cast<std::int32_t>(body.free_node.size()));
 }
@@ -361,8 +451,9 @@ public:
         // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
         progress_.stage("mesh");
         result_.body = make_body(scene_, make_mesh(scene_.mesh));
-        require_held(scene_, body_);
-        require_servo_size(scene_, body_);
+        summary_.audit = audit_mesh(body_.mesh);
+        require_held(scene_, body_, summary_);
+        require_servo(scene_, body_);
         drawing_ = drawing_of(scene_, body_);
         identify();
         result_.unchanged = !options_.force && is_current(folder_, scene_, summary_);
@@ -392,6 +483,7 @@ private:
         if (!restore(folder_, old) || (drawing_ == Drawing::kNone ? false : old.drawing != summary_.drawing))
             return false;
         const Tables tables = read_tables(folder_);
+        if (tables.stiffness.size() != tables.node_id.size()) return false;
         std::vector<std::size_t> place;
         for (std::int32_t node : body_.touch_node) {
             const auto at = std::lower_bound(tables.node_id.begin(), tables.node_id.end(), node);
@@ -458,19 +550,30 @@ private:
         clock_.end("condition");
         const Sample sample = solve_sample(scene_, *k, factor, node, drawing_ == Drawing::kColumns ? row : Nodes(),
                                            progress_, summary_.checks);
+        if (scene_.contact.force == "pressure-mask") make_masks_tables(factor, *k, beside);
         k.reset();
         factor.release_workspace();
         clock_.end("check");
         // 5. Blocks and columns of L.
         progress_.stage("blocks");
-        const std::vector<Eigen::Matrix3d> l_ii =
-            invert_blocks(factor, node, body_.touch_node, options_.tolerance, progress_, workers, summary_);
+        std::vector<Eigen::Matrix3d> l_ii = invert_blocks(factor, wanted_blocks(scene_, body_), body_.touch_node,
+                                                          options_.tolerance, progress_, workers, summary_);
+        const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(node.size()), l_ii.end());
+        l_ii.resize(node.size());
+        if (scene_.contact.force == "consistent") write_edges(coupled_edges(scene_, body_), l_ij, body_, beside);
         stiffness_ = invert_each(body_, l_ii, summary_.checks);
         compare(sample, l_ii, nullptr, summary_.checks);
         clock_.end("blocks");
         if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
         if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
         clock_.end("columns");
+    }
+
+    void make_masks_tables(const Factor& factor, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
+        clock_.end("check");
+        progress_.stage("mask");
+        compute_mask(scene_, body_, factor, k, beside, progress_, summary_);
+        clock_.end("mask");
     }
 
     void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
@@ -512,7 +615,7 @@ private:
         write_file(beside / "summary.json", to_json(scene_, body_, summary_));
         clock_.end("write");
         progress_.stage("codegen");
-        generate_model(beside);
+        summary_.size = generate_model(beside);
         clock_.end("codegen");
         for (const fs::path& file : files_in(beside)) {
             summary_.bytes.emplace_back(file.filename(), fs::file_size(file));

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,10 @@ public:
         XXH3_64bits_update(state_, values.data(), values.size_bytes());
     }
     void add(const std::string& text) { add(std::span<const char>(text)); }
+    void add(const Material& material) {
+        add(material.young_pa);
+        add(material.poisson);
+    }
     void add(double value) { add(std::span<const double>(&value, 1)); }
     std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
 
@@ -93,6 +98,35 @@ std::string program_hash() {
     return fmt::format("{:016x}", hash.digest());
 }
 
+nlohmann::ordered_json to_json(const Material& material) {
+    return {{"young_pa", material.young_pa}, {"poisson", material.poisson}};
+}
+
+nlohmann::ordered_json regions(const Scene& scene, const Body& body) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+        nlohmann::ordered_json region = to_json(scene.regions[r].material);
+        if (!scene.regions[r].where.group.empty()) region["group"] = scene.regions[r].where.group;
+        region["tetrahedra"] = std::count(body.region.begin(), body.region.end(), static_cast<std::int32_t>(r));
+        list.push_back(region);
+    }
+    return list;
+}
+
+nlohmann::ordered_json flash(const ModelSize& size) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    std::size_t sum = 0;
+    for (const TableBytes& table : size.flash) {
+        json["table"][table.name] = table.bytes;
+        sum += table.bytes;
+    }
+    json["bytes"] = sum;
+    for (const PrecisionError& p : size.precision)
+        json["precision"][p.precision] = {
+            {"bytes", p.bytes}, {"worst_force_error", p.worst}, {"mean_force_error", p.mean}};
+    return json;
+}
+
 nlohmann::ordered_json memory(const Summary& summary) {
     const MemoryNeed& need = summary.memory;
     return {{"foreseen_bytes", need.peak()},
@@ -149,6 +183,23 @@ std::string human_bytes(std::uintmax_t bytes) {
     return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
 }
 
+std::string flash_table(const Scene& scene, const ModelSize& size) {
+    std::string text = "\n  flash of the servo       bytes    stored as      bytes   force error: worst    mean\n";
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < std::max(size.flash.size(), size.precision.size()); ++i) {
+        text += i < size.flash.size() ? fmt::format("  {:<22} {:>8}", size.flash[i].name, size.flash[i].bytes)
+                                      : std::string(33, ' ');
+        if (i < size.flash.size()) sum += size.flash[i].bytes;
+        if (i < size.precision.size()) {
+            const PrecisionError& p = size.precision[i];
+            text += fmt::format("    {:<10} {:>9}          {:>9.2g} {:>9.2g}{}", p.precision, p.bytes, p.worst, p.mean,
+                                p.precision == scene.tables.precision ? "  (chosen)" : "");
+        }
+        text += '\n';
+    }
+    return text + fmt::format("  {:<22} {:>8}\n", "all", sum);
+}
+
 }  // namespace
 
 StageClock::StageClock(Summary& summary)
@@ -183,8 +234,9 @@ std::uint64_t hash_body(const Scene& scene, const Body& body) {
     for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
     hash.add(std::span<const Tet>(body.mesh.tet));
     hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
-    hash.add(scene.material.young_pa);
-    hash.add(scene.material.poisson);
+    hash.add(std::span<const std::int32_t>(body.region));
+    hash.add(scene.material);
+    for (const Region& region : scene.regions) hash.add(region.material);
     return hash.digest();
 }
 
@@ -201,14 +253,17 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     hash.add(std::span<const Tet>(body.mesh.tet));
     hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
     hash.add(std::span<const Patch>(body.touch_patch));
-    hash.add(scene.material.young_pa);
-    hash.add(scene.material.poisson);
+    hash.add(std::span<const std::int32_t>(body.region));
+    hash.add(scene.material);
+    for (const Region& region : scene.regions) hash.add(region.material);
     hash.add(scene.contact.force);
     hash.add(scene.contact.god_object);
     hash.add(scene.contact.rigid_stiffness_n_per_m);
+    if (scene.contact.mask_radius_m > 0.0) hash.add(scene.contact.mask_radius_m);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
     hash.add(scene.tables.column_precision);
+    hash.add(scene.tables.precision);
     return hash.digest();
 }
 
@@ -244,18 +299,39 @@ bool restore(const std::filesystem::path& folder, Summary& summary) try {
     return false;
 }
 
+nlohmann::ordered_json to_json(const std::vector<Hold>& holds) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const Hold& hold : holds)
+        list.push_back({{"nodes", hold.nodes},
+                        {"tetrahedra", hold.tets},
+                        {"held_nodes", hold.held_nodes},
+                        {"held", hold.is_held}});
+    return list;
+}
+
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
     nlohmann::ordered_json json = identity(scene, summary);
     json["body_hash"] = fmt::format("{:016x}", summary.body_hash);
     json["reused"] = summary.reused;
     json["threads"] = summary.threads;
     json["counts"] = counts(body);
-    json["material"] = {{"young_pa", scene.material.young_pa}, {"poisson", scene.material.poisson}};
+    json["mesh"] = to_json(summary.audit);
+    json["mesh"]["body"] = to_json(summary.holds);
+    json["material"] = to_json(scene.material);
+    if (!scene.regions.empty()) json["regions"] = regions(scene, body);
     json["contact"] = {{"force", scene.contact.force},
                        {"god_object", scene.contact.god_object},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    if (scene.contact.mask_radius_m > 0.0)
+        json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
+                                   {"most_nodes", summary.mask_most_nodes},
+                                   {"widened", summary.mask_widened},
+                                   {"places", summary.mask_places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n}};
-    json["tables"] = {{"precision", "float32"}, {"columns", scene.tables.columns}};
+    json["tables"] = {{"precision", scene.tables.precision},
+                      {"columns", scene.tables.columns},
+                      {"flash_budget", scene.tables.flash_budget}};
+    json["flash"] = flash(summary.size);
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
@@ -276,11 +352,20 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
 
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary) {
     const Checks& c = summary.checks;
-    std::string text = fmt::format("{} (model {:016x})\n", scene.name, summary.model_hash);
-    text += fmt::format("  {} nodes, {} on the surface, {} of these free; {} patches, {} tetrahedra; {} nodes held\n",
-                        body.mesh.position_m.size(), body.surface.node.size(), body.free_surface_node.size(),
-                        body.surface.patch.size(), body.mesh.tet.size(), body.fixed_count());
-    text += fmt::format("  touchable: {} free nodes, {} patches\n", body.touch_node.size(), body.touch_patch.size());
+    std::string text = fmt::format("{} (model {:016x})\n", scene.name, summary.model_hash) + to_table(summary.audit);
+    text +=
+        fmt::format("  held {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
+                    body.fixed_count(), body.free_surface_node.size(), body.touch_node.size(), body.touch_patch.size());
+    for (std::size_t r = 0; r < scene.regions.size(); ++r)
+        text += fmt::format("  region of line {}: {} tetrahedra, {:g} Pa, Poisson's ratio {:g}\n",
+                            scene.regions[r].where.line,
+                            std::count(body.region.begin(), body.region.end(), static_cast<std::int32_t>(r)),
+                            scene.regions[r].material.young_pa, scene.regions[r].material.poisson);
+    if (scene.contact.mask_radius_m > 0.0)
+        text += fmt::format(
+            "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
+            "and the patch's own nodes carry the load\n",
+            scene.contact.mask_radius_m, summary.mask_most_nodes, summary.mask_widened, summary.mask_places);
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);
@@ -296,6 +381,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "
             "frame\n";
     if (summary.reused) text += "\n  blocks, columns and checks are those of an earlier run of the same body\n";
+    text += flash_table(scene, summary.size);
     text += ("\n  table                size    stage           time\n");
     for (std::size_t i = 0; i < std::max(summary.bytes.size(), summary.time_s.size()); ++i) {
         if (i < summary.bytes.size())

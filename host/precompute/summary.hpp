@@ -9,7 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/codegen.hpp"
+#include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
+#include "host/precompute/loose.hpp"
 #include "host/precompute/memory.hpp"
 
 namespace haptable {
@@ -32,9 +35,11 @@ struct Summary {
     std::uint64_t body_hash = 0;  ///< of what decides the factor: mesh, held nodes, material
     bool reused = false;          ///< blocks and columns come from an earlier run of the same body
     int threads = 1;
-    std::string drawing;     ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
-    double tolerance = 0.0;  ///< as asked for
-    MemoryNeed memory;       ///< foreseen, bytes
+    std::string drawing;  ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
+    Audit audit;
+    std::vector<Hold> holds;  ///< by body
+    double tolerance = 0.0;   ///< as asked for
+    MemoryNeed memory;        ///< foreseen, bytes
     Checks checks;
     std::string ordering;
     double fill = 0.0;                                          ///< nonzeros of the factor
@@ -43,9 +48,13 @@ struct Summary {
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
     double column_flops_done = 0.0;                             ///< in this run: less where it went on from another
+    std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
+    std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
+    std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
     std::string column_format;                                  ///< "float32" or "float16"; empty without columns
     double column_unit_m_per_n = 1.0;                           ///< of the entries in columns.npy
+    ModelSize size;                                             ///< of the servo's tables
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, double>> cpu_s;          ///< of all threads, by stage
     std::vector<std::pair<std::string, double>> peak_bytes;     ///< largest resident set so far, at a stage's end
@@ -86,6 +95,9 @@ bool restore(const std::filesystem::path& folder, Summary& summary);
 /// True where the folder holds, complete, what this program would compute: summary.json names the same content
 /// (model_hash), scene, tolerance and program (its own bytes), and every file has the size and the hash that it gives.
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected);
+
+/// How each body is held: [{nodes, tetrahedra, held_nodes, held}].
+nlohmann::ordered_json to_json(const std::vector<Hold>& holds);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);

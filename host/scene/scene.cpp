@@ -29,17 +29,6 @@ constexpr std::int64_t kFewestNodes = 20;
 constexpr double kSoftest_pa = 1e-3;
 constexpr double kStiffest_pa = 1e15;
 
-/// Keys of the scene language that this version does not have. Ignoring one would give wrong tables in silence.
-struct Later {
-    std::string_view key;
-    std::string_view advice;
-};
-constexpr Later kLater[] = {
-    {"region", "one [material] holds for the whole body; remove [[region]]"},
-    {"contact.mask_radius", "the finger is a point; remove the line"},
-    {"tables.flash_budget", "no budget is enforced; remove the line and read the sizes in summary.json"},
-};
-
 /// Levenshtein's distance: the fewest letters to insert, remove or change.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
@@ -94,8 +83,6 @@ public:
         : file_(file), name_(std::move(name)), table_(table) {
         for (const auto& [key, node] : table_) {
             const std::string_view text = key.str();
-            for (const Later& later : kLater)
-                if (later.key == full(text)) fail(text, fmt::format("this version does not have it: {}", later.advice));
             if (std::find(known.begin(), known.end(), text) == known.end())
                 fail(text, "unknown key" + suggest(text, known));
         }
@@ -152,12 +139,10 @@ public:
         return node->as_string()->get();
     }
 
-    /// One of `have`; `later` are those of the scene language that this version does not have.
-    std::string choice(std::string_view key, const Names& have, const Names& later) const {
+    /// One of `have`; the first where it is left out.
+    std::string choice(std::string_view key, const Names& have) const {
         std::string value = text(key, std::string(have.front()));
         if (std::find(have.begin(), have.end(), value) != have.end()) return value;
-        if (std::find(later.begin(), later.end(), value) != later.end())
-            fail(key, fmt::format("this version does not have \"{}\"; use \"{}\"", value, have.front()));
         fail(key, fmt::format("\"{}\" is not known{}", value, suggest(value, have)));
     }
 
@@ -232,7 +217,7 @@ std::string read_name(const Section& root) {
 }
 
 void read_generator(const Section& mesh, MeshSource& source) {
-    source.generate = mesh.choice("generate", {"cube"}, {});
+    source.generate = mesh.choice("generate", {"cube"});
     if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
     for (const char* key : {"edge_length", "node_count"})
         if (mesh.has(key)) mesh.fail(key, "belongs to a surface file that is filled; give the cube nodes_per_side");
@@ -277,8 +262,7 @@ MeshSource read_source(const Section& root, const fs::path& scene_file) {
     return source;
 }
 
-Material read_material(const Section& root) {
-    const Section section = root.section("material", {"young", "poisson"}, true);
+Material read_material(const Section& section) {
     Material material;
     material.young_pa = section.positive("young");
     if (material.young_pa < kSoftest_pa || material.young_pa > kStiffest_pa)
@@ -292,29 +276,53 @@ Material read_material(const Section& root) {
     return material;
 }
 
-std::vector<Selection> read_selections(const Section& root, std::string_view key) {
+/// "box" or "group", one of them.
+Selection read_selection(const Section& section) {
+    Selection selection;
+    selection.line = section.line();
+    if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
+    if (section.has("box")) {
+        selection.box_m = section.box("box");
+    } else {
+        selection.group = section.text("group");
+        if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
+    }
+    return selection;
+}
+
+std::vector<Selection> read_fixed(const Section& root) {
     std::vector<Selection> selections;
-    for (const Section& section : root.sections(key, {"box", "group"})) {
-        Selection selection;
-        selection.line = section.line();
-        if (section.has("box") == section.has("group")) section.fail("box", "give either a box or a group");
-        if (section.has("box")) {
-            selection.box_m = section.box("box");
-        } else {
-            selection.group = section.text("group");
-            if (selection.group.empty()) section.fail("group", "is empty; name a group of the mesh file");
-        }
-        selections.push_back(std::move(selection));
+    for (const Section& section : root.sections("fixed", {"box", "group"}))
+        selections.push_back(read_selection(section));
+    return selections;
+}
+
+std::vector<Selection> read_touch(const Section& root) {
+    std::vector<Selection> selections;
+    for (const Section& section : root.sections("touch", {"box", "group", "cavities"})) {
+        selections.push_back(read_selection(section));
+        selections.back().cavities = section.flag("cavities", false);
     }
     return selections;
 }
 
+std::vector<Region> read_regions(const Section& root) {
+    std::vector<Region> regions;
+    for (const Section& section : root.sections("region", {"box", "group", "young", "poisson"}))
+        regions.push_back({read_selection(section), read_material(section)});
+    return regions;
+}
+
 ContactOptions read_contact(const Section& root) {
-    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness"}, false);
+    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness", "mask_radius"}, false);
     ContactOptions contact;
-    contact.force = section.choice("force", {"interpolated"}, {"consistent", "pressure-mask"});
-    contact.god_object = section.choice("god_object", {"nearest"}, {"least-energy"});
+    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"});
+    contact.god_object = section.choice("god_object", {"nearest", "least-energy"});
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
+    if (contact.force == "pressure-mask")
+        contact.mask_radius_m = section.positive("mask_radius");
+    else if (section.has("mask_radius"))
+        section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     return contact;
 }
 
@@ -329,13 +337,23 @@ Device read_device(const Section& root) {
     return device;
 }
 
-TableOptions read_table_options(const Section& root) {
-    const Section section = root.section("tables", {"precision", "columns", "column_precision", "column_budget"}, false);
-    section.choice("precision", {"float32"}, {"float16", "int16"});
+TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
+    const Section section =
+        root.section("tables", {"precision", "columns", "column_precision", "column_budget", "flash_budget"}, false);
     TableOptions tables;
-    tables.columns = section.choice("columns", {"surface", "all", "none"}, {});
-    tables.column_precision = section.choice("column_precision", {"float32", "float16"}, {});
+    tables.precision = section.choice("precision", {"float32", "float16", "int16"});
+    if (tables.precision != "float32" && contact.force != "interpolated")
+        section.fail("precision",
+                     fmt::format("16 bits hold the blocks of force = \"interpolated\", not those of \"{}\"; "
+                                 "remove the line",
+                                 contact.force));
+    tables.columns = section.choice("columns", {"surface", "all", "none"});
+    tables.column_precision = section.choice("column_precision", {"float32", "float16"});
     tables.column_budget_bytes = section.not_negative("column_budget", tables.column_budget_bytes);
+    const std::int64_t budget = section.integer("flash_budget", 0);
+    if (section.has("flash_budget") && budget <= 0)
+        section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
+    tables.flash_budget = static_cast<std::uintmax_t>(budget);
     return tables;
 }
 
@@ -353,17 +371,19 @@ toml::table parse(const fs::path& file) {
 
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
-    const Section root(file, "", table, {"name", "mesh", "material", "fixed", "touch", "contact", "device", "tables"});
+    const Section root(file, "", table,
+                       {"name", "mesh", "material", "region", "fixed", "touch", "contact", "device", "tables"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
     scene.mesh = read_source(root, file);
-    scene.material = read_material(root);
-    scene.fixed = read_selections(root, "fixed");
-    scene.touch = read_selections(root, "touch");
+    scene.material = read_material(root.section("material", {"young", "poisson"}, true));
+    scene.regions = read_regions(root);
+    scene.fixed = read_fixed(root);
+    scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     scene.device = read_device(root);
-    scene.tables = read_table_options(root);
+    scene.tables = read_table_options(root, scene.contact);
     return scene;
 }
 

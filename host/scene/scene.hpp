@@ -28,17 +28,25 @@ struct Material {
     double poisson = 0.0;   ///< -1 < poisson < 0.5
 };
 
-/// One [[fixed]] or [[touch]] table: all nodes in a box, or a named group of the mesh file.
+/// One [[fixed]], [[touch]] or [[region]] table: a box, or a named group of the mesh file.
 struct Selection {
     std::optional<std::array<double, 6>> box_m;  ///< xmin ymin zmin xmax ymax zmax, borders included
     std::string group;                           ///< empty where a box is given
     int line = 0;                                ///< of the table in the scene file, for errors
+    bool cavities = false;                       ///< [[touch]] only: inner cavities too
+};
+
+/// [[region]]: other tetrahedra than the body's, those of a group or with their centre in a box.
+struct Region {
+    Selection where;
+    Material material;
 };
 
 /// [contact]
 struct ContactOptions {
-    std::string force = "interpolated";
-    std::string god_object = "nearest";
+    std::string force = "interpolated";  ///< interpolated | consistent | pressure-mask
+    std::string god_object = "nearest";  ///< nearest | least-energy
+    double mask_radius_m = 0.0;          ///< of a pressure mask; 0 for the other forces
     double rigid_stiffness_n_per_m = 1000.0;
 };
 
@@ -53,18 +61,21 @@ struct Device {
 
 /// [tables]
 struct TableOptions {
-    std::string columns = "surface";            ///< surface | all | none
-    std::string column_precision = "float32";   ///< float32 | float16
-    double column_budget_bytes = 4e9;           ///< larger columns are not written: the viewer solves for each frame
+    std::string columns = "surface";           ///< surface | all | none
+    std::string column_precision = "float32";  ///< float32 | float16
+    double column_budget_bytes = 4e9;          ///< larger columns are not written: the viewer solves for each frame
+    std::string precision = "float32";         ///< float32 | float16 | int16: how the servo stores S
+    std::uintmax_t flash_budget = 0;           ///< most bytes of the servo's tables; 0: no bound
 };
 
 struct Scene {
     std::filesystem::path file;
     std::string name;  ///< a letter, then letters, digits, '_' and '-': names build/<name> and the C model
     MeshSource mesh;
-    Material material;
+    Material material;  ///< of what no region holds
+    std::vector<Region> regions;
     std::vector<Selection> fixed;
-    std::vector<Selection> touch;  ///< empty: the whole surface
+    std::vector<Selection> touch;  ///< empty: the whole surface but inner cavities
     ContactOptions contact;
     Device device;
     TableOptions tables;

@@ -7,35 +7,16 @@
 
 namespace haptable {
 
-namespace {
-
-/// The firmware's wrapping clock.
-std::uint32_t to_firmware_us(Clock::time_point now) {
-    return static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
-}
-
-/// Simulated time is the message's, real time is this machine's: the device's clock may be another one.
-std::uint32_t time_of(const device_state& state, Clock::time_point now) {
-    return is_simulated(state.utime) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
-}
-
-}  // namespace
-
 ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record)
-    : scene_(scene), connection_(connection), record_(record) {
+    : scene_(scene), connection_(connection), record_(record), answer_(scene, connection) {
     haptable_init(&servo_);
-    force_.model_hash = contact_.model_hash = static_cast<std::int64_t>(scene.model->hash);
-    contact_.node.reserve(3);
-    contact_.force_n.resize(3);
-    for (auto& force_n : contact_.force_n) force_n.reserve(3);
     connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
         on_state(state, received_utime);
     });
 }
 
 void ServoSession::on_state(const device_state& state, std::int64_t received_utime) {
-    if (state.model_hash != 0 && state.model_hash != force_.model_hash) {
+    if (state.model_hash != 0 && state.model_hash != answer_.model_hash()) {
         ++link_.foreign_states;
         return;
     }
@@ -43,15 +24,15 @@ void ServoSession::on_state(const device_state& state, std::int64_t received_uti
     if (is_repeated(state)) {
         // The device did not get our answer: the same again, so that a lost message changes no result.
         ++link_.repeated_states;
-        answer();
+        answer_.publish_force(state_, output_);
         return;
     }
     step(state);
-    answer();
+    answer_.publish_force(state_, output_);
     const auto latency_us = static_cast<double>(utime_now() - received_utime);
     link_.latency.add(latency_us);
     if (latency_us > static_cast<double>(kTick.count())) ++link_.late_ticks;
-    publish_contact();
+    answer_.publish_contact(state_, output_);
     if (record_ != nullptr) record_->add(state.seq, to_finger(state.position_m), output_);
 }
 
@@ -80,28 +61,6 @@ void ServoSession::note_output(double step_us) {
     report_.largest_force_n = std::max(report_.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
 }
 
-void ServoSession::answer() {
-    force_.utime = is_simulated(state_.utime) ? state_.utime : utime_now();
-    force_.seq = state_.seq;
-    std::copy_n(output_.force_n, 3, force_.force_n);
-    force_.servo_state = static_cast<std::int8_t>(output_.state);
-    connection_.publish(kForceChannel, force_);
-}
-
-void ServoSession::publish_contact() {
-    contact_.utime = force_.utime;
-    contact_.seq = state_.seq;
-    std::copy_n(state_.position_m, 3, contact_.finger_m);
-    std::copy_n(output_.god_object_m, 3, contact_.god_object_m);
-    contact_.node.clear();
-    for (std::size_t corner = 0; corner < 3 && output_.state == HAPTABLE_CONTACT; ++corner) {
-        contact_.node.push_back(mesh_node(scene_, output_, corner));
-        contact_.force_n[corner].assign(output_.nodal_force_n[corner], output_.nodal_force_n[corner] + 3);
-    }
-    contact_.count = static_cast<std::int32_t>(contact_.node.size());
-    connection_.publish(kContactChannel, contact_);
-}
-
 Clock::time_point ServoSession::watch_at() const {
     if (servo_.state == HAPTABLE_SILENT || is_simulated(state_.utime)) return Clock::time_point::max();
     return last_state_ + std::chrono::microseconds(HAPTABLE_SILENCE_US);
@@ -109,14 +68,14 @@ Clock::time_point ServoSession::watch_at() const {
 
 void ServoSession::watch(Clock::time_point now) {
     if (now < watch_at() || haptable_watch(&servo_, to_firmware_us(now), &output_) == 0) return;
-    answer();
-    publish_contact();
+    answer_.publish_force(state_, output_);
+    answer_.publish_contact(state_, output_);
 }
 
 void ServoSession::publish_status() {
     servo_status status{};
     status.utime = utime_now();
-    status.model_hash = force_.model_hash;
+    status.model_hash = answer_.model_hash();
     status.servo_state = static_cast<std::int8_t>(servo_.state);
     status.longest_step_us = longest_step_us_;
     const auto add = [&status](const char* name, std::uint64_t value) {

@@ -6,6 +6,7 @@
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
+#include "host/servo/answer.hpp"
 #include "host/servo/record.hpp"
 #include "host/servo/replay.hpp"
 #include "host/servo/scene.hpp"
@@ -49,17 +50,14 @@ private:
     bool is_repeated(const device_state& state) const;
     void step(const device_state& state);
     void note_output(double step_us);
-    void answer();
-    void publish_contact();
 
     ServoScene scene_;
     Connection& connection_;
     ServoRecord* record_;
+    Answer answer_;
     haptable_servo servo_;
     haptable_output output_{};
     device_state state_{};  ///< the last one
-    servo_force force_{};
-    contact contact_{};
     bool has_states_ = false;
     Clock::time_point last_state_ = Clock::now();
     SequenceGaps gaps_;

@@ -25,13 +25,21 @@ void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknow
     write(kFactorFiles[3], factor.row);
     write(kFactorFiles[4], factor.permutation);
     write(kFactorFiles[5], unknown_node);
-    const auto count = static_cast<std::size_t>(factor.value_begin.back());
-    NpyWriter<float> writer(folder / kFactorFiles[6], {count});
-    std::vector<float> piece;
-    constexpr std::size_t kPiece = 1U << 16U;
-    for (std::size_t first = 0; first < count; first += kPiece) {
-        piece.assign(factor.value + first, factor.value + std::min(count, first + kPiece));
-        writer.append(piece);
+    NpyWriter<float> writer(folder / kFactorFiles[6], {at(factor.value_begin.back())});
+    std::vector<float> column;
+    std::size_t written = 0;
+    for (std::int32_t k = 0; k < factor.count(); ++k) {
+        const std::size_t rows = factor.rows(k).size();
+        for (std::size_t j = 0; j < at(factor.column_count(k)); ++j) {
+            const double* l = factor.values(k) + j * rows;
+            column.assign(j, 0.0F);  // above the diagonal there is nothing
+            column.insert(column.end(), l + j, l + rows);
+            writer.append(column);
+            written += rows;
+        }
+        column.assign(at(factor.value_begin[at(k) + 1]) - written, 0.0F);
+        writer.append(column);
+        written += column.size();
     }
     writer.close();
 }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <utility>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -33,6 +34,16 @@ std::vector<std::array<T, k>> read_rows(const fs::path& path) {
     return rows;
 }
 
+/// 3x3 blocks, row by row, of a file of shape [..., 3, 3].
+std::vector<std::array<double, 9>> read_blocks(const fs::path& path) {
+    const Array<double> array = read_npy<double>(path);
+    if (array.shape.size() < 3 || array.shape.back() != 3 || array.values.size() % 9 != 0)
+        throw Error(path.string() + ": does not hold 3x3 blocks: make the tables again");
+    std::vector<std::array<double, 9>> blocks(array.values.size() / 9);
+    for (std::size_t i = 0; i < array.values.size(); ++i) blocks[i / 9][i % 9] = array.values[i];
+    return blocks;
+}
+
 void check_nodes(const fs::path& path, std::span<const std::int32_t> nodes, std::size_t node_count) {
     for (std::int32_t node : nodes)
         if (node < 0 || static_cast<std::size_t>(node) >= node_count)
@@ -58,6 +69,8 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.god_object = summary.at("contact").at("god_object").get<std::string>();
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
+        tables.precision = summary.at("tables").at("precision").get<std::string>();
+        tables.flash_budget = summary.at("tables").at("flash_budget").get<std::uintmax_t>();
         const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
         const std::string drawing = summary.value("drawing", none ? "none" : "columns");
         tables.has_columns = drawing == "columns";
@@ -69,6 +82,43 @@ void read_summary(const fs::path& path, Tables& tables) {
         throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
                     "): make the tables again");
     }
+}
+
+void require_count(const fs::path& path, std::size_t count, std::size_t wanted) {
+    if (count != wanted)
+        throw Error(
+            fmt::format("{}: has {} entries where {} belong: make the tables again", path.string(), count, wanted));
+}
+
+void read_mask(const fs::path& folder, const Tables& tables, ComplianceTables& c) {
+    c.vertex_id = read_npy<std::int32_t>(folder / "vertex_id.npy").values;
+    c.vertex = read_blocks(folder / "vertex_compliance.npy");
+    c.patch = read_blocks(folder / "patch_compliance.npy");
+    c.spread_begin = read_npy<std::int32_t>(folder / "spread_begin.npy").values;
+    c.spread_node = read_npy<std::int32_t>(folder / "spread_node.npy").values;
+    c.spread_weight = read_npy<float>(folder / "spread_weight.npy").values;
+    check_nodes(folder / "vertex_id.npy", c.vertex_id, tables.position.size());
+    check_nodes(folder / "spread_node.npy", c.spread_node, tables.position.size());
+    require_count(folder / "vertex_compliance.npy", c.vertex.size(), c.vertex_id.size());
+    require_count(folder / "patch_compliance.npy", c.patch.size(), 3 * tables.patch.size());
+    require_count(folder / "spread_begin.npy", c.spread_begin.size(), c.vertex_id.size() + c.edge_id.size() + 1);
+    require_count(folder / "spread_weight.npy", c.spread_weight.size(), c.spread_node.size());
+    std::int32_t before = 0;
+    for (std::int32_t begin : c.spread_begin)
+        if (begin < std::exchange(before, begin) || static_cast<std::size_t>(begin) > c.spread_node.size())
+            throw Error((folder / "spread_begin.npy").string() + ": does not ascend: make the tables again");
+}
+
+void read_compliance(const fs::path& folder, Tables& tables) {
+    ComplianceTables& c = tables.compliance;
+    c.degree = tables.force == "consistent" ? 2 : tables.force == "pressure-mask" ? 4 : 0;
+    if (c.degree == 0) return;
+    c.edge_id = read_rows<std::int32_t, 2>(folder / "edge_id.npy");
+    c.edge = read_blocks(folder / "edge_compliance.npy");
+    for (const auto& edge : c.edge_id) check_nodes(folder / "edge_id.npy", edge, tables.position.size());
+    require_count(folder / "edge_compliance.npy", c.edge.size(),
+                  c.edge_id.size() * static_cast<std::size_t>(c.degree - 1));
+    if (c.degree == 4) read_mask(folder, tables, c);
 }
 
 }  // namespace
@@ -91,6 +141,7 @@ Tables read_tables(const fs::path& folder) {
     if (tables.stiffness.size() != tables.node_id.size())
         throw Error(fmt::format("{}: has {} blocks for the {} nodes of node_id.npy: make the tables again",
                                 (folder / "stiffness.npy").string(), tables.stiffness.size(), tables.node_id.size()));
+    read_compliance(folder, tables);
     return tables;
 }
 

@@ -10,6 +10,21 @@
 
 namespace haptable {
 
+/// C(alpha) of the contact point or mask on every patch (force = "consistent" or "pressure-mask"), in Bernstein's form.
+/// e edges of touchable patches; for a mask also t vertices, fixed ones too.
+struct ComplianceTables {
+    int degree = 0;                                    ///< 2 consistent, 4 pressure-mask, 0 none
+    std::vector<std::array<std::int32_t, 2>> edge_id;  ///< [e] mesh nodes, lower first (edge_id.npy)
+    std::vector<std::array<double, 9>> edge;    ///< [e (degree - 1)] m/N, from the lower node (edge_compliance.npy)
+    std::vector<std::int32_t> vertex_id;        ///< [t] mesh nodes (vertex_id.npy); empty for consistent
+    std::vector<std::array<double, 9>> vertex;  ///< [t] m/N (vertex_compliance.npy); empty for consistent
+    std::vector<std::array<double, 9>> patch;   ///< [3 p] m/N (patch_compliance.npy); empty for consistent
+    /// How a load on a control point spreads over mesh nodes: of vertices, then of edges (spread_*.npy).
+    std::vector<std::int32_t> spread_begin;  ///< [t + e + 1]
+    std::vector<std::int32_t> spread_node;   ///< mesh nodes
+    std::vector<float> spread_weight;
+};
+
 /// What the tables of one scene hold besides columns.npy, which may be large and is mapped (MappedNpy<float>).
 /// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
 struct Tables {
@@ -17,8 +32,10 @@ struct Tables {
     std::string name;                      ///< of the scene; names the C model
     std::uint64_t model_hash = 0;          ///< of scene, mesh, options and tool version
     std::string scene_file;                ///< file name only, no folder
-    std::string force;                     ///< "interpolated"
-    std::string god_object;                ///< "nearest"
+    std::string force;                     ///< interpolated | consistent | pressure-mask
+    std::string god_object;                ///< nearest | least-energy
+    std::string precision = "float32";     ///< float32 | float16 | int16: how the servo stores S
+    std::uintmax_t flash_budget = 0;       ///< bytes; 0: none
     double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
     double max_force_n = 0.0;
     bool has_columns = false;   ///< columns.npy
@@ -32,6 +49,7 @@ struct Tables {
     std::vector<std::int32_t> node_id;                 ///< [n] (node_id.npy)
     std::vector<std::array<std::int32_t, 3>> patch;    ///< [p] mesh nodes (patch.npy)
     std::vector<std::array<double, 9>> stiffness;      ///< [n] (L_ii)^-1, N/m, row by row (stiffness.npy)
+    ComplianceTables compliance;
     std::vector<std::int32_t> row_id;  ///< [r] mesh nodes of the rows (row_id.npy); empty without columns and factor
 };
 

@@ -2,6 +2,7 @@
 #include "host/target/counts.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "firmware/haptable.h"
 
@@ -16,17 +17,25 @@ Counts summarise(std::vector<std::uint64_t> values) {
     return {values.size(), values[last / 2], values[(last * 999 + 999) / 1000], values[last]};
 }
 
+double way_m(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) {
+    if (tick == 0) return 0.0;
+    const auto &from = path_m[tick - 1], &to = path_m[tick];
+    return std::hypot(double(to[0]) - double(from[0]), double(to[1]) - double(from[1]),
+                      double(to[2]) - double(from[2]));
+}
+
 }  // namespace
 
-TickCounts count_ticks(const std::vector<TargetTick>& ticks) {
-    std::vector<std::uint64_t> of[2][2];  // [contact before][contact after]
+TickCounts count_ticks(const std::vector<std::array<float, 3>>& path_m, const std::vector<TargetTick>& ticks) {
+    std::vector<std::uint64_t> of[2][2], jumps;  // [contact before][contact after]
     bool before = false;
-    for (const TargetTick& tick : ticks) {
-        const bool after = tick.state == HAPTABLE_CONTACT;
-        of[before ? 1 : 0][after ? 1 : 0].push_back(tick.instructions);
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+        const bool after = ticks[i].state == HAPTABLE_CONTACT;
+        const bool jump = !(before && after) && way_m(path_m, i) > kLongestWay_m;
+        (jump ? jumps : of[before ? 1 : 0][after ? 1 : 0]).push_back(ticks[i].instructions);
         before = after;
     }
-    return {summarise(of[0][0]), summarise(of[0][1]), summarise(of[1][1]), summarise(of[1][0])};
+    return {summarise(of[0][0]), summarise(of[0][1]), summarise(of[1][1]), summarise(of[1][0]), summarise(jumps)};
 }
 
 }  // namespace haptable

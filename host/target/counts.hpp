@@ -2,6 +2,7 @@
 // Instructions a tick, by what the tick does.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -17,13 +18,18 @@ struct Counts {
     std::uint64_t worst = 0;
 };
 
+/// A finger at 5 m/s comes this far in a tick. A longer way is a jump of a path, not of a hand.
+inline constexpr double kLongestWay_m = 5e-3;
+
 struct TickCounts {
     Counts free;           ///< no contact before, none after
     Counts first_contact;  ///< contact begun
-    Counts sliding;        ///< contact before and after
+    Counts sliding;        ///< contact before and after, jumps too
     Counts leaving;        ///< contact before, none after
+    Counts jump;  ///< a way longer than kLongestWay_m that began or ended without contact; in none of the others
 };
 
-TickCounts count_ticks(const std::vector<TargetTick>& ticks);
+/// The ticks are those of the path, [ticks, 3] in metres.
+TickCounts count_ticks(const std::vector<std::array<float, 3>>& path_m, const std::vector<TargetTick>& ticks);
 
 }  // namespace haptable

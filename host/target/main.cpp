@@ -30,11 +30,13 @@ void count_scene(const std::filesystem::path& folder) {
             fmt::print(stderr, "haptable-count: {}\n", missing);
             continue;
         }
-        const TickCounts counts = count_ticks(image.replay(stroke_path(tables, kStrokes)));
+        const auto path_m = stroke_path(tables, kStrokes);
+        const TickCounts counts = count_ticks(path_m, image.replay(path_m));
         print_row(tables.name, target, "free", counts.free);
         print_row(tables.name, target, "first contact", counts.first_contact);
         print_row(tables.name, target, "sliding", counts.sliding);
         print_row(tables.name, target, "leaving", counts.leaving);
+        print_row(tables.name, target, "jump", counts.jump);
     }
 }
 

@@ -56,6 +56,7 @@ TEST_F(FrameReaderTest, ReturnsAForceAsItWas) {
         sent.vertex[c] = static_cast<std::uint16_t>(0x1201 + c);
         sent.force_n[c] = 0.1F * static_cast<float>(c + 1);
         sent.god_object_m[c] = -0.3F * static_cast<float>(c + 1);
+        sent.alpha[c] = 0.25F * static_cast<float>(c);
         for (int a = 0; a < 3; ++a) sent.nodal_force_n[c][a] = static_cast<float>(3 * c + a);
     }
     Bytes bytes(FRAME_BYTES);
@@ -71,6 +72,7 @@ TEST_F(FrameReaderTest, ReturnsAForceAsItWas) {
     EXPECT_EQ(std::memcmp(got.vertex, sent.vertex, sizeof sent.vertex), 0);
     EXPECT_EQ(std::memcmp(got.force_n, sent.force_n, sizeof sent.force_n), 0);
     EXPECT_EQ(std::memcmp(got.god_object_m, sent.god_object_m, sizeof sent.god_object_m), 0);
+    EXPECT_EQ(std::memcmp(got.alpha, sent.alpha, sizeof sent.alpha), 0);
     EXPECT_EQ(std::memcmp(got.nodal_force_n, sent.nodal_force_n, sizeof sent.nodal_force_n), 0);
 }
 

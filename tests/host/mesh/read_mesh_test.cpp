@@ -108,7 +108,7 @@ TEST_F(MeshFile, BadContentIsAnErrorThatNamesItsPlace) {
     expect_changed_error("6\n10 0 0 0", "7\n10 1 1 1\n10 0 0 0", "node number 10 is given twice");
     expect_changed_error("$MeshFormat", "MeshFormat", "its content is no mesh");
     expect_changed_error(kTwoTets.substr(kTwoTets.find("4\n17 15")), "1\n1 2 2 5 1 10 30 20\n$EndElements\n",
-                         "has no tetrahedra (1 surface elements)");
+                         "has no tetrahedra but a surface: 3 vertices, 1 triangles");
     expect_changed_error("9 4 2 6 2 20 2000000000 30 40", "9 6 2 6 2 10 20 30 2000000000 40 7",
                          "has 1 elements of type Prism 6 (element 9 is the first)");
 }

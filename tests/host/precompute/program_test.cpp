@@ -61,7 +61,7 @@ TEST_F(PrecomputeProgram, WritesIntoBuildNameAndTellsInATable) {
     EXPECT_EQ(outcome.err, "");
     EXPECT_TRUE(fs::exists(folder_.path() / "build/small/summary.json"));
     EXPECT_TRUE(fs::exists(folder_.path() / "build/small/model.c"));
-    for (const char* part : {"27 nodes", "48 patches", "||K x - b||", "columns.npy", "factor"})
+    for (const char* part : {"nodes 27", "patches 48", "||K x - b||", "columns.npy", "factor"})
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << " is missing in:\n" << outcome.out;
 }
 

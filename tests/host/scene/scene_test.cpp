@@ -104,16 +104,36 @@ TEST_F(SceneFile, UnknownKeysAreErrorsWithTheNearestKnownOne) {
     expect_error("columns", "column", 18, "tables.column: unknown key; did you mean columns?");
 }
 
-TEST_F(SceneFile, WhatLaterVersionsBringIsRefusedByName) {
-    expect_error("[device]", "[[region]]\ngroup = \"a\"\n[device]", 15, "region: this version does not have it");
-    expect_error("[device]", "mask_radius = 0.01\n[device]", 15, "contact.mask_radius: this version");
-    expect_error("columns", "flash_budget = 10\ncolumns", 18, "tables.flash_budget: this version");
-    for (const char* force : {"consistent", "pressure-mask"})
-        expect_error("interpolated", force, 14, "contact.force: this version does not have");
-    expect_error("[device]", "god_object = \"least-energy\"\n[device]", 15, "contact.god_object: this version");
-    for (const char* precision : {"float16", "int16"})
-        expect_error("columns", std::string("precision = \"") + precision + "\"\ncolumns", 18,
-                     "tables.precision: this");
+TEST_F(SceneFile, AMaskNeedsItsRadiusAndOnlyAMaskHasOne) {
+    expect_error("[device]", "mask_radius = 0.01\n[device]", 15, "contact.mask_radius: belongs to force");
+    expect_error("interpolated", "pressure-mask", 13, "contact.mask_radius: is missing");
+    expect_error("\"interpolated\"", "\"pressure-mask\"\nmask_radius = 0", 15, "must be greater than 0");
+    expect_error("interpolated", "consistant", 14, "did you mean consistent?");
+    expect_error("[device]", "god_object = \"last-energy\"\n[device]", 15, "did you mean least-energy?");
+}
+
+TEST_F(SceneFile, PrecisionAndBudgetOfTheTables) {
+    expect_error("columns", "flash_budget = 0\ncolumns", 18, "tables.flash_budget: is 0 and must be greater than 0");
+    expect_error("columns", "flash_budget = \"64k\"\ncolumns", 18, "tables.flash_budget: must be a whole number");
+    expect_error("columns", "precision = \"float8\"\ncolumns", 18, "did you mean float");
+    expect_error("\"interpolated\"\n[device]\nmax_force = 3.0\n[tables]\n",
+                 "\"consistent\"\n[device]\nmax_force = 3.0\n[tables]\nprecision = \"int16\"\n", 18,
+                 "tables.precision: 16 bits hold the blocks of force");
+}
+
+TEST_F(SceneFile, ARegionHasAPlaceAndAMaterial) {
+    expect_error("[device]", "[[region]]\ngroup = \"a\"\n[device]", 15, "region.young: is missing");
+    expect_error("[device]", "[[region]]\nyoung = 1\npoisson = 0.3\n[device]", 15, "region.box: give either");
+    expect_error("[device]", "[[region]]\ngroup = \"a\"\nyoung = 1\npoisson = 0.6\n[device]", 18, "region.poisson: is");
+}
+
+TEST_F(SceneFile, AFilledSurfaceHasOneTarget) {
+    expect_error("side = 0.03", "edge_length = 0.1", 5, "mesh.edge_length: belongs to a surface file");
+    expect_error("generate = \"cube\"\nnodes_per_side = 3\nside = 0.03",
+                 "file = \"a.stl\"\nedge_length = 0.1\nnode_count = 100", 5,
+                 "mesh.node_count: there is an edge_length");
+    expect_error("generate = \"cube\"\nnodes_per_side = 3\nside = 0.03", "file = \"a.stl\"\nnode_count = 3", 4,
+                 "mesh.node_count: is 3 and must be");
 }
 
 TEST_F(SceneFile, WrongTypesAreErrors) {

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * E = 1/2 u^T S u,   S = sum alpha_a S_a,   dE/db = -e_b . S u + 1/2 u^T (S_b - S_0) u
+ *
+ * d2E/db dc = e_b^T S e_c - e_b^T (S_c - S_0) u - e_c^T (S_b - S_0) u: the first term is never negative.
+ */
+#include "block.h"
+#include "surface.h"
+#include "vector.h"
+
+/* f = S_v u */
+static void vertex_load(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
+    if (vertex < model->free_count) {
+        float room[6];
+        vec_symmetric_product(block_of(model, vertex, room), u, f);
+    } else {
+        vec_zero(f);
+        vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);
+    }
+}
+
+/* sum alpha_a S_a */
+static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6]) {
+    int corner;
+    int i;
+    for (i = 0; i < 6; ++i) s[i] = 0.0f;
+    for (corner = 0; corner < 3; ++corner) {
+        const uint16_t vertex = model->patch[contact->patch][corner];
+        const float alpha = contact->alpha[corner];
+        if (vertex < model->free_count) {
+            float room[6];
+            const float* block = block_of(model, vertex, room);
+            for (i = 0; i < 6; ++i) s[i] += alpha * block[i];
+        } else {
+            for (i = 0; i < 3; ++i) s[i] += alpha * model->rigid_stiffness_n_per_m;
+        }
+    }
+}
+
+void haptable_energy_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                  const float finger_m[3], struct haptable_energy* energy) {
+    float u[3];
+    float f[3][3]; /* S_a u; then, for a = 1, 2, less S_0 u */
+    float e[2][3];
+    float s[6];
+    float s_e[2][3];
+    int b;
+    vec_sub(finger_m, contact->god_object_m, u);
+    vec_zero(energy->load_n);
+    for (b = 0; b < 3; ++b) {
+        vertex_load(model, model->patch[contact->patch][b], u, f[b]);
+        vec_add_scaled(contact->alpha[b], f[b], energy->load_n);
+    }
+    energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
+    stiffness_at(model, contact, s);
+    for (b = 0; b < 2; ++b) {
+        vec_sub(vertex_of(model, contact->patch, b + 1), vertex_of(model, contact->patch, 0), e[b]);
+        vec_add_scaled(-1.0f, f[0], f[b + 1]);
+        energy->slope_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
+        vec_symmetric_product(s, e[b], s_e[b]);
+    }
+    energy->lower_bound_j[0] = vec_dot(e[0], s_e[0]);
+    energy->lower_bound_j[1] = vec_dot(e[0], s_e[1]);
+    energy->lower_bound_j[2] = vec_dot(e[1], s_e[1]);
+    energy->curvature_j[0] = energy->lower_bound_j[0] - 2.0f * vec_dot(e[0], f[1]);
+    energy->curvature_j[1] = energy->lower_bound_j[1] - vec_dot(e[0], f[2]) - vec_dot(e[1], f[1]);
+    energy->curvature_j[2] = energy->lower_bound_j[2] - 2.0f * vec_dot(e[1], f[2]);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The line as two files of the debugger's machine, which may be named pipes: the words IN OUT of the command line.
+ */
+#include "line.h"
+#include "semihosting.h"
+
+static int in_file;
+static int out_file;
+
+int line_open(void) {
+    static char text[512];
+    const char* word[3] = {0, 0, 0};
+    if (semihosting_words(text, sizeof text, word, 3) != 3) return 64;
+    in_file = semihosting_open(word[1], SEMIHOSTING_READ);
+    out_file = semihosting_open(word[2], SEMIHOSTING_WRITE);
+    return in_file < 0 || out_file < 0 ? 66 : 0;
+}
+
+int line_read(uint8_t* byte) {
+    /* A pipe gives what it has, up to so many: a call to the debugger costs more than a tick. */
+    static uint8_t buffer[64];
+    static uint32_t count;
+    static uint32_t next;
+    if (next == count) {
+        count = semihosting_read(in_file, buffer, sizeof buffer);
+        next = 0;
+        if (count == 0) return 0;
+    }
+    *byte = buffer[next++];
+    return 1;
+}
+
+void line_write(const uint8_t* bytes, uint32_t count) { semihosting_write(out_file, bytes, count); }

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * s = scale * half
+ */
+#include "haptable.h"
+
+/* IEEE 754 binary16 to float, exactly: its exponent and fraction as a float's are 2^112 too small. Subnormal halves
+ * come right too where the processor does not flush subnormals to zero. before: half is finite (codegen saw to it). */
+static float widened(uint16_t half) {
+    union {
+        uint32_t bits;
+        float number;
+    } value;
+    value.bits = (uint32_t)(half & 0x7fffu) << 13;
+    value.number *= 0x1p112f;
+    value.bits |= (uint32_t)(half & 0x8000u) << 16;
+    return value.number;
+}
+
+void haptable_unpack_float16(const struct haptable_model* model, uint16_t vertex, float s[6]) {
+    int i;
+    for (i = 0; i < 6; ++i) s[i] = model->packed_scale_n_per_m[0] * widened(model->packed[vertex][i]);
+}

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bridge/line.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr int kWritePatience_ms = 1000;
+
+[[noreturn]] void fail(const std::string& what, const char* then = "") {
+    throw Error(what + ": " + std::strerror(errno) + then);
+}
+
+struct Speed {
+    unsigned baud;
+    speed_t code;
+};
+constexpr std::array kSpeeds{Speed{9600, B9600},       Speed{19200, B19200},     Speed{38400, B38400},
+                             Speed{57600, B57600},     Speed{115200, B115200},   Speed{230400, B230400},
+                             Speed{460800, B460800},   Speed{500000, B500000},   Speed{576000, B576000},
+                             Speed{921600, B921600},   Speed{1000000, B1000000}, Speed{1152000, B1152000},
+                             Speed{1500000, B1500000}, Speed{2000000, B2000000}, Speed{2500000, B2500000},
+                             Speed{3000000, B3000000}, Speed{3500000, B3500000}, Speed{4000000, B4000000}};
+
+speed_t speed_of(unsigned baud) {
+    std::string known;
+    for (const Speed& speed : kSpeeds) {
+        if (speed.baud == baud) return speed.code;
+        known += " " + std::to_string(speed.baud);
+    }
+    throw Error("--baud " + std::to_string(baud) + ": Linux knows" + known);
+}
+
+/// Raw bytes, 8N1, no flow control, whoever had the port before.
+void make_raw(int fd, const std::string& name, unsigned baud) {
+    termios port{};
+    if (tcgetattr(fd, &port) != 0) fail(name, ": is it a serial port?");
+    cfmakeraw(&port);
+    port.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+    port.c_cflag |= CLOCAL | CREAD;
+    const speed_t speed = speed_of(baud);
+    cfsetispeed(&port, speed);
+    cfsetospeed(&port, speed);
+    if (tcsetattr(fd, TCSANOW, &port) != 0) fail(name, ": it does not take this baud rate");
+    tcflush(fd, TCIOFLUSH);
+}
+
+int connect_socket(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.size() >= sizeof address.sun_path) throw Error(path + ": too long for the name of a socket");
+    path.copy(address.sun_path, path.size());
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0 || connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        fail(path, ": does its other end listen?");
+    return fd;
+}
+
+/// Both ends' flags: a pipe without a partner is open, and stays so when the partner restarts.
+int open_pipe(const std::filesystem::path& path) {
+    struct stat status {};
+    if (stat(path.c_str(), &status) != 0 || !S_ISFIFO(status.st_mode))
+        throw Error(path.string() + ": not a named pipe: run mkfifo " + path.string());
+    const int fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) fail(path);
+    return fd;
+}
+
+pid_t start(const std::string& command, int end) {
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, end, STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&files, end, STDOUT_FILENO);
+    const std::string line = "exec " + command;
+    std::array<char*, 4> words{const_cast<char*>("sh"), const_cast<char*>("-c"), const_cast<char*>(line.c_str()),
+                               nullptr};
+    pid_t child = 0;
+    errno = posix_spawn(&child, "/bin/sh", &files, nullptr, words.data(), environ);
+    posix_spawn_file_actions_destroy(&files);
+    if (errno != 0) fail("--run " + command);
+    return child;
+}
+
+void stop(pid_t child) {
+    kill(child, SIGTERM);
+    for (int tries = 0; tries < 200; ++tries, usleep(10'000))
+        if (waitpid(child, nullptr, WNOHANG) != 0) return;
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+}
+
+}  // namespace
+
+Line::Line(std::string name, int in, int out, pid_t child)
+    : name_(std::move(name)), in_(in), out_(out), child_(child) {}
+
+Line::Line(Line&& other) noexcept
+    : name_(std::move(other.name_)),
+      in_(std::exchange(other.in_, -1)),
+      out_(std::exchange(other.out_, -1)),
+      child_(std::exchange(other.child_, 0)) {}
+
+Line::~Line() {
+    if (out_ >= 0 && out_ != in_) close(out_);
+    if (in_ >= 0) close(in_);
+    if (child_ > 0) stop(child_);
+}
+
+Line Line::open(const std::filesystem::path& path, unsigned baud) {
+    struct stat status {};
+    if (stat(path.c_str(), &status) != 0) fail(path, ": is the microcontroller plugged in? ls /dev/tty*");
+    if (S_ISSOCK(status.st_mode)) {
+        const int fd = connect_socket(path);
+        return {path, fd, fd};
+    }
+    const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) fail(path, ": may you open it? (group dialout)");
+    Line line(path, fd, fd);
+    make_raw(fd, path, baud);
+    return line;
+}
+
+Line Line::pipes(const std::filesystem::path& to_target, const std::filesystem::path& from_target) {
+    Line line(to_target.string() + " and " + from_target.string(), open_pipe(from_target), -1);
+    line.out_ = open_pipe(to_target);
+    return line;
+}
+
+Line Line::program(const std::string& command) {
+    std::array<int, 2> end{};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end.data()) != 0) fail("--run");
+    fcntl(end[0], F_SETFL, O_NONBLOCK);
+    Line line(command, end[0], end[0]);
+    line.child_ = start(command, end[1]);
+    close(end[1]);
+    return line;
+}
+
+std::size_t Line::read(std::span<std::uint8_t> into) {
+    const ssize_t got = ::read(in_, into.data(), into.size());
+    if (got > 0) return static_cast<std::size_t>(got);
+    if (got < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
+    // A tty that is idle gives 0 as well; one that was pulled out gives an error.
+    if (got == 0 && isatty(in_) == 1) return 0;
+    throw Error(name_ + ": the other end has closed the line");
+}
+
+void Line::write(std::span<const std::uint8_t> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t sent = ::write(out_, bytes.data(), bytes.size());
+        if (sent > 0) {
+            bytes = bytes.subspan(static_cast<std::size_t>(sent));
+            continue;
+        }
+        if (errno != EAGAIN && errno != EINTR) throw Error(name_ + ": the other end has closed the line");
+        pollfd fd{out_, POLLOUT, 0};
+        if (errno == EAGAIN && poll(&fd, 1, kWritePatience_ms) == 0)
+            throw Error(name_ + ": takes no bytes for a second: does the target read them?");
+    }
+}
+
+}  // namespace haptable

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-bridge: a microcontroller behind a serial line as the servo of a device over LCM.
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/bridge/session.hpp"
+#include "host/link/realtime.hpp"
+#include "host/link/summary.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr std::chrono::milliseconds kStatusPeriod{100};  // 10 Hz
+constexpr int kPriority = 50;                            // as the servo's: it stands for it
+
+struct Options {
+    std::string folder, port, program, csv;
+    std::vector<std::string> pipes;
+    unsigned baud = 1'000'000;
+    double retry_ms = 50.0;
+    double seconds = 0.0, until_silent_s = 0.0;
+    BridgeOptions session;
+    bool no_realtime = false, json = false, quiet = false;
+};
+
+void add_options(CLI::App& app, Options& o) {
+    app.add_option("DIR", o.folder, "folder of the scene that the target was built for: build/cube")->required();
+    auto* line = app.add_option_group("line", "where the target is, one of:");
+    line->add_option("--port", o.port, "a serial port (/dev/ttyACM0), a pty or a Unix socket");
+    line->add_option("--pipes", o.pipes, "two named pipes, TO the target and FROM it")
+        ->expected(2)
+        ->type_name("TO FROM");
+    line->add_option("--run", o.program, "a program whose standard input and output are the line, like QEMU");
+    line->require_option(1);
+    app.add_option("--baud", o.baud, "bits a second of a serial port")->capture_default_str();
+    app.add_option("--retry", o.retry_ms, "ms, after which a state is sent again")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--patience", o.session.patience_s, "s without any answer, after which the target is gone")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--csv", o.csv, "record the session here, as the servo's --csv does");
+    app.add_option("--seconds", o.seconds, "end after this time")->check(CLI::PositiveNumber);
+    app.add_option("--until-silent", o.until_silent_s, "end when the device was silent for this many seconds")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
+    app.add_flag("--json", o.json, "print the summary as JSON");
+    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+}
+
+/// The scene's tables, as the target has them, and what points into them.
+struct Scene {
+    explicit Scene(const std::string& folder)
+        : tables(read_tables(folder)),
+          built(build_model(tables)),
+          model(model_in_memory(tables, built)),
+          node(built.node.begin(), built.node.end()) {}
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+    ServoScene servo() const { return {&model, node.data(), tables.name.c_str()}; }
+
+    Tables tables;
+    ServoModel built;
+    haptable_model model;
+    std::vector<std::uint32_t> node;
+};
+
+Line open_line(const Options& o) {
+    if (!o.port.empty()) return Line::open(o.port, o.baud);
+    if (!o.pipes.empty()) return Line::pipes(o.pipes[0], o.pipes[1]);
+    return Line::program(o.program);
+}
+
+bool is_over(const BridgeSession& session, const Options& o, Clock::time_point begin) {
+    const Clock::time_point now = Clock::now();
+    if (o.seconds > 0.0 && now - begin >= Seconds(o.seconds)) return true;
+    return o.until_silent_s > 0.0 && session.has_states() && now - session.last_state() >= Seconds(o.until_silent_s);
+}
+
+/// Until a message, a byte of the line or the deadline.
+void wait_for_either(const Connection& connection, const Target& target, Clock::time_point deadline) {
+    std::array<pollfd, 2> from{pollfd{connection.fd(), POLLIN, 0}, pollfd{target.line().fd(), POLLIN, 0}};
+    const auto ns =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::max(deadline - Clock::now(), Clock::duration::zero()))
+            .count();
+    const timespec left{ns / 1'000'000'000, ns % 1'000'000'000};
+    ppoll(from.data(), from.size(), &left, nullptr);
+}
+
+void serve(BridgeSession& session, Connection& connection, const Target& target, const Options& o) {
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point next_status = begin + kStatusPeriod;
+    while (!interrupted() && !is_over(session, o, begin)) {
+        wait_for_either(connection, target, std::min(next_status, session.watch_at()));
+        session.take_answers();
+        while (connection.handle_until(Clock::now())) session.take_answers();
+        const Clock::time_point now = Clock::now();
+        session.watch(now);
+        if (now < next_status) continue;
+        session.publish_status();
+        next_status = now + kStatusPeriod;
+    }
+    session.publish_status();
+}
+
+Summary summarise(const BridgeReport& report, const Scene& scene, const Target& target, const std::string& url) {
+    Summary summary;
+    summary.add("scene", scene.tables.name);
+    summary.add("model_hash", fmt::format("{:016x}", scene.model.hash));
+    summary.add("url", url);
+    summary.add("line", target.line().name());
+    summary.add("ticks", report.ticks);
+    summary.add("contact_ticks", report.contact_ticks);
+    summary.add("lost_states", report.lost_states);
+    summary.add("repeated_states", report.repeated_states);
+    summary.add("foreign_states", report.foreign_states);
+    summary.add("resent_frames", report.resent_frames);
+    summary.add("lost_answers", report.lost_answers);
+    summary.add("stale_answers", report.stale_answers);
+    summary.add("skipped_bytes", report.skipped_bytes);
+    summary.add("foreign_frames", report.foreign_frames);
+    summary.add("rejected_forces", report.rejected_forces);
+    summary.add("largest_force_n", report.largest_force_n);
+    summary.add("round_trip_mean_us", report.round_trip.mean_us());
+    summary.add("round_trip_p999_us", report.round_trip.quantile_us(0.999));
+    summary.add("round_trip_max_us", report.round_trip.max_us());
+    return summary;
+}
+
+void run(Options& o) {
+    catch_interrupts();
+    std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
+    o.session.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
+    const Scene scene(o.folder);
+    const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
+    std::optional<ServoRecord> record;
+    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv);
+    Target target(open_line(o));
+    Connection connection;
+    BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr);
+    if (!o.quiet)
+        fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
+                   target.line().name(), priority);
+    serve(session, connection, target, o);
+    if (record) record->finish();
+    summarise(session.report(), scene, target, connection.url()).print(o.json, o.quiet);
+}
+
+}  // namespace
+
+}  // namespace haptable
+
+int main(int argc, char** argv) {
+    CLI::App app("A microcontroller behind a serial line, as the servo of a device over LCM.", "haptable-bridge");
+    haptable::Options options;
+    haptable::add_options(app, options);
+    return haptable::run_program(app, argc, argv, [&] { haptable::run(options); });
+}

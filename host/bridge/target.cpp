@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bridge/target.hpp"
+
+namespace haptable {
+
+void Target::send(std::uint32_t sequence, const frame_state& state) {
+    std::array<std::uint8_t, FRAME_BYTES> bytes{};
+    line_.write(std::span(bytes.data(), frame_write_state(sequence, &state, bytes.data())));
+}
+
+std::optional<TargetForce> Target::take() {
+    for (;;) {
+        if (begin_ == end_) {
+            begin_ = 0;
+            end_ = line_.read(buffer_);
+            if (end_ == 0) return std::nullopt;
+        }
+        frame whole{};
+        if (frame_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
+        TargetForce force;
+        force.sequence = whole.sequence;
+        force.output.patch = HAPTABLE_NONE;
+        if (frame_take_force(&whole, &force.model_hash, &force.output) != 0) return force;
+        ++foreign_frames_;
+    }
+}
+
+}  // namespace haptable

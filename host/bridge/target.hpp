@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo at the other end of a serial line: states go out as frames, forces come back (SPEC: the serial line).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "firmware/frame.h"
+#include "host/bridge/line.hpp"
+
+namespace haptable {
+
+/// One force as the target sent it.
+struct TargetForce {
+    std::uint32_t sequence = 0;    ///< of the state that it answers
+    std::uint64_t model_hash = 0;  ///< of the tables that the target runs
+    haptable_output output{};      ///< all but `patch`
+};
+
+class Target {
+public:
+    explicit Target(Line line) : line_(std::move(line)) { frame_reader_init(&reader_); }
+
+    void send(std::uint32_t sequence, const frame_state& state);
+    /// The next whole force of those that have come, without waiting. Garbage before it is skipped and counted.
+    std::optional<TargetForce> take();
+
+    const Line& line() const { return line_; }
+    std::uint64_t skipped_bytes() const { return reader_.skipped_bytes; }  ///< that belonged to no frame
+    std::uint64_t foreign_frames() const { return foreign_frames_; }       ///< whole ones, but not forces
+
+private:
+    Line line_;
+    frame_reader reader_{};
+    std::array<std::uint8_t, 512> buffer_{};
+    std::size_t begin_ = 0, end_ = 0;  ///< of what of the buffer is unread
+    std::uint64_t foreign_frames_ = 0;
+};
+
+}  // namespace haptable

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "tests/bodies.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/file.hpp"
+#include "host/precompute/compliance.hpp"
+
+namespace haptable::test {
+
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d to_vector(const std::array<float, 3>& x) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+/// TetGen's .node and .ele of the cells; returns the .node file. Held nodes are moved nowhere: their box is found
+/// later.
+struct CellMesh {
+    std::vector<Vector3d> point;
+    std::vector<std::array<int, 4>> tet;
+};
+
+CellMesh mesh_of(const Cells& cells) {
+    CellMesh mesh;
+    std::map<std::array<long, 3>, int> seen;
+    const auto add = [&](int i, int j, int k) {
+        const Vector3d x = cells.at(double(i) / cells.count[0], double(j) / cells.count[1], double(k) / cells.count[2]);
+        const std::array<long, 3> key{std::lround(x.x() * 1e9), std::lround(x.y() * 1e9), std::lround(x.z() * 1e9)};
+        const auto [it, fresh] = seen.try_emplace(key, int(mesh.point.size()));
+        if (fresh) mesh.point.push_back(x);
+        return it->second;
+    };
+    for (int i = 0; i < cells.count[0]; ++i)
+        for (int j = 0; j < cells.count[1]; ++j)
+            for (int k = 0; k < cells.count[2]; ++k) {
+                if (!cells.solid(i, j, k)) continue;
+                for (const auto& way : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}) {
+                    std::array<int, 3> at{i, j, k};
+                    std::array<int, 4> tet{add(at[0], at[1], at[2])};
+                    for (std::size_t s = 0; s < 3; ++s) {
+                        ++at[std::size_t(way[s])];
+                        tet[s + 1] = add(at[0], at[1], at[2]);
+                    }
+                    if (std::set<int>(tet.begin(), tet.end()).size() == 4) mesh.tet.push_back(tet);
+                }
+            }
+    return mesh;
+}
+
+void write_tetgen(const CellMesh& mesh, const std::filesystem::path& stem) {
+    std::string nodes = fmt::format("{} 3 0 0\n", mesh.point.size()), tets = fmt::format("{} 4 0\n", mesh.tet.size());
+    for (std::size_t i = 0; i < mesh.point.size(); ++i)
+        nodes +=
+            fmt::format("{} {:.17g} {:.17g} {:.17g}\n", i, mesh.point[i].x(), mesh.point[i].y(), mesh.point[i].z());
+    for (std::size_t i = 0; i < mesh.tet.size(); ++i)
+        tets += fmt::format("{} {} {} {} {}\n", i, mesh.tet[i][0], mesh.tet[i][1], mesh.tet[i][2], mesh.tet[i][3]);
+    write_file(stem.string() + ".node", nodes);
+    write_file(stem.string() + ".ele", tets);
+}
+
+bool always(int, int, int) { return true; }
+
+}  // namespace
+
+Scene cube_scene(int nodes_per_side, double poisson, bool top_only) {
+    Scene scene;
+    scene.file = "cube.toml";
+    scene.name = fmt::format("cube{}nu{:.0f}", nodes_per_side, 100 * poisson);
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = nodes_per_side;
+    scene.material = {1e4, poisson};
+    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    if (top_only) scene.touch.push_back({std::array<double, 6>{0.004, 0.004, 0.03 - 1e-9, 0.026, 0.026, 1}, "", 1});
+    return scene;
+}
+
+Scene mouse_scene(bool front_only) {
+    Scene scene = read_scene("meshes/mouse.toml");
+    if (front_only) scene.touch.push_back({std::array<double, 6>{-1, -1, -1, 0.03, 1, 1}, "", 1});
+    return scene;
+}
+
+Cells sphere_cells(int n, double radius) {
+    return {{n, n, n},
+            [=](double a, double b, double c) {
+                const Vector3d x = 2.0 * Vector3d(a, b, c) - Vector3d::Ones();
+                return Vector3d(x.norm() == 0.0 ? x : radius * x.lpNorm<Eigen::Infinity>() / x.norm() * x);
+            },
+            always,
+            [=](const Vector3d& x) { return x.z() < -0.8 * radius; }};
+}
+
+Cells l_cells(int n, double side) {
+    return {{n, n, n},
+            [=](double a, double b, double c) { return Vector3d(side * Vector3d(a, b, c)); },
+            [=](int i, int, int k) { return i < n / 2 || k < n / 2; },
+            [](const Vector3d& x) { return x.z() < 1e-9; }};
+}
+
+Cells plate_cells(int n, double side, double thickness) {
+    return {{n, n, 2},
+            [=](double a, double b, double c) { return Vector3d(side * a, side * b, thickness * c); },
+            always,
+            [=](const Vector3d& x) {
+                return std::min({x.x(), x.y(), side - x.x(), side - x.y()}) < 0.51 * side / n;
+            }};
+}
+
+Cells wedge_cells(int n, double length, double height) {
+    return {
+        {n, n, n},
+        [=](double a, double b, double c) { return Vector3d(height * (a - 0.5) * (1.0 - c), length * b, height * c); },
+        always,
+        [](const Vector3d& x) { return x.z() < 1e-9; }};
+}
+
+Cells needle_cells(int n, double length, double width) {
+    return {{2, 2, n},
+            [=](double a, double b, double c) {
+                const double w = width * (1.0 - 0.95 * c);
+                return Vector3d(w * (a - 0.5), w * (b - 0.5), length * c);
+            },
+            always,
+            [](const Vector3d& x) { return x.z() < 1e-9; }};
+}
+
+Cells torus_cells(int around, int across, double major, double minor) {
+    return {{around, across, across},
+            [=](double a, double b, double c) {
+                const double turn = 2.0 * std::numbers::pi * (a == 1.0 ? 0.0 : a);
+                const Eigen::Vector2d q = 2.0 * Eigen::Vector2d(b, c) - Eigen::Vector2d::Ones();
+                const Eigen::Vector2d disc =
+                    q.norm() == 0.0 ? q : Eigen::Vector2d(minor * q.lpNorm<Eigen::Infinity>() / q.norm() * q);
+                const double r = major + disc.x();
+                return Vector3d(r * std::cos(turn), r * std::sin(turn), disc.y());
+            },
+            always,
+            [=](const Vector3d& x) { return x.z() < -0.8 * minor; }};
+}
+
+ElasticBody::ElasticBody(Scene scene, const std::string& force, double mask_radius_m) {
+    scene.contact.force = force;
+    scene.contact.mask_radius_m = mask_radius_m;
+    load(scene);
+}
+
+ElasticBody::ElasticBody(const Cells& cells, const std::string& name, const std::string& force, double mask_radius_m) {
+    const CellMesh mesh = mesh_of(cells);
+    write_tetgen(mesh, folder_.path() / name);
+    Scene scene;
+    scene.file = name + ".toml";
+    scene.name = name;
+    scene.mesh.file = folder_.path() / (name + ".node");
+    scene.material = {1e4, 0.3};
+    scene.contact.force = force;
+    scene.contact.mask_radius_m = mask_radius_m;
+    for (const Vector3d& x : mesh.point) {  // a box around each held node: the cells are larger than its slack
+        if (!cells.held(x)) continue;
+        const double e = 1e-9;
+        scene.fixed.push_back(
+            {std::array<double, 6>{x.x() - e, x.y() - e, x.z() - e, x.x() + e, x.y() + e, x.z() + e}, "", 1});
+    }
+    load(scene);
+}
+
+void ElasticBody::load(const Scene& scene) {
+    scene_ = scene;
+    scene_.tables.columns = "none";
+    Progress progress(true);
+    const auto out = folder_.path() / "out";
+    precompute(scene_, out, progress);
+    tables_ = read_tables(out);
+    servo_ = build_model(tables_);
+}
+
+haptable_model ElasticBody::model(const std::string& god_object) const {
+    Tables tables;
+    tables.force = tables_.force;
+    tables.god_object = god_object;
+    tables.model_hash = tables_.model_hash;
+    tables.max_force_n = tables_.max_force_n;
+    tables.rigid_stiffness_n_per_m = tables_.rigid_stiffness_n_per_m;
+    return model_in_memory(tables, servo_);
+}
+
+const Eigen::MatrixXd& ElasticBody::compliance() const {
+    if (compliance_) return *compliance_;
+    const Body body = make_body(scene_, make_mesh(scene_.mesh));
+    const auto k = assemble_free(scene_, body);
+    const Factor factor(k);
+    std::vector<std::int32_t> node;
+    for (std::int32_t i : body.touch_node) node.push_back(body.unknown[std::size_t(i)]);
+    const auto n = Eigen::Index(node.size());
+    compliance_ = std::make_unique<Eigen::MatrixXd>(3 * n, 3 * n);
+    Progress progress(true);
+    solve_columns(factor, k, node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
+        for (Eigen::Index i = 0; i < n; ++i)
+            compliance_->block(3 * i, 3 * Eigen::Index(first), 3, x.cols()) = x.middleRows<3>(3 * node[std::size_t(i)]);
+    });
+    return *compliance_;
+}
+
+Vector3d ElasticBody::corner(int patch, int c) const { return to_vector(servo_.vertex_m[vertex(patch, c)]); }
+
+Vector3d ElasticBody::point(int patch, const Vector3d& alpha) const {
+    return alpha[0] * corner(patch, 0) + alpha[1] * corner(patch, 1) + alpha[2] * corner(patch, 2);
+}
+
+Vector3d ElasticBody::normal(int patch) const {
+    return (corner(patch, 1) - corner(patch, 0)).cross(corner(patch, 2) - corner(patch, 0)).normalized();
+}
+
+Eigen::VectorXd ElasticBody::weights(int patch, const Vector3d& alpha) const {
+    Eigen::VectorXd w = Eigen::VectorXd::Zero(Eigen::Index(servo_.free_count));
+    const ComplianceTables& c = tables_.compliance;
+    if (c.degree != 4) {
+        for (int i = 0; i < 3; ++i)
+            if (is_free(vertex(patch, i))) w[Eigen::Index(vertex(patch, i))] += alpha[i];
+        return w;
+    }
+    const auto add = [&](std::size_t control, double share) {
+        for (auto i = std::size_t(c.spread_begin[control]); i < std::size_t(c.spread_begin[control + 1]); ++i) {
+            const auto at = std::lower_bound(tables_.node_id.begin(), tables_.node_id.end(), c.spread_node[i]);
+            if (at != tables_.node_id.end() && *at == c.spread_node[i])
+                w[at - tables_.node_id.begin()] += share * double(c.spread_weight[i]);
+        }
+    };
+    for (int i = 0; i < 3; ++i) {
+        const int a = (i + 1) % 3, b = (i + 2) % 3;
+        const auto node = [&](int corner) { return servo_.node[vertex(patch, corner)]; };
+        const auto v = std::lower_bound(c.vertex_id.begin(), c.vertex_id.end(), node(i)) - c.vertex_id.begin();
+        const std::array<std::int32_t, 2> edge{std::min(node(a), node(b)), std::max(node(a), node(b))};
+        const auto e = std::lower_bound(c.edge_id.begin(), c.edge_id.end(), edge) - c.edge_id.begin();
+        add(std::size_t(v), alpha[i] * alpha[i]);
+        add(c.vertex_id.size() + std::size_t(e), 2.0 * alpha[a] * alpha[b]);
+    }
+    return w;
+}
+
+Eigen::Matrix3d ElasticBody::compliance_at(int patch, const Vector3d& alpha) const {
+    const Eigen::VectorXd w = weights(patch, alpha);
+    Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < w.size(); ++i)
+        for (Eigen::Index j = 0; j < w.size(); ++j)
+            if (w[i] != 0.0 && w[j] != 0.0) c += w[i] * w[j] * compliance().block<3, 3>(3 * i, 3 * j);
+    return c;
+}
+
+int ElasticBody::patch_over(double x, double y, Vector3d& alpha) const {
+    int best = -1;
+    double highest = -HUGE_VAL;
+    for (int p = 0; p < patches(); ++p) {
+        std::array<Vector3d, 3> v{corner(p, 0), corner(p, 1), corner(p, 2)};
+        const auto twice = [&](const Vector3d& a, const Vector3d& b) {
+            return (a.x() - x) * (b.y() - y) - (a.y() - y) * (b.x() - x);
+        };
+        const Vector3d area(twice(v[1], v[2]), twice(v[2], v[0]), twice(v[0], v[1]));
+        if (area.sum() <= 0.0 || area.minCoeff() < -1e-12 * area.sum()) continue;
+        const Vector3d here = area / area.sum();
+        if (point(p, here).z() <= highest) continue;
+        highest = point(p, here).z();
+        alpha = here;
+        best = p;
+    }
+    return best;
+}
+
+haptable_contact contact_at(const ElasticBody& body, int patch, const Vector3d& alpha) {
+    haptable_contact contact{};
+    contact.patch = std::uint16_t(patch);
+    Vector3d rounded;
+    for (int c = 0; c < 3; ++c) {
+        contact.alpha[c] = float(alpha[c]);
+        rounded[c] = double(contact.alpha[c]);
+    }
+    const Vector3d g = body.point(patch, rounded);
+    for (int c = 0; c < 3; ++c) contact.god_object_m[c] = float(g[c]);
+    return contact;
+}
+
+}  // namespace haptable::test

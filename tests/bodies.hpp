@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Elastic bodies through the whole way: scene, precompute, tables, the servo's model. And what the servo's forces must
+// agree with: L from plain solves, in double.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "codegen/model.hpp"
+#include "firmware/haptable.h"
+#include "host/precompute/precompute.hpp"
+#include "host/scene/scene.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+
+/// The paper's cube: its bottom held still. `top_only`: only the middle 22 mm of its top may be touched.
+Scene cube_scene(int nodes_per_side, double poisson, bool top_only = false);
+/// The mouse; `front_only`: only where x < 30 mm.
+Scene mouse_scene(bool front_only = false);
+
+/// A body of cells that are cut into six tetrahedra each. `at` maps the grid (0..nx, 0..ny, 0..nz) to metres; points
+/// that fall together are one node; `solid` says which cells there are. Its nodes with `held` are fixed.
+struct Cells {
+    std::array<int, 3> count;
+    std::function<Eigen::Vector3d(double, double, double)> at;
+    std::function<bool(int, int, int)> solid;
+    std::function<bool(const Eigen::Vector3d&)> held;
+};
+Cells sphere_cells(int n, double radius);                               // a ball, its lower cap held
+Cells l_cells(int n, double side);                                      // a cube without a quarter
+Cells plate_cells(int n, double side, double thickness);                // held at its rim
+Cells wedge_cells(int n, double length, double height);                 // a ridge along y over a held base
+Cells needle_cells(int n, double length, double width);                 // a tapering tip upwards
+Cells torus_cells(int around, int across, double major, double minor);  // lying on a held strip
+
+class ElasticBody {
+public:
+    /// Runs precompute with this force; the god-object may be changed later.
+    ElasticBody(Scene scene, const std::string& force, double mask_radius_m = 0.0);
+    ElasticBody(const Cells& cells, const std::string& name, const std::string& force, double mask_radius_m = 0.0);
+    ElasticBody(const ElasticBody&) = delete;
+    ElasticBody& operator=(const ElasticBody&) = delete;
+
+    const std::string& name() const { return tables_.name; }
+    const Tables& tables() const { return tables_; }
+    const ServoModel& servo() const { return servo_; }
+    /// The servo's model with the scene's force and this god-object.
+    haptable_model model(const std::string& god_object = "nearest") const;
+    /// L over the touchable free nodes, m/N, [3 n, 3 n] in the order of the vertices, by solves; made when first asked.
+    const Eigen::MatrixXd& compliance() const;
+
+    Eigen::Vector3d corner(int patch, int c) const;
+    Eigen::Vector3d point(int patch, const Eigen::Vector3d& alpha) const;
+    Eigen::Vector3d normal(int patch) const;
+    double size() const { return static_cast<double>(servo_.tolerance_m) * 0x1p20; }
+    std::size_t vertex(int patch, int c) const {
+        return servo_.patch[static_cast<std::size_t>(patch)][static_cast<std::size_t>(c)];
+    }
+    bool is_free(std::size_t vertex) const { return vertex < servo_.free_count; }
+    int patches() const { return static_cast<int>(servo_.patch.size()); }
+    /// The load's share of every touchable free node at a point: alpha of the patch, or the mask; [n].
+    Eigen::VectorXd weights(int patch, const Eigen::Vector3d& alpha) const;
+    /// C = sum w_a w_b L_ab from the solves.
+    Eigen::Matrix3d compliance_at(int patch, const Eigen::Vector3d& alpha) const;
+    /// The patch (from outside upwards) over x, y, and its area coordinates there. -1 where there is none.
+    int patch_over(double x, double y, Eigen::Vector3d& alpha) const;
+
+private:
+    void load(const Scene& scene);
+
+    TemporaryFolder folder_;
+    Tables tables_;
+    ServoModel servo_;
+    Scene scene_;
+    mutable std::unique_ptr<Eigen::MatrixXd> compliance_;
+};
+
+/// A contact that stands at a point of a patch.
+haptable_contact contact_at(const ElasticBody& body, int patch, const Eigen::Vector3d& alpha);
+
+}  // namespace haptable::test

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The consistent force and the pressure mask, against L from plain solves.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include "tests/bodies.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+Vector3d random_alpha(std::mt19937& random) {
+    std::exponential_distribution<double> e;
+    const Vector3d a(e(random), e(random), e(random));
+    return a / a.sum();
+}
+
+Vector3d random_vector(std::mt19937& random, double size) {
+    std::normal_distribution<double> normal;
+    return size * Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+/// What one contact gives, in double.
+struct Pressed {
+    Vector3d u, force, load;
+    Vector3d alpha;
+};
+
+Pressed press(const ElasticBody& body, const haptable_model& model, int patch, const Vector3d& alpha,
+              const Vector3d& u) {
+    const haptable_contact contact = contact_at(body, patch, alpha);
+    float finger[3], nodal[3][3], force[3];
+    for (int c = 0; c < 3; ++c) finger[c] = contact.god_object_m[c] + float(u[c]);
+    model.force(&model, &contact, finger, nodal, force);
+    Pressed pressed;
+    pressed.u = to_vector(finger) - to_vector(contact.god_object_m);
+    pressed.force = to_vector(force);
+    pressed.load = Vector3d::Zero();
+    for (const auto& f : nodal) pressed.load += to_vector(f);
+    pressed.alpha = to_vector(contact.alpha);
+    return pressed;
+}
+
+/// How far the loaded contact point moves from where it should, relative to u: largest of many points.
+double worst_gap(const ElasticBody& body, int points, int* lifted) {
+    const haptable_model model = body.model();
+    std::mt19937 random(1);
+    std::uniform_int_distribution<int> any(0, body.patches() - 1);
+    double worst = 0.0;
+    *lifted = 0;
+    for (int i = 0; i < points; ++i) {
+        const int patch = any(random);
+        const Pressed pressed = press(body, model, patch, random_alpha(random), random_vector(random, 0.001));
+        const Matrix3d c = body.compliance_at(patch, pressed.alpha);
+        const double gap = (c * pressed.load - pressed.u).norm() / pressed.u.norm();
+        double fixed = 0.0;
+        for (int corner = 0; corner < 3; ++corner)
+            if (!body.is_free(body.vertex(patch, corner))) fixed += pressed.alpha[corner];
+        if (fixed / 1000.0 > c.trace() / 3.0) {
+            ++*lifted;
+            EXPECT_LE(gap, 1.0 + 1e-6);
+            EXPECT_LT(pressed.load.norm(), 4.0 * 1000.0 * pressed.u.norm() / fixed);
+            continue;
+        }
+        worst = std::max(worst, gap);
+    }
+    return worst;
+}
+
+TEST(ConsistentForce, TheLoadedContactPointMeetsTheFinger) {
+    for (double poisson : {0.3, 0.49}) {
+        const ElasticBody body(cube_scene(5, poisson), "consistent");
+        int lifted = 0;
+        EXPECT_LT(worst_gap(body, 10000, &lifted), 1e-5) << body.name();
+        EXPECT_GT(lifted, 100) << "the held bottom";
+    }
+}
+
+TEST(ConsistentForce, TheLoadedContactPointMeetsTheFingerOnTheMouse) {
+    const ElasticBody body(mouse_scene(true), "consistent");
+    int lifted = 0;
+    EXPECT_LT(worst_gap(body, 10000, &lifted), 1e-5);
+}
+
+// The paper's force leaves the contact point about half way to the finger (theory: DESIGN).
+TEST(ConsistentForce, ThePapersForceDoesNot) {
+    const ElasticBody body(cube_scene(5, 0.3), "interpolated");
+    int lifted = 0;
+    EXPECT_GT(worst_gap(body, 1000, &lifted), 0.3);
+}
+
+TEST(ConsistentForce, APatchOfThreeFixedNodesHasTheRigidStiffness) {
+    for (const char* force : {"consistent", "pressure-mask"}) {
+        const ElasticBody body(cube_scene(5, 0.3), force, force == std::string("consistent") ? 0.0 : 0.003);
+        const haptable_model model = body.model();
+        int found = 0;
+        for (int patch = 0; patch < body.patches(); ++patch) {
+            bool all = true;
+            for (int c = 0; c < 3; ++c) all &= !body.is_free(body.vertex(patch, c));
+            if (!all) continue;
+            ++found;
+            const Pressed pressed = press(body, model, patch, Vector3d(0.2, 0.5, 0.3), Vector3d(1e-4, -2e-4, 3e-4));
+            EXPECT_LT((pressed.force + 1000.0 * pressed.u).norm(), 1e-3 * pressed.force.norm()) << force;
+        }
+        EXPECT_GT(found, 10);
+    }
+}
+
+// Over edges the two patches of an edge give the same force, bit for bit or to rounding.
+TEST(Compliance, TheForceIsTheSameFromBothPatchesOfAnEdge) {
+    for (const char* force : {"consistent", "pressure-mask"}) {
+        const ElasticBody body(cube_scene(5, 0.3), force, force == std::string("consistent") ? 0.0 : 0.01);
+        const haptable_model model = body.model();
+        int checked = 0;
+        for (int patch = 0; patch < body.patches(); ++patch)
+            for (int c = 0; c < 3; ++c) {
+                const std::uint16_t across = model.neighbour[patch][c];
+                ASSERT_NE(across, HAPTABLE_NONE);
+                Vector3d here = Vector3d::Zero(), there = Vector3d::Zero();
+                for (int k = 1; k <= 2; ++k) {
+                    const int corner = (c + k) % 3;
+                    here[corner] = k == 1 ? 0.3 : 0.7;
+                    for (int d = 0; d < 3; ++d)
+                        if (body.vertex(across, d) == body.vertex(patch, corner)) there[d] = here[corner];
+                }
+                const Vector3d u(1e-3, 2e-3, -3e-3);
+                const Pressed a = press(body, model, patch, here, u), b = press(body, model, across, there, u);
+                EXPECT_LT((a.force - b.force).norm(), 2e-6 * a.force.norm());
+                ++checked;
+            }
+        EXPECT_EQ(checked, 3 * body.patches());
+    }
+}
+
+TEST(PressureMask, TheForceIsThatOfAllNodesUnderTheMask) {
+    for (double radius : {0.004, 0.012}) {
+        const ElasticBody body(cube_scene(5, 0.3), "pressure-mask", radius);
+        int lifted = 0;
+        EXPECT_LT(worst_gap(body, 3000, &lifted), 1e-5) << radius;
+    }
+}
+
+TEST(PressureMask, ItsWeightsSumToOneAndFollowTheGodObjectContinuously) {
+    const ElasticBody body(cube_scene(5, 0.3), "pressure-mask", 0.009);
+    Vector3d alpha;
+    Eigen::VectorXd before;
+    for (int i = 0; i <= 2000; ++i) {
+        const double t = i / 2000.0;
+        const int patch = body.patch_over(0.009 + 0.012 * t, 0.011 + 0.007 * t, alpha);
+        const Eigen::VectorXd w = body.weights(patch, alpha);
+        EXPECT_NEAR(w.sum(), 1.0, 1e-6);
+        if (i > 0) {
+            EXPECT_LT((w - before).norm(), 0.003) << i;
+        }
+        before = w;
+    }
+}
+
+/// Normal stiffness of the top at (x, y), N/m.
+double stiffness(const ElasticBody& body, const haptable_model& model, double x, double y) {
+    Vector3d alpha;
+    const int patch = body.patch_over(x, y, alpha);
+    const Pressed pressed = press(body, model, patch, alpha, Vector3d(0, 0, -0.001));
+    return pressed.force.z() / 0.001;
+}
+
+double mean_stiffness(const ElasticBody& body) {
+    const haptable_model model = body.model();
+    double sum = 0.0;
+    for (int i = -1; i <= 1; ++i)
+        for (int j = -1; j <= 1; ++j) sum += stiffness(body, model, 0.015 + 0.0021 * i, 0.015 + 0.0013 * j);
+    return sum / 9.0;
+}
+
+/// (max - min) / mean while sliding 7 mm over the middle of the top.
+double ripple(const ElasticBody& body) {
+    const haptable_model model = body.model();
+    double low = 1e9, high = 0.0, sum = 0.0;
+    constexpr int kSteps = 700;
+    for (int i = 0; i < kSteps; ++i) {
+        const double t = -0.0035 + 0.007 * i / (kSteps - 1.0);
+        const double k = stiffness(body, model, 0.015 + 0.9487 * t, 0.0153 + 0.3162 * t);
+        low = std::min(low, k);
+        high = std::max(high, k);
+        sum += k;
+    }
+    return (high - low) / (sum / kSteps);
+}
+
+TEST(PressureMask, ItsStiffnessIsTheObjectsAndNotTheMeshs) {
+    std::vector<double> mean;
+    for (int nodes : {13, 17, 25})
+        mean.push_back(mean_stiffness({cube_scene(nodes, 0.3, true), "pressure-mask", 0.005}));
+    for (double k : mean) {
+        EXPECT_NEAR(k, mean.back(), 0.03 * mean.back());
+        RecordProperty("n_per_m", std::to_string(k));
+    }
+    const double coarse = mean_stiffness({cube_scene(13, 0.3, true), "interpolated"});
+    const double fine = mean_stiffness({cube_scene(25, 0.3, true), "interpolated"});
+    EXPECT_GT(coarse / fine, 1.7) << "the paper's force halves with the mesh";
+}
+
+TEST(PressureMask, SlidingOverTheMeshIsSmooth) {
+    const ElasticBody mask(cube_scene(13, 0.3, true), "pressure-mask", 0.005);
+    const ElasticBody interpolated(cube_scene(13, 0.3, true), "interpolated");
+    const ElasticBody consistent(cube_scene(13, 0.3, true), "consistent");
+    const double r = ripple(mask);
+    EXPECT_LT(r, 0.05);
+    EXPECT_GT(ripple(interpolated), 5.0 * r);
+    EXPECT_GT(ripple(consistent), 5.0 * r);
+    printf("ripple: mask %.4f, interpolated %.4f, consistent %.4f\n", r, ripple(interpolated), ripple(consistent));
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The other end of a line: two named pipes, and a servo that answers frames as firmware/port/loop.c does.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <functional>
+#include <vector>
+
+#include "firmware/frame.h"
+#include "host/bridge/line.hpp"
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Two named pipes, opened so that nobody waits for anybody.
+class Pipes {
+public:
+    Pipes() {
+        for (const auto& path : {to_target(), from_target()})
+            if (mkfifo(path.c_str(), 0600) != 0) throw std::runtime_error("mkfifo");
+        // Read and write: a pipe that has lost its partner for a while is not at its end.
+        in_ = open(to_target().c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+        out_ = open(from_target().c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    }
+    ~Pipes() { end(); }
+    Pipes(const Pipes&) = delete;
+    Pipes& operator=(const Pipes&) = delete;
+
+    std::string to_target() const { return (folder_ / "to").string(); }
+    std::string from_target() const { return (folder_ / "from").string(); }
+    Line line() const { return Line::pipes(to_target(), from_target()); }
+
+    /// What has come to the target's end.
+    Bytes take() const { return take_from(in_); }
+    /// From the target's end.
+    void put(const Bytes& bytes) const {
+        if (write(out_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+            throw std::runtime_error("the pipe is full");
+    }
+    /// The same pipes seen from the other end: for a relay.
+    Bytes take_answers() const { return take_from(out_); }
+    void put_to_target(const Bytes& bytes) const {
+        if (write(in_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+            throw std::runtime_error("the pipe is full");
+    }
+    /// No more bytes: who reads comes to the end.
+    void end() {
+        for (int* fd : {&in_, &out_}) {
+            if (*fd >= 0) close(*fd);
+            *fd = -1;
+        }
+    }
+
+private:
+    static Bytes take_from(int fd) {
+        Bytes bytes(65536);
+        const ssize_t got = read(fd, bytes.data(), bytes.size());
+        bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+        return bytes;
+    }
+
+    WorkFolder folder_;
+    int in_ = -1, out_ = -1;
+};
+
+/// Answers states; a repeated one as before.
+class FakeTarget {
+public:
+    FakeTarget(const haptable_model* model, const Pipes& pipes) : model_(model), pipes_(pipes) {
+        haptable_init(&servo_);
+        frame_reader_init(&reader_);
+    }
+
+    /// How many states it has found among the bytes that have come.
+    int answer() {
+        int states = 0;
+        for (const std::uint8_t byte : pipes_.take()) {
+            frame whole{};
+            frame_state state{};
+            if (frame_read(&reader_, byte, &whole) == 0 || frame_take_state(&whole, &state) == 0) continue;
+            ++states;
+            if (whole.sequence != last_ || states_ == 0) {
+                haptable_watch(&servo_, state.time_us, &output_);
+                haptable_step(model_, &servo_, state.position_m, state.time_us, &output_);
+            }
+            ++states_;
+            last_ = whole.sequence;
+            Bytes bytes(FRAME_BYTES);
+            bytes.resize(frame_write_force(whole.sequence, hash, &output_, bytes.data()));
+            pipes_.put(bytes);
+        }
+        return states;
+    }
+
+    std::uint64_t hash = SoftBox::kHash;
+    const haptable_counters& counters() const { return servo_.counters; }
+    haptable_output& output() { return output_; }
+
+private:
+    const haptable_model* model_;
+    const Pipes& pipes_;
+    haptable_servo servo_{};
+    haptable_output output_{};
+    frame_reader reader_{};
+    std::uint32_t last_ = 0;
+    int states_ = 0;
+};
+
+}  // namespace haptable::test

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A target behind two pipes as the servo of a device: what is published, asked again, refused, and when it gives up.
+#include "host/bridge/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "host/base/error.hpp"
+#include "tests/host/bridge/fake_target.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr std::int64_t kSimulated = 0, kReal = 2'000'000'000'000;
+
+class BridgeSessionTest : public testing::Test {
+protected:
+    BridgeSessionTest() {
+        connection.subscribe<servo_force>(kForceChannel,
+                                          [this](const servo_force& force, std::int64_t) { forces.push_back(force); });
+        connection.subscribe<contact>(kContactChannel,
+                                      [this](const contact& load, std::int64_t) { loads.push_back(load); });
+        connection.subscribe<servo_status>(kStatusChannel,
+                                           [this](const servo_status& status, std::int64_t) { last_status = status; });
+    }
+    static BridgeOptions impatient() {
+        BridgeOptions options;
+        options.retry = std::chrono::microseconds(1);
+        options.patience_s = 0.05;
+        return options;
+    }
+
+    /// Pressed deeper with every state; `seq` 0 is outside.
+    void publish(std::int64_t seq, std::int64_t begin_us = kSimulated) {
+        device_state state{};
+        state.utime = begin_us + seq * 1000;
+        state.seq = seq;
+        state.position_m[0] = 0.011;
+        state.position_m[1] = 0.017;
+        state.position_m[2] = 0.0301 - 1e-4 * static_cast<double>(seq);
+        connection.publish(kStateChannel, state);
+        handle_all(connection);
+    }
+    void exchange() {
+        target.answer();
+        session.take_answers();
+        handle_all(connection);
+    }
+
+    SoftBox box;
+    Pipes pipes;
+    Connection connection{"memq://"};
+    Target line{pipes.line()};
+    FakeTarget target{box.scene().model, pipes};
+    BridgeSession session{box.scene(), connection, line, impatient(), nullptr};
+    std::vector<servo_force> forces;
+    std::vector<contact> loads;
+    servo_status last_status{};
+};
+
+TEST_F(BridgeSessionTest, PublishesWhatTheTargetAnswers) {
+    for (std::int64_t seq = 0; seq < 20; ++seq) {
+        publish(seq);
+        exchange();
+        ASSERT_EQ(forces.size(), static_cast<std::size_t>(seq) + 1);
+        EXPECT_EQ(forces.back().seq, seq);
+        EXPECT_EQ(forces.back().utime, seq * 1000);
+        for (int a = 0; a < 3; ++a) EXPECT_EQ(forces.back().force_n[a], double(target.output().force_n[a]));
+        ASSERT_EQ(loads.size(), forces.size());
+    }
+    EXPECT_GT(forces.back().force_n[2], 0.0);
+    ASSERT_EQ(loads.back().count, 3);
+    for (int c = 0; c < 3; ++c) {
+        // Mesh nodes, which are numbered otherwise than the target's vertices.
+        EXPECT_EQ(loads.back().node[std::size_t(c)],
+                  static_cast<std::int32_t>(box.scene().node[target.output().vertex[c]]));
+        EXPECT_EQ(loads.back().force_n[std::size_t(c)][2], double(target.output().nodal_force_n[c][2]));
+    }
+    EXPECT_EQ(session.report().contact_ticks, 18);
+}
+
+TEST_F(BridgeSessionTest, AsksAgainAndStepsOnce) {
+    publish(0);
+    pipes.take();  // lost on its way
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    session.watch(Clock::now());
+    exchange();
+    ASSERT_EQ(forces.size(), 1U);
+    publish(1);
+    target.answer();
+    pipes.take_answers();  // the answer was lost
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    session.watch(Clock::now());
+    exchange();
+    ASSERT_EQ(forces.size(), 2U);
+    EXPECT_EQ(target.counters().ticks, 2U);
+    EXPECT_EQ(session.report().resent_frames, 2);
+    publish(1);  // the device did not get it
+    EXPECT_EQ(forces.size(), 3U);
+    EXPECT_EQ(target.answer(), 0);
+    EXPECT_EQ(session.report().repeated_states, 1);
+}
+
+TEST_F(BridgeSessionTest, AnOvertakenAnswerIsCountedAndNotPublished) {
+    publish(0, kReal);
+    publish(1, kReal);
+    exchange();  // both answers come now
+    ASSERT_EQ(forces.size(), 1U);
+    EXPECT_EQ(forces.back().seq, 1);
+    EXPECT_EQ(session.report().lost_answers, 1);
+    EXPECT_EQ(session.report().stale_answers, 1);
+}
+
+TEST_F(BridgeSessionTest, RefusesATargetWithOtherTables) {
+    target.hash = 77;
+    publish(0);
+    target.answer();
+    try {
+        session.take_answers();
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("model 000000000000004d"), std::string::npos) << error.what();
+    }
+}
+
+// A force that no servo of these tables gives does not reach the device, whatever its CRC says.
+TEST_F(BridgeSessionTest, GatesForces) {
+    publish(0);
+    haptable_output wild{};
+    Bytes bytes(FRAME_BYTES);
+    for (const float force_n : {2.0F * box.scene().model->max_force_n, std::nanf("")}) {
+        wild.force_n[1] = force_n;
+        pipes.put(Bytes(bytes.begin(), bytes.begin() + frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
+    }
+    wild.force_n[1] = 0.0F;
+    wild.state = HAPTABLE_CONTACT;
+    wild.vertex[2] = 60000;
+    pipes.put(Bytes(bytes.begin(), bytes.begin() + frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
+    session.take_answers();
+    handle_all(connection);
+    EXPECT_TRUE(forces.empty());
+    EXPECT_EQ(session.report().rejected_forces, 3);
+    exchange();
+    EXPECT_EQ(forces.size(), 1U);
+}
+
+TEST_F(BridgeSessionTest, GivesZeroForceOnceWhenTheDeviceIsSilent) {
+    for (std::int64_t seq = 0; seq < 9; ++seq) {
+        publish(seq, kReal);
+        exchange();
+    }
+    ASSERT_NE(forces.back().force_n[2], 0.0);
+    const std::size_t before = forces.size();
+    for (int i = 0; i < 3; ++i) {
+        session.watch(Clock::now() + std::chrono::milliseconds(21));
+        handle_all(connection);
+    }
+    ASSERT_EQ(forces.size(), before + 1);
+    EXPECT_EQ(forces.back().force_n[2], 0.0);
+    EXPECT_EQ(int{forces.back().servo_state}, HAPTABLE_SILENT);
+    EXPECT_EQ(loads.back().count, 0);
+}
+
+TEST_F(BridgeSessionTest, GivesUpOnADeafTarget) {
+    publish(0);
+    EXPECT_THROW(
+        {
+            for (int i = 0; i < 200; ++i) {
+                pipes.take();
+                session.watch(Clock::now());
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+        },
+        Error);
+}
+
+TEST_F(BridgeSessionTest, StatusCounts) {
+    publish(0);
+    exchange();
+    pipes.put({1, 2, 3});
+    session.take_answers();
+    session.publish_status();
+    handle_all(connection);
+    const auto value = [this](const std::string& name) {
+        for (std::size_t i = 0; i < last_status.name.size(); ++i)
+            if (last_status.name[i] == name) return last_status.value[i];
+        return std::int64_t{-1};
+    };
+    EXPECT_EQ(value("ticks"), 1);
+    EXPECT_EQ(value("skipped_bytes"), 3);
+    EXPECT_EQ(value("resent_frames"), 0);
+}
+
+// ---- lines ---------------------------------------------------------------------------------------------------------
+
+std::string error_of(const std::function<void()>& work) {
+    try {
+        work();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(Line, ErrorsNameThePath) {
+    WorkFolder folder;
+    EXPECT_NE(error_of([] { Line::open("/dev/ttyNONE", 115200); }).find("/dev/ttyNONE"), std::string::npos);
+    write_file(folder / "file", "x");
+    EXPECT_NE(error_of([&] { Line::open(folder / "file", 115200); }).find("serial port"), std::string::npos);
+    EXPECT_NE(error_of([&] { Line::pipes(folder / "a", folder / "b"); }).find("mkfifo"), std::string::npos);
+    EXPECT_NE(error_of([] { Line::open("/dev/ptmx", 12345); }).find("--baud 12345"), std::string::npos);
+}
+
+/// Reads until `count` bytes have come or 5 s have passed.
+Bytes read_from(Line& line, std::size_t count) {
+    Bytes all;
+    std::array<std::uint8_t, 64> some{};
+    for (int tries = 0; tries < 5000 && all.size() < count; ++tries) {
+        const std::size_t got = line.read(some);
+        all.insert(all.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(got));
+        if (got == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return all;
+}
+
+/// Every byte value: a terminal that is not raw would change some.
+Bytes every_byte() {
+    Bytes bytes;
+    for (int b = 0; b < 256; ++b) bytes.push_back(static_cast<std::uint8_t>(b));
+    return bytes;
+}
+
+TEST(Line, ATtyIsRaw) {
+    const int master = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(master, 0);
+    ASSERT_EQ(grantpt(master), 0);
+    ASSERT_EQ(unlockpt(master), 0);
+    Line line = Line::open(ptsname(master), 115200);
+    const Bytes bytes = every_byte();
+    ASSERT_EQ(write(master, bytes.data(), bytes.size()), 256);
+    EXPECT_EQ(read_from(line, 256), bytes);
+    line.write(bytes);
+    Bytes back(256);
+    std::size_t got = 0;
+    while (got < 256) got += static_cast<std::size_t>(read(master, back.data() + got, 256 - got));
+    EXPECT_EQ(back, bytes);
+    close(master);
+}
+
+TEST(Line, AProgramIsALineAndItsEndIsAnError) {
+    Line cat = Line::program("cat");
+    cat.write(every_byte());
+    EXPECT_EQ(read_from(cat, 256), every_byte());
+    Line ended = Line::program("true");
+    EXPECT_NE(error_of([&] { read_from(ended, 1); }).find("closed"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace haptable::test

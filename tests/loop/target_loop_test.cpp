@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The microcontroller in the loop: the loop image under QEMU, the bridge, the simulated device. The forces are those of
+// the host's servo, bit for bit, and noise on the line changes none.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/bridge/session.hpp"
+#include "host/target/image.hpp"
+#include "host/target/strokes.hpp"
+#include "tests/host/bridge/fake_target.hpp"
+#include "tests/loop/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+std::string build_folder() {
+    const char* build = std::getenv("BUILD");
+    return build != nullptr && *build != '\0' ? build : "build";
+}
+
+std::string elf(const std::string& target, const std::string& image) {
+    return build_folder() + "/cube/firmware/" + target + "/" + image + ".elf";
+}
+
+class TargetLoop : public testing::Test {
+protected:
+    void SetUp() override {
+        url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+        setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+        for (const std::string& program : {servo, device, bridge})
+            if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built: make scene";
+        const std::string missing = TargetImage(build_folder(), "cube", "cortex-m7").missing();
+        if (!missing.empty()) GTEST_SKIP() << missing;
+        try {
+            const Connection connection(url);
+        } catch (const Error& error) {
+            GTEST_SKIP() << error.what();
+        }
+    }
+    void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }
+
+    /// A session in lockstep of `seconds` with the target behind `line`; then the same path through the host's servo.
+    void expect_forces_of_the_host(const std::vector<std::string>& line, const std::string& seconds) {
+        std::vector<std::string> command{bridge,  build_folder() + "/cube",        "--quiet", "--no-realtime",
+                                         "--csv", (folder / "bridge.csv").string()};
+        command.insert(command.end(), line.begin(), line.end());
+        Process bridge_process(command);
+        Process device_process({device, "meshes/cube.toml", "--quiet", "--lockstep", "--path", "drag,poke", "--seconds",
+                                seconds, "--csv", (folder / "device.csv").string()});
+        ASSERT_EQ(device_process.wait_for_exit(), 0);
+        bridge_process.kill(SIGTERM);
+        ASSERT_EQ(bridge_process.wait_for_exit(), 0);
+        std::string path = "x,y,z\n";
+        const std::vector<std::string> lines = lines_of(read_file(folder / "bridge.csv"));
+        for (std::size_t i = 1; i < lines.size(); ++i) {
+            std::size_t begin = lines[i].find(',') + 1, end = begin - 1;
+            for (int comma = 0; comma < 3; ++comma) end = lines[i].find(',', end + 1);
+            path += lines[i].substr(begin, end - begin) + "\n";
+        }
+        write_file(folder / "path.csv", path);
+        Process replay(
+            {servo, "--quiet", "--replay", (folder / "path.csv").string(), "--out", (folder / "host.csv").string()});
+        ASSERT_EQ(replay.wait_for_exit(), 0);
+        EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "bridge.csv"));
+        const auto rows = read_rows(folder / "bridge.csv"), felt = read_rows(folder / "device.csv");
+        ASSERT_EQ(rows.size(), static_cast<std::size_t>(std::stod(seconds) * 1000.0));
+        ASSERT_EQ(felt.size(), rows.size());
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            ASSERT_EQ(felt[i][13], static_cast<double>(i));
+            for (std::size_t a = 0; a < 3; ++a)
+                ASSERT_EQ(static_cast<float>(rows[i][14 + a]), static_cast<float>(felt[i][10 + a])) << i;
+        }
+        EXPECT_GT(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row[4] > 0.0; }), 50);
+    }
+
+    std::string servo = build_folder() + "/cube/servo";
+    std::string device = build_folder() + "/bin/haptable-device";
+    std::string bridge = build_folder() + "/bin/haptable-bridge";
+    std::string url;
+    WorkFolder folder;
+};
+
+TEST_F(TargetLoop, OverPipesGivesTheForcesOfTheHost) {
+    for (const char* target : kTargets) {
+        SCOPED_TRACE(target);
+        const Pipes pipes;
+        const Process image(
+            {"sh", "firmware/qemu.sh", target, elf(target, "loop"), pipes.to_target(), pipes.from_target()});
+        expect_forces_of_the_host({"--pipes", pipes.to_target(), pipes.from_target()}, "1");
+    }
+}
+
+TEST_F(TargetLoop, OverTheUartGivesTheForcesOfTheHost) {
+    for (const char* target : {"cortex-m7", "rv32"}) {
+        SCOPED_TRACE(target);
+        expect_forces_of_the_host(
+            {"--run", "env QEMU_SERIAL=stdio sh firmware/qemu.sh " + std::string(target) + " " + elf(target, "uart")},
+            "0.3");
+    }
+}
+
+// ---- noise -------------------------------------------------------------------------------------------------------
+
+/// Puts garbage, rich in false begins, before what passes, and damages a byte of it now and then.
+class Noise {
+public:
+    Bytes on(Bytes bytes) {
+        if (bytes.empty()) return bytes;
+        if (random_() % 16 == 0) {
+            bytes[random_() % bytes.size()] ^= static_cast<std::uint8_t>(1U << (random_() % 8));
+            ++damaged;
+        }
+        Bytes all(random_() % 700);
+        for (std::uint8_t& byte : all)
+            byte = static_cast<std::uint8_t>(random_() % 4 == 0 ? (random_() % 2 != 0 ? 0xA5 : 0x5A) : random_());
+        garbage += all.size();
+        all.insert(all.end(), bytes.begin(), bytes.end());
+        return all;
+    }
+
+    std::size_t garbage = 0, damaged = 0;
+
+private:
+    std::mt19937 random_{1};
+};
+
+// 10^6 bytes of garbage on the line, both ways, and every sixteenth burst damaged: every state is answered, with the
+// force of the host's servo, and nothing else is published. The image, the bridge's session, LCM within this process.
+TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
+    const TargetImage missing(build_folder(), "cube", "cortex-m7");
+    if (!missing.missing().empty()) GTEST_SKIP() << missing.missing();
+    const Tables tables = read_tables(build_folder() + "/cube");
+    const ServoModel built = build_model(tables);
+    const haptable_model model = model_in_memory(tables, built);
+    const std::vector<std::uint32_t> node(built.node.begin(), built.node.end());
+    const auto path_m = stroke_path(tables, 100);
+    const Pipes near, far;  // bridge to relay, relay to image
+    const Process image(
+        {"sh", "firmware/qemu.sh", "cortex-m7", elf("cortex-m7", "loop"), far.to_target(), far.from_target()});
+    Connection connection("memq://");
+    Target target(near.line());
+    BridgeOptions options;
+    options.retry = std::chrono::microseconds(3000);
+    BridgeSession session({&model, node.data(), "cube"}, connection, target, options, nullptr);
+    std::vector<servo_force> forces;
+    connection.subscribe<servo_force>(kForceChannel,
+                                      [&](const servo_force& force, std::int64_t) { forces.push_back(force); });
+    haptable_servo servo;
+    haptable_init(&servo);
+    Noise noise;
+    const Clock::time_point give_up = Clock::now() + std::chrono::seconds(50);
+    std::size_t tick = 0;
+    for (; noise.garbage < 1'000'000 && tick < path_m.size(); ++tick) {
+        device_state state{};
+        state.seq = static_cast<std::int64_t>(tick);
+        state.utime = state.seq * 1000;
+        for (std::size_t a = 0; a < 3; ++a) state.position_m[a] = double(path_m[tick][a]);
+        connection.publish(kStateChannel, state);
+        while (forces.size() <= tick && Clock::now() < give_up) {
+            handle_all(connection);
+            far.put_to_target(noise.on(near.take()));
+            near.put(noise.on(far.take_answers()));
+            session.take_answers();
+            session.watch(Clock::now());
+        }
+        haptable_output out;
+        haptable_step(&model, &servo, path_m[tick].data(), static_cast<std::uint32_t>(tick * 1000), &out);
+        ASSERT_EQ(forces.size(), tick + 1) << "no answer to state " << tick;
+        ASSERT_EQ(forces.back().seq, static_cast<std::int64_t>(tick));
+        for (int a = 0; a < 3; ++a) ASSERT_EQ(forces.back().force_n[a], double(out.force_n[a])) << "tick " << tick;
+    }
+    const BridgeReport report = session.report();
+    RecordProperty("garbage_bytes", std::to_string(noise.garbage));
+    RecordProperty("ticks", std::to_string(tick));
+    RecordProperty("damaged", std::to_string(noise.damaged));
+    RecordProperty("resent_frames", std::to_string(report.resent_frames));
+    EXPECT_GE(noise.garbage, 1'000'000U);
+    EXPECT_GE(report.resent_frames, static_cast<std::int64_t>(noise.damaged / 2));
+    EXPECT_EQ(report.rejected_forces, 0);
+    EXPECT_EQ(report.foreign_frames, 0);
+    EXPECT_GT(report.contact_ticks, static_cast<std::int64_t>(tick / 3));
+}
+
+}  // namespace
+}  // namespace haptable::test
