@@ -42,20 +42,21 @@ SCENES     = $(call objects,host/scene) $(BASE)
 MESH       = $(call objects,host/mesh) $(BASE)
 FEM        = $(call objects,host/fem) $(BASE)
 FIRMWARE   = $(call objects,firmware)
+SOLVE      = $(call objects,host/solve)
 CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
-PRECOMPUTE = $(call objects,host/precompute) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
+PRECOMPUTE = $(call objects,host/precompute) $(SOLVE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
 LINK       = $(call objects,host/link) $(BASE)
 SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
 BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
-VIEW       = $(call objects,host/view) $(LINK) $(TABLES)
+VIEW       = $(call objects,host/view) $(SOLVE) $(LINK) $(TABLES)
 TARGETED   = $(call objects,host/target) $(CODEGEN)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
 LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lgmp -lmpfr -lpugixml -lz -lxxhash $(LIBS_BASE)
 LIBS_LINK       = -llcm $(LIBS_BASE)
-LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz $(LIBS_LINK)
+LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 
 # Equation 8 is a long product: it wants the widest instructions that this machine has.
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native

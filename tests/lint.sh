@@ -25,13 +25,14 @@ arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/fem
 arrow codegen host/base host/tables codegen firmware/haptable.h firmware/deformation.h
-arrow host/precompute host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+arrow host/solve host/base host/tables host/solve
+arrow host/precompute host/solve host/base host/scene host/mesh host/fem host/tables codegen host/precompute
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
 arrow host/target host/base host/tables host/target firmware/haptable.h
 arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
-arrow host/view host/base host/link host/tables host/view haptable/
+arrow host/view host/base host/link host/tables host/solve host/view haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Large work memory: one mapping for a whole run, in huge pages. Taking and giving back every front would cost a tenth
-// of a long run in the kernel, and leaves holes in the heap.
+// Large work memory: one mapping for a whole run. Taking and giving back every front would cost a tenth of a long run
+// in the kernel, and leaves holes in the heap. (Huge pages cost more than they bring: the kernel compacts memory for
+// them.)
 #pragma once
 
 #include <sys/mman.h>
@@ -11,14 +12,6 @@
 
 namespace haptable {
 
-/// Asks for huge pages in the part of a stretch of memory that can have them; only speed depends on it.
-inline void prefer_huge_pages(void* memory, std::size_t bytes) {
-    constexpr std::size_t kHugePage = std::size_t{2} << 20U;
-    const auto begin = (reinterpret_cast<std::size_t>(memory) + kHugePage - 1) / kHugePage * kHugePage;
-    const auto end = (reinterpret_cast<std::size_t>(memory) + bytes) / kHugePage * kHugePage;
-    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-}
-
 /// [count] numbers of T. Only what is written to takes memory.
 template <typename T>
 class Buffer {
@@ -28,7 +21,6 @@ public:
         void* memory =
             mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (memory == MAP_FAILED) throw std::bad_alloc();
-        prefer_huge_pages(memory, bytes_);
         memory_ = static_cast<T*>(memory);
     }
     ~Buffer() {

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// X_J <- L_JJ^-1 X_J,  X_R <- X_R - L_RJ X_J  up the tree;   X_J <- L_JJ^-T (X_J - L_RJ^T X_R)  down again
-//
-// J: columns of a supernode, R: its rows below. Right-hand sides are stored side by side for each row of L
-// (X^T is column-major), so that gathering the rows R copies whole stretches.
+// L^-1 E up the tree along the paths of a group's nodes, L^-T of it down again to the wanted rows
 #include "host/precompute/column_solver.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <type_traits>
-
-#include "host/precompute/blas.hpp"
 
 namespace haptable {
 
@@ -22,97 +18,24 @@ void mark_ancestors(const std::vector<std::int32_t>& parent, std::vector<char>& 
         if (marked[s] && parent[s] >= 0) marked[at(parent[s])] = 1;
 }
 
-}  // namespace
-
-/// The right-hand sides of one group, at the supernodes that are needed, in precision T.
+/// The factor's values in precision T: a view, or a copy that is held in `copy`.
 template <typename T>
-class ColumnSolver::Workspace {
-public:
-    explicit Workspace(const ColumnSolver& solver)
-        : solver_(solver), factor_(solver.factor_), begin_(solver.parent_.size()) {
-        std::size_t columns = 0;
-        for (std::int32_t s = 0; s < factor_.count(); ++s) {
-            begin_[at(s)] = columns;
-            if (solver_.needed_[at(s)]) columns += at(factor_.column_count(s));
-        }
-        x_.resize(columns * 3 * kGroup);
-        if constexpr (!std::is_same_v<T, double>)
-            copy_.assign(factor_.value, factor_.value + factor_.value_begin.back());
+const T* values_in(const Supernodes& factor, std::vector<T>& copy) {
+    if constexpr (std::is_same_v<T, double>) {
+        return factor.value;
+    } else {
+        copy.assign(factor.value, factor.value + factor.value_begin.back());
+        return copy.data();
     }
+}
 
-    void solve(const Group& group) {
-        width_ = static_cast<int>(3 * group.column.size());
-        std::fill(x_.begin(), x_.end(), T(0));
-        for (std::size_t c = 0; c < group.column.size(); ++c)
-            for (int d = 0; d < 3; ++d)
-                row(solver_.place_[at(3 * solver_.node_[at(group.column[c])] + d)])[3 * c + at(d)] = T(1);
-        for (std::int32_t s : group.path) forward(s, solver_.active(group, s));
-        for (std::int32_t s : group.back) backward(s);
-    }
-    /// X at a row of L: [width].
-    const T* row(std::int32_t place) const { return x_.data() + offset(place); }
-
-private:
-    T* row(std::int32_t place) { return x_.data() + offset(place); }
-    std::size_t offset(std::int32_t place) const {
-        const std::int32_t s = solver_.owner_[at(place)];
-        return (begin_[at(s)] + at(place - factor_.first_column[at(s)])) * at(width_);
-    }
-    const T* values(std::int32_t s) const {
-        if constexpr (std::is_same_v<T, double>)
-            return factor_.values(s);
-        else
-            return copy_.data() + factor_.value_begin[at(s)];
-    }
-
-    /// Only the first `active` right-hand sides are not yet zero here.
-    void forward(std::int32_t s, int active) {
-        const auto rows = static_cast<int>(factor_.rows(s).size());
-        const int columns = factor_.column_count(s), below = rows - columns;
-        T* x_j = row(factor_.first_column[at(s)]);
-        blas::trsm_lower('R', 'T', active, columns, values(s), rows, x_j, width_);
-        if (below == 0) return;
-        below_.resize(at(active) * at(below));
-        blas::gemm('N', 'T', active, below, columns, T(1), x_j, width_, values(s) + columns, rows, T(0), below_.data(),
-                   active);
-        const T* from = below_.data();
-        for (int place : factor_.rows(s).subspan(at(columns))) {
-            T* to = row(place);
-            for (int c = 0; c < active; ++c) to[c] -= from[c];
-            from += active;
-        }
-    }
-
-    void backward(std::int32_t s) {
-        const auto rows = static_cast<int>(factor_.rows(s).size());
-        const int columns = factor_.column_count(s), below = rows - columns;
-        T* x_j = row(factor_.first_column[at(s)]);
-        if (below > 0) {
-            below_.resize(at(width_) * at(below));
-            T* to = below_.data();
-            for (int place : factor_.rows(s).subspan(at(columns))) to = std::copy_n(row(place), width_, to);
-            blas::gemm('N', 'N', width_, columns, below, T(-1), below_.data(), width_, values(s) + columns, rows, T(1),
-                       x_j, width_);
-        }
-        blas::trsm_lower('R', 'N', width_, columns, values(s), rows, x_j, width_);
-    }
-
-    const ColumnSolver& solver_;
-    Supernodes factor_;
-    std::vector<std::size_t> begin_;  // [supernodes] first column of a needed one in x_
-    std::vector<T> x_, below_, copy_;
-    int width_ = 0;
-};
+}  // namespace
 
 ColumnSolver::ColumnSolver(const Supernodes& factor, std::span<const std::int32_t> node,
                            std::span<const std::int32_t> row)
-    : factor_(factor),
-      parent_(factor.parents()),
-      owner_(factor.owners()),
-      place_(factor.places()),
-      node_(node.begin(), node.end()),
-      row_(row.begin(), row.end()) {
-    std::vector<std::int32_t> column(place_.size() / 3, -1), row_at(place_.size() / 3, -1);
+    : factor_(factor), tree_(factor), node_(node.begin(), node.end()), row_(row.begin(), row.end()) {
+    const std::size_t unknowns = tree_.place.size() / 3;
+    std::vector<std::int32_t> column(unknowns, -1), row_at(unknowns, -1);
     for (std::size_t c = 0; c < node_.size(); ++c) column[at(node_[c])] = static_cast<std::int32_t>(c);
     for (std::size_t k = 0; k < row_.size(); ++k) row_at[at(row_[k])] = static_cast<std::int32_t>(k);
     for (std::int32_t r : row_) column_of_row_.push_back(column[at(r)]);
@@ -120,23 +43,23 @@ ColumnSolver::ColumnSolver(const Supernodes& factor, std::span<const std::int32_
     // Symmetry stands in for a block only where the transposed one is wanted too.
     if (std::count(row_of_column_.begin(), row_of_column_.end(), -1) > 0)
         column_of_row_.assign(column_of_row_.size(), -1);
-    needed_.assign(parent_.size(), 0);
-    always_.assign(parent_.size(), 0);
+    needed_.assign(tree_.parent.size(), 0);
+    always_ = needed_;
     for (std::size_t k = 0; k < row_.size(); ++k)
         for (int d = 0; d < 3; ++d) {
-            const std::size_t s = at(owner_[at(place_[at(3 * row_[k] + d)])]);
+            const std::size_t s = at(tree_.owner[at(tree_.place[at(3 * row_[k] + d)])]);
             needed_[s] = 1;
             if (column_of_row_[k] < 0) always_[s] = 1;
         }
     for (std::int32_t i : node_)
-        for (int d = 0; d < 3; ++d) needed_[at(owner_[at(place_[at(3 * i + d)])])] = 1;
-    mark_ancestors(parent_, needed_);
-    mark_ancestors(parent_, always_);
+        for (int d = 0; d < 3; ++d) needed_[at(tree_.owner[at(tree_.place[at(3 * i + d)])])] = 1;
+    mark_ancestors(tree_.parent, needed_);
+    mark_ancestors(tree_.parent, always_);
     group_ = make_groups(node);
     first_of_.resize(node_.size());
     for (Group& group : group_) {
         for (std::int32_t c : group.column) first_of_[at(c)] = group.first_supernode;
-        flops_ += count(group);
+        flops_ += group.flops = count(group);
     }
 }
 
@@ -144,7 +67,7 @@ std::vector<ColumnSolver::Group> ColumnSolver::make_groups(std::span<const std::
     std::vector<std::int32_t> order;
     for (std::size_t c = 0; c < node.size(); ++c) order.push_back(static_cast<std::int32_t>(c));
     std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-        return place_[at(3 * node[at(a)])] < place_[at(3 * node[at(b)])];
+        return tree_.place[at(3 * node[at(a)])] < tree_.place[at(3 * node[at(b)])];
     });
     std::vector<Group> groups;
     for (std::size_t first = 0; first < order.size(); first += kGroup) {
@@ -158,92 +81,134 @@ std::vector<ColumnSolver::Group> ColumnSolver::make_groups(std::span<const std::
 }
 
 void ColumnSolver::find_solves(Group& group) const {
-    std::vector<char> on_path(parent_.size(), 0);
-    group.first_supernode = factor_.count();
-    for (std::int32_t c : group.column)
-        for (int d = 0; d < 3; ++d) {
-            const std::int32_t s = owner_[at(place_[at(3 * node_[at(c)] + d)])];
-            on_path[at(s)] = 1;
-            group.first_supernode = std::min(group.first_supernode, s);
-        }
-    mark_ancestors(parent_, on_path);
+    std::vector<std::int32_t> nodes;
+    for (std::int32_t c : group.column) nodes.push_back(node_[at(c)]);
+    group.path = tree_.path(nodes);
+    group.first_supernode = group.path.front();
     for (std::int32_t s = 0; s < factor_.count(); ++s)
-        if (on_path[at(s)]) group.path.push_back(s);
-    for (std::int32_t s = factor_.count() - 1; s >= 0; --s)
         if (always_[at(s)] || (needed_[at(s)] && s >= group.first_supernode)) group.back.push_back(s);
+    std::set_union(group.path.begin(), group.path.end(), group.back.begin(), group.back.end(),
+                   std::back_inserter(group.all));
 }
 
 /// Right-hand sides whose load lies in or before supernode s; the group's nodes ascend.
 int ColumnSolver::active(const Group& group, std::int32_t s) const {
     const std::int32_t end = factor_.first_column[at(s) + 1];
-    const auto later = std::partition_point(group.column.begin(), group.column.end(), [&](std::int32_t c) {
-        const std::int32_t* place = &place_[at(3 * node_[at(c)])];
-        return std::min({place[0], place[1], place[2]}) < end;
-    });
+    const auto later = std::partition_point(group.column.begin(), group.column.end(),
+                                            [&](std::int32_t c) { return tree_.place_of(node_[at(c)]) < end; });
     return static_cast<int>(3 * (later - group.column.begin()));
 }
 
 double ColumnSolver::count(const Group& group) const {
-    const auto flops = [&](std::int32_t s, double width) {
-        const double columns = factor_.column_count(s), rows = static_cast<double>(factor_.rows(s).size());
-        return width * columns * (columns + 2.0 * (rows - columns));
-    };
     double sum = 0.0;
-    for (std::int32_t s : group.path) sum += flops(s, active(group, s));
-    for (std::int32_t s : group.back) sum += flops(s, 3.0 * static_cast<double>(group.column.size()));
+    for (std::int32_t s : group.path) sum += active(group, s) * solve_flops(factor_, s);
+    for (std::int32_t s : group.back) sum += 3.0 * static_cast<double>(group.column.size()) * solve_flops(factor_, s);
     return sum;
 }
 
 template <typename T>
-double ColumnSolver::bytes() const {
-    double columns = 0.0, below = 0.0;
-    for (std::int32_t s = 0; s < factor_.count(); ++s)
-        if (needed_[at(s)]) {
+double ColumnSolver::bytes(int workers) const {
+    double most = 0.0;
+    for (const Group& group : group_) {
+        double columns = 0.0, below = 0.0;
+        for (std::int32_t s : group.all) {
             columns += factor_.column_count(s);
             below = std::max(below, static_cast<double>(factor_.rows(s).size()) - factor_.column_count(s));
         }
+        most = std::max(most, (columns + below) * 3.0 * static_cast<double>(group.column.size()));
+    }
     const double copy = std::is_same_v<T, double> ? 0.0 : factor_.value_begin.back();
-    return ((columns + below) * 3.0 * static_cast<double>(kGroup) + copy) * sizeof(T);
+    return (most * workers + copy) * sizeof(T);
 }
 
 template <typename T>
-void ColumnSolver::hand_out(const Group& group, const Workspace<T>& x, const Take& take) const {
-    Eigen::Matrix3f block;
-    for (std::size_t k = 0; k < row_.size(); ++k) {
-        const std::int32_t* place = &place_[at(3 * row_[k])];
-        const std::int32_t s = std::min({owner_[at(place[0])], owner_[at(place[1])], owner_[at(place[2])]});
-        const bool is_column = column_of_row_[k] >= 0;
-        if (is_column && s < group.first_supernode) continue;  // comes from an earlier group, transposed
+void ColumnSolver::solve(const Group& group, TreeSolver<T>& x) const {
+    x.begin(group.all, static_cast<int>(3 * group.column.size()));
+    for (std::size_t c = 0; c < group.column.size(); ++c)
+        for (std::size_t d = 0; d < 3; ++d)
+            x.row(tree_.place[3 * at(node_[at(group.column[c])]) + d])[3 * c + d] = T(1);
+    for (std::int32_t s : group.path) x.forward(s, active(group, s));
+    for (auto s = group.back.rbegin(); s != group.back.rend(); ++s) x.backward(*s);
+}
+
+template <typename Visit>
+void ColumnSolver::visit_blocks(const Group& group, Visit visit) const {
+    // A few rows at a time for every column: the file is written in stretches, and X stays in the cache.
+    constexpr std::size_t kRows = 64;
+    std::vector<std::size_t> rows;
+    for (std::size_t k = 0; k < row_.size(); ++k)  // others come from an earlier group, transposed
+        if (column_of_row_[k] < 0 || tree_.first_of(row_[k]) >= group.first_supernode) rows.push_back(k);
+    for (std::size_t first = 0; first < rows.size(); first += kRows)
         for (std::size_t c = 0; c < group.column.size(); ++c) {
-            for (int a = 0; a < 3; ++a)
-                for (int b = 0; b < 3; ++b) block(a, b) = static_cast<float>(x.row(place[a])[3 * c + at(b)]);
-            const std::int32_t column = group.column[c];
-            take(at(column), k, block);
-            // Does the row's own group come too late in the tree to compute this node's row?
-            const std::int32_t other_row = row_of_column_[at(column)];
-            if (!is_column || other_row < 0) continue;
-            const std::int32_t* own = &place_[at(3 * node_[at(column)])];
-            const std::int32_t own_s = std::min({owner_[at(own[0])], owner_[at(own[1])], owner_[at(own[2])]});
-            if (own_s < first_of_[at(column_of_row_[k])]) take(at(column_of_row_[k]), at(other_row), block.transpose());
+            const std::int32_t other_row = row_of_column_[at(group.column[c])];
+            const std::int32_t own = tree_.first_of(node_[at(group.column[c])]);
+            for (std::size_t k = first; k < std::min(rows.size(), first + kRows); ++k) {
+                // Does the row's own group come too late in the tree to compute this node's row?
+                const std::int32_t column = column_of_row_[rows[k]];
+                visit(rows[k], c, column >= 0 && other_row >= 0 && own < first_of_[at(column)]);
+            }
         }
-    }
+}
+
+void ColumnSolver::for_each_block(std::size_t group,
+                                  const std::function<void(std::size_t c, std::size_t k)>& visit) const {
+    visit_blocks(group_[group], [&](std::size_t k, std::size_t c, bool given) {
+        const std::int32_t column = group_[group].column[c];
+        visit(at(column), k);
+        if (given) visit(at(column_of_row_[k]), at(row_of_column_[at(column)]));
+    });
 }
 
 template <typename T>
-void ColumnSolver::compute(Progress& progress, const Take& take) const {
-    Workspace<T> x(*this);
-    double done = 0.0;
-    for (const Group& group : group_) {
-        progress.done(done / flops_);
-        x.solve(group);
-        hand_out(group, x, take);
-        done += count(group);
-    }
+void ColumnSolver::hand_out(const Group& group, const TreeSolver<T>& x, const Sink& sink) const {
+    Eigen::Matrix3f block;
+    visit_blocks(group, [&](std::size_t k, std::size_t c, bool given) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const T* row = x.row(tree_.place[3 * at(row_[k]) + a]) + 3 * c;
+            for (std::size_t b = 0; b < 3; ++b)
+                block(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = static_cast<float>(row[b]);
+        }
+        const std::int32_t column = group.column[c];
+        sink.take(at(column), k, block);
+        if (given) sink.take(at(column_of_row_[k]), at(row_of_column_[at(column)]), block.transpose());
+    });
 }
 
-template void ColumnSolver::compute<double>(Progress&, const Take&) const;
-template void ColumnSolver::compute<float>(Progress&, const Take&) const;
-template double ColumnSolver::bytes<double>() const;
-template double ColumnSolver::bytes<float>() const;
+template <typename T>
+double ColumnSolver::compute(Progress& progress, const Sink& sink, Workers* workers) const {
+    Workers alone(1);
+    if (workers == nullptr) workers = &alone;
+    std::vector<std::size_t> left;
+    double todo = 0.0, done = 0.0;
+    for (std::size_t g = 0; g < group_.size(); ++g)
+        if (!sink.have || !sink.have(g)) {
+            left.push_back(g);
+            todo += group_[g].flops;
+        }
+    if (left.empty()) return 0.0;
+    std::vector<T> copy;
+    const T* value = values_in<T>(factor_, copy);
+    std::vector<TreeSolver<T>> x;
+    for (int worker = 0; worker < workers->count(); ++worker) x.emplace_back(factor_, tree_, value);
+    std::mutex mutex;
+    workers->for_each(left.size(), [&](std::size_t index, int worker) {
+        const Group& group = group_[left[index]];
+        {
+            const std::lock_guard lock(mutex);
+            progress.done((flops_ - todo + done) / flops_);
+        }
+        solve(group, x[at(worker)]);
+        hand_out(group, x[at(worker)], sink);
+        const std::lock_guard lock(mutex);
+        done += group.flops;
+        if (sink.done) sink.done(left[index]);
+    });
+    return done;
+}
+
+template double ColumnSolver::compute<double>(Progress&, const Sink&, Workers*) const;
+template double ColumnSolver::compute<float>(Progress&, const Sink&, Workers*) const;
+template double ColumnSolver::bytes<double>(int) const;
+template double ColumnSolver::bytes<float>(int) const;
 
 }  // namespace haptable

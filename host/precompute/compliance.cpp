@@ -49,22 +49,30 @@ double block_residual(const Eigen::SparseMatrix<double>& k, const Eigen::MatrixX
     return largest;
 }
 
-/// Rayleigh quotient of repeated x <- A x / |A x|, until it settles to 1e-4 of itself.
+/// The largest eigenvalue of a symmetric operator, by Lanczos's method with full orthogonalisation.
 double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eigen::MatrixXd&, Eigen::MatrixXd&)>& a) {
-    constexpr int kMostSteps = 300;
-    Eigen::MatrixXd x(size, 1), next;
+    constexpr int kMostSteps = 40, kSettled = 3;
+    const int most = static_cast<int>(std::min<Eigen::Index>(kMostSteps, size));
+    Eigen::MatrixXd basis(size, most), t = Eigen::MatrixXd::Zero(most, most), x(size, 1), next;
     for (Eigen::Index i = 0; i < size; ++i) x(i, 0) = 1.0 + 0.5 * std::sin(static_cast<double>(i));  // no symmetry
     x.normalize();
-    double value = 0.0;
-    int settled = 0;
-    for (int step = 0; step < kMostSteps && settled < 5; ++step) {
+    std::vector<double> value;
+    for (int step = 0; step < most; ++step) {
+        basis.col(step) = x.col(0);
         a(x, next);
-        const double quotient = x.col(0).dot(next.col(0));
-        settled = std::abs(quotient - value) <= 1e-4 * quotient ? settled + 1 : 0;
-        value = quotient;
-        x = next / next.norm();
+        t(step, step) = x.col(0).dot(next.col(0));
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(t.topLeftCorner(step + 1, step + 1),
+                                                                   Eigen::EigenvaluesOnly);
+        value.push_back(eigen.eigenvalues()[step]);
+        if (step >= kSettled && value.back() - value[value.size() - 1 - kSettled] <= 0.01 * value.back()) break;
+        const auto known = basis.leftCols(step + 1);
+        for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next);
+        const double norm = next.norm();
+        if (step + 1 == most || norm <= 1e-12 * value.back()) break;
+        t(step + 1, step) = t(step, step + 1) = norm;
+        x = next / norm;
     }
-    return value;
+    return value.back();
 }
 
 }  // namespace
@@ -127,18 +135,6 @@ void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
         for (std::size_t i = 0; i < std::min(first, kNodesPerBlock); ++i)  // against the first block
             compare(i, j, block(x, node_[i], c), block(first_, static_cast<std::int32_t>(j), i));
     }
-}
-
-double ColumnFile::difference(std::size_t i, std::span<const std::int32_t> row, const Eigen::MatrixXd& x) const {
-    double difference = 0.0, norm = 0.0;  // squared
-    for (std::size_t k = 0; k < row.size(); ++k) {
-        const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> entry(
-            &file_.values()[9 * (i * row_count_ + k)]);
-        const Eigen::Matrix3d expected = x.middleRows<3>(Eigen::Index{3} * row[k]);
-        difference += (entry.cast<double>() - expected).squaredNorm();
-        norm += expected.squaredNorm();
-    }
-    return std::sqrt(difference / norm);
 }
 
 double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor) {

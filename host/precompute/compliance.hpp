@@ -11,12 +11,12 @@
 
 #include "host/base/progress.hpp"
 #include "host/precompute/factor.hpp"
-#include "host/tables/npy.hpp"
 
 namespace haptable {
 
-/// Right-hand sides of one solve: three a node. Solving 30 to 300 at once costs a sixth of solving them one by one.
-inline constexpr std::size_t kNodesPerBlock = 32;
+/// Nodes of one solve, with three right-hand sides each. Solving 30 to 300 at once costs a sixth of solving them one by
+/// one; more would need more memory than the inversion does.
+inline constexpr std::size_t kNodesPerBlock = 16;
 
 /// A block of columns of L: x = L[:, nodes first .. first + count - 1 of the table], [3 unknowns, 3 count], m/N.
 using TakeColumns = std::function<void(std::size_t first, const Eigen::MatrixXd& x)>;
@@ -72,25 +72,8 @@ private:
     std::vector<double> scale_m_per_n_;  // [so far] ||L_ii||
 };
 
-/// columns.npy, float32 [n, r, 3, 3]: entry [i, k] is L_ri with r = row k, so that u_r = entry F_i (eq. 8). Mapped into
-/// memory, so that what the machine has no room for is on the disk already.
-class ColumnFile {
-public:
-    ColumnFile(const std::filesystem::path& path, std::size_t node_count, std::size_t row_count)
-        : row_count_(row_count), file_(path, {node_count, row_count, 3, 3}) {}
-    void put(std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) {
-        Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(&file_.values()[9 * (i * row_count_ + k)]) = l_ri;
-    }
-    /// Largest ||column - x|| / ||x|| where x is a solved column of node i at the unknown nodes `row`: [3 unknowns, 3].
-    double difference(std::size_t i, std::span<const std::int32_t> row, const Eigen::MatrixXd& x) const;
-
-private:
-    std::size_t row_count_;
-    WritableNpy<float> file_;
-};
-
-/// Estimate of the 2-norm condition number of K, good to a few percent: power iteration for the largest eigenvalue,
-/// inverse iteration for the smallest.
+/// Estimate of the 2-norm condition number of K from below, by Lanczos's method for the largest eigenvalue of K and of
+/// K^-1: at most 40 products and 40 solves, fewer once three steps together change either by less than 1 %.
 double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor);
 
 }  // namespace haptable

@@ -12,36 +12,9 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
+#include "host/solve/supernodes.hpp"
 
 namespace haptable {
-
-/// The factor as CHOLMOD stores it. A supernode is a run of columns of L with the same rows below; it is one dense
-/// matrix, column-major, with a row for each of its `rows()`: first its own columns (the lower triangle counts), then
-/// the rows below. Supernodes are numbered in postorder: children before parents. A view: the Factor must live on.
-struct Supernodes {
-    std::span<const int> first_column;  ///< [s + 1]
-    std::span<const int> row_begin;     ///< [s + 1]
-    std::span<const int> value_begin;   ///< [s + 1]
-    std::span<const int> row;           ///< [row_begin[s]] ascending within a supernode
-    std::span<const int> permutation;   ///< [n] row of K that became row p of L
-    const double* value = nullptr;      ///< null before the factorisation
-
-    std::int32_t count() const { return static_cast<std::int32_t>(first_column.size()) - 1; }
-    int column_count(std::int32_t s) const { return first_column[at(s) + 1] - first_column[at(s)]; }
-    std::span<const int> rows(std::int32_t s) const {
-        return row.subspan(at(row_begin[at(s)]), at(row_begin[at(s) + 1] - row_begin[at(s)]));
-    }
-    const double* values(std::int32_t s) const { return value + value_begin[at(s)]; }
-    /// [n] row of L that a row of K became.
-    std::vector<std::int32_t> places() const;
-    /// [n] supernode that holds a column of L.
-    std::vector<std::int32_t> owners() const;
-    /// [s] supernode that holds the first row below, or -1.
-    std::vector<std::int32_t> parents() const;
-
-private:
-    static std::size_t at(std::int32_t s) { return static_cast<std::size_t>(s); }
-};
 
 /// P K P^T = L L^T, supernodal: analysed and solved with by CHOLMOD, factorised by factorize() (numeric.hpp), which can
 /// be watched, stopped and shared by threads. METIS orders the graph of the nodes, so that the three rows of a node
@@ -62,6 +35,9 @@ public:
     Eigen::Index size() const;
     /// x = K^-1 b for many right-hand sides at once: b and x [size(), m]. Needs weakest_pivot().ratio > 0.
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const;
+
+    /// Gives back the memory that solve() keeps from call to call.
+    void release_workspace() const;
 
     /// The least pivot l_jj^2, as a share of k_jj; 0 where the factorisation stopped at that row.
     struct Pivot {

@@ -29,6 +29,7 @@ struct Options {
     bool quiet = false;
     bool print_name = false;
     bool check = false;
+    bool reproducible = true;  ///< always: the number of threads changes no bit
 };
 
 /// A path as make reads it.
@@ -91,6 +92,17 @@ void check(const Scene& scene, const Options& options) {
     if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
 }
 
+/// Ctrl-C among the columns leaves what is done of them: says so.
+Result compute(const Scene& scene, const fs::path& folder, Progress& progress, const PrecomputeOptions& how) try {
+    return precompute(scene, folder, progress, how);
+} catch (const Interrupted&) {
+    progress.clear();
+    if (fs::exists(work_folder(folder)))
+        fmt::print(stderr, "haptable-precompute: finished columns are kept in {}: start again to go on from there\n",
+                   work_folder(folder).string());
+    throw;
+}
+
 void run(const Options& options) {
     // 1. The scene.
     const Scene scene = read_scene(options.scene);
@@ -104,7 +116,7 @@ void run(const Options& options) {
     Progress progress(options.quiet);
     PrecomputeOptions how = options.how;
     how.memory_bytes *= 1e9;
-    const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
+    const auto [body, summary, unchanged] = compute(scene, folder, progress, how);
     // 3. What make must know to do it again.
     if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
     // 4. What people and scripts want to know.
@@ -139,6 +151,11 @@ int main(int argc, char** argv) {
     app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
     app.add_option("--memory", options.how.memory_bytes, "most memory to use, in GB; default: what is free")
         ->check(CLI::PositiveNumber);
+    app.add_option("--threads", options.how.threads,
+                   "default: all processors, one for less than 10,000 nodes; the tables are the same for any number")
+        ->check(CLI::Range(1, 1024));
+    app.add_flag("--reproducible", options.reproducible,
+                 "the same bytes for any number of threads: always so, and accepted for scripts");
     app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
     app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
     app.add_flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "host/precompute/blas.hpp"
+#include "host/solve/blas.hpp"
 
 namespace haptable {
 
@@ -106,7 +106,9 @@ private:
         const int columns = pattern_.column_count(s);
         const auto panels = static_cast<std::size_t>((columns + kPanel - 1) / kPanel);
         double* l = value_ + pattern_.value_begin[at(s)];
-        std::fill_n(l, pattern_.rows(s).size() * at(columns), 0.0);
+        // The upper triangle is never used: where it fills whole pages it takes no memory.
+        const std::size_t rows = pattern_.rows(s).size();
+        for (std::size_t j = 0; j < at(columns); ++j) std::fill_n(l + j * rows + j, rows - j, 0.0);
         workers.for_each(panels, [&](std::size_t p, int sharing) {
             Own& own = own_[at(workers.count() == 1 ? worker : sharing)];
             const int begin = static_cast<int>(p) * kPanel, end = std::min(columns, begin + kPanel);

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "host/precompute/blas.hpp"
+#include "host/solve/blas.hpp"
 
 namespace haptable {
 

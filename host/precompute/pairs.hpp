@@ -12,7 +12,7 @@
 #include "host/base/progress.hpp"
 #include "host/precompute/factor.hpp"
 #include "host/precompute/selected_inversion.hpp"
-#include "host/precompute/tree_solver.hpp"
+#include "host/solve/tree_solver.hpp"
 
 namespace haptable {
 

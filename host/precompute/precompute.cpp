@@ -3,23 +3,29 @@
 #include "host/precompute/precompute.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <set>
 #include <span>
+#include <thread>
 
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/column_solver.hpp"
+#include "host/precompute/column_store.hpp"
 #include "host/precompute/compliance.hpp"
 #include "host/precompute/mask.hpp"
+#include "host/precompute/numeric.hpp"
 #include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
+#include "host/solve/factor_file.hpp"
 #include "host/tables/npy.hpp"
+#include "host/tables/tables.hpp"
 
 namespace haptable {
 
@@ -81,18 +87,28 @@ const Nodes& rows_of(const Scene& scene, const Body& body) {
     return scene.tables.columns == "all" ? body.free_node : body.free_surface_node;
 }
 
-/// Says so before the work, where the columns will not fit on the disk.
-void require_room(const Scene& scene, const Body& body, const fs::path& folder) {
-    if (scene.tables.columns == "none") return;
-    const auto needed =
-        static_cast<std::uintmax_t>(body.touch_node.size()) * rows_of(scene, body).size() * 9 * sizeof(float);
+double column_bytes(const Scene& scene, const Body& body) {
+    const double entry = scene.tables.column_precision == "float16" ? sizeof(Half) : sizeof(float);
+    return static_cast<double>(body.touch_node.size()) * static_cast<double>(rows_of(scene, body).size()) * 9.0 * entry;
+}
+
+/// How the viewer gets its displacements: from columns.npy, or by a solve for each frame where that is over the budget.
+enum class Drawing { kNone, kColumns, kSolves };
+
+Drawing drawing_of(const Scene& scene, const Body& body) {
+    if (scene.tables.columns == "none") return Drawing::kNone;
+    return column_bytes(scene, body) <= scene.tables.column_budget_bytes ? Drawing::kColumns : Drawing::kSolves;
+}
+
+/// Says so before the work, where a file will not fit on the disk.
+void require_room(const char* file, double needed_bytes, const fs::path& folder) {
     std::error_code unknown;
     const fs::space_info space = fs::space(folder, unknown);
-    if (!unknown && needed > space.available)
-        throw Error(fmt::format(
-            "{}: columns.npy needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
-            "smaller region or set columns = \"none\" in [tables]",
-            folder.string(), static_cast<double>(needed) / 1e9, static_cast<double>(space.available) / 1e9));
+    if (!unknown && needed_bytes > static_cast<double>(space.available))
+        throw Error(
+            fmt::format("{}: {} needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
+                        "smaller region or set columns = \"none\" in [tables]",
+                        folder.string(), file, needed_bytes / 1e9, static_cast<double>(space.available) / 1e9));
 }
 
 /// Edges whose L_ij the consistent force needs: those between free touchable nodes, as mesh nodes, lower first.
@@ -120,39 +136,46 @@ bool takes_float_columns(double tolerance) { return tolerance > 2.0 * kFloatErro
 /// leaves the error below the tolerance.
 std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const std::vector<NodePair>& wanted,
                                            const Nodes& mesh_node, double tolerance, Progress& progress,
-                                           Summary& summary) {
+                                           Workers& workers, Summary& summary) {
     const SelectedInversion inversion(factor.supernodes(), wanted);
     summary.block_flops = inversion.flops();
     if (tolerance > kFloatError) {
-        std::vector<Eigen::Matrix3d> blocks = inversion.compute<float>(progress);
+        std::vector<Eigen::Matrix3d> blocks = inversion.compute<float>(progress, &workers);
         NodeStiffness trial;
         for (std::size_t i = 0; i < mesh_node.size(); ++i) trial.add(mesh_node[i], blocks[i]);
         summary.block_precision = "float";
         if (trial.largest_condition * kFloatError < tolerance) return blocks;
     }
     summary.block_precision = "double";
-    return inversion.compute<double>(progress);
+    return inversion.compute<double>(progress, &workers);
 }
 
-/// Places in the table of the nodes that are solved for as a check: a block of them, spread evenly.
-std::vector<std::size_t> sample_of(std::size_t node_count) {
+/// Places in the table of the nodes that are solved for as a check, spread evenly. A large body's solves are long.
+std::vector<std::size_t> sample_of(std::size_t node_count, std::size_t unknown_nodes) {
+    constexpr std::size_t kMost = 2 * kNodesPerBlock, kLarge = 20000;
     std::vector<std::size_t> sample;
-    const std::size_t count = std::min(node_count, kNodesPerBlock);
+    const std::size_t count = std::min(node_count, unknown_nodes < kLarge ? kMost : kNodesPerBlock);
     for (std::size_t c = 0; c < count; ++c) sample.push_back(c * node_count / count);
     return sample;
 }
 
-/// Columns of the touchable nodes into the file. In float only where the tolerance leaves room for its rounding.
-void compute_columns(const Factor& factor, const Nodes& node, const Nodes& row, double tolerance, Progress& progress,
-                     ColumnFile& file, Summary& summary) {
-    const ColumnSolver solver(factor.supernodes(), node, row);
+/// Entries of columns.npy in half precision are multiples of a power of 2 that puts the largest L_ii at 2^8: far above
+/// the least normal number (2^-14), with room up to 2^15 for rows that are softer than the touchable nodes.
+ColumnFormat format_of(const Scene& scene, const std::vector<Eigen::Matrix3d>& l_ii) {
+    if (scene.tables.column_precision != "float16") return {};
+    double largest = 0.0;
+    for (const Eigen::Matrix3d& block : l_ii) largest = std::max(largest, block.cwiseAbs().maxCoeff());
+    return {true, std::ldexp(1.0, std::ilogb(largest) - 8)};
+}
+
+/// Columns of the touchable nodes into the store. In float only where the tolerance leaves room for its rounding.
+void compute_columns(const ColumnSolver& solver, double tolerance, Progress& progress, Workers& workers,
+                     ColumnStore& store, Summary& summary) {
     summary.column_flops = solver.flops();
     summary.column_precision = takes_float_columns(tolerance) ? "float" : "double";
-    const auto put = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) { file.put(i, k, l_ri); };
-    if (summary.column_precision == "float")
-        solver.compute<float>(progress, put);
-    else
-        solver.compute<double>(progress, put);
+    summary.column_flops_done = summary.column_precision == "float"
+                                    ? solver.compute<float>(progress, store.sink(), &workers)
+                                    : solver.compute<double>(progress, store.sink(), &workers);
 }
 
 void require_residual(const Scene& scene, const Checks& checks) {
@@ -163,32 +186,48 @@ void require_residual(const Scene& scene, const Checks& checks) {
                         scene.file.string(), checks.largest_residual, kLargestResidual));
 }
 
-/// Compares blocks and columns with plain solves of a sample of nodes, which share no code with them.
-void check_with_solves(const Scene& scene, const Eigen::SparseMatrix<double>& k, const Factor& factor,
-                       const Nodes& node, const Nodes& row, const std::vector<Eigen::Matrix3d>& l_ii,
-                       const ColumnFile* columns, Progress& progress, Checks& checks) {
-    const std::vector<std::size_t> sample = sample_of(node.size());
+/// Plain solves of a sample of nodes: they share nothing with inversion and pruned solves but the factor, and their
+/// residual checks the factor.
+struct Sample {
+    std::vector<std::size_t> place;       // in the table
+    std::vector<Eigen::Matrix3d> l_ii;    // m/N
+    std::vector<Eigen::MatrixXd> column;  // [3 r, 3] at the rows of columns.npy; empty without it
+};
+
+Sample solve_sample(const Scene& scene, const Eigen::SparseMatrix<double>& k, const Factor& factor, const Nodes& node,
+                    const Nodes& row, Progress& progress, Checks& checks) {
+    Sample sample{sample_of(node.size(), static_cast<std::size_t>(k.rows()) / 3), {}, {}};
     Nodes sample_node;
-    std::vector<Eigen::Matrix3d> sample_l_ii;
-    for (std::size_t i : sample) {
-        sample_node.push_back(node[i]);
-        sample_l_ii.push_back(l_ii[i]);
-    }
-    BlockDifference difference(sample_node, sample_l_ii);
+    for (std::size_t i : sample.place) sample_node.push_back(node[i]);
     Asymmetry asymmetry(sample_node);
     checks.largest_residual =
         solve_columns(factor, k, sample_node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
-            difference.take(first, x);
             asymmetry.take(first, x);
-            for (std::size_t c = 0; columns != nullptr && c < static_cast<std::size_t>(x.cols()) / 3; ++c)
-                checks.largest_column_difference = std::max(
-                    checks.largest_column_difference,
-                    columns->difference(sample[first + c], row, x.middleCols<3>(3 * static_cast<Eigen::Index>(c))));
+            for (Eigen::Index c = 0; c < x.cols() / 3; ++c) {
+                const std::size_t at = first + static_cast<std::size_t>(c);
+                sample.l_ii.emplace_back(x.block<3, 3>(Eigen::Index{3} * sample_node[at], 3 * c));
+                Eigen::MatrixXd& column = sample.column.emplace_back(3 * static_cast<Eigen::Index>(row.size()), 3);
+                for (std::size_t r = 0; r < row.size(); ++r)
+                    column.middleRows<3>(3 * static_cast<Eigen::Index>(r)) =
+                        x.block<3, 3>(Eigen::Index{3} * row[r], 3 * c);
+            }
         });
-    checks.solved_nodes = sample.size();
-    checks.largest_block_difference = difference.largest;
+    checks.solved_nodes = sample.place.size();
     checks.largest_asymmetry = asymmetry.largest;
     require_residual(scene, checks);
+    return sample;
+}
+
+void compare(const Sample& sample, const std::vector<Eigen::Matrix3d>& l_ii, const ColumnStore* columns,
+             Checks& checks) {
+    for (std::size_t c = 0; c < sample.place.size(); ++c) {
+        const Eigen::Matrix3d& solved = sample.l_ii[c];
+        checks.largest_block_difference =
+            std::max(checks.largest_block_difference, (l_ii[sample.place[c]] - solved).norm() / solved.norm());
+        if (columns != nullptr)
+            checks.largest_column_difference =
+                std::max(checks.largest_column_difference, columns->difference(sample.place[c], sample.column[c]));
+    }
 }
 
 /// S_i of the touchable nodes, and what their L_ii tell.
@@ -226,11 +265,21 @@ void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen:
     write_rows(folder / "patch.npy", body.touch_patch);
     write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
     write_stiffness(folder / "stiffness.npy", stiffness_n_per_m);
-    if (scene.tables.columns != "none") {
+    if (drawing_of(scene, body) != Drawing::kNone) {
         const Nodes& rows = rows_of(scene, body);
         write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
     }
     write_file(folder / "mesh.vtu", to_vtu(body));
+}
+
+/// Files that a scene may do without; old ones must go.
+std::vector<std::string> optional_files() {
+    std::vector<std::string> files{"columns.npy",          "row_id.npy",       "edge_id.npy",
+                                   "edge_compliance.npy",  "vertex_id.npy",    "vertex_compliance.npy",
+                                   "patch_compliance.npy", "spread_begin.npy", "spread_node.npy",
+                                   "spread_weight.npy",    "display.h",        "display.c"};
+    for (const char* name : kFactorFiles) files.emplace_back(name);
+    return files;
 }
 
 /// 3x3 blocks, row by row.
@@ -309,9 +358,7 @@ void publish(const fs::path& beside, const fs::path& folder) {
     try {
         fs::create_directories(folder);
         fs::remove(folder / "summary.json");
-        for (const char* optional : {"columns.npy", "row_id.npy", "edge_id.npy", "edge_compliance.npy", "vertex_id.npy",
-                                     "vertex_compliance.npy", "patch_compliance.npy", "spread_begin.npy",
-                                     "spread_node.npy", "spread_weight.npy", "display.h", "display.c"})
+        for (const std::string& optional : optional_files())
             if (!fs::exists(beside / optional)) fs::remove(folder / optional);
         for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
         fs::rename(beside / "summary.json", folder / "summary.json");
@@ -341,27 +388,35 @@ void touch_summary(const fs::path& folder) {
     fs::last_write_time(folder / "summary.json", fs::file_time_type::clock::now(), ignored);
 }
 
-double peak_memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) * 1024.0;
+/// Bytes of the factor's files for a viewer that solves: values in float, rows and the rest as int32.
+double factor_file_bytes(const Factor& factor) {
+    const Supernodes s = factor.supernodes();
+    return static_cast<double>(s.value_begin.back()) * sizeof(float) +
+           static_cast<double>(s.row.size() + 3 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
 }
 
 /// What the run will need, from the pattern of the factor.
 MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
-                   const Nodes& node, const Nodes& row, double tolerance) {
+                   const Nodes& node, const Nodes& row, double tolerance, const Workers& workers) {
     MemoryNeed need;
     need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
-    need.factor = factor.bytes();
+    need.factor = factor.bytes() + factorize_bytes(factor.supernodes(), workers.count());
     // A trial in float may have to be done again in double.
-    need.fronts =
-        static_cast<double>(SelectedInversion(factor.supernodes(), wanted_blocks(scene, body)).stack_entries()) *
-        sizeof(double);
+    const SelectedInversion inversion(factor.supernodes(), wanted_blocks(scene, body));
+    need.fronts = static_cast<double>(inversion.stack_entries(workers.count())) * sizeof(double);
     need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
-    if (scene.tables.columns == "none") return need;
+    if (drawing_of(scene, body) != Drawing::kColumns) return need;
     const ColumnSolver columns(factor.supernodes(), node, row);
-    need.columns = takes_float_columns(tolerance) ? columns.bytes<float>() : columns.bytes<double>();
+    need.columns =
+        takes_float_columns(tolerance) ? columns.bytes<float>(workers.count()) : columns.bytes<double>(workers.count());
     return need;
+}
+
+/// Below about ten thousand nodes the supernodes are too small to share.
+int threads_for(const PrecomputeOptions& options, const Body& body) {
+    constexpr std::size_t kSmall = 10000;
+    if (options.threads > 0) return options.threads;
+    return body.free_node.size() < kSmall ? 1 : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
 void describe_factor(const Factor& factor, Summary& summary) {
@@ -383,86 +438,212 @@ Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) 
                               static_cast<std::int32_t>(body.free_node.size()));
 }
 
+namespace {
+
+/// One run: its scene, its folder, what it has found so far.
+class Run {
+public:
+    Run(const Scene& scene, const fs::path& folder, Progress& progress, const PrecomputeOptions& options,
+        Result& result)
+        : scene_(scene), folder_(folder), progress_(progress), options_(options), result_(result) {}
+
+    void compute() {
+        // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
+        progress_.stage("mesh");
+        result_.body = make_body(scene_, make_mesh(scene_.mesh));
+        summary_.audit = audit_mesh(body_.mesh);
+        require_held(scene_, body_, summary_);
+        require_servo(scene_, body_);
+        drawing_ = drawing_of(scene_, body_);
+        identify();
+        result_.unchanged = !options_.force && is_current(folder_, scene_, summary_);
+        if (result_.unchanged) return touch_summary(folder_);
+        clock_.end("mesh");
+        const Beside beside(folder_);
+        make_folder(beside.path(), folder_);
+        if (options_.force || !reuse(beside.path())) solve(beside.path());
+        write(beside.path());
+        publish(beside.path(), folder_);
+        progress_.clear();
+    }
+
+private:
+    void identify() {
+        summary_.model_hash = hash_model(scene_, body_);
+        summary_.body_hash = hash_body(scene_, body_);
+        summary_.tolerance = options_.tolerance;
+        summary_.drawing = drawing_ == Drawing::kNone ? "none" : drawing_ == Drawing::kColumns ? "columns" : "solves";
+    }
+
+    /// What an earlier run of the same body, tolerance and program left in the folder, where it holds all that is
+    /// asked.
+    bool reuse(const fs::path& beside) {
+        Summary old = summary_;
+        if (scene_.contact.force != "interpolated") return false;  // needs more than the L_ii
+        if (!restore(folder_, old) || (drawing_ == Drawing::kNone ? false : old.drawing != summary_.drawing))
+            return false;
+        const Tables tables = read_tables(folder_);
+        if (tables.stiffness.size() != tables.node_id.size()) return false;
+        std::vector<std::size_t> place;
+        for (std::int32_t node : body_.touch_node) {
+            const auto at = std::lower_bound(tables.node_id.begin(), tables.node_id.end(), node);
+            if (at == tables.node_id.end() || *at != node) return false;
+            place.push_back(static_cast<std::size_t>(at - tables.node_id.begin()));
+        }
+        if (drawing_ != Drawing::kNone && tables.row_id != rows_of(scene_, body_)) return false;
+        if (drawing_ == Drawing::kColumns && !copy_columns(old, place, tables.row_id.size(), beside)) return false;
+        if (drawing_ == Drawing::kSolves)
+            for (const char* file : kFactorFiles) fs::copy_file(folder_ / file, beside / file);
+        for (std::size_t i : place)
+            stiffness_.emplace_back(
+                Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[i].data()));
+        old.model_hash = summary_.model_hash;
+        old.drawing = summary_.drawing;
+        old.time_s = summary_.time_s;
+        old.cpu_s = summary_.cpu_s;
+        old.peak_bytes = summary_.peak_bytes;
+        old.reused = true;
+        summary_ = old;
+        clock_.end("reuse");
+        return true;
+    }
+
+    template <typename T>
+    void copy_rows(const std::vector<std::size_t>& place, std::size_t rows, const fs::path& beside) const {
+        const MappedNpy<T> from(folder_ / "columns.npy");
+        NpyWriter<T> to(beside / "columns.npy", {place.size(), rows, 3, 3});
+        for (std::size_t i : place) to.append(from.values().subspan(9 * rows * i, 9 * rows));
+        to.close();
+    }
+
+    bool copy_columns(const Summary& old, const std::vector<std::size_t>& place, std::size_t rows,
+                      const fs::path& beside) const {
+        if (old.column_format != scene_.tables.column_precision) return false;
+        if (old.column_format == "float16")
+            copy_rows<Half>(place, rows, beside);
+        else
+            copy_rows<float>(place, rows, beside);
+        return true;
+    }
+
+    /// K, its factor, blocks and columns.
+    void solve(const fs::path& beside) {
+        Workers workers(threads_for(options_, body_));
+        summary_.threads = workers.count();
+        // 2. K of the free nodes.
+        progress_.stage("assembly");
+        std::optional<Eigen::SparseMatrix<double>> k = assemble_free(scene_, body_);
+        clock_.end("assembly");
+        // 3. Its Cholesky factor. What the mesh could not tell, the pivots do.
+        const Nodes node = unknowns_of(body_.touch_node, body_);
+        const Nodes row = drawing_ == Drawing::kNone ? Nodes() : unknowns_of(rows_of(scene_, body_), body_);
+        progress_.stage("ordering");
+        const Factor factor(
+            *k, [&](const Factor& symbolic) { before_factor(symbolic, *k, node, row, workers, beside); }, &workers,
+            &progress_);
+        require_pivots(scene_, body_, *k, factor);
+        describe_factor(factor, summary_);
+        clock_.end("factor");
+        // 4. Checks that need K, which can go then.
+        progress_.stage("check");
+        summary_.checks.condition_estimate = estimate_condition(*k, factor);
+        clock_.end("condition");
+        const Sample sample = solve_sample(scene_, *k, factor, node, drawing_ == Drawing::kColumns ? row : Nodes(),
+                                           progress_, summary_.checks);
+        if (scene_.contact.force == "pressure-mask") make_masks_tables(factor, *k, beside);
+        k.reset();
+        factor.release_workspace();
+        clock_.end("check");
+        // 5. Blocks and columns of L.
+        progress_.stage("blocks");
+        std::vector<Eigen::Matrix3d> l_ii = invert_blocks(factor, wanted_blocks(scene_, body_), body_.touch_node,
+                                                          options_.tolerance, progress_, workers, summary_);
+        const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(node.size()), l_ii.end());
+        l_ii.resize(node.size());
+        if (scene_.contact.force == "consistent") write_edges(coupled_edges(scene_, body_), l_ij, body_, beside);
+        stiffness_ = invert_each(body_, l_ii, summary_.checks);
+        compare(sample, l_ii, nullptr, summary_.checks);
+        clock_.end("blocks");
+        if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
+        if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
+        clock_.end("columns");
+    }
+
+    void make_masks_tables(const Factor& factor, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
+        clock_.end("check");
+        progress_.stage("mask");
+        compute_mask(scene_, body_, factor, k, beside, progress_, summary_);
+        clock_.end("mask");
+    }
+
+    void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
+                       const Nodes& row, const Workers& workers, const fs::path& beside) {
+        summary_.memory = foresee(scene_, body_, symbolic, k, node, row, options_.tolerance, workers);
+        require_memory(scene_.file.string(), summary_.memory,
+                       options_.memory_bytes > 0.0 ? options_.memory_bytes : available_memory(),
+                       static_cast<double>(body_.free_node.size()));
+        if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
+        if (drawing_ == Drawing::kSolves) require_room("the factor", factor_file_bytes(symbolic), beside);
+        clock_.end("analysis");
+        progress_.stage("factor");
+    }
+
+    void make_columns(const Factor& factor, const Nodes& node, const Nodes& row,
+                      const std::vector<Eigen::Matrix3d>& l_ii, const Sample& sample, Workers& workers,
+                      const fs::path& beside) {
+        progress_.stage("columns");
+        const ColumnFormat format = format_of(scene_, l_ii);
+        summary_.column_format = scene_.tables.column_precision;
+        summary_.column_unit_m_per_n = format.unit_m_per_n;
+        const ColumnSolver solver(factor.supernodes(), node, row);
+        ColumnStore store(work_folder(folder_), hash_identity(scene_, summary_), solver, node.size(), row.size(),
+                          format);
+        try {
+            compute_columns(solver, options_.tolerance, progress_, workers, store, summary_);
+            compare(sample, l_ii, &store, summary_.checks);
+            store.publish(beside / "columns.npy");
+        } catch (const Error&) {
+            store.discard();
+            throw;
+        }
+    }
+
+    /// The other tables; the tables as C; then the summary again, with sizes and times.
+    void write(const fs::path& beside) {
+        progress_.stage("write");
+        write_tables(scene_, body_, stiffness_, beside);
+        write_file(beside / "summary.json", to_json(scene_, body_, summary_));
+        clock_.end("write");
+        progress_.stage("codegen");
+        summary_.size = generate_model(beside);
+        clock_.end("codegen");
+        for (const fs::path& file : files_in(beside)) {
+            summary_.bytes.emplace_back(file.filename(), fs::file_size(file));
+            summary_.hashes.emplace_back(file.filename(), hash_file(file));
+        }
+        write_file(beside / "summary.json", to_json(scene_, body_, summary_));
+    }
+
+    const Scene& scene_;
+    const fs::path& folder_;
+    Progress& progress_;
+    const PrecomputeOptions& options_;
+    Result& result_;
+    const Body& body_ = result_.body;
+    Summary& summary_ = result_.summary;
+    StageClock clock_{summary_};
+    Drawing drawing_ = Drawing::kNone;
+    std::vector<Eigen::Matrix3d> stiffness_;
+};
+
+}  // namespace
+
+fs::path work_folder(const fs::path& folder) { return plain_folder(folder).concat(".columns"); }
+
 Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress, const PrecomputeOptions& options) {
     const fs::path folder = plain_folder(folder_in);
     Result result;
-    Summary& summary = result.summary;
-    const Body& body = result.body;
-    StageClock clock(summary);
-    // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
-    progress.stage("mesh");
-    result.body = make_body(scene, make_mesh(scene.mesh));
-    summary.audit = audit_mesh(body.mesh);
-    require_held(scene, body, summary);
-    require_servo(scene, body);
-    summary.model_hash = hash_model(scene, body);
-    summary.tolerance = options.tolerance;
-    result.unchanged = !options.force && is_current(folder, scene, summary);
-    if (result.unchanged) return touch_summary(folder), result;
-    clock.end("mesh");
-    // 2. K of the free nodes.
-    progress.stage("assembly");
-    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
-    clock.end("assembly");
-    // 3. Its Cholesky factor. What the mesh could not tell, the pivots do.
-    progress.stage("factor");
-    const Nodes node = unknowns_of(body.touch_node, body), row = unknowns_of(rows_of(scene, body), body);
-    const Factor factor(k, [&](const Factor& symbolic) {
-        summary.memory = foresee(scene, body, symbolic, k, node, row, options.tolerance);
-        require_memory(scene.file.string(), summary.memory,
-                       options.memory_bytes > 0.0 ? options.memory_bytes : available_memory(),
-                       static_cast<double>(body.free_node.size()));
-        clock.end("analysis");
-    });
-    require_pivots(scene, body, k, factor);
-    describe_factor(factor, summary);
-    clock.end("factor");
-    summary.checks.condition_estimate = estimate_condition(k, factor);
-    clock.end("condition");
-    // 4. Blocks and columns of L, into a folder beside.
-    const Beside beside(folder);
-    make_folder(beside.path(), folder);
-    require_room(scene, body, beside.path());
-    progress.stage("blocks");
-    std::vector<Eigen::Matrix3d> l_ii =
-        invert_blocks(factor, wanted_blocks(scene, body), body.touch_node, options.tolerance, progress, summary);
-    const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(node.size()), l_ii.end());
-    l_ii.resize(node.size());
-    const std::vector<Eigen::Matrix3d> stiffness = invert_each(body, l_ii, summary.checks);
-    clock.end("blocks");
-    if (scene.contact.force == "consistent") write_edges(coupled_edges(scene, body), l_ij, body, beside.path());
-    if (scene.contact.force == "pressure-mask") {
-        progress.stage("mask");
-        compute_mask(scene, body, factor, k, beside.path(), progress, summary);
-        clock.end("mask");
-    }
-    std::optional<ColumnFile> columns;
-    if (scene.tables.columns != "none") {
-        progress.stage("columns");
-        columns.emplace(beside.path() / "columns.npy", node.size(), row.size());
-        compute_columns(factor, node, row, options.tolerance, progress, *columns, summary);
-    }
-    clock.end("columns");
-    progress.stage("check");
-    check_with_solves(scene, k, factor, node, row, l_ii, columns ? &*columns : nullptr, progress, summary.checks);
-    columns.reset();
-    clock.end("check");
-    // 5. The other tables.
-    progress.stage("write");
-    write_tables(scene, body, stiffness, beside.path());
-    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
-    clock.end("write");
-    // 6. The tables as C; then the summary again, with sizes and times.
-    progress.stage("codegen");
-    summary.size = generate_model(beside.path());
-    clock.end("codegen");
-    summary.memory_peak = peak_memory();
-    for (const fs::path& file : files_in(beside.path()))
-        summary.bytes.emplace_back(file.filename(), fs::file_size(file));
-    write_file(beside.path() / "summary.json", to_json(scene, body, summary));
-    // 7. All files to their places.
-    publish(beside.path(), folder);
-    progress.clear();
+    Run(scene, folder, progress, options, result).compute();
     return result;
 }
 

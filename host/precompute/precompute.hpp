@@ -28,7 +28,12 @@ struct PrecomputeOptions {
     double tolerance = 0.0;
     bool force = false;         ///< compute even where the folder holds the same tables already
     double memory_bytes = 0.0;  ///< most to use; 0: what the machine has free
+    /// 0: all processors, one for less than 10,000 nodes. The tables are the same bytes for any number.
+    int threads = 0;
 };
+
+/// Where columns are worked on, beside the folder; it stays when a run is cut short, and the next one goes on from it.
+std::filesystem::path work_folder(const std::filesystem::path& folder);
 
 /// Reads the scene's mesh, computes its tables and writes them, with summary.json and the generated C, into `folder`,
 /// which is made where it is missing: all files or none; files of other names in it stay. Throws Error, in particular

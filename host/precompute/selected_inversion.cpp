@@ -14,9 +14,9 @@
 #include <numeric>
 
 #include "host/base/error.hpp"
-#include "host/precompute/blas.hpp"
 #include "host/precompute/buffer.hpp"
 #include "host/precompute/numeric.hpp"
+#include "host/solve/blas.hpp"
 
 namespace haptable {
 
@@ -39,10 +39,19 @@ double recurrence_flops(double columns, double below) {
 /// L_JJ and Y, beside the front.
 std::size_t work_entries(std::size_t rows, std::size_t columns) { return rows * columns; }
 
-constexpr int kPanel = 128;      // columns that a thread takes at a time
-constexpr int kSymmetric = 384;  // of a symmetric product, which packs its matrix once for each
-constexpr int kStretch = 512;    // rows that a thread takes at a time
-constexpr int kWhole = 256;      // columns of a diagonal block that LAPACK inverts as a whole
+constexpr int kPanel = 128;    // columns that a thread takes at a time
+constexpr int kStretch = 512;  // rows that a thread takes at a time
+constexpr int kWhole = 256;    // columns of a diagonal block that LAPACK inverts as a whole
+
+constexpr int kInverse = 384;  // columns of a larger one that a thread takes at a time
+
+/// Columns of a symmetric product that a thread takes at a time: two parts or more where it pays, but wide ones, for
+/// each packs the whole matrix once.
+int symmetric_panel(int columns) {
+    if (columns <= kWhole) return columns;
+    const int halves = (columns + 1023) / 1024;
+    return (columns + 2 * halves - 1) / (2 * halves);
+}
 
 std::size_t parts(int length, int part) { return static_cast<std::size_t>((length + part - 1) / part); }
 
@@ -195,8 +204,9 @@ private:
 
     /// Z_RJ = -Z_RR Y.
     void multiply(const Shape& shape, const T* z_rr, T* z_rj, Workers& workers, const Own& own) const {
-        workers.for_each(parts(shape.columns, kSymmetric), [&](std::size_t p, int) {
-            const int begin = static_cast<int>(p) * kSymmetric, count = std::min(kSymmetric, shape.columns - begin);
+        const int panel = symmetric_panel(shape.columns);
+        workers.for_each(parts(shape.columns, panel), [&](std::size_t p, int) {
+            const int begin = static_cast<int>(p) * panel, count = std::min(panel, shape.columns - begin);
             blas::symm_lower(shape.below, count, T(-1), z_rr, shape.rows,
                              own.y + static_cast<std::ptrdiff_t>(begin) * shape.below, shape.below,
                              z_rj + static_cast<std::ptrdiff_t>(begin) * shape.rows, shape.rows);
@@ -213,8 +223,8 @@ private:
                 throw Error("the factor of K has a pivot of 0; please report this mesh");
         } else {
             // W = L_JJ^-1, a panel of columns at a time, into Z_JJ; then W^T W over L_JJ.
-            workers.for_each(parts(n, kPanel), [&](std::size_t p, int) {
-                const int j = static_cast<int>(p) * kPanel, width = std::min(kPanel, n - j);
+            workers.for_each(parts(n, kInverse), [&](std::size_t p, int) {
+                const int j = static_cast<int>(p) * kInverse, width = std::min(kInverse, n - j);
                 T* w = z_jj + j + j * ldz;
                 for (int c = 0; c < width; ++c) {
                     std::fill_n(w + c * ldz, n - j, T(0));
@@ -222,10 +232,10 @@ private:
                 }
                 blas::trsm_lower('L', 'N', n - j, width, l_jj + j + j * ldl, n, w, shape.rows);
             });
-            workers.for_each(parts(n, kPanel), [&](std::size_t p, int) {
-                const int j = static_cast<int>(p) * kPanel, width = std::min(kPanel, n - j);
-                for (int i = j; i < n; i += kPanel)
-                    blas::gemm('T', 'N', std::min(kPanel, n - i), width, n - i, T(1), z_jj + i + i * ldz, shape.rows,
+            workers.for_each(parts(n, kInverse), [&](std::size_t p, int) {
+                const int j = static_cast<int>(p) * kInverse, width = std::min(kInverse, n - j);
+                for (int i = j; i < n; i += kInverse)
+                    blas::gemm('T', 'N', std::min(kInverse, n - i), width, n - i, T(1), z_jj + i + i * ldz, shape.rows,
                                z_jj + i + j * ldz, shape.rows, T(0), l_jj + i + j * ldl, n);
             });
         }

@@ -2,10 +2,14 @@
 #include "host/precompute/summary.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <xxhash.h>
 
 #include <algorithm>
+#include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -73,6 +77,20 @@ nlohmann::ordered_json checks(const Checks& checks) {
             {"smallest_pivot_ratio", checks.smallest_pivot_ratio}};
 }
 
+Checks read_checks(const nlohmann::json& json) {
+    Checks checks;
+    json.at("largest_residual").get_to(checks.largest_residual);
+    json.at("largest_block_difference").get_to(checks.largest_block_difference);
+    json.at("largest_column_difference").get_to(checks.largest_column_difference);
+    json.at("solved_nodes").get_to(checks.solved_nodes);
+    json.at("largest_asymmetry").get_to(checks.largest_asymmetry);
+    json.at("smallest_eigenvalue_m_per_n").get_to(checks.smallest_eigenvalue_m_per_n);
+    json.at("largest_block_condition").get_to(checks.largest_block_condition);
+    json.at("condition_estimate").get_to(checks.condition_estimate);
+    json.at("smallest_pivot_ratio").get_to(checks.smallest_pivot_ratio);
+    return checks;
+}
+
 /// XXH3 of this program's own bytes: a tool that was built anew may compute otherwise.
 std::string program_hash() {
     Hash hash;
@@ -111,9 +129,14 @@ nlohmann::ordered_json flash(const ModelSize& size) {
 
 nlohmann::ordered_json memory(const Summary& summary) {
     const MemoryNeed& need = summary.memory;
-    return {{"foreseen_bytes", need.peak()},    {"stiffness_bytes", need.stiffness}, {"factor_bytes", need.factor},
-            {"inversion_bytes", need.fronts},   {"columns_bytes", need.columns},     {"checks_bytes", need.solves},
-            {"peak_bytes", summary.memory_peak}};
+    return {{"foreseen_bytes", need.peak()},
+            {"stiffness_bytes", need.stiffness},
+            {"factor_bytes", need.factor},
+            {"inversion_bytes", need.fronts},
+            {"columns_bytes", need.columns},
+            {"checks_bytes", need.solves},
+            {"peak_bytes", summary.peak_bytes.empty() ? 0.0 : summary.peak_bytes.back().second},
+            {"peak_bytes_by_stage", to_object(summary.peak_bytes)}};
 }
 
 /// What two runs must have in common for one to stand in for the other.
@@ -123,7 +146,35 @@ nlohmann::ordered_json identity(const Scene& scene, const Summary& summary) {
             {"model_hash", fmt::format("{:016x}", summary.model_hash)},
             {"haptable_version", kVersion},
             {"program", program_hash()},
-            {"tolerance", summary.tolerance}};
+            {"tolerance", summary.tolerance},
+            {"drawing", summary.drawing}};
+}
+
+/// CPU seconds of all threads of this process.
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double peak_memory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) * 1024.0;
+}
+
+/// summary.json of a folder, where it and all files that it names are as they were written.
+std::optional<nlohmann::json> read_intact(const std::filesystem::path& folder) {
+    if (!std::filesystem::exists(folder / "summary.json")) return {};
+    auto json = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
+    if (!json.is_object() || !json.contains("bytes") || !json["bytes"].is_object() || !json.contains("hash")) return {};
+    for (const auto& [file, bytes] : json["bytes"].items()) {
+        std::error_code missing;
+        if (bytes != std::filesystem::file_size(folder / file, missing) || missing) return {};
+    }
+    for (const auto& [file, hash] : json["hash"].items())
+        if (hash != hash_file(folder / file)) return {};
+    return json;
 }
 
 std::string human_bytes(std::uintmax_t bytes) {
@@ -151,10 +202,48 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
 
 }  // namespace
 
+StageClock::StageClock(Summary& summary)
+    : summary_(summary), begin_(std::chrono::steady_clock::now()), cpu_begin_s_(cpu_seconds()) {}
+
 void StageClock::end(const std::string& stage) {
     const auto now = std::chrono::steady_clock::now();
+    const double cpu_s = cpu_seconds();
     summary_.time_s.emplace_back(stage, std::chrono::duration<double>(now - begin_).count());
+    summary_.cpu_s.emplace_back(stage, cpu_s - cpu_begin_s_);
+    summary_.peak_bytes.emplace_back(stage, peak_memory());
     begin_ = now;
+    cpu_begin_s_ = cpu_s;
+}
+
+std::string hash_file(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return {};
+    XXH3_state_t* state = XXH3_createState();
+    XXH3_64bits_reset(state);
+    std::vector<char> piece(std::size_t{1} << 20U);
+    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
+        XXH3_64bits_update(state, piece.data(), static_cast<std::size_t>(file.gcount()));
+    const std::uint64_t hash = XXH3_64bits_digest(state);
+    XXH3_freeState(state);
+    return fmt::format("{:016x}", hash);
+}
+
+std::uint64_t hash_body(const Scene& scene, const Body& body) {
+    Hash hash;
+    hash.add(std::string(kVersion));
+    for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
+    hash.add(std::span<const Tet>(body.mesh.tet));
+    hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
+    hash.add(std::span<const std::int32_t>(body.region));
+    hash.add(scene.material);
+    for (const Region& region : scene.regions) hash.add(region.material);
+    return hash.digest();
+}
+
+std::uint64_t hash_identity(const Scene& scene, const Summary& summary) {
+    Hash hash;
+    hash.add(identity(scene, summary).dump());
+    return hash.digest();
 }
 
 std::uint64_t hash_model(const Scene& scene, const Body& body) {
@@ -188,6 +277,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
             hash.add(value);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
+    hash.add(scene.tables.column_precision);
     hash.add(scene.tables.precision);
     if (!scene.tables.display_rows.empty()) {
         hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
@@ -197,18 +287,35 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
 }
 
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected) {
-    if (!std::filesystem::exists(folder / "summary.json")) return false;
-    const auto old = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
-    if (!old.is_object()) return false;
+    const auto old = read_intact(folder);
+    if (!old) return false;
     const nlohmann::json wanted = identity(scene, expected);
     for (const auto& [key, value] : wanted.items())
-        if (!old.contains(key) || old[key] != value) return false;
-    if (!old.contains("bytes") || !old["bytes"].is_object()) return false;
-    for (const auto& [file, bytes] : old["bytes"].items()) {
-        std::error_code missing;
-        if (bytes != std::filesystem::file_size(folder / file, missing) || missing) return false;
-    }
+        if (!old->contains(key) || (*old)[key] != value) return false;
     return true;
+}
+
+bool restore(const std::filesystem::path& folder, Summary& summary) try {
+    const auto old = read_intact(folder);
+    if (!old || old->value("body_hash", "") != fmt::format("{:016x}", summary.body_hash) ||
+        old->value("program", "") != program_hash() || old->value("tolerance", -1.0) != summary.tolerance)
+        return false;
+    summary.drawing = old->at("drawing").get<std::string>();
+    summary.threads = old->at("threads").get<int>();
+    summary.checks = read_checks(old->at("checks"));
+    const nlohmann::json &factor = old->at("factor"), &blocks = old->at("blocks"), &columns = old->at("columns");
+    summary.ordering = factor.at("ordering").get<std::string>();
+    summary.fill = factor.at("fill").get<double>();
+    summary.flops = factor.at("flops").get<double>();
+    summary.block_precision = blocks.at("precision").get<std::string>();
+    summary.block_flops = blocks.at("flops").get<double>();
+    summary.column_precision = columns.at("precision").get<std::string>();
+    summary.column_format = columns.at("format").get<std::string>();
+    summary.column_unit_m_per_n = columns.at("unit_m_per_n").get<double>();
+    summary.column_flops = columns.at("flops").get<double>();
+    return true;
+} catch (const nlohmann::json::exception&) {
+    return false;
 }
 
 nlohmann::ordered_json to_json(const std::vector<Hold>& holds) {
@@ -236,6 +343,9 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
 
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
     nlohmann::ordered_json json = identity(scene, summary);
+    json["body_hash"] = fmt::format("{:016x}", summary.body_hash);
+    json["reused"] = summary.reused;
+    json["threads"] = summary.threads;
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
     json["mesh"]["body"] = to_json(summary.holds);
@@ -271,10 +381,16 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
         {"method", "selected inversion"}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
-    json["columns"] = {{"precision", summary.column_precision}, {"flops", summary.column_flops}};
+    json["columns"] = {{"precision", summary.column_precision},
+                       {"format", summary.column_format},
+                       {"unit_m_per_n", summary.column_unit_m_per_n},
+                       {"flops", summary.column_flops},
+                       {"flops_done", summary.column_flops_done}};
     json["memory"] = memory(summary);
     json["bytes"] = to_object(summary.bytes);
+    json["hash"] = to_object(summary.hashes);
     json["time_s"] = to_object(summary.time_s);
+    json["cpu_s"] = to_object(summary.cpu_s);
     json["notes"] = body.mesh.notes;
     return json.dump(2) + "\n";
 }
@@ -313,6 +429,11 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     check("largest condition of any L_ii", c.largest_block_condition);
     check("condition of K, estimated", c.condition_estimate);
     check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    if (summary.drawing == "solves")
+        text +=
+            "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "
+            "frame\n";
+    if (summary.reused) text += "\n  blocks, columns and checks are those of an earlier run of the same body\n";
     text += flash_table(scene, summary.size);
     text += ("\n  table                size    stage           time\n");
     for (std::size_t i = 0; i < std::max(summary.bytes.size(), summary.time_s.size()); ++i) {

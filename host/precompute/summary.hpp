@@ -32,11 +32,14 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
+    std::uint64_t body_hash = 0;  ///< of what decides the factor: mesh, held nodes, material
+    bool reused = false;          ///< blocks and columns come from an earlier run of the same body
+    int threads = 1;
+    std::string drawing;  ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
     Audit audit;
-    std::vector<Hold> holds;   ///< by body
-    double tolerance = 0.0;    ///< as asked for
-    MemoryNeed memory;         ///< foreseen, bytes
-    double memory_peak = 0.0;  ///< of the process so far, bytes
+    std::vector<Hold> holds;  ///< by body
+    double tolerance = 0.0;   ///< as asked for
+    MemoryNeed memory;        ///< foreseen, bytes
     Checks checks;
     std::string ordering;
     double fill = 0.0;                                          ///< nonzeros of the factor
@@ -44,33 +47,53 @@ struct Summary {
     double block_flops = 0.0;                                   ///< of the selected inversion
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
+    double column_flops_done = 0.0;                             ///< in this run: less where it went on from another
     std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
+    std::string column_format;                                  ///< "float32" or "float16"; empty without columns
+    double column_unit_m_per_n = 1.0;                           ///< of the entries in columns.npy
     ModelSize size;                                             ///< of the servo's tables
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
+    std::vector<std::pair<std::string, double>> cpu_s;          ///< of all threads, by stage
+    std::vector<std::pair<std::string, double>> peak_bytes;     ///< largest resident set so far, at a stage's end
     std::vector<std::pair<std::string, std::uintmax_t>> bytes;  ///< by table, in order of name
+    std::vector<std::pair<std::string, std::string>> hashes;    ///< XXH3 of the files
 };
 
 /// Adds the time of each stage to a summary.
 class StageClock {
 public:
-    explicit StageClock(Summary& summary) : summary_(summary), begin_(std::chrono::steady_clock::now()) {}
+    explicit StageClock(Summary& summary);
     /// Ends the stage that ran since the last call.
     void end(const std::string& stage);
 
 private:
     Summary& summary_;
     std::chrono::steady_clock::time_point begin_;
+    double cpu_begin_s_;
 };
 
 /// XXH3 (64 bits) of all that decides the tables: version, mesh, held nodes, touchable patches, material, contact and
 /// table options and the force limit. Names, paths and times are not in it: equal content gives equal hashes.
 std::uint64_t hash_model(const Scene& scene, const Body& body);
 
+/// XXH3 of what decides K and its factor.
+std::uint64_t hash_body(const Scene& scene, const Body& body);
+
+/// XXH3 of all that decides the bytes of columns.npy besides the code.
+std::uint64_t hash_identity(const Scene& scene, const Summary& summary);
+
+/// XXH3 of a file's bytes, 16 hex digits; empty where it cannot be read.
+std::string hash_file(const std::filesystem::path& path);
+
+/// Fills in what an earlier run found, where the folder holds, complete and undamaged, tables of the same body, made by
+/// the same program with the same tolerance.
+bool restore(const std::filesystem::path& folder, Summary& summary);
+
 /// True where the folder holds, complete, what this program would compute: summary.json names the same content
-/// (model_hash), scene, tolerance and program (its own bytes), and every file has the size that it gives.
+/// (model_hash), scene, tolerance and program (its own bytes), and every file has the size and the hash that it gives.
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected);
 
 /// How each body is held: [{nodes, tetrahedra, held_nodes, held}].

@@ -390,8 +390,10 @@ Device read_device(const Section& root) {
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
-    const Section section =
-        root.section("tables", {"precision", "columns", "flash_budget", "display_rows", "display_precision"}, false);
+    const Section section = root.section("tables",
+                                         {"precision", "columns", "column_precision", "column_budget", "flash_budget",
+                                          "display_rows", "display_precision"},
+                                         false);
     TableOptions tables;
     tables.precision = section.choice("precision", {"float32", "float16", "int16"});
     if (tables.precision != "float32" && contact.force != "interpolated")
@@ -400,6 +402,8 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
                                  "remove the line",
                                  contact.force));
     tables.columns = section.choice("columns", {"surface", "all", "none"});
+    tables.column_precision = section.choice("column_precision", {"float32", "float16"});
+    tables.column_budget_bytes = section.not_negative("column_budget", tables.column_budget_bytes);
     const std::int64_t budget = section.integer("flash_budget", 0);
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
@@ -408,6 +412,8 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     tables.display_precision = section.choice("display_precision", {"float32", "int16"});
     if (!tables.display_rows.empty() && tables.columns == "none")
         section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
+    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+        section.fail("display_rows", "needs columns in float32: remove column_precision");
     if (!tables.display_rows.empty() && contact.force == "pressure-mask")
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
     return tables;

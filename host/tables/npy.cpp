@@ -18,6 +18,26 @@
 
 namespace haptable {
 
+Half to_half(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const auto sign = static_cast<std::uint16_t>((bits >> 16U) & 0x8000U);
+    const float size = std::bit_cast<float>(bits & 0x7FFFFFFFU);
+    if (!(size < 0x1p16F)) return {static_cast<std::uint16_t>(sign | (size != size ? 0x7E00U : 0x7C00U))};
+    if (size < 0x1p-14F)  // subnormal: adding 0.5 leaves steps of 2^-24, rounded by the processor
+        return {static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(size + 0.5F) & 0x0FFFU))};
+    const std::uint32_t odd = (bits >> 13U) & 1U;
+    const std::uint32_t rounded = (bits & 0x7FFFFFFFU) + 0x0FFFU + odd - ((127U - 15U) << 23U);
+    return {static_cast<std::uint16_t>(sign | (rounded >> 13U))};
+}
+
+float to_float(Half value) {
+    const std::uint32_t sign = (value.bits & 0x8000U) << 16U, rest = value.bits & 0x7FFFU;
+    if (rest >= 0x7C00U) return std::bit_cast<float>(sign | 0x7F800000U | ((rest & 0x3FFU) << 13U));
+    const float size = rest < 0x0400U ? 0x1p-24F * static_cast<float>(rest)
+                                      : std::bit_cast<float>((rest << 13U) + ((127U - 15U) << 23U));
+    return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(size));
+}
+
 static_assert(std::endian::native == std::endian::little, "the .npy files are little-endian: swap bytes on this host");
 
 namespace {
@@ -31,6 +51,8 @@ template <typename T>
 constexpr const char* kType = nullptr;
 template <>
 constexpr const char* kType<std::int32_t> = "<i4";
+template <>
+constexpr const char* kType<Half> = "<f2";
 template <>
 constexpr const char* kType<float> = "<f4";
 template <>
@@ -180,11 +202,15 @@ MappedNpy<T>::~MappedNpy() {
 }
 
 template <typename T>
-WritableNpy<T>::WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape) {
+WritableNpy<T>::WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, bool keep) {
     const std::string head = header<T>(shape);
     map_bytes_ = head.size() + product(shape) * sizeof(T);
-    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | (keep ? 0 : O_TRUNC), 0666);
     if (file < 0) throw Error(path.string() + ": cannot be written: may you write there?");
+    struct stat status {};
+    if (keep && (fstat(file, &status) != 0 || static_cast<std::size_t>(status.st_size) != map_bytes_) &&
+        ftruncate(file, 0) != 0)
+        throw Error(path.string() + ": cannot be written: may you write there?");
     const bool has_room = posix_fallocate(file, 0, static_cast<off_t>(map_bytes_)) == 0;
     map_ = has_room ? mmap(nullptr, map_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
     close(file);
@@ -199,7 +225,9 @@ WritableNpy<T>::~WritableNpy() {
 }
 
 template class WritableNpy<float>;
+template class WritableNpy<Half>;
 template class NpyWriter<std::int32_t>;
+template class NpyWriter<Half>;
 template class NpyWriter<float>;
 template class NpyWriter<double>;
 template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::int32_t>);
@@ -210,6 +238,7 @@ template Array<float> read_npy(const std::filesystem::path&);
 template Array<double> read_npy(const std::filesystem::path&);
 template class MappedNpy<std::int32_t>;
 template class MappedNpy<float>;
+template class MappedNpy<Half>;
 template class MappedNpy<double>;
 
 }  // namespace haptable

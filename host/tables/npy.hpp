@@ -11,6 +11,14 @@
 
 namespace haptable {
 
+/// IEEE 754 binary16 as it is stored.
+struct Half {
+    std::uint16_t bits = 0;
+};
+/// Rounds to the nearest, ties to even; beyond 65504 infinity.
+Half to_half(float value);
+float to_float(Half value);
+
 /// An array as a .npy file holds it: `values` in C order, the product of `shape` many.
 template <typename T>
 struct Array {
@@ -41,7 +49,8 @@ private:
 template <typename T>
 class WritableNpy {
 public:
-    WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape);
+    /// T: float, Half. `keep`: a file of the same type and shape keeps its values.
+    WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, bool keep = false);
     ~WritableNpy();
     WritableNpy(const WritableNpy&) = delete;
     WritableNpy& operator=(const WritableNpy&) = delete;
@@ -62,7 +71,7 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
 template <typename T>
 Array<T> read_npy(const std::filesystem::path& path);
 
-/// A float32 array of the file, mapped into memory and read where it is needed. T: int32_t, float, double.
+/// The array of a file, mapped into memory and read where it is needed. T: int32_t, float, double, Half.
 template <typename T>
 class MappedNpy {
 public:

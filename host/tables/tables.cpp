@@ -91,7 +91,13 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
         tables.display_precision = summary.at("tables").value("display_precision", "float32");
-        tables.has_columns = summary.at("tables").at("columns").get<std::string>() != "none";
+        const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
+        const std::string drawing = summary.value("drawing", none ? "none" : "columns");
+        tables.has_columns = drawing == "columns";
+        tables.has_factor = drawing == "solves";
+        const json columns = summary.value("columns", json::object());
+        tables.half_columns = columns.value("format", "") == "float16";
+        tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
     } catch (const json::exception& error) {
         throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
                     "): make the tables again");
@@ -145,7 +151,7 @@ Tables read_tables(const fs::path& folder) {
     tables.patch = read_rows<std::int32_t, 3>(folder / "patch.npy");
     tables.node_id = read_npy<std::int32_t>(folder / "node_id.npy").values;
     tables.stiffness = read_rows<double, 9>(folder / "stiffness.npy");
-    if (tables.has_columns) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
+    if (tables.has_columns || tables.has_factor) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
 
     const std::size_t nodes = tables.position.size();
     check_patches(folder / "surface.npy", tables.surface, nodes);

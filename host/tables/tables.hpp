@@ -47,9 +47,12 @@ struct Tables {
     double damping_n_s_per_m = 0.0;  ///< of the device
     double device_friction_n = 0.0;
     double encoder_step_m = 0.0;
-    bool has_columns = false;
     std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
     std::string display_precision = "float32";  ///< float32 | int16
+    bool has_columns = false;                   ///< columns.npy
+    bool has_factor = false;                    ///< instead of it: for a solve each frame
+    bool half_columns = false;                  ///< columns.npy is float16, in units of:
+    double column_unit_m_per_n = 1.0;
 
     // *.npy
     std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)
@@ -58,7 +61,7 @@ struct Tables {
     std::vector<std::array<std::int32_t, 3>> patch;    ///< [p] mesh nodes (patch.npy)
     std::vector<std::array<double, 9>> stiffness;      ///< [n] (L_ii)^-1, N/m, row by row (stiffness.npy)
     ComplianceTables compliance;
-    std::vector<std::int32_t> row_id;  ///< [r] mesh nodes of the rows (row_id.npy); empty without columns
+    std::vector<std::int32_t> row_id;  ///< [r] mesh nodes of the rows (row_id.npy); empty without columns and factor
 };
 
 /// Reads and checks the folder. Throws Error that names the file: missing, damaged, or not fitting the others.

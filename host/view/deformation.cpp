@@ -55,21 +55,19 @@ void sweep(std::size_t blocks, const float* __restrict a, const float* __restric
 void Deformation::Free::operator()(float* memory) const { std::free(memory); }
 
 Deformation::Deformation(const Tables& tables, const std::filesystem::path& folder)
-    : columns_(tables.has_columns
-                   ? folder / "columns.npy"
-                   : throw Error(folder.string() +
-                                 ": has no columns to draw a deformation from: set columns = \"surface\" "
-                                 "under [tables] of the scene and make the tables again")),
-      rows_(tables.row_id.size()),
+    : rows_(tables.row_id.size()),
       blocks_((3 * rows_ + kLane - 1) / kLane),
       column_of_(tables.position.size(), -1),
       slot_of_(tables.node_id.size(), -1) {
-    const std::vector<std::size_t> expected{tables.node_id.size(), rows_, 3, 3};
-    if (columns_.shape() != expected)
-        throw Error(
-            fmt::format("{}: does not have the {} columns of {} rows that node_id.npy and row_id.npy name: "
-                        "make the tables again",
-                        (folder / "columns.npy").string(), expected[0], expected[1]));
+    if (!tables.has_columns && !tables.has_factor)
+        throw Error(folder.string() +
+                    ": has no columns to draw a deformation from: set columns = \"surface\" "
+                    "under [tables] of the scene and make the tables again");
+    if (tables.has_factor) {
+        open_factor(tables, folder);
+        return;
+    }
+    open_columns(tables, folder);
     for (std::size_t i = 0; i < tables.node_id.size(); ++i)
         column_of_[static_cast<std::size_t>(tables.node_id[i])] = static_cast<std::int32_t>(i);
     held_.fill(-1);
@@ -77,12 +75,50 @@ Deformation::Deformation(const Tables& tables, const std::filesystem::path& fold
     displacement_.reset(aligned_floats(blocks_ * kLane));
 }
 
+void Deformation::open_columns(const Tables& tables, const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "columns.npy";
+    if (tables.half_columns)
+        half_columns_.emplace(file);
+    else
+        columns_.emplace(file);
+    unit_ = static_cast<float>(tables.column_unit_m_per_n);
+    const std::vector<std::size_t> expected{tables.node_id.size(), rows_, 3, 3};
+    if ((tables.half_columns ? half_columns_->shape() : columns_->shape()) != expected)
+        throw Error(
+            fmt::format("{}: does not have the {} columns of {} rows that node_id.npy and row_id.npy name: "
+                        "make the tables again",
+                        file.string(), expected[0], expected[1]));
+}
+
+void Deformation::open_factor(const Tables& tables, const std::filesystem::path& folder) {
+    factor_.emplace(folder);
+    unknown_of_.assign(tables.position.size(), -1);
+    const auto fail = [&](std::int32_t node) {
+        throw Error(fmt::format("{}: does not fit the tables at node {}: make the tables again",
+                                (folder / "factor_unknown_node.npy").string(), node));
+    };
+    for (std::size_t u = 0; u < factor_->unknown_node().size(); ++u) {
+        const std::int32_t node = factor_->unknown_node()[u];
+        if (node < 0 || static_cast<std::size_t>(node) >= unknown_of_.size()) fail(node);
+        unknown_of_[static_cast<std::size_t>(node)] = static_cast<std::int32_t>(u);
+    }
+    std::vector<std::int32_t> row;
+    for (std::int32_t node : tables.row_id) {
+        row.push_back(unknown_of_[static_cast<std::size_t>(node)]);
+        if (row.back() < 0) fail(node);
+    }
+    solver_.emplace(factor_->supernodes(), factor_->value().data(), row);
+}
+
 /// Rearranges a stored column, [r,3,3], into a panel: component 3 r + a of the displacement is lane (3 r + a) mod 16.
 void Deformation::fill(std::int32_t column, float* panel) const noexcept {
     const std::size_t components = 3 * rows_;
-    const float* stored = columns_.values().data() + static_cast<std::size_t>(column) * components * 3;
+    const std::size_t first = static_cast<std::size_t>(column) * components * 3;
     for (std::size_t k = 0; k < components; ++k)
-        for (std::size_t b = 0; b < 3; ++b) panel[k / kLane * kBlock + b * kLane + k % kLane] = stored[3 * k + b];
+        for (std::size_t b = 0; b < 3; ++b)
+            panel[k / kLane * kBlock + b * kLane + k % kLane] =
+                half_columns_ ? unit_ * to_float(half_columns_->values()[first + 3 * k + b])
+                              : columns_->values()[first + 3 * k + b];
 }
 
 float* Deformation::slot(std::size_t index) const noexcept { return panels_.get() + index * blocks_ * kBlock; }
@@ -103,7 +139,21 @@ const float* Deformation::panel(std::int32_t column, const Group& in_use) noexce
     return slot(static_cast<std::size_t>(index));
 }
 
-std::span<const float> Deformation::displace(std::span<const NodalForce> loads) noexcept {
+std::span<const float> Deformation::displace(std::span<const NodalForce> loads) {
+    return solver_ ? solve(loads) : multiply(loads);
+}
+
+std::span<const float> Deformation::solve(std::span<const NodalForce> loads) {
+    std::vector<FrameSolver::Load> free;
+    for (const NodalForce& load : loads) {
+        const auto node = static_cast<std::size_t>(load.node);
+        const std::int32_t unknown = node < unknown_of_.size() ? unknown_of_[node] : -1;
+        if (unknown >= 0) free.push_back({unknown, {load.force_n[0], load.force_n[1], load.force_n[2]}});
+    }
+    return solver_->displace(free);
+}
+
+std::span<const float> Deformation::multiply(std::span<const NodalForce> loads) noexcept {
     bool first = true;
     std::size_t next = 0;
     do {

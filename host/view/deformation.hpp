@@ -6,9 +6,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "host/solve/factor_file.hpp"
+#include "host/solve/frame_solver.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 
@@ -22,8 +25,9 @@ struct NodalForce {
     bool operator==(const NodalForce&) const = default;
 };
 
-/// Equation 8 over the rows of columns.npy, in float32. The file stays on the disk and is mapped: of a table that is
-/// larger than the memory only the columns that are touched are read.
+/// Equation 8 over the rows of columns.npy, in float32; where the scene keeps the factor instead, by one solve a call.
+/// The file stays on the disk and is mapped: of a table that is larger than the memory only the columns that are
+/// touched are read.
 ///
 /// A column is copied the first time its node is loaded, into one of kSlots slots, in the order that the vector units
 /// want: [blocks, 3, 16], so that one load brings 16 coefficients of one force component. As stored, [r, 3, 3], they
@@ -31,14 +35,15 @@ struct NodalForce {
 /// doubles a table that can have gigabytes.
 class Deformation {
 public:
-    /// Maps `folder`/columns.npy. Throws Error when the scene has no columns or when they do not fit the tables.
+    /// Maps `folder`/columns.npy or the factor's files. Throws Error when the scene has neither or when they do not fit
+    /// the tables.
     Deformation(const Tables& tables, const std::filesystem::path& folder);
 
     std::size_t rows() const { return rows_; }
 
     /// The displacements [r,3] in metres under `loads`, in the order of row_id.npy; valid until the next call. A node
-    /// without a column is a fixed one: the force on it moves nothing. No heap. For one thread.
-    std::span<const float> displace(std::span<const NodalForce> loads) noexcept;
+    /// without a column is a fixed one: the force on it moves nothing. With columns no heap. For one thread.
+    std::span<const float> displace(std::span<const NodalForce> loads);
 
 private:
     static constexpr std::size_t kSlots = 64;  ///< loaded nodes that stay rearranged
@@ -51,7 +56,17 @@ private:
     float* slot(std::size_t index) const noexcept;
     void fill(std::int32_t column, float* panel) const noexcept;
 
-    MappedNpy<float> columns_;  // [n,r,3,3]
+    void open_columns(const Tables& tables, const std::filesystem::path& folder);
+    void open_factor(const Tables& tables, const std::filesystem::path& folder);
+    std::span<const float> multiply(std::span<const NodalForce> loads) noexcept;
+    std::span<const float> solve(std::span<const NodalForce> loads);
+
+    std::optional<MappedNpy<float>> columns_;      // [n,r,3,3]
+    std::optional<MappedNpy<Half>> half_columns_;  // the same, in units of
+    float unit_ = 1.0F;                            // m/N
+    std::optional<FactorFile> factor_;             // instead of columns
+    std::optional<FrameSolver> solver_;
+    std::vector<std::int32_t> unknown_of_;  ///< [N] unknown node of a mesh node, or -1: with the factor
     std::size_t rows_;
     std::size_t blocks_;                     ///< of 16 displacement components
     std::vector<std::int32_t> column_of_;    ///< [N] column of a mesh node, or -1

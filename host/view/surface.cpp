@@ -132,7 +132,7 @@ void DrawnSurface::mark_patches(const Tables& tables) {
     for (std::size_t p = 0; p < patches(); ++p) {
         std::array<std::int32_t, 3> nodes = tables.surface[p];
         std::sort(nodes.begin(), nodes.end());
-        const bool fixed = tables.has_columns && row[index(patch[p][0])] < 0 && row[index(patch[p][1])] < 0 &&
+        const bool fixed = !tables.row_id.empty() && row[index(patch[p][0])] < 0 && row[index(patch[p][1])] < 0 &&
                            row[index(patch[p][2])] < 0;
         touchable[p] = touched.contains(nodes) ? 1 : 0;
         neutral[p] = fixed || touchable[p] == 0 ? 1 : 0;

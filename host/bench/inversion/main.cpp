@@ -30,6 +30,7 @@ using namespace haptable;
 namespace fs = std::filesystem;
 using Nodes = std::vector<std::int32_t>;
 using Blocks = std::vector<Eigen::Matrix3d>;
+constexpr std::size_t kBlockNodes = 64;  // of one blocked solve: 192 right-hand sides
 
 struct Options {
     std::vector<int> sides{8, 12, 16, 20};
@@ -136,15 +137,15 @@ private:
 void solve_sample(const Options& options, const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted,
                   const Blocks* in_double, const Blocks& in_float, Row& row) {
     const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
-    const std::size_t groups = (node.size() + kNodesPerBlock - 1) / kNodesPerBlock;
+    const std::size_t groups = (node.size() + kBlockNodes - 1) / kBlockNodes;
     const std::size_t run = std::min(groups, options.sampled_groups);
     std::size_t solved = 0;
     double seconds = 0.0;
     if (in_double != nullptr) row.double_error = 0.0;
     for (std::size_t g = 0; g < run; ++g) {
-        const std::size_t first = g * groups / run * kNodesPerBlock;
+        const std::size_t first = g * groups / run * kBlockNodes;
         const Nodes group(node.begin() + static_cast<std::ptrdiff_t>(first),
-                          node.begin() + static_cast<std::ptrdiff_t>(std::min(node.size(), first + kNodesPerBlock)));
+                          node.begin() + static_cast<std::ptrdiff_t>(std::min(node.size(), first + kBlockNodes)));
         Eigen::MatrixXd b = Eigen::MatrixXd::Zero(factor.size(), 3 * static_cast<Eigen::Index>(group.size())), x;
         for (std::size_t c = 0; c < group.size(); ++c)
             b.block<3, 3>(Eigen::Index{3} * group[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
@@ -163,7 +164,8 @@ void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
     Progress progress(true);
     const ColumnSolver solver(factor.supernodes(), node, node);
     std::vector<float> table(9 * node.size() * node.size());
-    const auto put = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
+    ColumnSolver::Sink put;
+    put.take = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
         std::copy_n(block.data(), 9, &table[9 * (i * node.size() + k)]);
     };
     row.columns_bytes = static_cast<double>(table.size()) * sizeof(float);
@@ -229,7 +231,7 @@ void print_solves(const std::vector<Row>& rows) {
     fmt::print(
         "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
         "error double | error float | columns GB | pruned double s | float s | solves / pruned |\n|{:-<3}|",
-        kNodesPerBlock, "");
+        kBlockNodes, "");
     for (int c = 0; c < 11; ++c) fmt::print("---|");
     for (const Row& r : rows)
         fmt::print(

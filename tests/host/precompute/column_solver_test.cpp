@@ -35,12 +35,14 @@ protected:
     void expect_columns(const Nodes& node, const Nodes& row, double tolerance) {
         std::vector<int> seen(node.size() * row.size(), 0);
         double largest = 0.0;
-        ColumnSolver(factor_.supernodes(), node, row).compute<T>(progress_, [&](auto c, auto k, const auto& block) {
+        ColumnSolver::Sink sink;
+        sink.take = [&](std::size_t c, std::size_t k, const Eigen::Matrix3f& block) {
             ++seen[c * row.size() + k];
             const Eigen::Matrix3d expected = l_.block<3, 3>(3 * row[k], 3 * node[c]);
             const double scale = l_.block<3, 3>(3 * node[c], 3 * node[c]).norm();
-            largest = std::max(largest, (block.template cast<double>() - expected).norm() / scale);
-        });
+            largest = std::max(largest, (block.cast<double>() - expected).norm() / scale);
+        };
+        ColumnSolver(factor_.supernodes(), node, row).compute<T>(progress_, sink);
         EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
         EXPECT_LT(largest, tolerance);
     }

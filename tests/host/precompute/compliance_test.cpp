@@ -146,32 +146,9 @@ TEST_F(Blocks, AsymmetryOfASymmetricInverseIsRoundingAndADisturbanceIsSeen) {
     };
     EXPECT_LT(asymmetry(-1, -1), 1e-12);
     EXPECT_GT(asymmetry(2, 4), 1e-6) << "within the first block";
-    EXPECT_GT(asymmetry(90, 96), 1e-6) << "within a later block";
+    EXPECT_GT(asymmetry(90, 94), 1e-6) << "within a later block";
     EXPECT_GT(asymmetry(2, 96), 1e-6) << "between the first and a later block";
     EXPECT_GT(asymmetry(96, 2), 1e-6) << "and the other way round";
-}
-
-TEST_F(Blocks, ColumnFileHoldsRowsInTableOrder) {
-    const test::TemporaryFolder folder;
-    const std::vector<std::int32_t> row{99, 0, 41};
-    {
-        ColumnFile file(folder.path() / "c.npy", node_.size(), row.size());
-        for (std::size_t i = 0; i < node_.size(); ++i)
-            for (std::size_t k = 0; k < row.size(); ++k)
-                file.put(i, k, l_.block<3, 3>(3 * row[k], 3 * node_[i]).cast<float>());
-        EXPECT_LT(file.difference(7, row, l_.middleCols<3>(3 * node_[7])), 1e-7);
-        file.put(7, 1, 2.0F * l_.block<3, 3>(3 * row[1], 3 * node_[7]).cast<float>());
-        EXPECT_GT(file.difference(7, row, l_.middleCols<3>(3 * node_[7])), 0.1) << "a wrong entry is seen";
-        file.put(7, 1, l_.block<3, 3>(3 * row[1], 3 * node_[7]).cast<float>());
-    }
-    const Array<float> columns = read_npy<float>(folder.path() / "c.npy");
-    ASSERT_EQ(columns.shape, (std::vector<std::size_t>{node_.size(), 3, 3, 3}));
-    const double scale = l_.cwiseAbs().maxCoeff();
-    for (std::size_t i = 0, at = 0; i < node_.size(); ++i)
-        for (std::int32_t r : row)
-            for (Eigen::Index a = 0; a < 3; ++a)
-                for (Eigen::Index b = 0; b < 3; ++b)
-                    ASSERT_NEAR(columns.values[at++], l_(3 * r + a, 3 * node_[i] + b), 1e-7 * scale);
 }
 
 TEST_F(Blocks, ConditionIsEstimatedToAFewPercent) {

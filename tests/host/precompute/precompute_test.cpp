@@ -213,9 +213,91 @@ TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
     EXPECT_FALSE(run(scene, out_).unchanged);
     fs::resize_file(out_ / "columns.npy", 100);
     EXPECT_FALSE(run(scene, out_).unchanged) << "a damaged file";
+    std::string text = read_file(out_ / "stiffness.npy");
+    text[200] ^= 1;
+    write_file(out_ / "stiffness.npy", text);
+    EXPECT_FALSE(run(scene, out_).unchanged) << "a file that was changed without a change of its size";
     fs::remove(out_ / "model.c");
     EXPECT_FALSE(run(scene, out_).unchanged) << "a missing file";
     EXPECT_TRUE(run(scene, out_).unchanged);
+}
+
+TEST_F(PrecomputeRun, AnotherTouchRegionOrPrecisionReusesBlocksAndColumns) {
+    const auto tables_of = [&](const Scene& scene, const fs::path& folder, bool reused) {
+        EXPECT_EQ(run(scene, folder).summary.reused, reused);
+        auto files = contents(folder);
+        files.erase("summary.json");
+        files.erase("columns.npy");  // solved for in other groups: compared by value
+        return files;
+    };
+    Scene scene = cube_scene();
+    EXPECT_FALSE(run(scene, out_).summary.reused);
+    scene.touch.push_back({std::array<double, 6>{-1, -1, 0.0299, 1, 1, 1}, "", 1});  // the top
+    scene.device.max_force_n = 3.0;
+    const auto fresh = tables_of(scene, temporary_.path() / "fresh", false);
+    EXPECT_TRUE(tables_of(scene, out_, true) == fresh);
+    const Array<float> anew = read_npy<float>(temporary_.path() / "fresh" / "columns.npy");
+    const Array<float> reused = read_npy<float>(out_ / "columns.npy");
+    ASSERT_EQ(reused.shape, anew.shape);
+    const float largest = *std::max_element(anew.values.begin(), anew.values.end());
+    for (std::size_t i = 0; i < anew.values.size(); ++i) ASSERT_NEAR(reused.values[i], anew.values[i], 1e-6F * largest);
+    scene.touch.clear();
+    EXPECT_FALSE(run(scene, out_).summary.reused) << "more nodes than there are blocks of";
+    scene.tables.column_precision = "float16";
+    EXPECT_FALSE(run(scene, out_).summary.reused) << "columns in another precision";
+    scene.tables.columns = "none";
+    EXPECT_TRUE(run(scene, out_).summary.reused);
+    EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
+    scene.material.poisson = 0.3;
+    EXPECT_FALSE(run(scene, out_).summary.reused) << "another material";
+}
+
+TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
+    const Scene scene = cube_scene(12);
+    std::map<std::string, std::string> first;
+    for (int threads : {1, 2, 5}) {
+        Progress progress(true);
+        PrecomputeOptions options;
+        options.threads = threads;
+        options.force = true;
+        EXPECT_EQ(precompute(scene, out_, progress, options).summary.threads, threads);
+        auto files = contents(out_);
+        files.erase("summary.json");
+        if (first.empty()) first = files;
+        EXPECT_TRUE(files == first) << threads;
+    }
+}
+
+TEST_F(PrecomputeRun, ColumnsInHalfPrecisionAreRoundedOnly) {
+    for (double young : {1e-2, 1e4, 1e11}) {
+        Scene scene = cube_scene();
+        scene.material.young_pa = young;
+        run(scene, out_);
+        const Array<float> single = read_npy<float>(out_ / "columns.npy");
+        scene.tables.column_precision = "float16";
+        run(scene, out_);
+        const Tables tables = read_tables(out_);
+        ASSERT_TRUE(tables.half_columns);
+        const MappedNpy<Half> half(out_ / "columns.npy");
+        ASSERT_EQ(half.shape(), single.shape);
+        float largest = 0.0F;
+        for (float value : single.values) largest = std::max(largest, std::abs(value));
+        for (std::size_t i = 0; i < single.values.size(); ++i)
+            ASSERT_NEAR(to_float(half.values()[i]) * static_cast<float>(tables.column_unit_m_per_n), single.values[i],
+                        0x1p-11F * std::abs(single.values[i]) + 0x1p-24F * largest);
+    }
+}
+
+TEST_F(PrecomputeRun, TooManyPatchesAreRefusedBeforeTheFactorisation) {
+    Scene scene = cube_scene(76);  // 67,500 patches: minutes of work, if it began
+    scene.tables.columns = "none";
+    try {
+        run(scene, out_);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()).rfind("cube.toml: the touchable surface has 6", 0), 0U) << error.what();
+        EXPECT_EQ(std::string(error.what()).find("partial"), std::string::npos) << error.what();
+    }
 }
 
 TEST_F(PrecomputeRun, FloatIsTakenWhereTheToleranceAllowsIt) {

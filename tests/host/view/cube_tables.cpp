@@ -52,7 +52,7 @@ CubeSurface make_surface(const CubeOptions& options) {
 std::string summary(const CubeOptions& options) {
     return R"({"name": "cube", "model_hash": "0123456789abcdef", "scene": "cube.toml",
                "contact": {"force": "interpolated", "god_object": "nearest", "rigid_stiffness_n_per_m": 1000.0},
-               "device": {"max_force_n": 8.5}, "tables": {"columns": ")" +
+               "device": {"max_force_n": 8.5}, "tables": {"precision": "float32", "flash_budget": 0, "columns": ")" +
            options.columns + "\"}}\n";
 }
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "host/precompute/factor.hpp"
+#include "host/solve/supernodes.hpp"
 
 namespace haptable {
 

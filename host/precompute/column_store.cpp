@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/column_store.hpp"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string first_line(std::uint64_t key) { return fmt::format("haptable columns 1 {:016x}", key); }
+
+}  // namespace
+
+ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
+                         std::size_t row_count, const ColumnFormat& format)
+    : folder_(std::move(folder)),
+      solver_(solver),
+      row_count_(row_count),
+      per_unit_(static_cast<float>(1.0 / format.unit_m_per_n)),
+      unit_(static_cast<float>(format.unit_m_per_n)),
+      done_(solver.group_count(), 0) {
+    std::error_code failed;
+    fs::create_directories(folder_, failed);
+    if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), failed.message()));
+    const std::vector<std::size_t> shape{node_count, row_count, 3, 3};
+    if (format.half)
+        half_.emplace(folder_ / "columns.npy", shape, true);
+    else
+        single_.emplace(folder_ / "columns.npy", shape, true);
+    read_journal(key);
+    // Written anew: a line that a crash cut off must not spoil the next one.
+    journal_.open(folder_ / "journal", std::ios::trunc);
+    journal_ << first_line(key) << '\n';
+    for (std::size_t group = 0; group < done_.size(); ++group)
+        if (done_[group]) write_journal(group);
+    journal_.flush();
+}
+
+ColumnStore::~ColumnStore() {
+    const bool any = std::find(done_.begin(), done_.end(), 1) != done_.end();
+    if (!any) discard();
+}
+
+void ColumnStore::read_journal(std::uint64_t key) {
+    std::ifstream file(folder_ / "journal");
+    std::string line;
+    if (!std::getline(file, line) || line != first_line(key)) return;
+    while (std::getline(file, line)) {
+        std::istringstream words(line);
+        std::size_t group = 0;
+        std::uint64_t hash = 0;
+        if (!(words >> group >> std::hex >> hash) || group >= done_.size() || done_[group]) continue;
+        if (hash_of(group) != hash) continue;
+        done_[group] = 1;
+        ++kept_;
+    }
+}
+
+void ColumnStore::write_journal(std::size_t group) {
+    journal_ << fmt::format("{} {:016x}\n", group, hash_of(group)) << std::flush;
+}
+
+/// XXH3 over the group's blocks as they are in the file.
+std::uint64_t ColumnStore::hash_of(std::size_t group) const {
+    XXH3_state_t* state = XXH3_createState();
+    XXH3_64bits_reset(state);
+    solver_.for_each_block(group, [&](std::size_t i, std::size_t k) {
+        const std::size_t first = 9 * (i * row_count_ + k);
+        if (half_)
+            XXH3_64bits_update(state, &half_->values()[first], 9 * sizeof(Half));
+        else
+            XXH3_64bits_update(state, &single_->values()[first], 9 * sizeof(float));
+    });
+    const std::uint64_t hash = XXH3_64bits_digest(state);
+    XXH3_freeState(state);
+    return hash;
+}
+
+void ColumnStore::put(std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) {
+    const std::size_t first = 9 * (i * row_count_ + k);
+    for (std::size_t e = 0; e < 9; ++e) {
+        const float value = l_ri(static_cast<Eigen::Index>(e / 3), static_cast<Eigen::Index>(e % 3));
+        if (half_)
+            half_->values()[first + e] = to_half(value * per_unit_);
+        else
+            single_->values()[first + e] = value;
+    }
+}
+
+float ColumnStore::at(std::size_t entry) const {
+    return half_ ? unit_ * to_float(half_->values()[entry]) : single_->values()[entry];
+}
+
+ColumnSolver::Sink ColumnStore::sink() {
+    ColumnSolver::Sink sink;
+    sink.take = [this](std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) { put(i, k, l_ri); };
+    sink.have = [this](std::size_t group) { return done_[group] != 0; };
+    sink.done = [this](std::size_t group) {
+        write_journal(group);
+        done_[group] = 1;
+    };
+    return sink;
+}
+
+double ColumnStore::difference(std::size_t i, const Eigen::MatrixXd& x) const {
+    double difference = 0.0;  // squared
+    for (std::size_t k = 0; k < row_count_; ++k)
+        for (std::size_t e = 0; e < 9; ++e) {
+            const double expected = x(static_cast<Eigen::Index>(3 * k + e / 3), static_cast<Eigen::Index>(e % 3));
+            difference += std::pow(static_cast<double>(at(9 * (i * row_count_ + k) + e)) - expected, 2);
+        }
+    return std::sqrt(difference) / x.norm();
+}
+
+void ColumnStore::publish(const fs::path& file) {
+    std::error_code failed;
+    fs::rename(folder_ / "columns.npy", file, failed);
+    if (failed) throw Error(fmt::format("{}: cannot be written: {}", file.string(), failed.message()));
+    discard();
+}
+
+void ColumnStore::discard() {
+    journal_.close();
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    std::fill(done_.begin(), done_.end(), 0);
+}
+
+}  // namespace haptable

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/solve/factor_file.hpp"
+
+#include <algorithm>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknown_node, const fs::path& folder) {
+    const auto write = [&](const char* name, std::span<const std::int32_t> values) {
+        write_npy<std::int32_t>(folder / name, {values.size()}, values);
+    };
+    write(kFactorFiles[0], factor.first_column);
+    write(kFactorFiles[1], factor.row_begin);
+    write(kFactorFiles[2], factor.value_begin);
+    write(kFactorFiles[3], factor.row);
+    write(kFactorFiles[4], factor.permutation);
+    write(kFactorFiles[5], unknown_node);
+    NpyWriter<float> writer(folder / kFactorFiles[6], {at(factor.value_begin.back())});
+    std::vector<float> column;
+    std::size_t written = 0;
+    for (std::int32_t k = 0; k < factor.count(); ++k) {
+        const std::size_t rows = factor.rows(k).size();
+        for (std::size_t j = 0; j < at(factor.column_count(k)); ++j) {
+            const double* l = factor.values(k) + j * rows;
+            column.assign(j, 0.0F);  // above the diagonal there is nothing
+            column.insert(column.end(), l + j, l + rows);
+            writer.append(column);
+            written += rows;
+        }
+        column.assign(at(factor.value_begin[at(k) + 1]) - written, 0.0F);
+        writer.append(column);
+        written += column.size();
+    }
+    writer.close();
+}
+
+FactorFile::FactorFile(const fs::path& folder)
+    : first_column_(folder / kFactorFiles[0]),
+      row_begin_(folder / kFactorFiles[1]),
+      value_begin_(folder / kFactorFiles[2]),
+      row_(folder / kFactorFiles[3]),
+      permutation_(folder / kFactorFiles[4]),
+      unknown_node_(folder / kFactorFiles[5]),
+      value_(folder / kFactorFiles[6]) {
+    check(folder);
+}
+
+Supernodes FactorFile::supernodes() const {
+    return {first_column_.values(), row_begin_.values(),   value_begin_.values(),
+            row_.values(),          permutation_.values(), nullptr};
+}
+
+/// Damaged indices must be an error here, not a read beyond an array later.
+void FactorFile::check(const fs::path& folder) const {
+    const auto n = static_cast<std::int32_t>(permutation_.values().size());
+    const auto require = [&](bool ok, const char* file) {
+        if (!ok)
+            throw Error((folder / file).string() + ": does not fit the factor's other files: make the tables again");
+    };
+    const auto ascends = [](std::span<const std::int32_t> list, std::size_t last) {
+        return list.size() > 1 && list.front() == 0 && std::is_sorted(list.begin(), list.end()) &&
+               static_cast<std::size_t>(list.back()) == last;
+    };
+    const auto below = [&](std::span<const std::int32_t> list, std::int32_t end) {
+        return std::all_of(list.begin(), list.end(), [&](std::int32_t i) { return i >= 0 && i < end; });
+    };
+    const Supernodes s = supernodes();
+    require(ascends(s.first_column, at(n)), kFactorFiles[0]);
+    require(s.row_begin.size() == s.first_column.size() && ascends(s.row_begin, s.row.size()), kFactorFiles[1]);
+    require(s.value_begin.size() == s.first_column.size() && ascends(s.value_begin, value_.values().size()),
+            kFactorFiles[2]);
+    require(below(s.row, n), kFactorFiles[3]);
+    require(below(s.permutation, n), kFactorFiles[4]);
+    require(3 * unknown_node_.values().size() == s.permutation.size(), kFactorFiles[5]);
+    for (std::int32_t k = 0; k < s.count(); ++k) {
+        const std::size_t rows = s.rows(k).size(), columns = at(s.column_count(k));
+        require(columns > 0 && rows >= columns, kFactorFiles[1]);
+        require(at(s.value_begin[at(k) + 1] - s.value_begin[at(k)]) >= rows * columns, kFactorFiles[2]);
+    }
+}
+
+}  // namespace haptable

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/column_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "host/base/file.hpp"
+#include "host/precompute/precompute.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Nodes = std::vector<std::int32_t>;
+
+/// A cube of 9 nodes a side, its bottom held: columns of all 648 unknown nodes, six groups.
+class Store : public testing::Test {
+protected:
+    static Eigen::SparseMatrix<double> stiffness() {
+        Scene scene;
+        scene.mesh.generate = "cube";
+        scene.mesh.nodes_per_side = 9;
+        scene.mesh.side_m = 0.03;
+        scene.material = {1e4, 0.3};
+        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
+        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+    }
+    static Nodes every(std::int32_t step) {
+        Nodes nodes;
+        for (std::int32_t i = 0; i < 648; i += step) nodes.push_back(i);
+        return nodes;
+    }
+    /// Computes what is missing, at most `groups` of it, as a crash or Ctrl-C would end it. Returns the operations.
+    double compute(ColumnStore& store, std::size_t groups = 1000) {
+        struct Stop {};
+        ColumnSolver::Sink sink = store.sink();
+        const auto done = sink.done;
+        double flops = 0.0;
+        sink.done = [&](std::size_t group) {
+            if (groups == 0) throw Stop();
+            done(group);
+            flops += solver_.flops(group);
+            --groups;
+        };
+        try {
+            const double told = solver_.compute<double>(progress_, sink);
+            EXPECT_DOUBLE_EQ(told, flops);
+        } catch (const Stop&) {
+        }
+        return flops;
+    }
+    std::string columns(const fs::path& work, std::uint64_t key = 1) {
+        ColumnStore store(work, key, solver_, node_.size(), row_.size(), format_);
+        compute(store);
+        store.publish(temporary_.path() / "columns.npy");
+        EXPECT_FALSE(fs::exists(work));
+        return read_file(temporary_.path() / "columns.npy");
+    }
+
+    const test::TemporaryFolder temporary_;
+    const fs::path work_ = temporary_.path() / "out.columns";
+    const Eigen::SparseMatrix<double> k_ = stiffness();
+    const Factor factor_{k_};
+    const Nodes node_ = every(1), row_ = every(1);
+    const ColumnSolver solver_{factor_.supernodes(), node_, row_};
+    ColumnFormat format_;
+    Progress progress_{true};
+};
+
+TEST_F(Store, KilledAtHalfGoesOnFromThereWithTheSameBytes) {
+    const std::string whole = columns(temporary_.path() / "whole");
+    for (bool half : {false, true}) {
+        format_.half = half;
+        format_.unit_m_per_n = half ? 0x1p-12 : 1.0;
+        const std::string expected = half ? columns(temporary_.path() / "whole") : whole;
+        double first = 0.0;
+        {
+            ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
+            while (first < 0.5 * solver_.flops()) first += compute(store, 1);
+        }
+        ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
+        EXPECT_GT(store.kept_groups(), 0U);
+        EXPECT_LE(compute(store), 0.55 * solver_.flops());
+        store.publish(temporary_.path() / "columns.npy");
+        EXPECT_TRUE(read_file(temporary_.path() / "columns.npy") == expected);
+    }
+}
+
+TEST_F(Store, DamagedForeignOrCutOffWorkIsDoneAgain) {
+    const std::string whole = columns(temporary_.path() / "whole");
+    const auto kept = [&](std::uint64_t key, const std::function<void()>& damage) {
+        {
+            ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
+            compute(store, 3);
+        }
+        damage();
+        ColumnStore store(work_, key, solver_, node_.size(), row_.size(), format_);
+        const std::size_t groups = store.kept_groups();
+        compute(store);
+        store.publish(temporary_.path() / "columns.npy");
+        EXPECT_TRUE(read_file(temporary_.path() / "columns.npy") == whole);
+        return groups;
+    };
+    EXPECT_EQ(kept(1, [] {}), 3U);
+    EXPECT_EQ(kept(2, [] {}), 0U) << "another key";
+    EXPECT_EQ(kept(1,
+                   [&] {
+                       std::string text = read_file(work_ / "columns.npy");
+                       text[text.size() / 2] ^= 1;
+                       write_file(work_ / "columns.npy", text);
+                   }),
+              2U)
+        << "one entry is damaged";
+    EXPECT_EQ(kept(1, [&] { fs::resize_file(work_ / "columns.npy", 1000); }), 0U) << "cut off";
+    EXPECT_EQ(kept(1,
+                   [&] {
+                       const std::string text = read_file(work_ / "journal");
+                       write_file(work_ / "journal", text.substr(0, text.size() - 5));
+                   }),
+              2U)
+        << "the journal's last line is cut off";
+}
+
+TEST_F(Store, NothingDoneLeavesNothing) {
+    { const ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_); }
+    EXPECT_FALSE(fs::exists(work_));
+}
+
+TEST_F(Store, HoldsRowsInTableOrderAndSeesADifference) {
+    const Eigen::MatrixXd l = Eigen::MatrixXd(k_).llt().solve(Eigen::MatrixXd::Identity(k_.rows(), k_.cols()));
+    ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
+    compute(store);
+    for (std::size_t i : {0U, 7U, 647U}) {
+        const Eigen::MatrixXd x = l.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+        EXPECT_LT(store.difference(i, x), 1e-7);
+        EXPECT_GT(store.difference(i, 1.001 * x), 1e-4);
+        EXPECT_GT(store.difference(i, x.colwise().reverse()), 1e-2);
+    }
+}
+
+}  // namespace
+
+}  // namespace haptable

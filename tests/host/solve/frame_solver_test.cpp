@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/solve/frame_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/tables/tables.hpp"
+#include "host/view/deformation.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The paper's cube with its columns, and with a budget that has no room for them.
+class Frames : public testing::Test {
+protected:
+    Result run(double budget_bytes, const fs::path& folder) {
+        Scene scene;
+        scene.file = "cube.toml";
+        scene.name = "cube";
+        scene.mesh.generate = "cube";
+        scene.material = {1e4, 0.3};
+        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
+        scene.tables.column_budget_bytes = budget_bytes;
+        Progress progress(true);
+        return precompute(scene, folder, progress);
+    }
+    const test::TemporaryFolder temporary_;
+    const fs::path columns_ = temporary_.path() / "columns", solves_ = temporary_.path() / "solves";
+};
+
+TEST_F(Frames, OverTheBudgetTheViewerSolvesAndSeesTheSame) {
+    run(1e9, columns_);
+    const Result result = run(1000.0, solves_);
+    EXPECT_EQ(result.summary.drawing, "solves");
+    EXPECT_NE(to_table(Scene(), result.body, result.summary).find("column_budget"), std::string::npos);
+    EXPECT_FALSE(fs::exists(solves_ / "columns.npy"));
+    const Tables with = read_tables(columns_), without = read_tables(solves_);
+    EXPECT_TRUE(with.has_columns && !with.has_factor && !without.has_columns && without.has_factor);
+    ASSERT_EQ(with.row_id, without.row_id);
+    Deformation stored(with, columns_), solved(without, solves_);
+    for (std::size_t p = 0; p < with.patch.size(); p += 7) {
+        std::vector<NodalForce> loads;
+        for (std::int32_t node : with.patch[p])
+            loads.push_back({node, {0.3F, -0.2F, -0.9F + 0.1F * static_cast<float>(loads.size())}});
+        const auto a = stored.displace(loads), b = solved.displace(loads);
+        ASSERT_EQ(a.size(), b.size());
+        float largest = 0.0F, difference = 0.0F;
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            largest = std::max(largest, std::abs(a[i]));
+            difference = std::max(difference, std::abs(a[i] - b[i]));
+        }
+        EXPECT_LE(difference, 3e-6F * largest);
+    }
+    for (float u : solved.displace({})) EXPECT_EQ(u, 0.0F);
+}
+
+TEST_F(Frames, BackWithinTheBudgetTheFactorGoes) {
+    run(1000.0, solves_);
+    EXPECT_TRUE(fs::exists(solves_ / "factor_value.npy"));
+    run(1e9, solves_);
+    EXPECT_FALSE(fs::exists(solves_ / "factor_value.npy"));
+    EXPECT_TRUE(fs::exists(solves_ / "columns.npy"));
+}
+
+TEST_F(Frames, DamagedFactorFilesAreErrorsThatNameThem) {
+    run(1000.0, solves_);
+    const Tables tables = read_tables(solves_);
+    for (const char* name : kFactorFiles) {
+        const std::string good = read_file(solves_ / name);
+        std::string bad = good;
+        for (std::size_t i = 128; i < 136; ++i) bad[i] = '\x7f';  // the first values: far too large
+        if (std::string(name) != "factor_value.npy") {            // any float is a value
+            write_file(solves_ / name, bad);
+            EXPECT_THROW(Deformation(tables, solves_), Error) << name;
+        }
+        write_file(solves_ / name, good.substr(0, good.size() - 4));
+        EXPECT_THROW(Deformation(tables, solves_), Error) << name;
+        write_file(solves_ / name, good);
+    }
+    EXPECT_NO_THROW(Deformation(tables, solves_));
+}
+
+}  // namespace
+
+}  // namespace haptable
