@@ -41,7 +41,7 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
     float change[3];
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
-    if (has_jumped(model, change, way_m)) {
+    if ((servo->contact.patch == HAPTABLE_NONE && vec_dot(change, change) > 0.0f) || has_jumped(model, change, way_m)) {
         ++servo->counters.jumps;
         vec_add_scaled(1.0f, change, servo->released_n);
     }
