@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "codegen/codegen.hpp"
+#include "codegen/display.hpp"
 #include "codegen/modes.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
@@ -271,6 +272,7 @@ ModelSize generate_model(const std::filesystem::path& folder) {
     const Tables tables = read_tables(folder);
     const ServoModel model = build_model(tables);
     ModelSize size{flash_tables(model), {}};
+    if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables)});
     require_flash(size.flash, model, tables.flash_budget);
     if (tables.force == "interpolated") size.precision = compare_precisions(tables, model);
     const ModelText text = model_text(tables, model);

@@ -51,13 +51,36 @@ firmware: $(BUILD)/setup-cross.stamp
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
+# firmware-diff: what the image's code, tables, state and stack grew by against main (make firmware-diff AGAINST=v0.1.0 TARGET=rv32)
+AGAINST ?= main
+.PHONY: firmware-diff
+firmware-diff: firmware
+	@sh firmware/against.sh $(AGAINST) $(BUILD) '$(MAKE)' SCENE=$(SCENE) TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
+
+# misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
+.PHONY: misra
+misra: $(BUILD)/setup.stamp
+	@sh tests/misra.sh --list
+
+# loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
+LINE ?= pipes
+BAUD ?= 1000000
+LOOP_SECONDS ?= 10
+.PHONY: loop
+loop: firmware
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
+	sh host/bridge/loop.sh $$name $(SCENE) $(TARGET)
+
 # The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images
 images: $(BUILD)/host/target/count.so
+	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
 	@if sh host/setup.sh cross; then \
 	for target in $(TARGETS); do \
 	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
-	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target || exit 1; \
+	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
+	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
 
 # instructions: count the instructions of a tick on every emulated target
@@ -95,7 +118,13 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o example.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o): $(BUILD)/$(NAME)/summary.json
+
+# Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
+$(IMAGE)/deform.elf: $(IMAGE)/display.o
+$(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
+	$(say) $(TARGET) $(BUILD)/$(NAME)/display.c
+	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/display.c -o $@
 
 # Options are a dependency too: written only when they change.
 .PHONY: FORCE

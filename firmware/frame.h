@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Frames on a serial line between the servo and a host: docs/SERIAL.md describes every byte.
+ * Frames on a serial line between the servo and a host: docs/SPEC.md describes every byte.
  *
  *   A5 5A | length | type | sequence (4) | payload (length) | CRC-32 of all before it but the first two (4)
  *

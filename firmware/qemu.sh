@@ -20,5 +20,5 @@ words="arg=$(basename "$elf" .elf)"
 for word in "$@"; do words="$words,arg=$word"; done
 # shellcheck disable=SC2086 # commands with their options
 [ "${QEMU_SERIAL:-none}" = stdio ] || exec </dev/null
-exec timeout "${QEMU_SECONDS:-60}" $qemu -display none -monitor none -serial "${QEMU_SERIAL:-none}" ${QEMU_EXTRA:-} \
+exec timeout -k 2 "${QEMU_SECONDS:-60}" $qemu -display none -monitor none -serial "${QEMU_SERIAL:-none}" ${QEMU_EXTRA:-} \
     -semihosting-config "enable=on,target=native,$words" -kernel "$elf"

@@ -12,7 +12,7 @@ libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core
 libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev
 libgtest-dev libbenchmark-dev
 gnuplot-nox
-clang-format clang-tidy cppcheck
+clang clang-format clang-tidy libclang-rt-14-dev cppcheck
 "
 [ "${1:-}" != cross ] || packages="
 gcc-arm-none-eabi gcc-riscv64-unknown-elf

@@ -48,7 +48,7 @@ constexpr double kShape = 2.5;       // circumradius over the shortest edge
 constexpr double kFacetSize = 0.85;  // circumradius per edge that gives such edges in the mean
 constexpr double kDistance = 0.1;    // from the given surface, per edge
 constexpr double kClose = 0.05;      // relative: near enough to what was asked for
-constexpr int kTries = 6;
+constexpr int kTries = 12;
 constexpr double kMostNodes = 2e6;
 constexpr double kNodesPerVolume = 1.6;  // of a body of tetrahedra with edges of length 1
 // The refinement of two million nodes takes about 4 GB and ten minutes.

@@ -2,6 +2,7 @@
 #include "host/mesh/in_child.hpp"
 
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -75,7 +76,8 @@ bool write_all(int to, const char* bytes, std::size_t count) {
 /// The child's whole life: it ends without destructors or atexit, which belong to the parent.
 [[noreturn]] void live(int to, const ChildLimits& limits, const std::function<std::string()>& work) {
     for (int signal : {SIGINT, SIGTERM, SIGSEGV, SIGABRT}) std::signal(signal, SIG_DFL);
-    std::setlocale(LC_ALL, "C");  // libraries read numbers by the locale
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for the work of a parent that was killed
+    std::setlocale(LC_ALL, "C");       // libraries read numbers by the locale
     // What a dying library prints is not for the user, who gets one line.
     if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
         _exit(1);

@@ -28,6 +28,8 @@ struct TetMesh {
     std::vector<Eigen::Vector3d> position_m;  ///< [N] rest positions
     std::vector<Tet> tet;                     ///< [T]
     std::map<std::string, MeshGroup> group;
+    Eigen::Vector3d origin_m =
+        Eigen::Vector3d::Zero();            ///< of position_m, in the file's frame: not 0 where the body was moved
     std::vector<std::uint64_t> tet_number;  ///< [T] in the file, for errors; empty for a generated mesh
     std::size_t unused_nodes = 0;           ///< of the file, left out
     std::size_t turned = 0;                 ///< tetrahedra that stood the other way round

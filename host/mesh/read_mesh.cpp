@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -197,10 +198,26 @@ void place_nodes(const fs::path& file, const RawMesh& raw, double scale_m, const
                                          mesh.unused_nodes, raw.node_tag.size()));
 }
 
+/// Far from the origin, the float32 coordinates of servo and finger would not tell its nodes apart: the body is moved
+/// to the origin, before anything is computed from differences of its coordinates.
+void move_to_origin(const fs::path& file, TetMesh& mesh) {
+    constexpr double kFarthest = 1000.0;  // diagonals: 2^-24 of them is a 16,000th of the body
+    Eigen::AlignedBox3d box_m;
+    for (const Eigen::Vector3d& p : mesh.position_m) box_m.extend(p);
+    if (!(box_m.center().norm() > kFarthest * box_m.diagonal().norm())) return;
+    mesh.origin_m = box_m.center();
+    for (Eigen::Vector3d& p : mesh.position_m) p -= mesh.origin_m;
+    mesh.notes.push_back(
+        fmt::format("{}: the body lies far from the origin: its centre ({:.9g}, {:.9g}, {:.9g}) m is the origin of "
+                    "tables and finger "
+                    "(the scene's boxes stay in the file's frame)",
+                    file.string(), mesh.origin_m.x(), mesh.origin_m.y(), mesh.origin_m.z()));
+}
+
 /// The volume that rounding of the coordinates alone can give a flat tetrahedron, times six:
-/// an error of eps |x| in one corner, times the area of the opposite face.
-double rounding_volume(const std::vector<Eigen::Vector3d>& position_m, const Tet& tet) {
-    double reach = 0.0, edge = 0.0;
+/// an error of eps |x| in one corner, times the area of the opposite face. reach: |x| in the file, at the least.
+double rounding_volume(const std::vector<Eigen::Vector3d>& position_m, const Tet& tet, double reach) {
+    double edge = 0.0;
     for (std::int32_t a : tet) {
         const Eigen::Vector3d& p = position_m[static_cast<std::size_t>(a)];
         reach = std::max(reach, p.cwiseAbs().maxCoeff());
@@ -209,13 +226,13 @@ double rounding_volume(const std::vector<Eigen::Vector3d>& position_m, const Tet
     return 16.0 * std::numeric_limits<double>::epsilon() * reach * edge * edge;
 }
 
-/// Fills mesh.tet, positively oriented.
-void orient_tets(const fs::path& file, const RawMesh& raw, const NodeMap& map, TetMesh& mesh) {
+/// Fills mesh.tet, positively oriented. reach: distance of the body from the file's origin.
+void orient_tets(const fs::path& file, const RawMesh& raw, const NodeMap& map, double reach, TetMesh& mesh) {
     for (std::size_t t = 0; t < raw.tet.size(); ++t) {
         Tet tet{};
         for (std::size_t c = 0; c < 4; ++c) tet[c] = map.find(raw.tet[t][c]);
         const double volume = six_volumes(mesh.position_m, tet);
-        if (!(std::abs(volume) > rounding_volume(mesh.position_m, tet)))
+        if (!(std::abs(volume) > rounding_volume(mesh.position_m, tet, reach)))
             fail(file, fmt::format("element {} (nodes {}) has no volume; remove it or mesh the body again",
                                    raw.tet_tag[t], fmt::join(raw.tet[t], ", ")));
         if (volume < 0.0) {
@@ -258,7 +275,9 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
     TetMesh mesh;
     for (const std::string& note : raw.notes) mesh.notes.push_back(file.string() + ": " + note);
     place_nodes(file, raw, options.scale_m, map, mesh);
-    orient_tets(file, raw, map, mesh);
+    const double far_m = mesh.position_m.empty() ? 0.0 : mesh.position_m[0].norm();
+    move_to_origin(file, mesh);
+    orient_tets(file, raw, map, far_m, mesh);
     if (raw.second_order > 0)
         mesh.notes.push_back(
             fmt::format("{}: took {} second-order tetrahedra by their corners", file.string(), raw.second_order));

@@ -32,14 +32,14 @@ bool inside(const std::array<double, 6>& box_m, const Eigen::Vector3d& p) {
 
 std::string extent(const TetMesh& mesh) {
     Eigen::AlignedBox3d box_m;
-    for (const Eigen::Vector3d& p : mesh.position_m) box_m.extend(p);
+    for (const Eigen::Vector3d& p : mesh.position_m) box_m.extend(mesh.origin_m + p);
     return describe(box_m);
 }
 
 void mark_box(const Scene& scene, const Selection& selection, const char* key, const TetMesh& mesh, Flags& flags) {
     bool any = false;
     for (std::size_t i = 0; i < flags.size(); ++i)
-        if (inside(*selection.box_m, mesh.position_m[i])) flags[i] = any = true;
+        if (inside(*selection.box_m, mesh.origin_m + mesh.position_m[i])) flags[i] = any = true;
     if (!any)
         fail(scene, selection,
              fmt::format("{}.box: no node lies in it; the mesh fills the box {}: move the box or mend the mesh's "
@@ -123,7 +123,7 @@ std::vector<std::int32_t> tets_of(const Scene& scene, const Selection& where, co
     for (std::size_t t = 0; t < mesh.tet.size(); ++t) {
         Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
         for (std::int32_t i : mesh.tet[t]) centre_m += 0.25 * mesh.position_m[static_cast<std::size_t>(i)];
-        if (inside(*where.box_m, centre_m)) tets.push_back(static_cast<std::int32_t>(t));
+        if (inside(*where.box_m, mesh.origin_m + centre_m)) tets.push_back(static_cast<std::int32_t>(t));
     }
     if (tets.empty())
         fail(scene, where,

@@ -97,7 +97,9 @@ enum class Drawing { kNone, kColumns, kSolves };
 
 Drawing drawing_of(const Scene& scene, const Body& body) {
     if (scene.tables.columns == "none") return Drawing::kNone;
-    return column_bytes(scene, body) <= scene.tables.column_budget_bytes ? Drawing::kColumns : Drawing::kSolves;
+    // The target's own display is made from columns.
+    const bool fits = column_bytes(scene, body) <= scene.tables.column_budget_bytes;
+    return fits || !scene.tables.display_rows.empty() ? Drawing::kColumns : Drawing::kSolves;
 }
 
 /// Says so before the work, where a file will not fit on the disk.
@@ -277,7 +279,7 @@ std::vector<std::string> optional_files() {
     std::vector<std::string> files{"columns.npy",          "row_id.npy",       "edge_id.npy",
                                    "edge_compliance.npy",  "vertex_id.npy",    "vertex_compliance.npy",
                                    "patch_compliance.npy", "spread_begin.npy", "spread_node.npy",
-                                   "spread_weight.npy"};
+                                   "spread_weight.npy",    "display.h",        "display.c"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
 }

@@ -264,6 +264,10 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     hash.add(scene.tables.columns);
     hash.add(scene.tables.column_precision);
     hash.add(scene.tables.precision);
+    if (!scene.tables.display_rows.empty()) {
+        hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
+        hash.add(scene.tables.display_precision);
+    }
     return hash.digest();
 }
 
@@ -331,6 +335,10 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["tables"] = {{"precision", scene.tables.precision},
                       {"columns", scene.tables.columns},
                       {"flash_budget", scene.tables.flash_budget}};
+    if (!scene.tables.display_rows.empty()) {
+        json["tables"]["display_rows"] = scene.tables.display_rows;
+        json["tables"]["display_precision"] = scene.tables.display_precision;
+    }
     json["flash"] = flash(summary.size);
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};

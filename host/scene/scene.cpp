@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+// The library's assertions fail on some files ("[#"): an exception reaches the user as an error, an abort does not.
+[[noreturn]] static void fail_toml(const char* what) { throw std::logic_error(what); }
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
@@ -166,6 +170,25 @@ public:
         for (const toml::node& entry : *node->as_array())
             all.push_back(Section(file_, full(key), *entry.as_table(), known));
         return all;
+    }
+
+    /// Mesh nodes, each once; none where the key is left out.
+    std::vector<std::int32_t> nodes(std::string_view key) const {
+        if (!has(key)) return {};
+        const toml::array* list = table_.get_as<toml::array>(key);
+        if (list == nullptr) fail(key, "must be a list of mesh nodes, like [0, 12, 57]");
+        std::vector<std::int32_t> nodes;
+        for (const toml::node& entry : *list) {
+            const std::int64_t node = entry.is_integer() ? entry.as_integer()->get() : -1;
+            if (node < 0 || node > std::numeric_limits<std::int32_t>::max())
+                fail(key, "must be a list of mesh nodes, whole numbers from 0 on");
+            if (std::find(nodes.begin(), nodes.end(), node) != nodes.end())
+                fail(key, fmt::format("names node {} twice", node));
+            nodes.push_back(static_cast<std::int32_t>(node));
+        }
+        if (nodes.size() > 1000)
+            fail(key, fmt::format("names {} nodes, and a target's display has at most 1000", nodes.size()));
+        return nodes;
     }
 
     std::array<double, 6> box(std::string_view key) const {
@@ -338,8 +361,10 @@ Device read_device(const Section& root) {
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
-    const Section section =
-        root.section("tables", {"precision", "columns", "column_precision", "column_budget", "flash_budget"}, false);
+    const Section section = root.section("tables",
+                                         {"precision", "columns", "column_precision", "column_budget", "flash_budget",
+                                          "display_rows", "display_precision"},
+                                         false);
     TableOptions tables;
     tables.precision = section.choice("precision", {"float32", "float16", "int16"});
     if (tables.precision != "float32" && contact.force != "interpolated")
@@ -354,16 +379,70 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
+    tables.display_rows = section.nodes("display_rows");
+    tables.display_precision = section.choice("display_precision", {"float32", "int16"});
+    if (!tables.display_rows.empty() && tables.columns == "none")
+        section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
+    if (!tables.display_rows.empty() && contact.force == "pressure-mask")
+        section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
+    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+        section.fail("column_precision", "display_rows are taken from columns in float32; remove either line");
     return tables;
 }
 
+/// Where the comment or text that begins at `at` ends: behind it. A quote that begins no text, for it is in the middle
+/// of something or is not closed, ends at once.
+std::size_t skip_quoted(std::string_view text, std::size_t at) {
+    if (text[at] == '#') return std::min(text.find('\n', at), text.size());
+    if (at > 0 && std::string_view("=,[{. \t\r\n").find(text[at - 1]) == std::string_view::npos) return at + 1;
+    const std::string three(3, text[at]);
+    const bool long_one = text.substr(at, 3) == three;
+    const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);
+    for (std::size_t k = at + end.size(); k < text.size(); ++k) {
+        if (text[at] == '"' && text[k] == '\\')
+            ++k;
+        else if (text.substr(k, end.size()) == end)
+            return k + end.size();
+        else if (!long_one && text[k] == '\n')
+            break;
+    }
+    return at + 1;
+}
+
+[[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    throw Error(fmt::format("{}:{}: {}", file.string(), line, what));
+}
+
+/// What TOML does not allow and the library's behaviour is undefined for: control characters anywhere, and letters
+/// beyond ASCII outside of texts and comments.
+void require_letters(const fs::path& file, std::string_view text) {
+    for (std::size_t at = 0; at < text.size(); ++at)
+        if ((static_cast<unsigned char>(text[at]) < ' ' &&
+             std::string_view("\t\n\r").find(text[at]) == std::string_view::npos) ||
+            text[at] == 0x7f)
+            fail_at(file, text, at, "a control character; this is not a text file, or a damaged one");
+    for (std::size_t at = 0; at < text.size();)
+        if (text[at] == '#' || text[at] == '"' || text[at] == '\'')
+            at = skip_quoted(text, at);
+        else if (static_cast<unsigned char>(text[at++]) >= 0x80)
+            fail_at(file, text, at,
+                    "a character that is not ASCII stands outside of quotes; write keys in letters a to z");
+}
+
 toml::table parse(const fs::path& file) {
-    const std::string text = read_file(file);
+    std::string text = read_file(file);
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8's mark
+    require_letters(file, text);
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         throw Error(fmt::format("{}:{}: {} (column {}); see the scene's description in README.md", file.string(),
                                 error.source().begin.line, error.description(), error.source().begin.column));
+    } catch (const std::logic_error&) {
+        throw Error(file.string() +
+                    ": is not TOML: a table's header or a key has no name; see the scene's description "
+                    "in README.md");
     }
 }
 

@@ -66,6 +66,8 @@ struct TableOptions {
     double column_budget_bytes = 4e9;          ///< larger columns are not written: the viewer solves for each frame
     std::string precision = "float32";         ///< float32 | float16 | int16: how the servo stores S
     std::uintmax_t flash_budget = 0;           ///< most bytes of the servo's tables; 0: no bound
+    std::vector<std::int32_t> display_rows;  ///< mesh nodes whose displacement the target computes; none: no such table
+    std::string display_precision = "float32";  ///< float32 | int16: how the firmware stores their columns
 };
 
 struct Scene {

@@ -69,8 +69,10 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.god_object = summary.at("contact").at("god_object").get<std::string>();
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
-        tables.precision = summary.at("tables").at("precision").get<std::string>();
-        tables.flash_budget = summary.at("tables").at("flash_budget").get<std::uintmax_t>();
+        tables.precision = summary.at("tables").value("precision", "float32");
+        tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
+        tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
+        tables.display_precision = summary.at("tables").value("display_precision", "float32");
         const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
         const std::string drawing = summary.value("drawing", none ? "none" : "columns");
         tables.has_columns = drawing == "columns";

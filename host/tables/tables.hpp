@@ -42,6 +42,8 @@ struct Tables {
     bool has_factor = false;    ///< instead of it: for a solve each frame
     bool half_columns = false;  ///< columns.npy is float16, in units of:
     double column_unit_m_per_n = 1.0;
+    std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
+    std::string display_precision = "float32";  ///< float32 | int16
 
     // *.npy
     std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)

@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "host/base/error.hpp"
@@ -92,17 +93,22 @@ std::string TargetImage::address_of(const std::string& symbol) const {
     throw Error((folder_ / "replay.sym").string() + " does not name " + symbol + ": build the image again");
 }
 
-std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 3>>& path_m) const {
-    const Scratch scratch;
-    write_file(scratch / "in", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
+void TargetImage::run_replay(const std::vector<std::array<float, 3>>& path_m, const std::string& more_of_plugin,
+                             const std::filesystem::path& in, const std::filesystem::path& out,
+                             const std::filesystem::path& counts) const {
+    write_file(in, {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
     const std::string plugin =
-        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}", build_.string(),
-                    address_of("port_count_begin"), address_of("port_count_end"), (scratch / "counts").string());
-    const std::string command =
-        fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
-                    (folder_ / "replay.elf").string(), (scratch / "in").string(), (scratch / "out").string());
+        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
+                    address_of("port_count_begin"), address_of("port_count_end"), counts.string(), more_of_plugin);
+    const std::string command = fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
+                                            elf().string(), in.string(), out.string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+}
+
+std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 3>>& path_m) const {
+    const Scratch scratch;
+    run_replay(path_m, "", scratch / "in", scratch / "out", scratch / "counts");
     std::vector<TargetTick> ticks = parse(read_file(scratch / "out"));
     if (ticks.size() != path_m.size())
         throw Error(fmt::format("the image for {} made {} ticks of {}", target_, ticks.size(), path_m.size()));
@@ -110,11 +116,31 @@ std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 
     return ticks;
 }
 
-std::string TargetImage::loop(std::string_view bytes) const {
+std::vector<std::uint64_t> TargetImage::trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const {
+    const Scratch scratch;
+    run_replay({path_m.begin(), path_m.begin() + static_cast<std::ptrdiff_t>(tick) + 1}, fmt::format(",trace={}", tick),
+               scratch / "in", scratch / "out", scratch / "counts");
+    std::vector<std::uint64_t> addresses;
+    std::istringstream lines(read_file(scratch / "counts"));
+    for (std::uint64_t address = 0; lines >> std::hex >> address;) addresses.push_back(address);
+    return addresses;
+}
+
+std::vector<std::array<float, 3>> TargetImage::deform(const std::vector<std::array<float, 3>>& path_m) const {
+    const std::string bytes =
+        run("deform", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
+    std::vector<std::array<float, 3>> displacement_m(bytes.size() / sizeof(std::array<float, 3>));
+    std::memcpy(displacement_m.data(), bytes.data(), displacement_m.size() * sizeof displacement_m[0]);
+    return displacement_m;
+}
+
+std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
+
+std::string TargetImage::run(const std::string& image, std::string_view bytes) const {
     const Scratch scratch;
     write_file(scratch / "in", bytes);
     const std::string command =
-        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / "loop.elf").string(),
+        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / (image + ".elf")).string(),
                     (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));

@@ -27,15 +27,26 @@ class TargetImage {
 public:
     TargetImage(std::filesystem::path build, const std::string& scene, std::string target);
 
+    const std::string& target() const { return target_; }
+    std::filesystem::path elf() const { return folder_ / "replay.elf"; }
     /// Why it cannot run here, in one line; empty when it can.
     std::string missing() const;
     /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
-    /// Bytes of the serial line (docs/SERIAL.md) through the image that waits behind it; what it sends back.
+    /// The addresses of the instructions of one tick of the path, in their order.
+    std::vector<std::uint64_t> trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const;
+    /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
+    std::vector<std::array<float, 3>> deform(const std::vector<std::array<float, 3>>& path_m) const;
+    /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 
 private:
+    /// What an image writes for what it reads.
+    std::string run(const std::string& image, std::string_view bytes) const;
     std::string address_of(const std::string& symbol) const;
+    void run_replay(const std::vector<std::array<float, 3>>& path_m, const std::string& more_of_plugin,
+                    const std::filesystem::path& in, const std::filesystem::path& out,
+                    const std::filesystem::path& counts) const;
 
     std::filesystem::path build_;
     std::string target_;

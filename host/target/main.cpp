@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/target/counts.hpp"
+#include "host/target/cycles.hpp"
 #include "host/target/strokes.hpp"
 
 namespace haptable {
@@ -22,6 +24,27 @@ void print_row(const std::string& scene, const std::string& target, const char* 
                counts.p999, counts.worst, 100.0 * static_cast<double>(counts.worst) / kInstructionsAMillisecond);
 }
 
+/// The sliding ticks with the median and the greatest count.
+std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, const Counts& sliding) {
+    std::size_t median = 0, worst = 0;
+    for (std::size_t i = 1; i < ticks.size(); ++i) {
+        if (ticks[i].state != HAPTABLE_CONTACT || ticks[i - 1].state != HAPTABLE_CONTACT) continue;
+        if (ticks[i].instructions == sliding.median) median = i;
+        if (ticks[i].instructions == sliding.worst) worst = i;
+    }
+    return {median, worst};
+}
+
+/// As a row of the same table: what the sliding ticks would take in cycles, by LLVM's model.
+void print_estimate(const std::string& scene, const TargetImage& image, const std::vector<std::array<float, 3>>& path_m,
+                    const std::vector<TargetTick>& ticks, const Counts& sliding) {
+    const auto [median, worst] = median_and_worst(ticks, sliding);
+    const auto cycles = estimate_cycles(image, path_m, median), most = estimate_cycles(image, path_m, worst);
+    if (!cycles || !most) return;
+    fmt::print("| {} | {} | sliding, estimated cycles (llvm-mca) | | {} | | {} | {:.1f} % |\n", scene, image.target(),
+               *cycles, *most, 100.0 * static_cast<double>(*most) / kInstructionsAMillisecond);
+}
+
 void count_scene(const std::filesystem::path& folder) {
     const Tables tables = read_tables(folder);
     for (const char* target : kTargets) {
@@ -31,10 +54,12 @@ void count_scene(const std::filesystem::path& folder) {
             continue;
         }
         const auto path_m = stroke_path(tables, kStrokes);
-        const TickCounts counts = count_ticks(path_m, image.replay(path_m));
+        const std::vector<TargetTick> ticks = image.replay(path_m);
+        const TickCounts counts = count_ticks(path_m, ticks);
         print_row(tables.name, target, "free", counts.free);
         print_row(tables.name, target, "first contact", counts.first_contact);
         print_row(tables.name, target, "sliding", counts.sliding);
+        print_estimate(tables.name, image, path_m, ticks, counts.sliding);
         print_row(tables.name, target, "leaving", counts.leaving);
         print_row(tables.name, target, "jump", counts.jump);
     }

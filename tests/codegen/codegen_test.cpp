@@ -124,8 +124,8 @@ TEST(Codegen, TheTextCompilesWithoutAWarningAndGuardsItsVersionAndSizes) {
     EXPECT_EQ(compile(text), 0);
 
     ModelText other_version = text;
-    const std::string guard = "HAPTABLE_TABLE_VERSION != 2";
-    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 3");
+    const std::string guard = "HAPTABLE_TABLE_VERSION != " + std::to_string(HAPTABLE_TABLE_VERSION);
+    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 0");
     EXPECT_NE(compile(other_version), 0) << "tables of another version must not compile";
 
     ModelText short_table = text;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A plugin of QEMU's translator: how many instructions run between two addresses, one line a time.
-// Arguments: begin=0xADDRESS,end=0xADDRESS,out=FILE. The interface is QEMU's docs/devel/tcg-plugins; Debian does not
-// ship its header, so the few prototypes stand here.
+// Arguments: begin=0xADDRESS,end=0xADDRESS,out=FILE; with trace=N the N-th time, from 0, alone, and the address of
+// every instruction of it instead, one a line. The interface is QEMU's docs/devel/tcg-plugins; Debian does not ship its
+// header, so the few prototypes stand here.
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -31,18 +32,29 @@ static uint64_t begin_address;
 static uint64_t end_address;
 static uint64_t instructions;
 static uint64_t begun_at;
+static uint64_t times;
+static uint64_t traced = UINT64_MAX;
+static int tracing;
 static FILE* out;
 
 static void on_begin(unsigned processor, void* data) {
     (void)processor;
     (void)data;
     begun_at = instructions;
+    tracing = times == traced;
 }
 
 static void on_end(unsigned processor, void* data) {
     (void)processor;
     (void)data;
-    fprintf(out, "%llu\n", (unsigned long long)(instructions - begun_at));
+    tracing = 0;
+    ++times;
+    if (traced == UINT64_MAX) fprintf(out, "%llu\n", (unsigned long long)(instructions - begun_at));
+}
+
+static void on_instruction(unsigned processor, void* address) {
+    (void)processor;
+    if (tracing) fprintf(out, "%llx\n", (unsigned long long)(uintptr_t)address);
 }
 
 /* Called once for every block of code before it first runs: asks to be told of the two addresses, and lets the
@@ -55,6 +67,9 @@ static void on_block(qemu_plugin_id_t id, struct qemu_plugin_tb* block) {
         const uint64_t address = qemu_plugin_insn_vaddr(instruction);
         if (address == begin_address) qemu_plugin_register_vcpu_insn_exec_cb(instruction, on_begin, NO_REGISTERS, NULL);
         if (address == end_address) qemu_plugin_register_vcpu_insn_exec_cb(instruction, on_end, NO_REGISTERS, NULL);
+        if (traced != UINT64_MAX)
+            qemu_plugin_register_vcpu_insn_exec_cb(instruction, on_instruction, NO_REGISTERS,
+                                                   (void*)(uintptr_t)address);
         qemu_plugin_register_vcpu_insn_exec_inline(instruction, INLINE_ADD_U64, &instructions, 1);
     }
 }
@@ -64,6 +79,7 @@ int qemu_plugin_install(qemu_plugin_id_t id, const struct qemu_info* info, int a
     for (int i = 0; i < argc; ++i) {
         if (strncmp(argv[i], "begin=", 6) == 0) begin_address = strtoull(argv[i] + 6, NULL, 0);
         if (strncmp(argv[i], "end=", 4) == 0) end_address = strtoull(argv[i] + 4, NULL, 0);
+        if (strncmp(argv[i], "trace=", 6) == 0) traced = strtoull(argv[i] + 6, NULL, 0);
         if (strncmp(argv[i], "out=", 4) == 0) out = fopen(argv[i] + 4, "w");
     }
     if (out == NULL || begin_address == 0 || end_address == 0) return 1;

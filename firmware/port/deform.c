@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * positions (float32[3], raw) -> haptable_step, a millisecond apart -> haptable_deform -> displacements (float32, raw)
+ *
+ * The image that shows that a target computes the host's displacements. Its words: deform IN OUT, files by semihosting.
+ */
+#include "deformation.h"
+#include "display.h"
+#include "model.h"
+#include "port.h"
+#include "semihosting.h"
+
+static struct haptable_servo servo_state;
+static float displacement_m[HAPTABLE_DISPLAY_ROWS][3];
+
+int port_main(void) {
+    static char text[512];
+    const char* word[3] = {0, 0, 0};
+    float position_m[3];
+    uint32_t now_us = 0;
+    int in;
+    int out_file;
+    if (semihosting_words(text, sizeof text, word, 3) != 3) return 64;
+    in = semihosting_open(word[1], SEMIHOSTING_READ);
+    out_file = semihosting_open(word[2], SEMIHOSTING_WRITE);
+    if (in < 0 || out_file < 0) return 66;
+    haptable_init(&servo_state);
+    for (; semihosting_read(in, position_m, sizeof position_m) == sizeof position_m; now_us += 1000u) {
+        struct haptable_output out;
+        haptable_step(&HAPTABLE_MODEL, &servo_state, position_m, now_us, &out);
+        haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);
+        semihosting_write(out_file, displacement_m, sizeof displacement_m);
+    }
+    return 0;
+}

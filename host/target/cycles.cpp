@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/target/cycles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// What a shell command prints; empty when it fails.
+std::string output_of(const std::string& command) {
+    std::string text;
+    std::array<char, 4096> some{};
+    FILE* pipe = popen((command + " 2>/dev/null").c_str(), "r");
+    if (pipe == nullptr) return {};
+    while (const std::size_t got = std::fread(some.data(), 1, some.size(), pipe)) text.append(some.data(), got);
+    return pclose(pipe) == 0 ? text : std::string();
+}
+
+/// The instruction as llvm-mca takes it, with the same cost. In a trace branches lead nowhere: a target of cbz, which
+/// reaches 126 bytes, may be any; a call, for which llvm-mca assumes 100 cycles, is a branch, as what it calls follows.
+/// LLVM 14's Cortex-M7 knows no comparison of floats: it gets another operation of the same unit.
+std::string for_mca(const std::string& instruction) {
+    static const std::regex short_branch("^(\tcbn?z\t.*)0x[0-9a-f]+"), call("^\tbl\t"), call_register("^\tblx\t"),
+        compare("^\tvcmpe?\\.f32\t(s[0-9]+),.*"), back("^\tbx\tlr");
+    std::string text = std::regex_replace(instruction, short_branch, "$1#4");
+    text = std::regex_replace(text, call, "\tb\t");
+    text = std::regex_replace(text, call_register, "\tbx\t");
+    text = std::regex_replace(text, back, "\tb\t#4");
+    return std::regex_replace(text, compare, "\tvabs.f32\ts31, $1");
+}
+
+/// The instructions of an IT block without their conditions, and the IT itself as a nop: LLVM 14's Cortex-M7 does not
+/// know it. In a trace each has run, or passed as a nop.
+class Unconditional {
+public:
+    std::string operator()(const std::string& instruction) {
+        static const std::regex it("^\tit([te]*)\t.*"),
+            condition("^\t([a-z]+)(eq|ne|hs|cs|lo|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)(?=[.\t])");
+        std::smatch block;
+        if (std::regex_match(instruction, block, it)) {
+            left_ = 1 + static_cast<std::size_t>(block.length(1));
+            return "\tnop";
+        }
+        if (left_ == 0) return instruction;
+        --left_;
+        return std::regex_replace(instruction, condition, "\t$1", std::regex_constants::format_first_only);
+    }
+
+private:
+    std::size_t left_ = 0;
+};
+
+/// Address and text of every instruction of the image: "  1850:   \tvldr\ts15, [r2]".
+std::map<std::uint64_t, std::string> disassemble(const TargetImage& image) {
+    std::map<std::uint64_t, std::string> text;
+    std::istringstream lines(output_of(
+        fmt::format("llvm-objdump -d --no-show-raw-insn --mcpu={} '{}'", image.target(), image.elf().string())));
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t tab = line.find('\t'), colon = line.find(':');
+        if (tab == std::string::npos || colon > tab) continue;
+        const std::size_t end = std::min(line.find('<', tab), line.find('@', tab));
+        text[std::stoull(line, nullptr, 16)] = line.substr(tab, end - tab);
+    }
+    return text;
+}
+
+std::optional<std::uint64_t> total_cycles(const std::string& report) {
+    const std::string key = "Total Cycles:";
+    const std::size_t at = report.find(key);
+    if (at == std::string::npos) return std::nullopt;
+    return std::stoull(report.substr(at + key.size()));
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const std::vector<std::array<float, 3>>& path_m,
+                                             std::size_t tick) {
+    if (image.target() != "cortex-m4" && image.target() != "cortex-m7") return std::nullopt;
+    const std::map<std::uint64_t, std::string> text = disassemble(image);
+    if (text.empty()) return std::nullopt;
+    std::string executed;
+    Unconditional unconditional;
+    for (const std::uint64_t address : image.trace(path_m, tick)) {
+        const auto instruction = text.find(address);
+        if (instruction == text.end())
+            throw Error(fmt::format("{}: llvm-objdump shows no instruction at {:x}", image.elf().string(), address));
+        executed += for_mca(unconditional(instruction->second)) + "\n";
+    }
+    const std::filesystem::path file = image.elf().parent_path() / "tick.s";
+    write_file(file, executed);
+    return total_cycles(output_of(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 '{}'",
+                                              image.target(), file.string())));
+}
+
+}  // namespace haptable

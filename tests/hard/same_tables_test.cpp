@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// One body, written in several ways: the same tables.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <clocale>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "host/base/file.hpp"
+#include "host/mesh/read_mesh.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/tables/tables.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kShared = "../shared/meshes";
+
+class SameTables : public testing::Test {
+protected:
+    Tables compute(const fs::path& mesh, std::array<double, 6> fixed_m) {
+        Scene scene;
+        scene.file = "same.toml";
+        scene.name = "same";
+        scene.mesh.file = mesh;
+        scene.material = {1e4, 0.3};
+        scene.fixed.push_back({fixed_m, "", 1});
+        Progress progress(true);
+        precompute(scene, folder_.path() / "out", progress);
+        return read_tables(folder_.path() / "out");
+    }
+    Tables compute(const fs::path& mesh) { return compute(mesh, {-1e3, -1e3, -1e3, 1e3, 1e3, 1e-3}); }
+
+    /// The same text with the line ends of another system.
+    fs::path with_crlf(const fs::path& from) {
+        std::string text = read_file(from), crlf;
+        for (char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+        write_file(folder_.path() / from.filename(), crlf);
+        return folder_.path() / from.filename();
+    }
+    const TemporaryFolder folder_;
+};
+
+/// A height below which a tenth of the body lies.
+double read_mesh_low_z(const fs::path& file) {
+    const TetMesh mesh = read_mesh(file, 1.0);
+    std::vector<double> z;
+    for (const Eigen::Vector3d& p : mesh.position_m) z.push_back(p.z());
+    std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 10), z.end());
+    return z[z.size() / 10] + 1e-9;
+}
+
+/// Positions up to a move of the whole body.
+void expect_same(const Tables& a, const Tables& b, double tolerance) {
+    ASSERT_EQ(a.patch, b.patch);
+    ASSERT_EQ(a.node_id, b.node_id);
+    ASSERT_EQ(a.stiffness.size(), b.stiffness.size());
+    double scale = 0.0;
+    for (const auto& block : a.stiffness)
+        for (double s : block) scale = std::max(scale, std::abs(s));
+    for (std::size_t i = 0; i < a.stiffness.size(); ++i)
+        for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(a.stiffness[i][k], b.stiffness[i][k], tolerance * scale);
+    for (std::size_t i = 0; i < a.position.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(a.position[i][k] - a.position[0][k], b.position[i][k] - b.position[0][k], tolerance);
+}
+
+TEST_F(SameTables, CrlfCrAndLargeNumbersOfNodes) {
+    if (!fs::exists(kShared)) GTEST_SKIP() << "no ../shared/meshes";
+    const Tables plain = compute(kShared / "bad/00_good_base.msh");
+    ASSERT_FALSE(plain.node_id.empty());
+    for (const fs::path& other : {with_crlf(kShared / "bad/00_good_base.msh"), kShared / "bad/24_cr_only.msh",
+                                  kShared / "bad/41_node_ids_4e9.msh", kShared / "bad/12_inverted_three.msh"})
+        expect_same(plain, compute(other), 0.0);
+}
+
+TEST_F(SameTables, CrlfInEveryTextFormat) {
+    if (!fs::exists(kShared)) GTEST_SKIP() << "no ../shared/meshes";
+    for (const char* name : {"liver_181.msh", "teddy_410.vtk", "abaqus_tet_13.inp", "turtle_347.veg"}) {
+        SCOPED_TRACE(name);
+        const fs::path file = kShared / name;
+        const double z = read_mesh_low_z(file);
+        const std::array<double, 6> low{-1e3, -1e3, -1e3, 1e3, 1e3, z};
+        expect_same(compute(file, low), compute(with_crlf(file), low), 0.0);
+    }
+}
+
+TEST_F(SameTables, FarFromTheOrigin) {
+    if (!fs::exists(kShared)) GTEST_SKIP() << "no ../shared/meshes";
+    const Tables plain = compute(kShared / "bad/00_good_base.msh");
+    const double far = 1e7 + 1e-3;
+    expect_same(plain, compute(kShared / "bad/43_far_from_origin.msh", {-1e9, -1e9, -1e9, 1e9, 1e9, far}), 1e-8);
+}
+
+/// S by the place of its node, to a micrometre: the two files number their nodes otherwise.
+std::map<std::array<long, 3>, std::array<double, 9>> by_place(const Tables& tables) {
+    std::map<std::array<long, 3>, std::array<double, 9>> map;
+    for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
+        const auto& x = tables.position[static_cast<std::size_t>(tables.node_id[i])];
+        map[{std::lround(x[0] * 1e6), std::lround(x[1] * 1e6), std::lround(x[2] * 1e6)}] = tables.stiffness[i];
+    }
+    return map;
+}
+
+TEST_F(SameTables, TheTurnedElbow) {
+    if (!fs::exists(kShared)) GTEST_SKIP() << "no ../shared/meshes";
+    const double z = read_mesh_low_z(kShared / "elbow_1823.mesh");
+    const std::array<double, 6> low{-1e3, -1e3, -1e3, 1e3, 1e3, z};
+    const auto elbow = by_place(compute(kShared / "elbow_1823.mesh", low));
+    const auto twin = by_place(compute(kShared / "elbow2_inverted_1823.mesh", low));
+    ASSERT_GT(elbow.size(), 700U);
+    ASSERT_EQ(elbow.size(), twin.size());
+    for (const auto& [place, s] : elbow) {
+        ASSERT_TRUE(twin.contains(place)) << place[0] << " " << place[1] << " " << place[2];
+        for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(s[k], twin.at(place)[k], 1e-9 * std::abs(s[0]));
+    }
+}
+
+/// The locale decides how the C library reads numbers: no reader may ask it.
+TEST_F(SameTables, ACommaLocale) {
+    if (!fs::exists(kShared)) GTEST_SKIP() << "no ../shared/meshes";
+    const std::string before = std::setlocale(LC_ALL, nullptr);
+    const Tables plain = compute(kShared / "bad/00_good_base.msh");
+    const Tables vega = compute(kShared / "turtle_347.veg", {-1e3, -1e3, -1e3, 1e3, 1e3, 0});
+    if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
+        const std::string made = (folder_.path() / "locale").string();
+        const std::string command = "localedef -i de_DE -f UTF-8 " + made + "/de_DE.UTF-8 >/dev/null 2>&1";
+        fs::create_directories(made);
+        setenv("LOCPATH", made.c_str(), 1);
+        if (std::system(command.c_str()) != 0 || std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
+            unsetenv("LOCPATH");
+            GTEST_SKIP() << "no locale with decimal commas can be made here";
+        }
+    }
+    ASSERT_STREQ(std::localeconv()->decimal_point, ",");
+    expect_same(plain, compute(kShared / "bad/00_good_base.msh"), 0.0);
+    expect_same(vega, compute(kShared / "turtle_347.veg", {-1e3, -1e3, -1e3, 1e3, 1e3, 0}), 0.0);
+    std::setlocale(LC_ALL, before.c_str());
+    unsetenv("LOCPATH");
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Meshes by other people against what their owners' tools count (the README beside them), by the audit that users see.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "host/base/error.hpp"
+#include "host/mesh/audit.hpp"
+#include "host/mesh/read_mesh.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kShared = "../shared/meshes";
+
+struct Known {
+    const char* file;
+    std::size_t nodes, unused, tets, surface_nodes, patches;
+    double box[3];
+    double worst, median, least_deg, greatest_deg;
+    std::size_t slivers, bodies, shells, inverted, hinge_edges;
+    std::int64_t euler;
+    double volume;
+};
+
+constexpr Known kKnown[] = {
+    {"liver_181.msh", 181, 0, 596, 140, 276, {6.483, 4.939, 4.421}, .017, .65, 6.2, 171.2, 2, 1, 1, 0, 0, 2, 36.5609},
+    {"elbow_1823.mesh", 1823, 0, 8161, 841, 1678, {.26, .1299, .06}, .37, .84, 19, 149.2, 0, 1, 1, 0, 0, 2, .000877362},
+    {"elbow2_inverted_1823.mesh",
+     1823,
+     0,
+     8161,
+     841,
+     1678,
+     {.26, .1299, .06},
+     .37,
+     .84,
+     19,
+     149.2,
+     0,
+     1,
+     1,
+     8161,
+     0,
+     2,
+     .000877362},
+    {"octahedron_330.node", 330, 0, 1224, 234, 464, {8, 8, 8}, .12, .78, 5.6, 170, 0, 1, 1, 0, 0, 2, 85.3333},
+    {"abaqus_tet_13.inp", 13, 0, 14, 13, 22, {1.414, 1.414, 1}, .34, .63, 18, 148.5, 0, 1, 1, 0, 0, 2, .666667},
+    {"armadillo_1180.node",
+     1180,
+     0,
+     3717,
+     1053,
+     2102,
+     {2.538, 3.029, 2.315},
+     .0045,
+     .60,
+     2.5,
+     174.8,
+     32,
+     1,
+     1,
+     0,
+     0,
+     2,
+     1.8596},
+    {"microstructure_1585.msh",
+     1585,
+     0,
+     6414,
+     861,
+     1762,
+     {1.002, 1.002, 1.001},
+     5.8e-05,
+     .27,
+     .036,
+     179.4,
+     1080,
+     1,
+     1,
+     8,
+     0,
+     -20,
+     .0467215},
+    {"mat40x40_3200.msh", 3200, 0, 9126, 3200, 6396, {1, .008, 1}, .31, .47, 17, 156.2, 0, 1, 1, 0, 0, 2, .008},
+    {"two_parts_285.msh", 285, 0, 812, 259, 510, {.03, .021, .02}, .18, .72, 8.7, 164.4, 0, 2, 2, 0, 0, 4, 5.9997e-06},
+    {"cubes2mat_7714.msh",
+     7714,
+     0,
+     32981,
+     3807,
+     7610,
+     {2.1, 1.001, 1.001},
+     .14,
+     .81,
+     11,
+     157.5,
+     0,
+     1,
+     1,
+     0,
+     0,
+     2,
+     2.0979},
+    {"turtle_347.veg", 347, 0, 1185, 267, 530, {7.191, 7.47, 3.733}, .16, .79, 8.6, 165.6, 0, 1, 1, 0, 0, 2, 45.187},
+    {"teddy_410.vtk", 410, 0, 1207, 312, 620, {.7043, 1.026, .8162}, .081, .62, 11, 157.5, 2, 1, 1, 0, 0, 2, .2297},
+    {"ditto_2580.vtk",
+     2580,
+     0,
+     10415,
+     1486,
+     2968,
+     {4.574, 3.486, 3.424},
+     .24,
+     .81,
+     13,
+     151.1,
+     0,
+     1,
+     1,
+     0,
+     0,
+     2,
+     23.4659},
+    {"shark_429_22bin.msh",
+     429,
+     0,
+     1073,
+     396,
+     792,
+     {.1426, .06207, .1662},
+     .08,
+     .47,
+     8.1,
+     164.8,
+     8,
+     1,
+     1,
+     0,
+     1,
+     1,
+     .000110256},
+    {"bracket_56786_unused.vtu",
+     16468,
+     86110,
+     56786,
+     12832,
+     25696,
+     {4, 4, 3.25},
+     .085,
+     .76,
+     5.6,
+     170.1,
+     4,
+     1,
+     1,
+     0,
+     0,
+     -16,
+     7.41372},
+    {"sphere_p2_1310.msh", 214, 1096, 722, 163, 322, {.9971, .997, 1}, .29, .78, 13, 156.4, 0, 1, 1, 0, 0, 2, .505397},
+    {"pepper_big.vtu",
+     137286,
+     0,
+     806437,
+     14980,
+     29956,
+     {60.39, 135.9, 51.2},
+     2.8e-07,
+     .88,
+     .015,
+     180,
+     1859,
+     1,
+     1,
+     0,
+     0,
+     2,
+     135358},
+};
+
+/// To the digits that the table has.
+void expect_near(double value, double known, const char* what) {
+    EXPECT_NEAR(value / known, 1.0, 0.04) << what << " is " << value << ", known " << known;
+}
+
+class WholeMesh : public testing::TestWithParam<Known> {};
+
+TEST_P(WholeMesh, HasTheCountsOfItsOwners) {
+    const Known& known = GetParam();
+    if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
+    const Audit audit = audit_mesh(read_mesh(kShared / known.file, ReadOptions{1.0, true, {}}));
+    EXPECT_EQ(audit.nodes, known.nodes);
+    EXPECT_EQ(audit.unused_nodes, known.unused);
+    EXPECT_EQ(audit.tets, known.tets);
+    EXPECT_EQ(audit.surface_nodes, known.surface_nodes);
+    EXPECT_EQ(audit.patches, known.patches);
+    EXPECT_EQ(audit.slivers, known.slivers);
+    EXPECT_EQ(audit.bodies, known.bodies);
+    EXPECT_EQ(audit.shells, known.shells);
+    EXPECT_EQ(audit.turned, known.inverted);
+    EXPECT_EQ(audit.hinge_edges, known.hinge_edges);
+    EXPECT_EQ(audit.euler, known.euler);
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(audit.box_m.sizes()[axis] / known.box[axis], 1.0, 1e-3);
+    expect_near(audit.worst_ratio, known.worst, "worst radius ratio");
+    expect_near(audit.median_ratio, known.median, "median radius ratio");
+    expect_near(audit.least_angle_deg, known.least_deg, "least dihedral angle");
+    EXPECT_NEAR(audit.greatest_angle_deg, known.greatest_deg, 0.06);
+    EXPECT_NEAR(audit.volume_m3 / known.volume, 1.0, 1e-4);
+    // Only where the geometry folds: the turned elbow is only turned, the microstructure is not.
+    EXPECT_EQ(audit.folded, std::string_view(known.file).starts_with("microstructure") ? 8U : 0U);
+}
+
+std::string name_of(const testing::TestParamInfo<Known>& known) {
+    std::string name = known.param.file;
+    for (char& c : name)
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, WholeMesh, testing::ValuesIn(kKnown), name_of);
+
+TEST(WholeMeshes, SecondOrderIsTakenOnlyWhenAsked) {
+    for (const char* file : {"sphere_p2_1310.msh", "bracket_56786_unused.vtu"}) {
+        if (!fs::exists(kShared / file)) GTEST_SKIP() << "no " << kShared / file;
+        try {
+            read_mesh(kShared / file, 1.0);
+            ADD_FAILURE() << file << ": no error";
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("linearize = true"), std::string::npos) << error.what();
+        }
+    }
+}
+
+/// Closed and open surfaces: counted the same way.
+struct KnownSurface {
+    const char* file;
+    const char* says;
+};
+
+class WholeSurface : public testing::TestWithParam<KnownSurface> {};
+
+TEST_P(WholeSurface, IsCountedWhereItCannotBeTaken) {
+    if (!fs::exists(kShared / GetParam().file)) GTEST_SKIP() << "no " << kShared / GetParam().file;
+    try {
+        read_mesh(kShared / GetParam().file, 1.0);
+        ADD_FAILURE() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shared, WholeSurface,
+    testing::Values(
+        KnownSurface{"surf_pepper_14980.ply",
+                     "14980 vertices, 29956 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
+                     "characteristic 2, volume 1.354e+05"},
+        KnownSurface{"surf_featuretype_1722.stl",
+                     "1722 vertices, 3476 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
+                     "characteristic -16, volume 11.63"},
+        KnownSurface{"surf_bunny_open.ply",
+                     "8146 vertices, 16301 triangles, 1 parts, 123 open, 150 non-manifold and 298 flipped edges, Euler "
+                     "characteristic 84"},
+        KnownSurface{"surf_multibody.stl",
+                     "20 vertices, 32 triangles, 2 parts, 0 open, 0 non-manifold and 12 flipped "
+                     "edges, Euler characteristic 4"}));
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/mesh/fill.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numbers>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/mesh/audit.hpp"
+#include "host/mesh/read_mesh.hpp"
+#include "host/mesh/surface.hpp"
+#include "tests/shapes.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string to_off(const Shape& shape) {
+    std::string text = fmt::format("OFF\n{} {} 0\n", shape.point.size(), shape.patch.size());
+    for (const auto& p : shape.point) text += fmt::format("{:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
+    for (const auto& [a, b, c] : shape.patch) text += fmt::format("3 {} {} {}\n", a, b, c);
+    return text;
+}
+
+std::string to_obj(const Shape& shape) {
+    std::string text = "# an object\no shape\n";
+    for (const auto& p : shape.point) text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
+    for (const auto& [a, b, c] : shape.patch) text += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
+    return text;
+}
+
+std::string to_ply(const Shape& shape) {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        shape.point.size(), shape.patch.size());
+    for (const auto& p : shape.point) text += fmt::format("{:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
+    for (const auto& [a, b, c] : shape.patch) text += fmt::format("3 {} {} {}\n", a, b, c);
+    return text;
+}
+
+/// Every triangle has corners of its own, in float.
+std::string to_stl(const Shape& shape) {
+    std::string bytes(80, ' ');
+    const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    put(static_cast<std::uint32_t>(shape.patch.size()));
+    for (const auto& patch : shape.patch) {
+        for (int k = 0; k < 3; ++k) put(0.0F);
+        for (std::int32_t i : patch)
+            for (int axis = 0; axis < 3; ++axis)
+                put(static_cast<float>(shape.point[static_cast<std::size_t>(i)][axis]));
+        put(std::uint16_t{0});
+    }
+    return bytes;
+}
+
+void add(const Shape& other, const Eigen::Vector3d& shift, bool turned, Shape& shape) {
+    const auto first = static_cast<std::int32_t>(shape.point.size());
+    for (const auto& p : other.point) shape.point.emplace_back(p + shift);
+    for (auto [a, b, c] : other.patch) {
+        if (turned) std::swap(b, c);
+        shape.patch.push_back({first + a, first + b, first + c});
+    }
+}
+
+class Fill : public testing::Test {
+protected:
+    TetMesh fill(const std::string& text, const std::string& name, const FillTarget& target) {
+        write_file(folder_.path() / name, text);
+        return read_mesh(folder_.path() / name, ReadOptions{1.0, false, target});
+    }
+    std::string error_of(const Shape& shape) {
+        try {
+            fill(to_off(shape), "a.off", {0.2, 0});
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "no error";
+    }
+    const TemporaryFolder folder_;
+};
+
+TEST_F(Fill, ABallOfEveryFormatIsABall) {
+    const Shape ball = sphere_shape(3, 1.0);
+    const std::pair<std::string, std::string> files[] = {
+        {"a.off", to_off(ball)}, {"a.obj", to_obj(ball)}, {"a.ply", to_ply(ball)}, {"a.stl", to_stl(ball)}};
+    for (const auto& [name, text] : files) {
+        const Audit audit = audit_mesh(fill(text, name, {0.25, 0}));
+        EXPECT_NEAR(audit.volume_m3, 4.0 / 3.0 * std::numbers::pi, 0.25) << name;
+        EXPECT_EQ(audit.bodies, 1U);
+        EXPECT_EQ(audit.euler, 2);
+        EXPECT_EQ(audit.folded + audit.hinge_edges + audit.hinge_nodes, 0U);
+        EXPECT_GT(audit.worst_ratio, 0.02);
+    }
+}
+
+TEST_F(Fill, TheSizeIsWhatWasAskedFor) {
+    const Shape ball = sphere_shape(4, 1.0);
+    double sum = 0.0, count = 0.0;
+    const TetMesh mesh = fill(to_off(ball), "a.off", {0.2, 0});
+    for (const Patch& patch : find_surface(mesh.tet).patch)
+        for (std::size_t c = 0; c < 3; ++c, ++count)
+            sum += (mesh.position_m[static_cast<std::size_t>(patch[c])] -
+                    mesh.position_m[static_cast<std::size_t>(patch[(c + 1) % 3])])
+                       .norm();
+    EXPECT_NEAR(sum / count, 0.2, 0.04);
+    for (std::size_t nodes : {500U, 2000U})
+        EXPECT_NEAR(static_cast<double>(fill(to_off(ball), "a.off", {0.0, nodes}).position_m.size()) /
+                        static_cast<double>(nodes),
+                    1.0, 0.06);
+}
+
+TEST_F(Fill, CreasesStaySharp) {
+    const TetMesh mesh = fill(to_off(box_shape(2, {1, 1, 1})), "a.off", {0.3, 0});
+    EXPECT_NEAR(audit_mesh(mesh).volume_m3, 1.0, 1e-9);
+}
+
+TEST_F(Fill, SameSurfaceSameMesh) {
+    const std::string ball = to_off(sphere_shape(3, 1.0));
+    const TetMesh a = fill(ball, "a.off", {0.3, 0}), b = fill(ball, "a.off", {0.3, 0});
+    EXPECT_EQ(a.tet, b.tet);
+    EXPECT_EQ(a.position_m, b.position_m);
+}
+
+TEST_F(Fill, AHollowBallHasACavity) {
+    Shape hollow = sphere_shape(3, 1.0);
+    add(sphere_shape(2, 0.4), {0, 0, 0}, true, hollow);
+    const Audit audit = audit_mesh(fill(to_off(hollow), "a.off", {0.2, 0}));
+    EXPECT_EQ(audit.cavities, 1U);
+    EXPECT_EQ(audit.bodies, 1U);
+    EXPECT_NEAR(audit.volume_m3, 4.0 / 3.0 * std::numbers::pi * (1.0 - 0.064), 0.3);
+}
+
+TEST_F(Fill, TrianglesInsideOutAreTurned) {
+    Shape box = box_shape(2, {1, 1, 1});
+    std::swap(box.patch[3][1], box.patch[3][2]);
+    const TetMesh mesh = fill(to_off(box), "a.off", {0.3, 0});
+    EXPECT_NEAR(audit_mesh(mesh).volume_m3, 1.0, 1e-9);
+    EXPECT_NE(mesh.notes.back().find("inside out"), std::string::npos) << mesh.notes.back();
+}
+
+TEST_F(Fill, WhatBoundsNothingIsRefusedWithItsPlace) {
+    Shape open = box_shape(2, {1, 1, 1});
+    open.patch.pop_back();
+    EXPECT_NE(error_of(open).find("3 open and 0 non-manifold edges (the first from ("), std::string::npos);
+    Shape doubled = box_shape(2, {1, 1, 1});
+    doubled.patch.push_back(doubled.patch.front());
+    EXPECT_NE(error_of(doubled).find("0 open and 3 non-manifold edges"), std::string::npos) << error_of(doubled);
+    Shape crossing = box_shape(2, {1, 1, 1});
+    add(box_shape(2, {1, 1, 1}), {0.55, 0.45, 0.35}, false, crossing);
+    EXPECT_NE(error_of(crossing).find("intersects itself"), std::string::npos) << error_of(crossing);
+    EXPECT_NE(error_of(crossing).find("the first near ("), std::string::npos);
+}
+
+TEST_F(Fill, ATargetThatCannotBeIsRefused) {
+    const std::string ball = to_off(sphere_shape(2, 1.0));
+    EXPECT_THROW(fill(ball, "a.off", {1e-3, 0}), Error);
+    EXPECT_THROW(fill(ball, "a.off", {}), Error);
+}
+
+}  // namespace
+}  // namespace haptable::test

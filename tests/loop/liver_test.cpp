@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A liver by other people, from its mesh to its picture, by the programs that a user runs.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/file.hpp"
+#include "host/servo/replay.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path program(const char* name) {
+    const char* build = std::getenv("BUILD");
+    return fs::path(build != nullptr ? build : "build") / "bin" / name;
+}
+
+TEST(Liver, FromMeshToPicture) {
+    const fs::path mesh = fs::absolute("../shared/meshes/liver_181.msh");
+    if (!fs::exists(mesh)) GTEST_SKIP() << "no ../shared/meshes";
+    const TemporaryFolder folder;
+    const fs::path tables_in = folder.path() / "liver";
+    // 1. The scene: a liver of 19 cm, held on the side of its lowest y.
+    write_file(folder.path() / "liver.toml",
+               fmt::format("name = \"liver\"\n[mesh]\nfile = \"{}\"\nscale = 0.03\n[material]\nyoung = 3000.0\n"
+                           "poisson = 0.45\n[[fixed]]\nbox = [-9, -9, -9, 9, 0.03, 9]\n",
+                           mesh.string()));
+    ASSERT_EQ(std::system(fmt::format("{} {} -o {} --quiet", program("haptable-precompute").string(),
+                                      (folder.path() / "liver.toml").string(), tables_in.string())
+                              .c_str()),
+              0);
+    // 2. The servo, pressed 10 mm into the patch that lies highest.
+    const Tables tables = read_tables(tables_in);
+    const ServoModel servo = build_model(tables);
+    const haptable_model model = model_in_memory(tables, servo);
+    const auto y = [&](std::size_t v) { return servo.vertex_m[v][1]; };
+    std::size_t top = 0;
+    for (std::size_t v = 0; v < servo.vertex_m.size(); ++v) top = y(v) > y(top) ? v : top;
+    std::string path = "x,y,z\n";
+    for (int tick = 0; tick <= 100; ++tick)
+        path +=
+            fmt::format("{},{},{}\n", servo.vertex_m[top][0], y(top) + 0.005 - 0.00015 * tick, servo.vertex_m[top][2]);
+    write_file(folder.path() / "path.csv", path);
+    std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
+    const ServoReport report =
+        replay({&model, node.data(), "liver"}, folder.path() / "path.csv", folder.path() / "felt.csv", true);
+    EXPECT_GT(report.counters.contact_ticks, 50U);
+    EXPECT_GT(report.largest_force_n, 0.01);
+    // 3. The picture: the body, its colours by displacement.
+    const fs::path picture = folder.path() / "liver.png";
+    ASSERT_EQ(std::system(fmt::format("{} {} --csv {} --ticks 100 -o {} --quiet", program("haptable-view").string(),
+                                      tables_in.string(), (folder.path() / "felt.csv").string(), picture.string())
+                              .c_str()),
+              0);
+    EXPECT_GT(fs::file_size(picture), 20'000U) << "a picture of one colour takes a few hundred bytes";
+}
+
+}  // namespace
+}  // namespace haptable::test
