@@ -416,6 +416,8 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
         section.fail("display_rows", "needs columns in float32: remove column_precision");
     if (!tables.display_rows.empty() && contact.force == "pressure-mask")
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
+    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+        section.fail("column_precision", "display_rows are taken from columns in float32; remove either line");
     return tables;
 }
 
