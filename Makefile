@@ -106,10 +106,11 @@ scene: all
 
 # bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
 .PHONY: bench
-bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion
+bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion $(BUILD)/bin/haptable-contact
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/bench/bench.sh
+	@BUILD=$(BUILD) sh host/bench/contact.sh
 	@$(MAKE) --no-print-directory instructions
 	@$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
 
@@ -185,6 +186,9 @@ $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(BENCH)
+	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)

@@ -14,6 +14,7 @@ namespace haptable {
 struct ModelSize {
     std::vector<TableBytes> flash;          ///< by table, in the order of model.c
     std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
+    ServoStiffness stiffness;               ///< what it feels like
 };
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.

@@ -32,7 +32,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     haptable_model model{};
     model.hash = tables.model_hash;
     model.max_force_n = static_cast<float>(tables.max_force_n);
-    model.rigid_stiffness_n_per_m = static_cast<float>(tables.rigid_stiffness_n_per_m);
+    model.rigid_stiffness_n_per_m = servo.rigid_stiffness_n_per_m;
     model.tolerance_m = servo.tolerance_m;
     model.reach_m = servo.reach_m;
     std::copy(servo.index.origin_m.begin(), servo.index.origin_m.end(), model.grid_origin_m);
@@ -52,6 +52,13 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.god_object = modes.god_object.function;
     model.force = modes.force.function;
     model.energy = modes.energy.function;
+    model.frictionless = modes.frictionless.function;
+    model.static_friction = static_cast<float>(tables.static_friction);
+    model.kinetic_friction = static_cast<float>(tables.kinetic_friction);
+    model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
+    model.release = modes.release.function;
+    model.release_n = static_cast<float>(tables.release_n_per_ms);
+    model.passivity = modes.passivity.function;
     model.unpack = servo.packed.empty() ? nullptr : modes.unpack.function;
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));

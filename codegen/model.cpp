@@ -88,7 +88,6 @@ ServoModel build_model(const Tables& tables) {
     }
     for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block, "a stiffness"));
 
-    pack_blocks(tables.precision, model);
     const auto patches = vertex_patches(tables, model.node);
     model.index = build_index(model.vertex_m, patches);
     for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);
@@ -96,7 +95,10 @@ ServoModel build_model(const Tables& tables) {
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
     model.reach_m = std::max(1.0F, kReach * size);
+    model.rigid_stiffness_n_per_m = finite(tables.rigid_stiffness_n_per_m, "rigid_stiffness");
     if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
+    couple(tables, model);
+    pack_blocks(tables.precision, model);
     return model;
 }
 

@@ -41,6 +41,14 @@ struct ServoCompliance {
     mutable std::shared_ptr<haptable_compliance> in_memory;
 };
 
+/// How stiff the servo's object is to a finger.
+struct ServoStiffness {
+    double largest_n_per_m = 0.0;   ///< largest eigenvalue of any point's S, without a coupling
+    double stable_n_per_m = 0.0;    ///< what the device renders stably
+    double coupling_n_per_m = 0.0;  ///< spring in series; 0: none
+    double felt_n_per_m = 0.0;      ///< the largest with it
+};
+
 /// Bytes of flash of one table.
 struct TableBytes {
     std::string name;
@@ -59,6 +67,8 @@ struct ServoModel {
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
     SpatialIndex index;
     ServoCompliance compliance;
+    ServoStiffness stiffness;
+    float rigid_stiffness_n_per_m = 0.0F;
     float tolerance_m = 0.0F;
     float reach_m = 0.0F;
 };
@@ -68,6 +78,10 @@ ServoModel build_model(const Tables& tables);
 
 /// C(alpha) on the patches of `model`, which is complete but for it.
 ServoCompliance build_compliance(const Tables& tables, const ServoModel& model);
+
+/// Finds the largest stiffness, what the device renders stably, and puts the coupling that the tables ask for in series
+/// with every block.
+void couple(const Tables& tables, ServoModel& model);
 
 /// A block's six numbers xx yy zz xy yz zx: its symmetric part. Throws Error that names `what` where it is not finite.
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what);

@@ -49,11 +49,17 @@ Modes modes_of(const Tables& tables) {
         {"float16", HAPTABLE_NAMED(haptable_unpack_float16)},
         {"int16", HAPTABLE_NAMED(haptable_unpack_int16)},
     };
-    Modes modes{chosen(god_objects, "god_object", tables.god_object),
-                chosen(forces, "force", tables.force),
-                chosen(precisions, "precision", tables.precision),
-                {"0", nullptr}};
+    Modes modes;
+    modes.god_object = chosen(god_objects, "god_object", tables.god_object);
+    modes.force = chosen(forces, "force", tables.force);
+    modes.unpack = chosen(precisions, "precision", tables.precision);
     if (tables.god_object == "least-energy") modes.energy = chosen(energies, "force", tables.force);
+    if (tables.static_friction > 0.0) {
+        modes.frictionless = modes.god_object;
+        modes.god_object = HAPTABLE_NAMED(haptable_god_object_rough);
+    }
+    if (tables.release_n_per_ms > 0.0) modes.release = HAPTABLE_NAMED(haptable_release_slew);
+    if (tables.passivity) modes.passivity = HAPTABLE_NAMED(haptable_passivity_control);
     return modes;
 }
 

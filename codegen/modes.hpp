@@ -12,16 +12,19 @@ namespace haptable {
 /// A function of the firmware and its name in C.
 template <typename Function>
 struct Named {
-    const char* name;
-    Function* function;
+    const char* name = nullptr;
+    Function* function = nullptr;
 };
 
 /// What a model names, as its scene chose.
 struct Modes {
     Named<haptable_god_object_fn> god_object;
     Named<haptable_force_fn> force;
-    Named<haptable_unpack_fn> unpack;  ///< "0", null for float32
-    Named<haptable_energy_fn> energy;  ///< of that force where the god-object needs it; or "0", null
+    Named<haptable_god_object_fn> frictionless;  ///< what friction holds back; or null
+    Named<haptable_finish_fn> release;           ///< or null
+    Named<haptable_finish_fn> passivity;         ///< or null
+    Named<haptable_energy_fn> energy;            ///< of that force where the god-object needs it; or null
+    Named<haptable_unpack_fn> unpack;            ///< null for float32
 };
 
 /// Throws Error when the tables ask for a mode that this version does not have.

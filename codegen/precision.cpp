@@ -78,6 +78,14 @@ Blocks stored_blocks(const Tables& tables, const ServoModel& model) {
     return blocks;
 }
 
+/// The coupling's spring in series with every block, as couple() has put it.
+Blocks coupled(Blocks blocks, const ServoModel& model) {
+    if (model.stiffness.coupling_n_per_m <= 0.0) return blocks;
+    const Eigen::Matrix3d spring = Eigen::Matrix3d::Identity() / model.stiffness.coupling_n_per_m;
+    for (Eigen::Matrix3d& s : blocks) s = (s.inverse() + spring).inverse().eval();
+    return blocks;
+}
+
 Eigen::Matrix3d at(const Blocks& blocks, const std::array<std::uint16_t, 3>& patch, const double (&alpha)[3]) {
     return alpha[0] * blocks[patch[0]] + alpha[1] * blocks[patch[1]] + alpha[2] * blocks[patch[2]];
 }
@@ -93,7 +101,7 @@ void pack_blocks(const std::string& precision, ServoModel& model) {
 }
 
 std::vector<PrecisionError> compare_precisions(const Tables& tables, const ServoModel& model) {
-    const Blocks exact = exact_blocks(tables, model);
+    const Blocks exact = coupled(exact_blocks(tables, model), model);
     std::vector<PrecisionError> all;
     for (const char* precision : {"float32", "float16", "int16"}) {
         Tables as = tables;

@@ -194,7 +194,7 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     };
     field("hash", macro + "_HASH");
     field("max_force_n", literal(static_cast<float>(tables.max_force_n)));
-    field("rigid_stiffness_n_per_m", literal(static_cast<float>(tables.rigid_stiffness_n_per_m)));
+    field("rigid_stiffness_n_per_m", literal(model.rigid_stiffness_n_per_m));
     field("tolerance_m", literal(model.tolerance_m));
     field("reach_m", literal(model.reach_m));
     field("grid_origin_m", row(model.index.origin_m));
@@ -215,6 +215,17 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     }
     if (modes.energy.function != nullptr) field("energy", modes.energy.name);
     if (model.compliance.degree != 0) field("compliance", "&compliance");
+    field("stiffness_limit_n_per_m", literal(static_cast<float>(model.stiffness.felt_n_per_m)));
+    if (modes.frictionless.function != nullptr) {
+        field("frictionless", modes.frictionless.name);
+        field("static_friction", literal(static_cast<float>(tables.static_friction)));
+        field("kinetic_friction", literal(static_cast<float>(tables.kinetic_friction)));
+    }
+    if (modes.release.function != nullptr) {
+        field("release", modes.release.name);
+        field("release_n", literal(static_cast<float>(tables.release_n_per_ms)));
+    }
+    if (modes.passivity.function != nullptr) field("passivity", modes.passivity.name);
     return text;
 }
 
@@ -271,7 +282,7 @@ ModelText model_text(const Tables& tables, const ServoModel& model) {
 ModelSize generate_model(const std::filesystem::path& folder) {
     const Tables tables = read_tables(folder);
     const ServoModel model = build_model(tables);
-    ModelSize size{flash_tables(model), {}};
+    ModelSize size{flash_tables(model), {}, model.stiffness};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables)});
     require_flash(size.flash, model, tables.flash_budget);
     if (tables.force == "interpolated") size.precision = compare_precisions(tables, model);

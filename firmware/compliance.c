@@ -11,59 +11,92 @@
 
 /* ---- the polynomial ------------------------------------------------------------------------------------------- */
 
-/* The blocks of a patch in the form's order. An edge's blocks stand from its lower vertex to its higher one. */
-static void gather(const struct haptable_model* model, uint16_t patch, const float* block[COMPLIANCE_CONTROLS]) {
+/* Control blocks in the order of exponents (n - r, r - k, k): block r (r + 1) / 2 + k, r = 0 .. n, k = 0 .. r.
+ * Derivatives come from the last steps of de Casteljau's scheme: a step takes the block with one exponent more at
+ * corner 0, 1, 2 times alpha each. */
+struct net {
+    const float* block[COMPLIANCE_CONTROLS];
+};
+
+/* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one. */
+static void gather(const struct haptable_model* model, const struct compliance_form* form, uint16_t patch,
+                   struct net* net) {
     const struct haptable_compliance* c = model->compliance;
     const uint16_t* v = model->patch[patch];
-    const int per_edge = c->degree - 1;
+    const int per_edge = form->degree - 1;
     int corner;
-    int n = 3;
     for (corner = 0; corner < 3; ++corner) {
-        const int a = corner == 2 ? 0 : corner + 1;
-        const int b = corner == 0 ? 2 : corner - 1;
+        const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
         const float(*edge)[6] = &c->edge[c->patch_edge[patch][corner] * per_edge];
         int i;
-        block[corner] = c->vertex[v[corner]];
-        for (i = 0; i < per_edge; ++i) block[n++] = edge[v[a] < v[b] ? i : per_edge - 1 - i];
-    }
-    for (corner = 0; c->degree == 4 && corner < 3; ++corner) block[n++] = c->patch[3 * patch + corner];
-}
-
-/* alpha_c^k for k = 0 .. 4. */
-static void powers(const float alpha[3], float power[3][5]) {
-    int c;
-    for (c = 0; c < 3; ++c) {
-        power[c][0] = 1.0f;
-        power[c][1] = alpha[c];
-        power[c][2] = alpha[c] * alpha[c];
-        power[c][3] = power[c][2] * alpha[c];
-        power[c][4] = power[c][2] * power[c][2];
+        net->block[form->vertex[corner]] = c->vertex[v[corner]];
+        for (i = 0; i < per_edge; ++i) net->block[form->edge[corner][i]] = edge[forward ? i : per_edge - 1 - i];
+        if (form->degree == 4) net->block[form->inside[corner]] = c->patch[3 * patch + corner];
     }
 }
 
-static float value_of(const struct compliance_control* control, float power[3][5]) {
-    return (float)control->factor * power[0][control->exponent[0]] * power[1][control->exponent[1]] *
-           power[2][control->exponent[2]];
-}
-
-/* x^n derived k times, k = 0, 1, 2, from the powers of x. */
-static float derived(const float power[5], int n, int k) {
-    if (k == 0) return power[n];
-    if (k == 1) return n < 1 ? 0.0f : (float)n * power[n - 1];
-    return n < 2 ? 0.0f : (float)(n * (n - 1)) * power[n - 2];
-}
-
-/* The control point's weight derived by alpha_c, and once more by alpha_d; d = -1: once. */
-static float weight_derived(const struct compliance_control* control, float power[3][5], int c, int d) {
-    float product = (float)control->factor;
+static inline void mix(const float alpha[3], const float a[6], const float b[6], const float c[6], float out[6]) {
     int i;
-    for (i = 0; i < 3; ++i) product *= derived(power[i], control->exponent[i], (i == c) + (i == d));
-    return product;
+    for (i = 0; i < 6; ++i) out[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
 }
 
-static void add_block(float weight, const float block[6], float sum[6]) {
+/* The first step, from the tables. */
+static inline void step_from_tables(int degree, const struct net* net, const float alpha[3], float (*out)[6]) {
+    int n = 0;
+    int r;
+    int k;
+    for (r = 0; r < degree; ++r)
+        for (k = 0; k <= r; ++k, ++n) mix(alpha, net->block[n], net->block[n + r + 1], net->block[n + r + 2], out[n]);
+}
+
+/* A further step, in place: what it writes it has read. */
+static inline void step(int degree, const float alpha[3], float (*block)[6]) {
+    int n = 0;
+    int r;
+    int k;
+    for (r = 0; r < degree; ++r)
+        for (k = 0; k <= r; ++k, ++n) mix(alpha, block[n], block[n + r + 1], block[n + r + 2], block[n]);
+}
+
+/* C and, for its derivatives, the nets of degree 1 and 2 that it is made of. */
+struct polynomial {
+    float c[6];
+    float linear[3][6];
+    float quadratic[6][6];
+};
+
+static void copy_blocks(int count, float (*from)[6], float (*to)[6]) {
+    int n;
     int i;
-    for (i = 0; i < 6; ++i) sum[i] += weight * block[i];
+    for (n = 0; n < count; ++n)
+        for (i = 0; i < 6; ++i) to[n][i] = from[n][i];
+}
+
+/* C alone, of degree 4. */
+static void evaluate_c(const struct net* net, const float alpha[3], float c[6]) {
+    float block[10][6];
+    step_from_tables(4, net, alpha, block);
+    step(3, alpha, block);
+    step(2, alpha, block);
+    mix(alpha, block[0], block[1], block[2], c);
+}
+
+static void evaluate_all(const struct net* net, int degree, const float alpha[3], struct polynomial* p) {
+    float block[10][6];
+    int n;
+    int i;
+    if (degree == 4) {
+        step_from_tables(4, net, alpha, block);
+        step(3, alpha, block);
+        copy_blocks(6, block, p->quadratic);
+        step(2, alpha, block);
+        copy_blocks(3, block, p->linear);
+    } else {
+        for (n = 0; n < 6; ++n)
+            for (i = 0; i < 6; ++i) p->quadratic[n][i] = net->block[n][i];
+        step_from_tables(2, net, alpha, p->linear);
+    }
+    mix(alpha, p->linear[0], p->linear[1], p->linear[2], p->c);
 }
 
 /* ---- fixed vertices ------------------------------------------------------------------------------------------- */
@@ -121,21 +154,23 @@ static void solve(const struct factored* f, const float b[3], float x[3]) {
     x[0] = b[0] * f->inverse[0] - f->l10 * x[1] - f->l20 * x[2];
 }
 
-void compliance_load(const struct haptable_model* model, const struct compliance_form* form,
-                     const struct haptable_contact* contact, const float finger_m[3], float load_n[3]) {
-    const float* block[COMPLIANCE_CONTROLS];
-    float power[3][5];
-    float c[6] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+void compliance_solve(const struct haptable_model* model, const struct haptable_contact* contact,
+                      const float finger_m[3], float c[6], float load_n[3]) {
     float u[3];
     struct factored factored;
-    int k;
-    gather(model, contact->patch, block);
-    powers(contact->alpha, power);
-    for (k = 0; k < form->count; ++k) add_block(value_of(&form->control[k], power), block[k], c);
     lift(model, fixed_share(model, contact), c);
     vec_sub(finger_m, contact->god_object_m, u);
     factored = factor(c);
     solve(&factored, u, load_n);
+}
+
+void compliance_load(const struct haptable_model* model, const struct compliance_form* form,
+                     const struct haptable_contact* contact, const float finger_m[3], float load_n[3]) {
+    struct net net;
+    float c[6];
+    gather(model, form, contact->patch, &net);
+    evaluate_c(&net, contact->alpha, c);
+    compliance_solve(model, contact, finger_m, c, load_n);
 }
 
 void compliance_share(const float load_n[3], const struct haptable_contact* contact, float nodal_force_n[3][3],
@@ -157,18 +192,41 @@ struct variation {
     float second[3];
 };
 
-/* Adds one control point's part; `pf` is its block times f (less its trace's third where C was lifted). */
-static void vary(const struct compliance_control* control, float power[3][5], const float pf[3], float f_pf,
-                 struct variation* v) {
-    const float by0 = weight_derived(control, power, 0, -1);
-    const float by00 = weight_derived(control, power, 0, 0);
-    const float by01 = weight_derived(control, power, 0, 1);
-    const float by02 = weight_derived(control, power, 0, 2);
-    vec_add_scaled(weight_derived(control, power, 1, -1) - by0, pf, v->first[0]);
-    vec_add_scaled(weight_derived(control, power, 2, -1) - by0, pf, v->first[1]);
-    v->second[0] += f_pf * (weight_derived(control, power, 1, 1) - 2.0f * by01 + by00);
-    v->second[1] += f_pf * (weight_derived(control, power, 1, 2) - by01 - by02 + by00);
-    v->second[2] += f_pf * (weight_derived(control, power, 2, 2) - 2.0f * by02 + by00);
+/* out = (sum of weighted blocks) f, less the third of its trace times f where C is lifted. */
+static void block_load(const float block[6], const float f[3], int lifted, float out[3]) {
+    vec_symmetric_product(block, f, out);
+    if (lifted) vec_add_scaled(-third_of_trace(block), f, out);
+}
+
+/* b C_0 + c C_1 + d C_2, scaled. */
+static void difference(float scale, const float a[6], float b, const float other[6], float c, const float third[6],
+                       float out[6]) {
+    int i;
+    for (i = 0; i < 6; ++i) out[i] = scale * (a[i] + b * other[i] + c * third[i]);
+}
+
+/* dC/d alpha_b - dC/d alpha_0 and so on, from the nets of degree 1 and 2 (Farin). */
+static void vary(const struct polynomial* p, int degree, const float f[3], int lifted, struct variation* v) {
+    const float first = (float)degree;
+    const float second = (float)(degree * (degree - 1));
+    float block[6];
+    float bf[3];
+    int b;
+    for (b = 0; b < 2; ++b) {
+        difference(first, p->linear[b + 1], -1.0f, p->linear[0], 0.0f, p->linear[0], block);
+        block_load(block, f, lifted, v->first[b]);
+    }
+    /* quadratic: 200 110 101 020 011 002 */
+    difference(second, p->quadratic[3], -2.0f, p->quadratic[1], 1.0f, p->quadratic[0], block);
+    block_load(block, f, lifted, bf);
+    v->second[0] = vec_dot(f, bf);
+    difference(second, p->quadratic[5], -2.0f, p->quadratic[2], 1.0f, p->quadratic[0], block);
+    block_load(block, f, lifted, bf);
+    v->second[2] = vec_dot(f, bf);
+    difference(second, p->quadratic[4], -1.0f, p->quadratic[1], -1.0f, p->quadratic[2], block);
+    for (b = 0; b < 6; ++b) block[b] += second * p->quadratic[0][b];
+    block_load(block, f, lifted, bf);
+    v->second[1] = vec_dot(f, bf);
 }
 
 /* The lifted diagonal's own slope: the fixed share's, times f. */
@@ -203,28 +261,20 @@ static void derive(const struct haptable_model* model, uint16_t patch, const str
 void compliance_energy(const struct haptable_model* model, const struct compliance_form* form,
                        const struct haptable_contact* contact, const float finger_m[3],
                        struct haptable_energy* energy) {
-    const float* block[COMPLIANCE_CONTROLS];
-    float power[3][5];
-    float c[6] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    struct net net;
+    struct polynomial p;
     float u[3];
     struct factored factored;
-    struct variation v = {{{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}}, {0.0f, 0.0f, 0.0f}};
+    struct variation v;
     int lifted;
-    int k;
-    gather(model, contact->patch, block);
-    powers(contact->alpha, power);
-    for (k = 0; k < form->count; ++k) add_block(value_of(&form->control[k], power), block[k], c);
-    lifted = lift(model, fixed_share(model, contact), c);
+    gather(model, form, contact->patch, &net);
+    evaluate_all(&net, form->degree, contact->alpha, &p);
+    lifted = lift(model, fixed_share(model, contact), p.c);
     vec_sub(finger_m, contact->god_object_m, u);
-    factored = factor(c);
+    factored = factor(p.c);
     solve(&factored, u, energy->load_n);
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
-    for (k = 0; k < form->count; ++k) {
-        float pf[3];
-        vec_symmetric_product(block[k], energy->load_n, pf);
-        if (lifted) vec_add_scaled(-third_of_trace(block[k]), energy->load_n, pf);
-        vary(&form->control[k], power, pf, vec_dot(energy->load_n, pf), &v);
-    }
+    vary(&p, form->degree, energy->load_n, lifted, &v);
     if (lifted) vary_share(model, contact->patch, energy->load_n, &v);
     derive(model, contact->patch, &factored, &v, energy);
 }

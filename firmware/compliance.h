@@ -9,23 +9,23 @@
 
 #define COMPLIANCE_CONTROLS 15 /* of degree 4; degree 2 has 6 */
 
-/* One control point of Bernstein's form: its exponents and degree! / (i! j! k!). */
-struct compliance_control {
-    uint8_t exponent[3];
-    uint8_t factor;
-};
-
-/* A degree's control points: three vertices, then degree - 1 on the edge opposite to corner 0, 1, 2, from corner c + 1
- * to c + 2, then those inside. */
+/* Where a patch's blocks stand in the order of their exponents (compliance.c): those of its corners, those of the edge
+ * opposite to corner c from the next corner to the one after, and for degree 4 those with exponent 2 at corner c. */
 struct compliance_form {
-    int count;
-    const struct compliance_control* control;
+    uint8_t degree; /* 2 or 4 */
+    uint8_t vertex[3];
+    uint8_t edge[3][3];
+    uint8_t inside[3];
 };
 
-/* The load of a contact: C(alpha) of the patch, lifted at fixed vertices, and its inverse times finger - god-object.
+/* C^-1 times finger - god-object, where C, which is given, is first lifted at fixed vertices.
  * Fixed vertices add no compliance: with s the sum of their alpha, C + max(0, s / rigid_stiffness - trace C / 3) I is
  * what is inverted. It is C where C's mean is larger, rigid_stiffness^-1 where all three are fixed, and continuous.
- * before: model->compliance has the form's degree. after: load_n is finite where u is. */
+ * after: load_n is finite where u is. */
+void compliance_solve(const struct haptable_model* model, const struct haptable_contact* contact,
+                      const float finger_m[3], float c[6], float load_n[3]);
+
+/* The same with C(alpha) of the patch. before: model->compliance has degree 4, that of the form. */
 void compliance_load(const struct haptable_model* model, const struct compliance_form* form,
                      const struct haptable_contact* contact, const float finger_m[3], float load_n[3]);
 

@@ -222,8 +222,8 @@ static int leave_vertex(const struct haptable_model* model, int corner, const fl
     return 0;
 }
 
-/* Slides the god-object down to the nearest point of the surface around it. Returns 0 when it is not there yet. */
-static int slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact, int* steps) {
+int contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                  int* steps) {
     int moving = 1;
     *steps += STEPS_OF_PATCH;
     contact_nearest(model, contact->patch, x_m, contact);
@@ -243,7 +243,7 @@ static int slide(const struct haptable_model* model, const float x_m[3], struct 
  * the limit does not tell the sides apart: the contact holds until it is finished. */
 static int has_left(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
                     int* steps, struct haptable_counters* counters) {
-    const int rests = slide(model, x_m, contact, steps);
+    const int rests = contact_slide(model, x_m, contact, steps);
     if (!rests) ++counters->walk_limits;
     if ((uint32_t)*steps > counters->most_steps) counters->most_steps = (uint32_t)*steps;
     return rests && surface_is_outside(model, contact, x_m);

@@ -13,4 +13,9 @@
 void contact_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
                      struct haptable_contact* nearest);
 
+/* Slides the god-object down to the nearest point of the surface around it; *steps counts on. Returns 0 when it met
+ * HAPTABLE_WALK_STEPS and is not there yet.
+ * before: contact holds a point of the surface. */
+int contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact, int* steps);
+
 #endif

@@ -4,13 +4,7 @@
  */
 #include "compliance.h"
 
-/* Vertices; then on the edges opposite to corner 0, 1, 2 from its next corner to the one after; then inside. */
-static const struct compliance_control control[15] = {
-    {{4, 0, 0}, 1}, {{0, 4, 0}, 1}, {{0, 0, 4}, 1},  {{0, 3, 1}, 4},  {{0, 2, 2}, 6},
-    {{0, 1, 3}, 4}, {{1, 0, 3}, 4}, {{2, 0, 2}, 6},  {{3, 0, 1}, 4},  {{3, 1, 0}, 4},
-    {{2, 2, 0}, 6}, {{1, 3, 0}, 4}, {{2, 1, 1}, 12}, {{1, 2, 1}, 12}, {{1, 1, 2}, 12},
-};
-static const struct compliance_form form = {15, control};
+static const struct compliance_form form = {4, {0, 10, 14}, {{11, 12, 13}, {9, 5, 2}, {1, 3, 6}}, {4, 7, 8}};
 
 void haptable_force_pressure_mask(const struct haptable_model* model, const struct haptable_contact* contact,
                                   const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {

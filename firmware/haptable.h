@@ -38,8 +38,9 @@ extern "C" {
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
 #define HAPTABLE_SLIDES 3
 
-/* The most points of the surface at which one slide of the least-energy god-object evaluates the energy. */
-#define HAPTABLE_ENERGY_STEPS 96
+/* The most points of the surface at which a tick of the least-energy god-object takes the energy, for the last look
+ * around a vertex at most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
+#define HAPTABLE_ENERGY_STEPS 64
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u
@@ -71,6 +72,7 @@ struct haptable_compliance {
 struct haptable_model;
 struct haptable_contact;
 struct haptable_counters;
+struct haptable_servo;
 
 /* Moves the god-object of one tick, the finger going from from_m to to_m. */
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
@@ -94,6 +96,10 @@ struct haptable_energy {
 };
 typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                 const float finger_m[3], struct haptable_energy* energy);
+
+/* Changes the force of a tick after it was made and cut to max_force_n: way_m is the finger's since the last tick. */
+typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
+                                float force_n[3]);
 
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
  * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
@@ -122,6 +128,13 @@ struct haptable_model {
     haptable_force_fn* force;           /* one of those below */
     haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
     const struct haptable_compliance* compliance; /* for a force that needs it; or NULL */
+    haptable_god_object_fn* frictionless;         /* for god_object_rough: the one that it holds back; or NULL */
+    float static_friction;                        /* for god_object_rough: >= kinetic_friction */
+    float kinetic_friction;                       /* for god_object_rough: > 0 */
+    float stiffness_limit_n_per_m;                /* the largest eigenvalue of any point's S */
+    haptable_finish_fn* release;                  /* or NULL */
+    float release_n;                              /* for release: by how much a force may fall in a tick that lets go */
+    haptable_finish_fn* passivity;                /* or NULL */
 };
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
@@ -134,8 +147,10 @@ struct haptable_model {
     X(clamped_forces)     /* forces cut to max_force_n */                \
     X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */      \
     X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */           \
+    X(jumps)              /* with release: forces that it smoothed */    \
     X(silences)           /* times without a position for SILENCE_US */  \
     X(most_steps)         /* most steps of the walk in one tick */       \
+    X(most_energies)      /* most points whose energy one tick took */   \
     X(most_boxes)         /* most boxes visited by one query */
 
 struct haptable_counters {
@@ -154,6 +169,7 @@ enum haptable_state {
 /* The god-object on the rest surface: where it is and on which patch. */
 struct haptable_contact {
     uint16_t patch; /* HAPTABLE_NONE: no contact */
+    uint8_t slips;  /* with friction: 1 while the god-object slides */
     float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
     float god_object_m[3];
 };
@@ -165,6 +181,10 @@ struct haptable_servo {
     uint8_t finger_known; /* 0 or 1 */
     uint8_t state;        /* enum haptable_state */
     uint32_t position_us; /* when the last position came; wraps */
+    float felt_n[3];      /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];  /* what release still holds of forces that have ended */
+    float given_n[3];     /* the force of the last tick as it was given */
+    float given_j;        /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 
@@ -217,6 +237,17 @@ haptable_energy_fn haptable_energy_consistent;
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
 
+/* god_object: with friction. It holds the god-object back where it was as long as the force there lies in the cone of
+ * static friction, and lets it follow the frictionless one just so far that it lies in the cone of kinetic friction. */
+haptable_god_object_fn haptable_god_object_rough;
+
+/* release: when contact ends, or the god-object jumps, the difference of the forces is not dropped but brought down by
+ * release_n a tick, and only its part that takes energy from the finger. */
+haptable_finish_fn haptable_release_slew;
+
+/* passivity: observes the energy that the servo gives over what it took, and damps the finger's motion until it is paid
+ * back (Hannaford and Ryu 2002, time domain). */
+haptable_finish_fn haptable_passivity_control;
 /* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
 haptable_unpack_fn haptable_unpack_float16;
 haptable_unpack_fn haptable_unpack_int16;

@@ -16,11 +16,12 @@ struct point {
     struct haptable_energy energy;
 };
 
-/* The walk of one slide. */
+/* The walk of one tick. */
 struct walk {
     const struct haptable_model* model;
     const float* x_m;
     int steps; /* evaluations so far */
+    int nearest_steps;
 };
 
 static void evaluate(struct walk* walk, struct point* point) {
@@ -44,25 +45,35 @@ static int newton(const float h[3], const float slope[2], float d[3]) {
     return 1;
 }
 
+/* Where E bends downwards its positive part alone would give short steps: they are made this much longer. */
+#define STRIDE 8.0f
+
 /* A way downhill inside the patch's plane, as a change of the area coordinates. */
 static void way_in_plane(const struct haptable_energy* e, float d[3]) {
-    if (newton(e->curvature_j, e->slope_j, d) || newton(e->lower_bound_j, e->slope_j, d)) return;
+    int c;
+    if (newton(e->curvature_j, e->slope_j, d)) return;
+    if (newton(e->lower_bound_j, e->slope_j, d)) {
+        for (c = 0; c < 3; ++c) d[c] *= STRIDE;
+        return;
+    }
     /* A sliver: each coordinate on its own. */
     d[1] = e->lower_bound_j[0] > 0.0f ? -0.5f * e->slope_j[0] / e->lower_bound_j[0] : 0.0f;
     d[2] = e->lower_bound_j[2] > 0.0f ? -0.5f * e->slope_j[1] / e->lower_bound_j[2] : 0.0f;
     d[0] = -d[1] - d[2];
 }
 
+/* The second derivative along the edge from corner a to corner b. */
+static float second_along(const float h[3], int a, int b) {
+    return second_of(h, a, a) - 2.0f * second_of(h, a, b) + second_of(h, b, b);
+}
+
 /* The way along the edge from corner a to corner b, forwards or backwards, to the minimum of E there. Returns by how
  * much E is foreseen to fall. */
 static float way_along(const struct haptable_energy* e, int a, int b, float d[3]) {
     const float slope = slope_of(e, b) - slope_of(e, a);
-    const float* h = e->curvature_j;
-    float second = second_of(h, a, a) - 2.0f * second_of(h, a, b) + second_of(h, b, b);
-    if (second <= 0.0f) {
-        h = e->lower_bound_j;
-        second = second_of(h, a, a) - 2.0f * second_of(h, a, b) + second_of(h, b, b);
-    }
+    const float least = second_along(e->lower_bound_j, a, b) / STRIDE;
+    float second = second_along(e->curvature_j, a, b);
+    if (second < least) second = least;
     vec_zero(d);
     if (second <= 0.0f) return 0.0f;
     d[b] = -slope / second;
@@ -186,9 +197,10 @@ static int find_way(struct walk* walk, struct point* here, float d[3]) {
 
 /* ---- the slide ------------------------------------------------------------------------------------------------ */
 
-/* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. */
-static void move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
-                    struct haptable_contact* to) {
+/* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. Returns how much of d
+ * was gone. */
+static float move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
+                     struct haptable_contact* to) {
     int ends = -1;
     int c;
     int largest = 0;
@@ -205,108 +217,105 @@ static void move_by(const struct haptable_model* model, const struct haptable_co
     }
     to->alpha[largest] = 1.0f - to->alpha[largest == 0 ? 1 : 0] - to->alpha[largest == 2 ? 1 : 2];
     place(model, to);
+    return t;
 }
 
-/* Rounding of E: four of its last digits. A step that is lost in it is taken, so that g settles where the slope is 0
- * and not where E's digits end. */
-#define ENERGY_ROUNDING 5e-7f
+/* Changes of E below this share of it are lost in its rounding: there the slope decides, so that g settles where the
+ * slope is 0 and not where E's digits end. */
+#define ENERGY_ROUNDING 4e-6f
 
-/* Goes along d, half as far where E grows. Returns 0 where no step of eight does not grow. */
+/* dE along d. */
+static float slope_along(const struct haptable_energy* e, const float d[3]) {
+    return e->slope_j[0] * d[1] + e->slope_j[1] * d[2];
+}
+
+/* 1 where a step of t d led down: E fell by more than its rounding; or it can only fall within it, and the way still
+ * leads down at the patch's border, or has become half as steep. */
+static int is_down(const struct haptable_energy* from, const struct haptable_energy* to, const float d[3], float t,
+                   int cut) {
+    const float rounding = from->energy_j * ENERGY_ROUNDING;
+    const float before = slope_along(from, d);
+    const float after = slope_along(to, d);
+    if (to->energy_j < from->energy_j - rounding) return 1;
+    if (-0.5f * t * before > rounding) return to->energy_j < from->energy_j;
+    return (cut && after <= 0.0f) || 4.0f * after * after <= before * before;
+}
+
+/* Goes along d, half as far where that does not lead down. Returns 0, and stays, where none of eight tries does. */
 static int advance(struct walk* walk, const float d[3], struct point* here) {
-    const float most = here->energy.energy_j * (1.0f + ENERGY_ROUNDING);
     float t = 1.0f;
     int tries;
     for (tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
         struct point next;
-        move_by(walk->model, &here->at, d, t, &next.at);
+        const float gone = move_by(walk->model, &here->at, d, t, &next.at);
         evaluate(walk, &next);
-        if (next.energy.energy_j <= most) {
+        if (is_down(&here->energy, &next.energy, d, gone, gone < t)) {
             *here = next;
             return 1;
         }
-        t *= 0.5f;
+        t = 0.5f * gone;
+        if (-t * slope_along(&here->energy, d) < here->energy.energy_j * ENERGY_ROUNDING) return 0;
     }
     return 0;
 }
 
-static void slide(struct walk* walk, struct point* here, struct haptable_counters* counters) {
+/* Downhill to where E has no way down. Returns 0 where it met the limit. */
+static int slide(struct walk* walk, struct point* here) {
     float d[3];
-    walk->steps = 0;
     evaluate(walk, here);
     while (walk->steps < HAPTABLE_ENERGY_STEPS && find_way(walk, here, d) && advance(walk, d, here)) {
     }
-    if (walk->steps >= HAPTABLE_ENERGY_STEPS) ++counters->walk_limits;
-    if ((uint32_t)walk->steps > counters->most_steps) counters->most_steps = (uint32_t)walk->steps;
+    return walk->steps < HAPTABLE_ENERGY_STEPS;
 }
 
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
 
-static float side_of(const struct haptable_model* model, uint16_t patch, const float u[3]) {
+/* 1 where the finger is surely inside at the god-object: under a patch, not far aside, and pressing on it. */
+static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
-    patch_frame(model, patch, edge1, edge2, normal);
-    return vec_dot(normal, u);
-}
-
-/* On an edge: outside of a convex one when outside of either patch, of a concave one when outside of both. */
-static int is_beyond_edge(const struct haptable_model* model, const struct haptable_contact* contact, int corner,
-                          const float u[3]) {
-    const uint16_t across = model->neighbour[contact->patch][corner];
-    const int here = side_of(model, contact->patch, u) >= 0.0f;
-    int there;
-    int opposite = 0;
-    float rise[3];
-    if (across == HAPTABLE_NONE) return here;
-    there = side_of(model, across, u) >= 0.0f;
-    while (model->neighbour[across][opposite] != contact->patch && opposite < 2) ++opposite;
-    vec_sub(vertex_of(model, across, opposite), contact->god_object_m, rise);
-    return side_of(model, contact->patch, rise) > 0.0f ? here && there : here || there;
-}
-
-/* At a vertex: by the nearest point of the patches around it. */
-static int is_beyond_vertex(const struct haptable_model* model, const struct haptable_contact* contact, int corner,
-                            const float x_m[3]) {
-    struct fan fan = fan_begin(model, contact->patch, corner);
-    struct haptable_contact nearest = *contact;
-    float best = gap2(contact->god_object_m, x_m);
-    int patches = 0;
-    do {
-        struct haptable_contact next;
-        float gap;
-        contact_nearest(model, fan.patch, x_m, &next);
-        gap = gap2(next.god_object_m, x_m);
-        if (gap >= best) continue;
-        best = gap;
-        nearest = next;
-    } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
-    return surface_is_outside(model, &nearest, x_m);
-}
-
-/* 1 when the finger is outside of the body at the god-object, or the surface would have to be pulled. */
-static int has_left(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
     float u[3];
-    float normal[3];
+    float depth;
     int corner = 0;
-    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    if (feature_of(here->at.alpha, &corner) != INSIDE) return 0;
+    patch_frame(model, here->at.patch, edge1, edge2, normal);
     vec_sub(x_m, here->at.god_object_m, u);
-    if (feature == INSIDE && side_of(model, here->at.patch, u) >= 0.0f) return 1;
-    if (feature == ON_EDGE && is_beyond_edge(model, &here->at, corner, u)) return 1;
-    if (feature == ON_VERTEX && is_beyond_vertex(model, &here->at, corner, x_m)) return 1;
-    surface_outward(model, &here->at, normal);
-    return vec_dot(normal, here->energy.load_n) >= 0.0f;
+    depth = -vec_dot(normal, u);
+    return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
+           vec_dot(normal, here->energy.load_n) < 0.0f;
+}
+
+/* One slide of a tick. Returns 1 when the finger is outside of the body, as the nearest point around the god-object
+ * tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to be pulled: its
+ * energy is still stored. A slide that met the limit keeps it too. */
+static int has_left(struct walk* walk, struct point* here, struct haptable_contact* nearest,
+                    struct haptable_counters* counters) {
+    const int rests = slide(walk, here);
+    int found;
+    if (!rests) ++counters->walk_limits;
+    if ((uint32_t)walk->steps > counters->most_energies) counters->most_energies = (uint32_t)walk->steps;
+    if (surely_presses(walk->model, here, walk->x_m)) return 0;
+    *nearest = here->at;
+    found = contact_slide(walk->model, walk->x_m, nearest, &walk->nearest_steps);
+    if ((uint32_t)walk->nearest_steps > counters->most_steps) counters->most_steps = (uint32_t)walk->nearest_steps;
+    return found && surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no way down.
- * cost: at most HAPTABLE_SLIDES slides of HAPTABLE_ENERGY_STEPS evaluations and the patches around one vertex more, and
- *       as many queries of the spatial index. */
+ * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
+ *       HAPTABLE_SLIDES queries of the spatial index. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_contact* contact,
                                       const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
     struct walk walk;
     struct way way;
     struct point here;
+    struct haptable_contact nearest;
     int slides;
+    int left;
     walk.model = model;
+    walk.steps = 0;
+    walk.nearest_steps = 0;
     walk.x_m = to_m;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
@@ -314,10 +323,10 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
         here.at = *contact;
-        slide(&walk, &here, counters);
+        left = has_left(&walk, &here, &nearest, counters);
         *contact = here.at;
-        if (!has_left(model, &here, to_m)) return;
-        vec_copy(contact->god_object_m, way.from_m);
+        if (!left) return;
+        vec_copy(nearest.god_object_m, way.from_m);
         way.begins = AT_GOD_OBJECT;
         contact->patch = HAPTABLE_NONE;
     }

@@ -22,6 +22,9 @@ static void put_nothing(uint8_t state, struct haptable_output* out) {
 static void drop_contact(struct haptable_servo* servo) {
     servo->contact.patch = HAPTABLE_NONE;
     servo->finger_known = 0;
+    vec_zero(servo->felt_n);
+    vec_zero(servo->released_n);
+    vec_zero(servo->given_n);
 }
 
 /* 1 when the position is a number and within reach of the body. */
@@ -57,13 +60,23 @@ static void gate_force(const struct haptable_model* model, struct haptable_servo
 }
 
 void haptable_init(struct haptable_servo* servo) {
-    static const struct haptable_servo fresh = {
-        {HAPTABLE_NONE, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}}, {0.0f, 0.0f, 0.0f}, 0, HAPTABLE_SILENT, 0, {0}};
+    static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE}, .state = HAPTABLE_SILENT};
     *servo = fresh;
+}
+
+/* What a model may do to the force that contact gave, or to its absence. */
+static void finish_force(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
+                         struct haptable_output* out) {
+    if (model->release) model->release(model, servo, way_m, out->force_n);
+    if (model->passivity) model->passivity(model, servo, way_m, out->force_n);
+    if (!model->release && !model->passivity) return;
+    gate_force(model, servo, out);
+    vec_copy(out->force_n, servo->given_n);
 }
 
 void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
                    uint32_t now_us, struct haptable_output* out) {
+    float way_m[3] = {0.0f, 0.0f, 0.0f};
     ++servo->counters.ticks;
     servo->position_us = now_us;
     if (!is_position(model, finger_m)) {
@@ -75,12 +88,14 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     }
     model->god_object(model, &servo->contact, servo->finger_known ? servo->finger_m : finger_m, finger_m,
                       &servo->counters);
+    if (servo->finger_known) vec_sub(finger_m, servo->finger_m, way_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
     if (servo->contact.patch == HAPTABLE_NONE) {
         servo->state = HAPTABLE_FREE;
         put_nothing(HAPTABLE_FREE, out);
         vec_copy(finger_m, out->god_object_m);
+        finish_force(model, servo, way_m, out);
         return;
     }
     ++servo->counters.contact_ticks;
@@ -88,6 +103,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     put_contact(model, servo, out);
     model->force(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
     gate_force(model, servo, out);
+    finish_force(model, servo, way_m, out);
 }
 
 int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {

@@ -259,7 +259,22 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     hash.add(scene.contact.force);
     hash.add(scene.contact.god_object);
     hash.add(scene.contact.rigid_stiffness_n_per_m);
-    if (scene.contact.mask_radius_m > 0.0) hash.add(scene.contact.mask_radius_m);
+    const ContactOptions& c = scene.contact;
+    // Only where chosen: the hash of a scene without them is what it was.
+    for (const auto& [name, value] : {std::pair{"mask_radius", c.mask_radius_m},
+                                      {"friction", c.static_friction},
+                                      {"kinetic_friction", c.kinetic_friction},
+                                      {"release_slew", c.release_n_per_ms},
+                                      {"coupling", c.coupling_n_per_m},
+                                      {"auto coupling", c.auto_coupling ? 1.0 : 0.0},
+                                      {"passivity", c.passivity ? 1.0 : 0.0}}) {
+        if (value == 0.0) continue;
+        hash.add(std::string(name));
+        hash.add(value);
+    }
+    if (c.auto_coupling)
+        for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
+            hash.add(value);
     hash.add(scene.device.max_force_n);
     hash.add(scene.tables.columns);
     hash.add(scene.tables.column_precision);
@@ -313,6 +328,19 @@ nlohmann::ordered_json to_json(const std::vector<Hold>& holds) {
     return list;
 }
 
+namespace {
+
+/// What was chosen beyond the paper's contact.
+void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
+    if (c.static_friction > 0.0) json["friction"] = {{"static", c.static_friction}, {"kinetic", c.kinetic_friction}};
+    if (c.release_n_per_ms > 0.0) json["release_n_per_ms"] = c.release_n_per_ms;
+    if (c.passivity) json["passivity"] = true;
+    if (c.auto_coupling) json["coupling"] = "auto";
+    if (c.coupling_n_per_m > 0.0) json["coupling"] = c.coupling_n_per_m;
+}
+
+}  // namespace
+
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
     nlohmann::ordered_json json = identity(scene, summary);
     json["body_hash"] = fmt::format("{:016x}", summary.body_hash);
@@ -326,12 +354,21 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["contact"] = {{"force", scene.contact.force},
                        {"god_object", scene.contact.god_object},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    add_options(scene.contact, json["contact"]);
     if (scene.contact.mask_radius_m > 0.0)
         json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
                                    {"most_nodes", summary.mask_most_nodes},
                                    {"widened", summary.mask_widened},
                                    {"places", summary.mask_places}};
-    json["device"] = {{"max_force_n", scene.device.max_force_n}};
+    json["device"] = {{"max_force_n", scene.device.max_force_n},
+                      {"damping_n_s_per_m", scene.device.damping_n_s_per_m},
+                      {"friction_n", scene.device.friction_n},
+                      {"encoder_step_m", scene.device.encoder_step_m}};
+    if (summary.size.stiffness.largest_n_per_m > 0.0)
+        json["stiffness"] = {{"largest_n_per_m", summary.size.stiffness.largest_n_per_m},
+                             {"stable_n_per_m", summary.size.stiffness.stable_n_per_m},
+                             {"coupling_n_per_m", summary.size.stiffness.coupling_n_per_m},
+                             {"felt_n_per_m", summary.size.stiffness.felt_n_per_m}};
     json["tables"] = {{"precision", scene.tables.precision},
                       {"columns", scene.tables.columns},
                       {"flash_budget", scene.tables.flash_budget}};
@@ -374,6 +411,14 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
             "and the patch's own nodes carry the load\n",
             scene.contact.mask_radius_m, summary.mask_most_nodes, summary.mask_widened, summary.mask_places);
+    const ServoStiffness& k = summary.size.stiffness;
+    text += fmt::format("  largest stiffness of any point {:.3g} N/m; the device renders {:.3g} N/m stably{}\n",
+                        k.largest_n_per_m, k.stable_n_per_m,
+                        k.coupling_n_per_m > 0.0
+                            ? fmt::format("; with a coupling of {:.3g} N/m in series {:.3g} N/m are felt",
+                                          k.coupling_n_per_m, k.felt_n_per_m)
+                        : k.largest_n_per_m > k.stable_n_per_m ? ": consider coupling = \"auto\" in [contact]"
+                                                               : "");
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);

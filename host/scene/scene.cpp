@@ -135,6 +135,8 @@ public:
         return node->as_boolean()->get();
     }
 
+    bool is_text(std::string_view key) const { return table_.get(key) != nullptr && table_.get(key)->is_string(); }
+
     std::string text(std::string_view key, std::optional<std::string> fallback = {}) const {
         const toml::node* node = table_.get(key);
         if (node == nullptr && !fallback) missing(key, "a text");
@@ -336,8 +338,31 @@ std::vector<Region> read_regions(const Section& root) {
     return regions;
 }
 
+void read_friction(const Section& section, ContactOptions& contact) {
+    contact.static_friction = section.not_negative("friction", 0.0);
+    if (section.has("kinetic_friction") && contact.static_friction == 0.0)
+        section.fail("kinetic_friction", "needs friction, the static coefficient; give it or remove this line");
+    if (contact.static_friction == 0.0) return;
+    contact.kinetic_friction = section.positive("kinetic_friction", contact.static_friction);
+    if (contact.kinetic_friction > contact.static_friction)
+        section.fail("kinetic_friction", fmt::format("is {} and must not be greater than friction, {}",
+                                                     contact.kinetic_friction, contact.static_friction));
+}
+
+/// coupling = "auto" | "none" | N/m
+void read_coupling(const Section& section, ContactOptions& contact) {
+    if (!section.has("coupling")) return;
+    if (section.is_text("coupling"))
+        contact.auto_coupling = section.choice("coupling", {"none", "auto"}) == "auto";
+    else
+        contact.coupling_n_per_m = section.positive("coupling");
+}
+
 ContactOptions read_contact(const Section& root) {
-    const Section section = root.section("contact", {"force", "god_object", "rigid_stiffness", "mask_radius"}, false);
+    const Section section = root.section("contact",
+                                         {"force", "god_object", "rigid_stiffness", "mask_radius", "friction",
+                                          "kinetic_friction", "release_slew", "coupling", "passivity"},
+                                         false);
     ContactOptions contact;
     contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"});
     contact.god_object = section.choice("god_object", {"nearest", "least-energy"});
@@ -346,6 +371,10 @@ ContactOptions read_contact(const Section& root) {
         contact.mask_radius_m = section.positive("mask_radius");
     else if (section.has("mask_radius"))
         section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
+    read_friction(section, contact);
+    contact.release_n_per_ms = section.not_negative("release_slew", 0.0);
+    contact.passivity = section.flag("passivity", false);
+    read_coupling(section, contact);
     return contact;
 }
 
@@ -383,6 +412,8 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     tables.display_precision = section.choice("display_precision", {"float32", "int16"});
     if (!tables.display_rows.empty() && tables.columns == "none")
         section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
+    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+        section.fail("display_rows", "needs columns in float32: remove column_precision");
     if (!tables.display_rows.empty() && contact.force == "pressure-mask")
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
     if (!tables.display_rows.empty() && tables.column_precision != "float32")

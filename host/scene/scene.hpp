@@ -48,6 +48,12 @@ struct ContactOptions {
     std::string god_object = "nearest";  ///< nearest | least-energy
     double mask_radius_m = 0.0;          ///< of a pressure mask; 0 for the other forces
     double rigid_stiffness_n_per_m = 1000.0;
+    double static_friction = 0.0;   ///< Coulomb's; 0: none
+    double kinetic_friction = 0.0;  ///< at most static_friction
+    double release_n_per_ms = 0.0;  ///< how fast a force that ends is brought down; 0: at once
+    bool passivity = false;         ///< a passivity observer and controller
+    bool auto_coupling = false;     ///< the smallest virtual coupling that the device needs
+    double coupling_n_per_m = 0.0;  ///< a virtual coupling in series; 0: none
 };
 
 /// [device]: a PHANToM-like point device. SPEC.md cites where the defaults come from.

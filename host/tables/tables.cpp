@@ -56,6 +56,23 @@ void check_patches(const fs::path& path, const std::vector<std::array<std::int32
     for (const auto& patch : patches) check_nodes(path, patch, node_count);
 }
 
+/// What a scene need not choose.
+void read_options(const json& contact, const json& device, Tables& tables) {
+    if (contact.contains("friction")) {
+        tables.static_friction = contact.at("friction").at("static").get<double>();
+        tables.kinetic_friction = contact.at("friction").at("kinetic").get<double>();
+    }
+    tables.release_n_per_ms = contact.value("release_n_per_ms", 0.0);
+    tables.passivity = contact.value("passivity", false);
+    if (contact.contains("coupling")) {
+        tables.auto_coupling = contact.at("coupling").is_string();
+        if (!tables.auto_coupling) tables.coupling_n_per_m = contact.at("coupling").get<double>();
+    }
+    tables.damping_n_s_per_m = device.value("damping_n_s_per_m", 0.0);
+    tables.device_friction_n = device.value("friction_n", 0.0);
+    tables.encoder_step_m = device.value("encoder_step_m", 0.0);
+}
+
 void read_summary(const fs::path& path, Tables& tables) {
     try {
         const json summary = json::parse(read_file(path));
@@ -69,6 +86,7 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.god_object = summary.at("contact").at("god_object").get<std::string>();
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
+        read_options(summary.at("contact"), summary.at("device"), tables);
         tables.precision = summary.at("tables").value("precision", "float32");
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());

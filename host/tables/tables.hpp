@@ -37,13 +37,22 @@ struct Tables {
     std::string precision = "float32";     ///< float32 | float16 | int16: how the servo stores S
     std::uintmax_t flash_budget = 0;       ///< bytes; 0: none
     double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
+    double static_friction = 0.0;          ///< 0: without friction
+    double kinetic_friction = 0.0;
+    double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
+    bool passivity = false;
+    bool auto_coupling = false;
+    double coupling_n_per_m = 0.0;  ///< in series; 0: none
     double max_force_n = 0.0;
-    bool has_columns = false;   ///< columns.npy
-    bool has_factor = false;    ///< instead of it: for a solve each frame
-    bool half_columns = false;  ///< columns.npy is float16, in units of:
-    double column_unit_m_per_n = 1.0;
+    double damping_n_s_per_m = 0.0;  ///< of the device
+    double device_friction_n = 0.0;
+    double encoder_step_m = 0.0;
     std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
     std::string display_precision = "float32";  ///< float32 | int16
+    bool has_columns = false;                   ///< columns.npy
+    bool has_factor = false;                    ///< instead of it: for a solve each frame
+    bool half_columns = false;                  ///< columns.npy is float16, in units of:
+    double column_unit_m_per_n = 1.0;
 
     // *.npy
     std::vector<std::array<double, 3>> position;       ///< [N] rest positions of the mesh nodes, m (position.npy)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -158,9 +159,46 @@ private:
         if (!out.contact) return out;
         out.god_object_m = vector(row.god_object_m);
         out.force_n = vector(row.force_n);
+        if (tables_.force == "pressure-mask") {
+            out.loads = spread(row, -out.force_n);
+            return out;
+        }
         for (std::size_t i = 0; i < 3; ++i)
-            out.loads.push_back(load(row.node[i], row.alpha[i], out.finger_m - out.god_object_m));
+            out.loads.push_back(tables_.force == "interpolated"
+                                    ? load(row.node[i], row.alpha[i], out.finger_m - out.god_object_m)
+                                    : narrow(row.node[i], -row.alpha[i] * out.force_n));
         return out;
+    }
+
+    static NodalForce narrow(std::int32_t node, const Eigen::Vector3d& force_n) {
+        const Eigen::Vector3f force = force_n.cast<float>();
+        return {node, {force.x(), force.y(), force.z()}};
+    }
+
+    /// The mask's share of a load: w = sum alpha_v^2 B_v + sum 2 alpha_v alpha_w B_vw; a fixed node does not move.
+    std::vector<NodalForce> spread(const Row& row, const Eigen::Vector3d& load_n) const {
+        const ComplianceTables& c = tables_.compliance;
+        std::map<std::int32_t, double> weight;
+        const auto place = [](const auto& list, const auto& key) {
+            return static_cast<std::size_t>(std::lower_bound(list.begin(), list.end(), key) - list.begin());
+        };
+        const auto add = [&](std::size_t control, double share) {
+            const auto begin = static_cast<std::size_t>(c.spread_begin.at(control));
+            const auto end = static_cast<std::size_t>(c.spread_begin.at(control + 1));
+            for (std::size_t i = begin; i < end; ++i)
+                weight[c.spread_node[i]] += share * static_cast<double>(c.spread_weight[i]);
+        };
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+            const std::array<std::int32_t, 2> edge{std::min(row.node[a], row.node[b]),
+                                                   std::max(row.node[a], row.node[b])};
+            add(place(c.vertex_id, row.node[k]), row.alpha[k] * row.alpha[k]);
+            add(c.vertex_id.size() + place(c.edge_id, edge), 2.0 * row.alpha[a] * row.alpha[b]);
+        }
+        std::vector<NodalForce> loads;
+        for (const auto& [node, w] : weight)
+            if (index_of_[static_cast<std::size_t>(node)] >= 0) loads.push_back(narrow(node, w * load_n));
+        return loads;
     }
 
     /// Equations 9 and 10; a fixed node has the rigid stiffness.

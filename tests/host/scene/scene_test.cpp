@@ -136,6 +136,17 @@ TEST_F(SceneFile, AFilledSurfaceHasOneTarget) {
                  "mesh.node_count: is 3 and must be");
 }
 
+TEST_F(SceneFile, ContactOptionsAreChecked) {
+    expect_error("[device]", "kinetic_friction = 0.2\n[device]", 15, "contact.kinetic_friction: needs friction");
+    expect_error("[device]", "friction = 0.2\nkinetic_friction = 0.3\n[device]", 16,
+                 "must not be greater than friction");
+    expect_error("[device]", "friction = -0.2\n[device]", 15, "must not be less than 0");
+    expect_error("[device]", "release_slew = -1\n[device]", 15, "contact.release_slew: is -1");
+    expect_error("[device]", "coupling = \"always\"\n[device]", 15, "contact.coupling: \"always\" is not known");
+    expect_error("[device]", "coupling = 0\n[device]", 15, "contact.coupling: is 0 and must be greater than 0");
+    expect_error("[device]", "passivity = 1\n[device]", 15, "contact.passivity: must be true or false");
+}
+
 TEST_F(SceneFile, WrongTypesAreErrors) {
     expect_error("\"a\"", "3", 1, "name: must be a text");
     expect_error("1000", "\"soft\"", 7, "material.young: must be a number, not a text");

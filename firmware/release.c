@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * F = F_contact + R,   |R| falls by release_n a tick,   R . way <= 0: what is left of a force that has ended only
+ * brakes
+ */
+#include "haptable.h"
+#include "vector.h"
+
+/* The largest change of a contact's force over the finger's way that is no jump, as a multiple of its stiffness. */
+#define JUMP 4.0f
+
+/* 1 where the force changed by more than the finger's way explains. */
+static int has_jumped(const struct haptable_model* model, const float change_n[3], const float way_m[3]) {
+    const float most = JUMP * model->stiffness_limit_n_per_m;
+    return vec_dot(change_n, change_n) > most * most * vec_dot(way_m, way_m) + model->release_n * model->release_n;
+}
+
+/* Shortens R by release_n. */
+static void shorten(float by_n, float r[3]) {
+    const float size2 = vec_dot(r, r);
+    float scale;
+    if (size2 <= by_n * by_n) {
+        vec_zero(r);
+        return;
+    }
+    scale = 1.0f - by_n * vec_inverse_root(size2);
+    r[0] *= scale;
+    r[1] *= scale;
+    r[2] *= scale;
+}
+
+/* Takes away what of R would push the finger on its way. */
+static void only_brake(const float way_m[3], float r[3]) {
+    const float power = vec_dot(r, way_m);
+    const float way2 = vec_dot(way_m, way_m);
+    if (power > 0.0f && way2 > 0.0f) vec_add_scaled(-power / way2, way_m, r);
+}
+
+void haptable_release_slew(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
+                           float force_n[3]) {
+    float change[3];
+    vec_sub(servo->felt_n, force_n, change);
+    vec_copy(force_n, servo->felt_n);
+    if (has_jumped(model, change, way_m)) {
+        ++servo->counters.jumps;
+        vec_add_scaled(1.0f, change, servo->released_n);
+    }
+    shorten(model->release_n, servo->released_n);
+    only_brake(way_m, servo->released_n);
+    vec_add_scaled(1.0f, servo->released_n, force_n);
+}

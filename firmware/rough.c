@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * |f_t| <= mu f_n: Coulomb's friction by holding back the god-object
+ */
+#include "contact.h"
+#include "surface.h"
+
+/* How often the way from stick to slip is halved: to a 256th of the tick's slide. */
+#define HALVINGS 8
+
+/* 1 where the load at the contact lies within the cone of mu around the inward normal. */
+static int in_cone(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3],
+                   float mu) {
+    float nodal_n[3][3];
+    float force_n[3];
+    float normal[3];
+    float pressed;
+    float along2;
+    surface_outward(model, contact, normal);
+    model->force(model, contact, x_m, nodal_n, force_n);
+    pressed = vec_dot(normal, force_n); /* times |normal| */
+    along2 = vec_dot(force_n, force_n) * vec_dot(normal, normal) - pressed * pressed;
+    return pressed > 0.0f && along2 <= mu * mu * pressed * pressed;
+}
+
+/* The surface's point nearest to a share of the straight way from the held contact to the frictionless one. */
+static void between(const struct haptable_model* model, const struct haptable_contact* held,
+                    const struct haptable_contact* freed, float share, struct haptable_contact* contact) {
+    float way[3];
+    float aim[3];
+    int steps = 0;
+    vec_sub(freed->god_object_m, held->god_object_m, way);
+    vec_copy(held->god_object_m, aim);
+    vec_add_scaled(share, way, aim);
+    *contact = *held;
+    contact_slide(model, aim, contact, &steps);
+}
+
+/* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
+ * cost: the frictionless one, HALVINGS slides of at most HAPTABLE_WALK_STEPS and HALVINGS + 1 forces. */
+void haptable_god_object_rough(const struct haptable_model* model, struct haptable_contact* contact,
+                               const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
+    const struct haptable_contact held = *contact;
+    const uint32_t contacts = counters->contacts;
+    struct haptable_contact freed;
+    float near = 0.0f;
+    float far = 1.0f;
+    int i;
+    model->frictionless(model, contact, from_m, to_m, counters);
+    contact->slips = 0;
+    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || counters->contacts != contacts) return;
+    freed = *contact;
+    if (in_cone(model, &held, to_m, held.slips ? model->kinetic_friction : model->static_friction)) {
+        *contact = held;
+        contact->slips = 0;
+        return;
+    }
+    for (i = 0; i < HALVINGS; ++i) { /* the least share of the way that brings the load into the cone */
+        const float middle = 0.5f * (near + far);
+        struct haptable_contact tried;
+        between(model, &held, &freed, middle, &tried);
+        if (in_cone(model, &tried, to_m, model->kinetic_friction)) {
+            far = middle;
+            *contact = tried;
+        } else {
+            near = middle;
+        }
+    }
+    contact->slips = 1;
+}

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a finger notices: contact that is never lost, no click and no buzz, and the digits of a float.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "tests/bodies.hpp"
+#include "tests/reference_servo.hpp"
+#include "tests/shapes.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+class Finger {
+public:
+    explicit Finger(const haptable_model& model) : model_(model) { begin(); }
+    void begin() {
+        const haptable_counters kept = servo_.counters;
+        haptable_init(&servo_);
+        servo_.counters = kept;
+    }
+    const haptable_output& to(const Vector3d& x) {
+        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+        haptable_step(&model_, &servo_, finger, time_us_ += 1000, &out_);
+        return out_;
+    }
+    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
+    Vector3d god() const { return to_vector(out_.god_object_m); }
+    Vector3d force() const { return to_vector(out_.force_n); }
+    const haptable_output& out() const { return out_; }
+    const haptable_counters& counters() const { return servo_.counters; }
+
+private:
+    haptable_model model_;
+    haptable_servo servo_{};
+    haptable_output out_{};
+    std::uint32_t time_us_ = 0;
+};
+
+/// A shape and how deep a point lies in it at the least, m; negative outside.
+struct Solid {
+    Shape shape;
+    std::function<double(const Vector3d&)> depth;
+};
+
+double box_depth(const Vector3d& x, const Vector3d& low, const Vector3d& high) {
+    return std::min((x - low).minCoeff(), (high - x).minCoeff());
+}
+
+Shape moved(Shape shape, const std::function<Vector3d(const Vector3d&)>& to) {
+    for (auto& x : shape.point) x = to(x);
+    return shape;
+}
+
+/// A box of which the upper side is narrowed to `least` of its width in x, and in y where `both`.
+Solid tapered(const std::string& name, int cells, const Vector3d& side, double least, bool both) {
+    const auto width = [=](double z) { return 1.0 - (1.0 - least) * z / side.z(); };
+    Shape shape = moved(box_shape(cells, side), [=](const Vector3d& x) {
+        const double w = width(x.z());
+        return Vector3d((x.x() - 0.5 * side.x()) * w, (x.y() - 0.5 * side.y()) * (both ? w : 1.0), x.z());
+    });
+    shape.name = name;
+    return {shape, [=](const Vector3d& x) {
+                if (x.z() < 0.0 || x.z() > side.z()) return -1.0;
+                const double w = width(x.z());
+                const double slope = std::hypot(1.0, 0.5 * side.x() * (1.0 - least) / side.z());
+                return std::min({x.z(), side.z() - x.z(), (0.5 * side.x() * w - std::abs(x.x())) / slope,
+                                 (0.5 * side.y() * (both ? w : 1.0) - std::abs(x.y())) / slope});
+            }};
+}
+
+std::vector<Solid> solids() {
+    const Vector3d cube(0.03, 0.03, 0.03), plate(0.1, 0.1, 0.001);
+    std::vector<Solid> all;
+    all.push_back({box_shape(4, cube), [=](const Vector3d& x) { return box_depth(x, Vector3d::Zero(), cube); }});
+    all.push_back({box_shape(10, plate), [=](const Vector3d& x) { return box_depth(x, Vector3d::Zero(), plate); }});
+    all.back().shape.name = "thin plate";
+    all.push_back({sphere_shape(3, 0.03), [](const Vector3d& x) { return 0.03 * 0.985 - x.norm(); }});
+    all.push_back({l_shape(6, 0.06), [](const Vector3d& x) {
+                       const Vector3d o = Vector3d::Zero();
+                       return std::max(box_depth(x, o, Vector3d(0.03, 0.06, 0.06)),
+                                       box_depth(x, o, Vector3d(0.06, 0.06, 0.03)));
+                   }});
+    all.push_back({torus_shape(48, 24, 0.05, 0.02),
+                   [](const Vector3d& x) { return 0.0194 - std::hypot(std::hypot(x.x(), x.y()) - 0.05, x.z()); }});
+    all.push_back(tapered("wedge", 5, Vector3d(0.03, 0.03, 0.03), 0.02, false));
+    all.push_back(tapered("needle", 6, Vector3d(0.006, 0.006, 0.06), 0.02, true));
+    return all;
+}
+
+Vector3d random_direction(std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    return Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+struct Strokes {
+    int strokes = 0, inside = 0, lost = 0, through = 0;
+    std::uint32_t most_steps = 0, most_energies = 0, slide_limits = 0, walk_limits = 0;
+};
+
+/// From just outside of a random patch straight inwards, 10 ticks, at 0.01 to 5 m/s.
+void stroke(const Solid& solid, const TestModel& model, Finger& finger, std::mt19937& random, Strokes& result) {
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    std::uniform_int_distribution<int> any(0, int(model.servo().patch.size()) - 1);
+    const int patch = any(random);
+    Vector3d alpha(uniform(random), uniform(random), uniform(random));
+    alpha /= alpha.sum();
+    const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
+    const Vector3d n = (b - a).cross(c - a).normalized();
+    const double step = 1e-3 * 0.01 * std::pow(500.0, uniform(random));
+    Vector3d x = alpha[0] * a + alpha[1] * b + alpha[2] * c + (step * uniform(random) + 2e-6) * n;
+    if (solid.depth(x) > -1e-6) return;
+    Vector3d way = random_direction(random);
+    if (way.dot(n) > 0.0) way = -way;
+    way = (way - 0.5 * n).normalized();
+    ++result.strokes;
+    finger.begin();
+    finger.to(x);
+    for (int tick = 0; tick < 10; ++tick) {
+        const Vector3d last = x;
+        const std::uint32_t before = finger.counters().contacts;
+        const bool touched = finger.touches();
+        x += step * way;
+        finger.to(x);
+        const bool inside = solid.depth(x) > 1e-6, crossed = solid.depth(0.5 * (last + x)) > 1e-6;
+        result.inside += inside;
+        if (inside && !finger.touches()) ++result.lost;
+        if (crossed && !touched && finger.counters().contacts == before) ++result.through;
+    }
+}
+
+Strokes run_strokes(const Solid& solid, const char* god_object, int count) {
+    const TestModel model(solid.shape, -1e9, god_object);
+    Finger finger(*model.get());
+    std::mt19937 random(17);
+    Strokes result;
+    while (result.strokes < count) stroke(solid, model, finger, random, result);
+    result.most_steps = finger.counters().most_steps;
+    result.most_energies = finger.counters().most_energies;
+    result.walk_limits = finger.counters().walk_limits;
+    result.slide_limits = finger.counters().slide_limits;
+    return result;
+}
+
+void expect_held(const char* god_object) {
+    Strokes sum;
+    for (const Solid& solid : solids()) {
+        const Strokes s = run_strokes(solid, god_object, 145000);
+        EXPECT_EQ(s.lost, 0) << solid.shape.name;
+        EXPECT_EQ(s.through, 0) << solid.shape.name;
+        EXPECT_LE(s.most_steps, std::uint32_t{HAPTABLE_WALK_STEPS + 13}) << solid.shape.name;
+        EXPECT_LE(s.most_energies, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES}) << solid.shape.name;
+        EXPECT_EQ(s.slide_limits, 0U) << solid.shape.name;
+        printf(
+            "%-10s %-12s %d strokes, %d ticks inside, %d lost, %d through, at most %u steps, %u energies, %u at a "
+            "limit\n",
+            god_object, solid.shape.name.c_str(), s.strokes, s.inside, s.lost, s.through, s.most_steps, s.most_energies,
+            s.walk_limits);
+        sum.strokes += s.strokes;
+        sum.inside += s.inside;
+    }
+    EXPECT_GE(sum.strokes, 1000000);
+    EXPECT_GT(sum.inside, 3000000);
+}
+
+TEST(Strokes, AMillionWithTheNearestGodObjectLoseNoContact) { expect_held("nearest"); }
+
+TEST(Strokes, AMillionWithTheLeastEnergyGodObjectLoseNoContact) { expect_held("least-energy"); }
+
+/// Feet of the perpendiculars from x on to patches: where the distance to x has a local minimum.
+std::vector<Vector3d> feet(const TestModel& model, const Vector3d& x) {
+    std::vector<Vector3d> all;
+    for (int p = 0; p < int(model.servo().patch.size()); ++p) {
+        const Vector3d a = model.corner(p, 0), b = model.corner(p, 1), c = model.corner(p, 2);
+        const Vector3d n = (b - a).cross(c - a).normalized(), foot = x - n.dot(x - a) * n;
+        const auto left = [&](const Vector3d& p1, const Vector3d& p2) { return n.dot((p2 - p1).cross(foot - p1)) > 0; };
+        if (n.dot(x - a) < 0 && left(a, b) && left(b, c) && left(c, a)) all.push_back(foot);
+    }
+    return all;
+}
+
+// On a slow way under a convex surface the god-object is the nearest point of the whole surface. Near a convex edge the
+// patches on both sides have a foot of their own, and the god-object keeps the one that it was on: then it is one of
+// them.
+TEST(NearestGodObject, IsTheTrueNearestPointOfConvexShapes) {
+    for (const Vector3d& axes : {Vector3d(1, 1, 1), Vector3d(1, 0.6, 0.4)}) {
+        const TestModel model(
+            moved(sphere_shape(3, 0.03), [&](const Vector3d& x) { return Vector3d(axes.cwiseProduct(x)); }));
+        Finger finger(*model.get());
+        std::mt19937 random(2);
+        int unique = 0, ticks = 0;
+        for (int way = 0; way < 20; ++way) {
+            const Vector3d from = random_direction(random), to = (from + 0.2 * random_direction(random)).normalized();
+            finger.begin();
+            for (int tick = 0; tick <= 100; ++tick) {  // about 0.05 mm a tick, over patches, edges and vertices
+                const Vector3d out = axes.cwiseProduct((from + (to - from) * tick / 100.0).normalized());
+                finger.to((tick == 0 ? 0.0305 : 0.0294) * out);
+                if (!finger.touches()) continue;
+                const Vector3d x = (0.0294 * out).cast<float>().cast<double>();
+                const std::vector<Vector3d> at = feet(model, x);
+                ++ticks;
+                unique += at.size() == 1;
+                double gap = (finger.god() - model.nearest(x)).norm();
+                for (const Vector3d& foot : at)
+                    if (at.size() > 1) gap = std::min(gap, (finger.god() - foot).norm());
+                ASSERT_LT(gap, 1e-6 * model.size()) << way << " " << tick;
+            }
+        }
+        EXPECT_GT(ticks, 1900);
+        EXPECT_GT(unique, ticks / 4);
+        printf("nearest god-object: %d of %d ticks with one foot only\n", unique, ticks);
+    }
+}
+
+/// Every point of the surface as stiff as a spring of 500 N/m.
+class EvenBlocks {
+public:
+    explicit EvenBlocks(const ElasticBody& body) : stiffness_(6 * body.servo().free_count), compliance_(20000 * 6) {
+        for (std::size_t i = 0; i < stiffness_.size(); ++i) stiffness_[i] = i % 6 < 3 ? 500.0F : 0.0F;
+        for (std::size_t i = 0; i < compliance_.size(); ++i) compliance_[i] = i % 6 < 3 ? 1.0F / 500.0F : 0.0F;
+    }
+    haptable_model in(haptable_model model) {
+        model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(stiffness_.data());
+        if (model.compliance == nullptr) return model;
+        polynomial_ = *model.compliance;
+        polynomial_.vertex = polynomial_.edge = polynomial_.patch =
+            reinterpret_cast<const float(*)[6]>(compliance_.data());
+        model.compliance = &polynomial_;
+        return model;
+    }
+
+private:
+    std::vector<float> stiffness_, compliance_;
+    haptable_compliance polynomial_{};
+};
+
+/// Largest change of the tangential force from tick to tick, sliding at 100 mm/s, in units of k v dt.
+double buzz(const haptable_model& model, double k) {
+    Finger finger(model);
+    finger.to({0.006, 0.011, 0.031});
+    finger.to({0.006, 0.011, 0.028});
+    double most = 0.0;
+    Vector3d before = finger.force();
+    for (int tick = 1; tick <= 180; ++tick) {
+        finger.to({0.006 + 1e-4 * tick, 0.011 + 0.3e-4 * tick, 0.028});
+        EXPECT_TRUE(finger.touches());
+        const Vector3d change = finger.force() - before;
+        most = std::max(most, change.head<2>().norm() / (k * 1.044e-4));
+        before = finger.force();
+    }
+    return most;
+}
+
+TEST(Feel, SlidingOnAFlatFaceHasNoBuzz) {
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"})
+        for (const char* god : {"nearest", "least-energy"}) {
+            const ElasticBody body(cube_scene(9, 0.3), force, force == std::string("pressure-mask") ? 0.006 : 0.0);
+            EvenBlocks even(body);
+            const double spring = buzz(even.in(body.model(god)), 500.0);
+            EXPECT_LT(spring, 0.05) << force << " " << god;
+            const double elastic = buzz(body.model(god), 70.0);
+            printf("%-14s %-12s even %.1e, elastic cube %.3f of k v dt a tick\n", force, god, spring, elastic);
+        }
+}
+
+/// How far the float servo's force is from the double one's, ticks in order of size.
+struct Digits {
+    std::vector<double> difference;
+    int parted = 0;
+};
+
+Digits compare(const ElasticBody& body, const std::string& god_object, unsigned seed) {
+    haptable_model model = body.model(god_object);
+    model.max_force_n = 1e6F;
+    Finger finger(model);
+    ReferenceServo reference(model);
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<int> any(0, body.patches() - 1);
+    Digits digits;
+    for (int way = 0; way < 60; ++way) {
+        const int patch = any(random);
+        const Vector3d n = body.normal(patch), start = body.point(patch, Vector3d(0.3, 0.3, 0.4));
+        const Vector3d along = random_direction(random).cross(n).normalized();
+        for (int tick = 0; tick < 200; ++tick) {
+            const double s = tick / 199.0;
+            Vector3d x = start + (0.001 - 0.004 * std::sin(std::numbers::pi * s)) * n + 0.008 * s * along;
+            x = x.cast<float>().cast<double>();
+            finger.to(x);
+            const ReferenceServo::Tick tock = reference.step(x);
+            if (!finger.touches() || tock.state != HAPTABLE_CONTACT) continue;
+            if (tock.force.norm() < 1e-3) continue;
+            const double difference = (finger.force() - tock.force).norm() / tock.force.norm();
+            if (difference < 1e-3) {
+                digits.difference.push_back(difference);
+                continue;
+            }
+            // Parted at a tie: both must be minima, and both go on from the float's.
+            ++digits.parted;
+            reference.set_contact(finger.out().patch, to_vector(finger.out().alpha), x);
+            const ReferenceServo::Tick again = reference.step(x);
+            const auto energy = [&](const ReferenceServo::Tick& at) { return -0.5 * at.force.dot(x - at.god); };
+            EXPECT_LT(std::abs(energy(again) + 0.5 * finger.force().dot(x - finger.god())), 1e-4 * energy(again))
+                << god_object << " is no minimum";
+        }
+    }
+    std::sort(digits.difference.begin(), digits.difference.end());
+    return digits;
+}
+
+TEST(Feel, FloatsGiveTheForceOfDoubles) {
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"})
+        for (const char* god : {"nearest", "least-energy"}) {
+            const ElasticBody body(cube_scene(5, 0.3), force, force == std::string("pressure-mask") ? 0.008 : 0.0);
+            const Digits d = compare(body, god, 4);
+            ASSERT_GT(d.difference.size(), 3000U);
+            const double at_999 = d.difference[d.difference.size() * 999 / 1000];
+            EXPECT_LT(at_999, 1e-4) << force << " " << god;
+            EXPECT_LT(d.parted, int(d.difference.size() / 500)) << force << " " << god;
+            printf("%-14s %-12s %zu ticks, 99.9 %%: %.1e, worst %.1e, parted %d\n", force, god, d.difference.size(),
+                   at_999, d.difference.back(), d.parted);
+        }
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The least-energy god-object: derivatives, minima, and what closed loops give.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include "tests/bodies.hpp"
+#include "tests/reference_servo.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr const char* kForces[] = {"interpolated", "consistent", "pressure-mask"};
+
+double radius_of(const std::string& force, double radius_m) { return force == "pressure-mask" ? radius_m : 0.0; }
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+Vector3d random_alpha(std::mt19937& random) {
+    std::exponential_distribution<double> e;
+    const Vector3d a(e(random), e(random), e(random));
+    return a / a.sum();
+}
+
+TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
+    for (const char* force : kForces) {
+        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.01));
+        const ReferenceServo servo(body.model("least-energy"));
+        std::mt19937 random(3);
+        std::uniform_int_distribution<int> any(0, body.patches() - 1);
+        for (int i = 0; i < 300; ++i) {
+            const int patch = any(random);
+            const Vector3d alpha = random_alpha(random);
+            const Vector3d x = body.point(patch, alpha) - 0.002 * body.normal(patch) + 3e-4 * random_alpha(random);
+            const auto at = [&](double b, double c) { return servo.energy(patch, alpha + Vector3d(-b - c, b, c), x); };
+            const auto e = at(0, 0);
+            const double h = 1e-5;
+            const Vector2d slope((at(h, 0).energy - at(-h, 0).energy) / (2 * h),
+                                 (at(0, h).energy - at(0, -h).energy) / (2 * h));
+            Eigen::Matrix2d curvature;
+            curvature.col(0) = (at(h, 0).slope - at(-h, 0).slope) / (2 * h);
+            curvature.col(1) = (at(0, h).slope - at(0, -h).slope) / (2 * h);
+            EXPECT_LT((slope - e.slope).norm(), 1e-6 * (e.slope.norm() + e.energy)) << force;
+            EXPECT_LT((curvature - e.curvature).norm(), 1e-6 * (e.curvature.norm() + e.energy)) << force;
+            EXPECT_GT(e.lower_bound.determinant(), 0.0);
+        }
+    }
+}
+
+/// A servo in float along a path.
+class Finger {
+public:
+    explicit Finger(const haptable_model& model) : model_(model) {
+        model_.max_force_n = 1e6F;  // the work of a clamped force is another matter
+        haptable_init(&servo_);
+    }
+    const haptable_output& to(const Vector3d& x) {
+        for (int c = 0; c < 3; ++c) finger_[c] = float(x[c]);
+        haptable_step(&model_, &servo_, finger_, 0, &out_);
+        return out_;
+    }
+    void begin() { haptable_init(&servo_); }
+    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
+    Vector3d finger() const { return to_vector(finger_); }
+    Vector3d force() const { return to_vector(out_.force_n); }
+    double energy() const { return touches() ? -0.5 * force().dot(finger() - to_vector(out_.god_object_m)) : 0.0; }
+    const haptable_output& out() const { return out_; }
+    const haptable_counters& counters() const { return servo_.counters; }
+
+private:
+    haptable_model model_;
+    haptable_servo servo_{};
+    haptable_output out_{};
+    float finger_[3] = {};
+};
+
+/// In along a patch's normal, straight to under another point, out along the normal there, and how that went.
+struct Loop {
+    double given = 0.0;    // work on the user, J
+    double deepest = 0.0;  // most energy stored, J
+    std::uint32_t steps = 0;
+};
+
+struct LoopPath {
+    Vector3d above, in, across, out;
+};
+
+Loop run_loop(Finger& finger, const LoopPath& path, double step_m) {
+    Loop loop;
+    finger.begin();
+    finger.to(path.above);
+    Vector3d at = finger.finger(), force = finger.force();
+    const auto go = [&](const Vector3d& from, const Vector3d& to) {
+        const int steps = std::max(1, int((to - from).norm() / step_m));
+        for (int i = 1; i <= steps; ++i) {
+            finger.to(from + (to - from) * i / steps);
+            loop.given += 0.5 * (finger.force() + force).dot(finger.finger() - at);
+            at = finger.finger();
+            force = finger.force();
+            loop.deepest = std::max(loop.deepest, finger.energy());
+        }
+    };
+    go(path.above, path.in);
+    go(path.in, path.across);
+    go(path.across, path.out);
+    go(path.out, path.above);
+    loop.steps = finger.counters().most_energies;
+    return loop;
+}
+
+struct Loops {
+    double worst = -1.0;  // largest given / deepest
+    double median = 0.0;  // of |given| / deepest
+    std::uint32_t most_steps = 0;
+};
+
+Loops run_loops(const ElasticBody& body, const std::string& god_object, int count, double deep_m, double wide_m) {
+    Finger finger(body.model(god_object));
+    std::mt19937 random(11);
+    std::uniform_int_distribution<int> any(0, body.patches() - 1);
+    std::uniform_real_distribution<double> uniform(0.3, 1.0);
+    std::vector<double> share;
+    Loops result;
+    while (int(share.size()) < count) {
+        const int patch = any(random);
+        bool free = true;
+        for (int c = 0; c < 3; ++c) free &= body.is_free(body.vertex(patch, c));
+        if (!free) continue;
+        const Vector3d start = body.point(patch, random_alpha(random)), n = body.normal(patch);
+        const Vector3d side = n.unitOrthogonal();
+        const double angle = 6.28 * uniform(random);
+        const Vector3d way = std::cos(angle) * side + std::sin(angle) * n.cross(side);
+        const double depth = deep_m * uniform(random), width = wide_m * uniform(random);
+        const Vector3d in = start - depth * n, across = in + width * way;
+        const LoopPath path{start + 0.001 * n, in, across, across + (depth + 0.02) * n};
+        const Loop loop = run_loop(finger, path, 1e-5);
+        if (loop.deepest <= 0.0) continue;
+        share.push_back(std::abs(loop.given) / loop.deepest);
+        if (loop.given / loop.deepest > result.worst) result.worst = loop.given / loop.deepest;
+        result.most_steps = std::max(result.most_steps, loop.steps);
+    }
+    std::nth_element(share.begin(), share.begin() + count / 2, share.end());
+    result.median = share[std::size_t(count / 2)];
+    return result;
+}
+
+void expect_passive(const ElasticBody& body, int count, double deep_m, double wide_m) {
+    const Loops least = run_loops(body, "least-energy", count, deep_m, wide_m);
+    const Loops nearest = run_loops(body, "nearest", count, deep_m, wide_m);
+    printf("%s %s: least energy gives at most %.2e (median %.2e), nearest %.2e; steps %u\n", body.name().c_str(),
+           body.tables().force.c_str(), least.worst, least.median, nearest.worst, least.most_steps);
+    EXPECT_LT(least.worst, 1e-3) << body.name() << " " << body.tables().force;
+    EXPECT_GT(nearest.worst, 0.02) << "the loops must be able to show it";
+    EXPECT_LE(least.most_steps, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES});
+}
+
+TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheCube) {
+    for (double poisson : {0.3, 0.49})
+        for (const char* force : kForces)
+            expect_passive({cube_scene(5, poisson), force, radius_of(force, 0.008)}, 1000, 0.003, 0.006);
+}
+
+TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheMouse) {
+    for (const char* force : kForces)
+        expect_passive({mouse_scene(true), force, radius_of(force, 0.006)}, 1000, 0.003, 0.006);
+}
+
+// Wherever the finger is, no point of the surface around the god-object has less energy.
+TEST(LeastEnergy, TheGodObjectRestsAtAMinimum) {
+    for (const char* force : kForces) {
+        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.008));
+        const haptable_model model = body.model("least-energy");
+        const ReferenceServo reference(model);
+        Finger finger(model);
+        std::mt19937 random(5);
+        std::uniform_real_distribution<double> over(0.004, 0.026), deep(0.0005, 0.004);
+        std::normal_distribution<double> normal;
+        int checked = 0;
+        for (int i = 0; i < 300; ++i) {
+            finger.to({over(random), over(random), 0.032});
+            finger.to({over(random), over(random), 0.030 - deep(random)});
+            if (!finger.touches()) continue;
+            const Vector3d x = finger.finger(), g = to_vector(finger.out().god_object_m);
+            const double here = reference.energy(finger.out().patch, to_vector(finger.out().alpha), x).energy;
+            // Beyond the next edge another minimum may be lower.
+            double reach = 3e-5;
+            for (float alpha : finger.out().alpha)
+                if (alpha > 0.0F) reach = std::min(reach, 0.001 * double(alpha));
+            for (int k = 0; k < 100; ++k) {
+                const double r = reach * std::pow(10.0, -1.5 * k / 100.0);
+                Vector3d alpha;
+                const int patch = body.patch_over(g.x() + r * normal(random), g.y() + r * normal(random), alpha);
+                if (patch < 0) continue;
+                ++checked;
+                ASSERT_GT(reference.energy(patch, alpha, x).energy, here * (1 - 1e-5)) << force << " " << i;
+            }
+        }
+        EXPECT_GT(checked, 5000);
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test

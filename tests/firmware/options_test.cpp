@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a scene may add to contact: friction, a soft release, passivity, a coupling. And that it costs nothing
+// elsewhere.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "codegen/codegen.hpp"
+#include "codegen/in_memory.hpp"
+#include "host/base/file.hpp"
+#include "tests/bodies.hpp"
+#include "tests/shapes.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+/// A servo on a model that may be changed first.
+class Finger {
+public:
+    explicit Finger(const haptable_model& model) : model_(model) { haptable_init(&servo_); }
+    void to(const Vector3d& x) {
+        for (int c = 0; c < 3; ++c) finger_[c] = float(x[c]);
+        haptable_step(&model_, &servo_, finger_, time_us_ += 1000, &out_);
+    }
+    Vector3d at() const { return to_vector(finger_); }
+    Vector3d force() const { return to_vector(out_.force_n); }
+    Vector3d god() const { return to_vector(out_.god_object_m); }
+    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
+    const haptable_servo& servo() const { return servo_; }
+
+private:
+    haptable_model model_;
+    haptable_servo servo_{};
+    haptable_output out_{};
+    float finger_[3] = {};
+    std::uint32_t time_us_ = 0;
+};
+
+/// A cube whose every point is a spring of 500 N/m.
+class SpringBox {
+public:
+    SpringBox() : body_(box_shape(4, Vector3d(0.03, 0.03, 0.03))), blocks_(body_.servo().free_count) {
+        for (auto& block : blocks_) block = {500.0F, 500.0F, 500.0F, 0.0F, 0.0F, 0.0F};
+    }
+    haptable_model model() const {
+        haptable_model model = *body_.get();
+        model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(blocks_.data());
+        model.stiffness_limit_n_per_m = 500.0F;
+        return model;
+    }
+
+private:
+    TestModel body_;
+    std::vector<std::array<float, 6>> blocks_;
+};
+
+struct EdgeRun {
+    double largest_drop = 0.0, given = 0.0;
+    int ticks_of_release = 0;
+};
+
+/// Presses 3 mm deep and slides out over the convex edge of the top, 0.05 mm a tick.
+EdgeRun leave_over_edge(const haptable_model& model) {
+    Finger finger(model);
+    finger.to({0.02, 0.015, 0.031});
+    for (int i = 0; i <= 60; ++i) finger.to({0.02, 0.015, 0.030 - 5e-5 * i});
+    EdgeRun run;
+    for (int i = 1; i <= 400; ++i) {
+        const Vector3d before = finger.force(), from = finger.at();
+        finger.to({0.02 + 5e-5 * i, 0.015, 0.027});
+        run.largest_drop = std::max(run.largest_drop, (finger.force() - before).norm());
+        if (finger.touches()) continue;
+        run.ticks_of_release += finger.force().norm() > 0.0;
+        run.given += finger.force().dot(finger.at() - from);
+    }
+    return run;
+}
+
+TEST(Release, AForceThatEndsAtAConvexEdgeIsBroughtDownAtItsSlew) {
+    const SpringBox box;
+    haptable_model model = box.model();
+    EXPECT_GT(leave_over_edge(model).largest_drop, 1.4) << "1.5 N at once: the click";
+    model.release = haptable_release_slew;
+    model.release_n = 0.05F;
+    const EdgeRun run = leave_over_edge(model);
+    EXPECT_LE(run.largest_drop, 0.05 + 500.0 * 5e-5 + 1e-4);
+    EXPECT_LE(run.given, 1e-9) << "it only dissipates";
+    EXPECT_GE(run.ticks_of_release, 27);
+    EXPECT_LE(run.ticks_of_release, 31);
+}
+
+// Whatever the finger does: what is left of ended forces never pushes it on its way.
+TEST(Release, OnlyBrakesOnRandomWays) {
+    const TestModel body(l_shape(6, 0.06), -1e9, "least-energy");
+    haptable_model model = *body.get();
+    model.release = haptable_release_slew;
+    model.release_n = 0.02F;
+    model.stiffness_limit_n_per_m = 400.0F;
+    Finger finger(model);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> anywhere(-0.01, 0.07);
+    Vector3d x(0.07, 0.07, 0.07), aim = x;
+    int released = 0;
+    for (int tick = 0; tick < 30000; ++tick) {
+        if ((aim - x).norm() < 3e-4) aim = {anywhere(random), anywhere(random), anywhere(random)};
+        x += 3e-4 * (aim - x).normalized();
+        const Vector3d from = finger.at();
+        finger.to(x);
+        const Vector3d held = to_vector(finger.servo().released_n);
+        if (tick > 0) {
+            ASSERT_LE(held.dot(finger.at() - from), 1e-9);
+        }
+        released += held.norm() > 0.0;
+    }
+    EXPECT_GT(released, 100);
+    EXPECT_GT(finger.servo().counters.jumps, 10U);
+}
+
+TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
+    const SpringBox box;
+    haptable_model model = box.model();
+    model.god_object = haptable_god_object_rough;
+    model.frictionless = haptable_god_object_nearest;
+    model.static_friction = 0.4F;
+    model.kinetic_friction = 0.3F;
+    Finger finger(model);
+    finger.to({0.010, 0.012, 0.031});
+    for (int i = 0; i <= 40; ++i) finger.to({0.010, 0.012, 0.030 - 5e-5 * i});
+    const Vector3d stuck = finger.god();
+    bool slipped = false;
+    for (int i = 1; i <= 200; ++i) {
+        const double aside = 2e-5 * i;  // 2 mm deep: slips from 0.8 mm on
+        finger.to({0.010 + aside, 0.012, 0.028});
+        ASSERT_TRUE(finger.touches());
+        const Vector3d f = finger.force();
+        const double ratio = f.head<2>().norm() / f.z();
+        if (aside < 0.000795) {
+            EXPECT_LT((finger.god() - stuck).norm(), 1e-7) << i;
+            EXPECT_NEAR(ratio, aside / 0.002, 1e-3);
+        }
+        if (aside > 0.00083) {
+            slipped = true;
+            EXPECT_GT(ratio, 0.29);
+            EXPECT_LE(ratio, 0.3 + 1e-3) << i;
+        }
+    }
+    EXPECT_TRUE(slipped);
+    const Vector3d before = finger.god();
+    finger.to({0.01395, 0.012, 0.028});  // a little back: it sticks again
+    EXPECT_LT((finger.god() - before).norm(), 1e-7);
+}
+
+TEST(Friction, TakesEnergyInClosedLoops) {
+    const ElasticBody body(cube_scene(5, 0.3), "consistent");
+    haptable_model model = body.model("least-energy");
+    model.frictionless = model.god_object;
+    model.god_object = haptable_god_object_rough;
+    model.static_friction = model.kinetic_friction = 0.3F;
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> over(0.008, 0.022);
+    for (int loop = 0; loop < 30; ++loop) {
+        Finger finger(model);
+        const Vector3d a(over(random), over(random), 0.031), b(over(random), over(random), 0.028);
+        double given = 0.0, deepest = 0.0;
+        finger.to(a);
+        Vector3d x = a, f = Vector3d::Zero();
+        const auto go = [&](const Vector3d& to) {
+            const Vector3d from = x;
+            for (int i = 1; i <= 300; ++i) {
+                finger.to(from + (to - from) * i / 300.0);
+                given += 0.5 * (f + finger.force()).dot(finger.at() - x);
+                x = finger.at();
+                f = finger.force();
+                deepest = std::max(deepest, f.norm() * 0.001);
+            }
+        };
+        go({a.x(), a.y(), 0.028});
+        go(b);
+        go({a.x(), b.y(), 0.0275});
+        go({b.x(), b.y(), 0.031});
+        EXPECT_LT(given, -0.01 * deepest);
+    }
+}
+
+/// Round and round on the cube with the paper's force, which gives energy in one sense: what the user got, J.
+double circle(const haptable_model& model, double sense) {
+    Finger finger(model);
+    double given = 0.0;
+    Vector3d x(0.015, 0.015, 0.031), f = Vector3d::Zero();
+    const auto to = [&](const Vector3d& next) {
+        finger.to(next);
+        given += f.dot(finger.at() - x);  // held over the tick
+        x = finger.at();
+        f = finger.force();
+    };
+    to(x);
+    for (int round = 0; round < 40; ++round) {
+        for (int i = 0; i < 150; ++i) to({0.015, 0.015, 0.031 - 4e-5 * i});
+        for (int i = 0; i < 150; ++i) to({0.015 + sense * 5e-5 * i, 0.015 + sense * 4e-5 * i, 0.025});
+        for (int i = 0; i < 150; ++i) to({0.015 + sense * 0.0075, 0.015 + sense * 0.006, 0.025 + 4e-5 * i});
+        for (int i = 0; i < 150; ++i)
+            to({0.015 + sense * (0.0075 - 5e-5 * i), 0.015 + sense * (0.006 - 4e-5 * i), 0.031});
+    }
+    return given;
+}
+
+TEST(Passivity, TheControllerTakesBackWhatThePapersForceGives) {
+    const ElasticBody body(cube_scene(5, 0.3), "interpolated");
+    haptable_model model = body.model();
+    const double without = std::max(circle(model, 1.0), circle(model, -1.0));
+    model.passivity = haptable_passivity_control;
+    const double with = std::max(circle(model, 1.0), circle(model, -1.0));
+    printf("40 loops with the paper's force give %.2e J, with the controller %.2e J\n", without, with);
+    EXPECT_GT(without, 1e-3);
+    EXPECT_LT(with, 0.02 * without);
+}
+
+TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"}) {
+        Scene scene = cube_scene(5, 0.49);
+        scene.contact.auto_coupling = true;
+        const ElasticBody body(scene, force, force == std::string("pressure-mask") ? 0.008 : 0.0);
+        const ServoStiffness& k = body.servo().stiffness;
+        EXPECT_NEAR(k.stable_n_per_m, 2 * 0.005 / 1e-3 + 2 * 0.04 / 5e-4, 1e-9);
+        EXPECT_GT(k.largest_n_per_m, k.stable_n_per_m) << "the test must need a coupling";
+        EXPECT_LE(k.felt_n_per_m, k.stable_n_per_m * (1 + 1e-5)) << force;
+        EXPECT_GE(k.felt_n_per_m, k.stable_n_per_m * (1 - 1e-2)) << "no softer than needed: " << force;
+    }
+}
+
+/// Names that the linker keeps of the firmware and one model.
+std::string linked_names(const Tables& tables, const ServoModel& servo) {
+    const TemporaryFolder folder;
+    const ModelText text = model_text(tables, servo);
+    write_file(folder.path() / "model.h", text.header);
+    write_file(folder.path() / "model.c", text.source);
+    write_file(folder.path() / "main.c",
+               "#include \"model.h\"\nint main(void) { struct haptable_servo s; struct haptable_output o; float x[3] = "
+               "{0, 0, 0}; haptable_init(&s); haptable_step(&HAPTABLE_MODEL, &s, x, 0, &o); return o.state; }\n");
+    const std::string path = folder.path().string();
+    const std::string command = "gcc -std=c99 -Os -ffunction-sections -fdata-sections -Wl,--gc-sections -Ifirmware " +
+                                path + "/main.c " + path + "/model.c firmware/*.c -o " + path + "/image && nm " + path +
+                                "/image >" + path + "/names";
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    return read_file(folder.path() / "names");
+}
+
+TEST(Modes, WhatNoModelNamesIsNotLinked) {
+    const ElasticBody paper(cube_scene(5, 0.3), "interpolated"), exact(cube_scene(5, 0.3), "consistent");
+    const std::string plain = linked_names(paper.tables(), paper.servo());
+    for (const char* name : {"compliance_load", "haptable_god_object_least_energy", "haptable_force_consistent",
+                             "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_rough"})
+        EXPECT_EQ(plain.find(name), std::string::npos) << name;
+    EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
+    Tables tables = exact.tables();
+    tables.god_object = "least-energy";
+    tables.release_n_per_ms = 0.1;
+    const std::string other = linked_names(tables, exact.servo());
+    for (const char* name : {"compliance_load", "haptable_god_object_least_energy", "haptable_release_slew"})
+        EXPECT_NE(other.find(name), std::string::npos) << name;
+    for (const char* name : {"haptable_force_interpolated", "stiffness_n_per_m", "haptable_god_object_rough"})
+        EXPECT_EQ(other.find(name), std::string::npos) << name;
+}
+
+// Two models of different modes, step by step in one program, give what each gives alone.
+TEST(Modes, TwoModelsOfDifferentModesRunSideBySide) {
+    const ElasticBody paper(cube_scene(5, 0.3), "interpolated"), mask(cube_scene(5, 0.49), "pressure-mask", 0.008);
+    const haptable_model a = paper.model(), b = mask.model("least-energy");
+    Finger alone_a(a), alone_b(b), with_a(a), with_b(b);
+    for (int i = 0; i < 100; ++i) alone_a.to({0.012, 0.011, 0.0305 - 3e-5 * i});
+    for (int i = 0; i < 100; ++i) alone_b.to({0.012, 0.011, 0.0305 - 3e-5 * i});
+    for (int i = 0; i < 100; ++i) {
+        with_a.to({0.012, 0.011, 0.0305 - 3e-5 * i});
+        with_b.to({0.012, 0.011, 0.0305 - 3e-5 * i});
+    }
+    EXPECT_EQ(alone_a.force(), with_a.force());
+    EXPECT_EQ(alone_b.force(), with_b.force());
+    EXPECT_NE(alone_a.force(), alone_b.force());
+}
+
+}  // namespace
+}  // namespace haptable::test

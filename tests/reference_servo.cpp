@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "tests/reference_servo.hpp"
+
+#include <stdint.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace haptable::test::reference {
+
+// haptable.h declares these with C linkage: other names, or they would be the float ones.
+#define haptable_init reference_init
+#define haptable_step reference_step
+#define haptable_watch reference_watch
+#define haptable_god_object_nearest reference_god_object_nearest
+#define haptable_god_object_least_energy reference_god_object_least_energy
+#define haptable_force_interpolated reference_force_interpolated
+#define haptable_force_consistent reference_force_consistent
+#define haptable_force_pressure_mask reference_force_pressure_mask
+#define haptable_energy_interpolated reference_energy_interpolated
+#define haptable_energy_consistent reference_energy_consistent
+#define haptable_energy_pressure_mask reference_energy_pressure_mask
+#define haptable_god_object_rough reference_god_object_rough
+#define haptable_unpack_float16 reference_unpack_float16
+#define haptable_unpack_int16 reference_unpack_int16
+#define haptable_release_slew reference_release_slew
+#define haptable_passivity_control reference_passivity_control
+#undef HAPTABLE_H
+#define float double
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+// clang-format off
+#include "firmware/haptable.h"
+#define vec_inverse_root vec_inverse_root_of_floats
+#include "firmware/vector.h"
+#undef vec_inverse_root
+static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
+#include "firmware/surface.c"
+#include "firmware/entry.c"
+#include "firmware/contact.c"
+
+#include "firmware/least_energy.c"
+
+#include "firmware/force.c"
+#include "firmware/force_interpolated.c"
+#include "firmware/energy_interpolated.c"
+#include "firmware/compliance.c"
+
+#define form form_consistent
+#include "firmware/force_consistent.c"
+
+#undef form
+
+#define form form_mask
+#include "firmware/force_mask.c"
+
+#undef form
+#include "firmware/servo.c"
+// clang-format on
+#pragma GCC diagnostic pop
+#undef float
+#undef haptable_init
+#undef haptable_step
+#undef haptable_god_object_nearest
+#undef haptable_god_object_least_energy
+#undef haptable_force_interpolated
+#undef haptable_force_consistent
+#undef haptable_force_pressure_mask
+#undef haptable_energy_interpolated
+#undef haptable_energy_consistent
+#undef haptable_energy_pressure_mask
+#undef haptable_god_object_rough
+#undef haptable_unpack_float16
+#undef haptable_unpack_int16
+#undef haptable_release_slew
+#undef haptable_passivity_control
+
+}  // namespace haptable::test::reference
+
+namespace haptable::test {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Floats as doubles: what the reference's tables point to.
+template <std::size_t width>
+std::vector<double> widen(const float (*rows)[width], std::size_t count) {
+    std::vector<double> wide;
+    for (std::size_t i = 0; rows != nullptr && i < count; ++i)
+        for (float value : rows[i]) wide.push_back(double(value));
+    return wide;
+}
+
+template <std::size_t width>
+const double (*as_rows(const std::vector<double>& wide))[width] {
+    return reinterpret_cast<const double(*)[width]>(wide.data());
+}
+
+}  // namespace
+
+struct ReferenceServo::State {
+    std::vector<double> vertex, stiffness, vertex_compliance, edge_compliance, patch_compliance;
+    reference::haptable_compliance compliance{};
+    reference::haptable_model model{};
+    reference::haptable_servo servo{};
+
+    explicit State(const haptable_model& m)
+        : vertex(widen(m.vertex_m, m.vertex_count)), stiffness(widen(m.stiffness_n_per_m, m.free_count)) {
+        model.max_force_n = double(m.max_force_n);
+        model.rigid_stiffness_n_per_m = double(m.rigid_stiffness_n_per_m);
+        model.tolerance_m = double(m.tolerance_m);
+        model.reach_m = double(m.reach_m);
+        for (int i = 0; i < 3; ++i) model.grid_origin_m[i] = double(m.grid_origin_m[i]);
+        model.grid_per_m = double(m.grid_per_m);
+        model.vertex_count = m.vertex_count;
+        model.free_count = m.free_count;
+        model.patch_count = m.patch_count;
+        model.box_count = m.box_count;
+        model.vertex_m = as_rows<3>(vertex);
+        model.stiffness_n_per_m = as_rows<6>(stiffness);
+        model.patch = m.patch;
+        model.neighbour = m.neighbour;
+        model.box = reinterpret_cast<const reference::haptable_box*>(m.box);
+        choose(m);
+        if (m.compliance != nullptr) copy(*m.compliance, m);
+        reference::reference_init(&servo);
+    }
+
+    void choose(const haptable_model& m) {
+        model.god_object = m.god_object == haptable_god_object_nearest ? reference::reference_god_object_nearest
+                                                                       : reference::reference_god_object_least_energy;
+        if (m.force == haptable_force_interpolated) {
+            model.force = reference::reference_force_interpolated;
+            model.energy = reference::reference_energy_interpolated;
+        } else if (m.force == haptable_force_consistent) {
+            model.force = reference::reference_force_consistent;
+            model.energy = reference::reference_energy_consistent;
+        } else if (m.force == haptable_force_pressure_mask) {
+            model.force = reference::reference_force_pressure_mask;
+            model.energy = reference::reference_energy_pressure_mask;
+        } else {
+            throw std::logic_error("the reference does not know this force");
+        }
+    }
+
+    void copy(const haptable_compliance& c, const haptable_model& m) {
+        vertex_compliance = widen(c.vertex, m.vertex_count);
+        edge_compliance = widen(c.edge, std::size_t{c.edge_count} * (c.degree - 1U));
+        if (c.degree == 4) patch_compliance = widen(c.patch, 3U * m.patch_count);
+        compliance = {c.degree,
+                      c.edge_count,
+                      as_rows<6>(vertex_compliance),
+                      as_rows<6>(edge_compliance),
+                      as_rows<6>(patch_compliance),
+                      c.patch_edge};
+        model.compliance = &compliance;
+    }
+};
+
+ReferenceServo::ReferenceServo(const haptable_model& model) : state_(std::make_unique<State>(model)) {}
+ReferenceServo::~ReferenceServo() = default;
+
+ReferenceServo::Tick ReferenceServo::step(const Vector3d& finger) {
+    reference::haptable_output out{};
+    reference::reference_step(&state_->model, &state_->servo, finger.data(), 0, &out);
+    return {out.state, out.patch, Eigen::Map<const Vector3d>(out.alpha), Eigen::Map<const Vector3d>(out.god_object_m),
+            Eigen::Map<const Vector3d>(out.force_n)};
+}
+
+void ReferenceServo::set_contact(int patch, const Vector3d& alpha, const Vector3d& last_finger) {
+    reference::haptable_contact& contact = state_->servo.contact;
+    contact.patch = static_cast<std::uint16_t>(patch);
+    for (int c = 0; c < 3; ++c) {
+        contact.alpha[c] = alpha[c];
+        state_->servo.finger_m[c] = last_finger[c];
+    }
+    reference::place(&state_->model, &contact);
+    state_->servo.finger_known = 1;
+}
+
+ReferenceServo::Energy ReferenceServo::energy(int patch, const Vector3d& alpha, const Vector3d& finger) const {
+    reference::haptable_contact contact{};
+    contact.patch = static_cast<std::uint16_t>(patch);
+    for (int c = 0; c < 3; ++c) contact.alpha[c] = alpha[c];
+    reference::place(&state_->model, &contact);
+    reference::haptable_energy e{};
+    state_->model.energy(&state_->model, &contact, finger.data(), &e);
+    Energy energy;
+    energy.energy = e.energy_j;
+    energy.load = Eigen::Map<const Vector3d>(e.load_n);
+    energy.slope = Eigen::Map<const Eigen::Vector2d>(e.slope_j);
+    energy.curvature << e.curvature_j[0], e.curvature_j[1], e.curvature_j[1], e.curvature_j[2];
+    energy.lower_bound << e.lower_bound_j[0], e.lower_bound_j[1], e.lower_bound_j[1], e.lower_bound_j[2];
+    return energy;
+}
+
+}  // namespace haptable::test
