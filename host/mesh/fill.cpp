@@ -137,6 +137,7 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
     domain.detect_features(kCrease_deg);
     Complex best;
     double least = std::numeric_limits<double>::infinity();
+    double too_short = 0.0, too_long = 0.0;  // edges; 0: none yet
     for (int tries = 0; tries < kTries && least > std::log(1.0 + kClose); ++tries) {
         Complex complex = refine(domain, edge);
         if (complex.number_of_cells_in_complex() == 0) break;
@@ -145,7 +146,8 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
             least = std::abs(std::log(factor));
             best.swap(complex);
         }
-        edge *= factor;
+        (factor > 1.0 ? too_short : too_long) = edge;
+        edge = too_short > 0.0 && too_long > 0.0 ? std::sqrt(too_short * too_long) : edge * factor;
     }
     if (best.number_of_cells_in_complex() == 0) fail(file, "no tetrahedron fits into it; give a shorter edge_length");
     CGAL::perturb_mesh_3(best, domain, parameters::sliver_bound = kFlattest_deg);

@@ -97,7 +97,9 @@ enum class Drawing { kNone, kColumns, kSolves };
 
 Drawing drawing_of(const Scene& scene, const Body& body) {
     if (scene.tables.columns == "none") return Drawing::kNone;
-    return column_bytes(scene, body) <= scene.tables.column_budget_bytes ? Drawing::kColumns : Drawing::kSolves;
+    // The target's own display is made from columns.
+    const bool fits = column_bytes(scene, body) <= scene.tables.column_budget_bytes;
+    return fits || !scene.tables.display_rows.empty() ? Drawing::kColumns : Drawing::kSolves;
 }
 
 /// Says so before the work, where a file will not fit on the disk.

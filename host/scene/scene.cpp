@@ -416,6 +416,8 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
         section.fail("display_rows", "needs columns in float32: remove column_precision");
     if (!tables.display_rows.empty() && contact.force == "pressure-mask")
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
+    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+        section.fail("column_precision", "display_rows are taken from columns in float32; remove either line");
     return tables;
 }
 
@@ -435,12 +437,20 @@ std::size_t skip_quoted(std::string_view text, std::size_t at) {
         else if (!long_one && text[k] == '\n')
             break;
     }
-    return at + 1;
+    return long_one ? text.size() : at + 1;
 }
 
 [[noreturn]] void fail_at(const fs::path& file, std::string_view text, std::size_t at, const char* what) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     throw Error(fmt::format("{}:{}: {}", file.string(), line, what));
+}
+
+/// A text of several lines whose line breaks are escaped: the library asks whether what follows is a blank, which it
+/// cannot tell of letters beyond ASCII.
+bool is_undefined(std::string_view quoted) {
+    const auto is_letter = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+    return quoted.starts_with("\"\"\"") && quoted.find('\\') != std::string_view::npos &&
+           std::any_of(quoted.begin(), quoted.end(), is_letter);
 }
 
 /// What TOML does not allow and the library's behaviour is undefined for: control characters anywhere, and letters
@@ -452,9 +462,13 @@ void require_letters(const fs::path& file, std::string_view text) {
             text[at] == 0x7f)
             fail_at(file, text, at, "a control character; this is not a text file, or a damaged one");
     for (std::size_t at = 0; at < text.size();)
-        if (text[at] == '#' || text[at] == '"' || text[at] == '\'')
-            at = skip_quoted(text, at);
-        else if (static_cast<unsigned char>(text[at++]) >= 0x80)
+        if (text[at] == '#' || text[at] == '"' || text[at] == '\'') {
+            const std::size_t end = skip_quoted(text, at);
+            if (is_undefined(text.substr(at, end - at)))
+                fail_at(file, text, at,
+                        "a text of several lines with backslashes and letters beyond ASCII; write it on one line");
+            at = end;
+        } else if (static_cast<unsigned char>(text[at++]) >= 0x80)
             fail_at(file, text, at,
                     "a character that is not ASCII stands outside of quotes; write keys in letters a to z");
 }

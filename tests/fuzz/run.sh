@@ -15,16 +15,18 @@ sources="host/base/file.cpp host/base/interrupt.cpp host/mesh/lines.cpp host/mes
 flags="-std=c++20 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem /usr/include/eigen3"
 command -v clang++ >/dev/null || { echo "fuzz: no clang++: the readers are not fuzzed"; exit 0; }
 mkdir -p "$out/objects"
+# An object is as new as every file of the host that it may read.
+is_current() { [ -e "$1" ] && [ -z "$(find host "$here" -name '*.[ch]pp' -newer "$1" | head -n 1)" ]; }
 objects=""
 for source in $sources; do
     object=$out/objects/$(basename "$source").o
-    [ "$object" -nt "$source" ] || ${CCACHE:-} clang++ $flags -c "$source" -o "$object"
+    is_current "$object" || ${CCACHE:-} clang++ $flags -c "$source" -o "$object"
     objects="$objects $object"
 done
 for reader in $readers; do
     program=$out/$reader
     mkdir -p "$out/found/$reader" "$here/corpus/$reader"
-    [ "$program" -nt "$here/readers.cpp" ] ||
+    is_current "$out/objects/$reader.o" ||
         ${CCACHE:-} clang++ $flags -DHAPTABLE_FUZZ=fuzz_$reader -c $here/readers.cpp -o "$out/objects/$reader.o"
     clang++ -fsanitize=fuzzer,address,undefined "$out/objects/$reader.o" $objects -o "$program" -lfmt -lpugixml -lz
     if [ "$seconds" = merge ]; then

@@ -23,6 +23,7 @@
 #include "host/precompute/pairs.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/precompute/selected_inversion.hpp"
+#include "host/solve/frame_solver.hpp"
 
 namespace {
 
@@ -79,6 +80,7 @@ struct Row {
     double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
     double double_error = NAN, float_error = 0.0;  ///< against the solves
     double columns_double_s = NAN, columns_float_s = NAN, columns_bytes = 0.0;
+    double frame_s = NAN, plain_frame_s = NAN;  ///< one patch's loads: pruned to paths and rows in float, by CHOLMOD
 };
 
 Scene cube_scene(int side, double poisson) {
@@ -173,6 +175,34 @@ void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
     row.columns_float_s = cost_of([&] { solver.compute<float>(progress, put); });
 }
 
+/// The viewer's solve for one frame, median over patches spread over the surface.
+void measure_frames(const Body& body, const Factor& factor, const Nodes& node, Row& row) {
+    constexpr std::size_t kFrames = 41;
+    const Supernodes s = factor.supernodes();
+    const std::vector<float> value(s.value, s.value + s.value_begin.back());
+    FrameSolver solver(s, value.data(), node);
+    std::vector<double> pruned, plain;
+    Eigen::MatrixXd b(factor.size(), 1), x;
+    for (std::size_t f = 0; f < kFrames; ++f) {
+        const Patch& patch = body.touch_patch[f * body.touch_patch.size() / kFrames];
+        std::vector<FrameSolver::Load> loads;
+        b.setZero();
+        for (std::int32_t corner : patch)
+            if (const std::int32_t u = body.unknown[static_cast<std::size_t>(corner)]; u >= 0) {
+                loads.push_back({u, {0.3F, -0.2F, -0.9F}});
+                b.middleRows<3>(Eigen::Index{3} * u) << 0.3, -0.2, -0.9;
+            }
+        pruned.push_back(cost_of([&] { solver.displace(loads); }));
+        plain.push_back(cost_of([&] { factor.solve(b, x); }));
+    }
+    const auto median = [](std::vector<double>& list) {
+        std::nth_element(list.begin(), list.begin() + kFrames / 2, list.end());
+        return list[kFrames / 2];
+    };
+    row.frame_s = median(pruned);
+    row.plain_frame_s = median(plain);
+}
+
 Row measure(const Options& options, const Scene& scene) {
     Row row;
     row.name = scene.name;
@@ -207,7 +237,9 @@ Row measure(const Options& options, const Scene& scene) {
     }
     // 3. The same by solves; the columns.
     solve_sample(options, factor, node, wanted, options.in_double ? &in_double : nullptr, in_float, row);
-    if (body.mesh.position_m.size() <= options.column_nodes) measure_columns(factor, node, row);
+    if (body.mesh.position_m.size() > options.column_nodes) return row;
+    measure_columns(factor, node, row);
+    measure_frames(body, factor, node, row);
     return row;
 }
 
@@ -230,16 +262,17 @@ void print_times(const std::vector<Row>& rows) {
 void print_solves(const std::vector<Row>& rows) {
     fmt::print(
         "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
-        "error double | error float | columns GB | pruned double s | float s | solves / pruned |\n|{:-<3}|",
+        "error double | error float | columns GB | pruned double s | float s | solves / pruned | frame ms: pruned, "
+        "float | by CHOLMOD |\n|{:-<3}|",
         kBlockNodes, "");
-    for (int c = 0; c < 11; ++c) fmt::print("---|");
+    for (int c = 0; c < 13; ++c) fmt::print("---|");
     for (const Row& r : rows)
         fmt::print(
             "\n| {} | {:.0f} | {:.3g} | {:.3g} % | {:.3g} | {:.3g} | {:.2g} | {:.2g} | {:.3g} | {:.3g} | {:.3g} | "
-            "{:.3g}, {:.3g} |",
+            "{:.3g}, {:.3g} | {:.3g} | {:.3g} |",
             r.name, r.blocks, r.solves_s, 100.0 * r.sampled, r.solves_s / r.double_s, r.solves_s / r.float_s,
             r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s,
-            r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s);
+            r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s, 1e3 * r.frame_s, 1e3 * r.plain_frame_s);
     fmt::print("\n\n");
 }
 
