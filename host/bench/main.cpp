@@ -197,7 +197,8 @@ Report make_report(const Timings& timings, std::vector<std::unique_ptr<Case>>& c
         ReportRow row;
         for (const auto& with : cases) {
             const PrecisionError error = with->subject.precisions()[k];
-            row.what = fmt::format("force with blocks in {}: bytes, worst over patches and directions", error.precision);
+            row.what =
+                fmt::format("force with blocks in {}: bytes, worst over patches and directions", error.precision);
             row.cells.push_back(fmt::format("{}, {:.1e}", error.bytes, error.worst));
         }
         row.beside = "the blocks in double";
