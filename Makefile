@@ -50,16 +50,21 @@ SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
 BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/view) $(SOLVE) $(LINK) $(TABLES)
+MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
 TARGETED   = $(call objects,host/target) $(CODEGEN)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
 LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lgmp -lmpfr -lpugixml -lz -lxxhash $(LIBS_BASE)
+LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 
 # Equation 8 is a long product: it wants the widest instructions that this machine has.
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
+
+# Not -I: MPI's headers are not ours to warn about.
+$(BUILD)/host/mpi/%.cpp.o: INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
 # CGAL's exact predicates count on directed rounding.
 $(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
@@ -87,6 +92,7 @@ test: $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
+	@if command -v mpicxx >/dev/null && [ -e /usr/include/dmumps_c.h ]; then $(MAKE) --no-print-directory mpi; fi
 	@BUILD=$(BUILD) sh tests/fuzz/run.sh 3
 	@BUILD=$(BUILD) sh tests/run.sh
 
@@ -110,6 +116,12 @@ scene: all
 	mkdir -p $(BUILD)/$$name && \
 	{ echo $(SCENE) | cmp -s - $(BUILD)/$$name/scene.path || echo $(SCENE) >$(BUILD)/$$name/scene.path; } && \
 	$(MAKE) --no-print-directory $(BUILD)/$$name/servo NAME=$$name
+
+# mpi: haptable-precompute for several machines, with Open MPI and MUMPS
+.PHONY: mpi
+mpi:
+	@sh host/setup.sh mpi
+	@$(MAKE) --no-print-directory $(BUILD)/bin/haptable-precompute-mpi
 
 # bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
 .PHONY: bench
@@ -175,6 +187,9 @@ link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $
 
 $(BUILD)/bin/haptable-precompute: $(BUILD)/host/precompute/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-precompute-mpi: $(BUILD)/host/mpi/main.cpp.o $(MPI)
+	$(link) $(LIBS_MPI)
 
 $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
 	$(link) $(LIBS_BASE)

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and says which. Exit status 0: all are there.
 # `setup.sh cross`: what images for microcontrollers need besides, compilers and emulators.
+# `setup.sh mpi`: what precompute over several machines needs besides.
 set -eu
 
 packages="
@@ -17,6 +18,9 @@ clang clang-format clang-tidy libclang-rt-14-dev cppcheck
 [ "${1:-}" != cross ] || packages="
 gcc-arm-none-eabi gcc-riscv64-unknown-elf
 qemu-system-arm qemu-system-misc
+"
+[ "${1:-}" != mpi ] || packages="
+libopenmpi-dev openmpi-bin libmumps-dev
 "
 
 missing=""

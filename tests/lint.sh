@@ -27,6 +27,7 @@ arrow host/fem host/base host/fem
 arrow codegen host/base host/tables codegen firmware/haptable.h firmware/deformation.h
 arrow host/solve host/base host/tables host/solve
 arrow host/precompute host/solve host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+arrow host/mpi host/base host/scene host/tables host/precompute host/mpi
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
 arrow host/target host/base host/tables host/target firmware/haptable.h
@@ -67,7 +68,13 @@ cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inli
     --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
 includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
 # Not the servo's main, which needs a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -vE 'host/(servo|bench)/main.cpp' |
+skip='host/(servo|bench)/main.cpp'
+if command -v mpicxx >/dev/null; then
+    for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
+else
+    skip="$skip|host/mpi/"
+fi
+git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -vE "$skip" |
     xargs -P 2 -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
 git ls-files 'firmware/*.c' | grep -v /port/ | xargs -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
 

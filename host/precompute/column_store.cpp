@@ -19,7 +19,29 @@ namespace {
 
 std::string first_line(std::uint64_t key) { return fmt::format("haptable columns 1 {:016x}", key); }
 
+/// ||column - x|| / ||x||, where value(e) is entry e of a column: [r, 3, 3].
+template <typename Value>
+double distance(const Eigen::MatrixXd& x, Value value) {
+    double squared = 0.0;
+    for (Eigen::Index e = 0; e < 3 * x.rows(); ++e) {
+        const double expected = x(e / 3, e % 3);
+        squared += std::pow(static_cast<double>(value(static_cast<std::size_t>(e))) - expected, 2);
+    }
+    return std::sqrt(squared) / x.norm();
+}
+
 }  // namespace
+
+double column_difference(const fs::path& file, const ColumnFormat& format, std::size_t i, const Eigen::MatrixXd& x) {
+    const std::size_t first = i * static_cast<std::size_t>(3 * x.rows());
+    const auto unit = static_cast<float>(format.unit_m_per_n);
+    if (format.half) {
+        const MappedNpy<Half> columns(file);
+        return distance(x, [&](std::size_t e) { return unit * to_float(columns.values()[first + e]); });
+    }
+    const MappedNpy<float> columns(file);
+    return distance(x, [&](std::size_t e) { return columns.values()[first + e]; });
+}
 
 ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
                          std::size_t row_count, const ColumnFormat& format)
@@ -113,13 +135,7 @@ ColumnSolver::Sink ColumnStore::sink() {
 }
 
 double ColumnStore::difference(std::size_t i, const Eigen::MatrixXd& x) const {
-    double difference = 0.0;  // squared
-    for (std::size_t k = 0; k < row_count_; ++k)
-        for (std::size_t e = 0; e < 9; ++e) {
-            const double expected = x(static_cast<Eigen::Index>(3 * k + e / 3), static_cast<Eigen::Index>(e % 3));
-            difference += std::pow(static_cast<double>(at(9 * (i * row_count_ + k) + e)) - expected, 2);
-        }
-    return std::sqrt(difference) / x.norm();
+    return distance(x, [&](std::size_t e) { return at(9 * i * row_count_ + e); });
 }
 
 void ColumnStore::publish(const fs::path& file) {

@@ -21,6 +21,10 @@ struct ColumnFormat {
     double unit_m_per_n = 1.0;
 };
 
+/// Largest ||column - x|| / ||x|| of a finished file, where x is a solved column of node i at the rows: [3 r, 3].
+double column_difference(const std::filesystem::path& file, const ColumnFormat& format, std::size_t i,
+                         const Eigen::MatrixXd& x);
+
 /// [n, r, 3, 3]: entry [i, k] is L_ri with r = row k, so that u_r = unit * entry F_i (eq. 8). Mapped into memory: what
 /// the machine has no room for is on the disk already. A group of columns counts as done when the journal has its hash,
 /// and is taken over from an earlier run of the same key when the file still has that hash.

@@ -77,16 +77,16 @@ double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eig
 
 }  // namespace
 
-double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k, std::span<const std::int32_t> node,
-                     Progress& progress, const TakeColumns& take) {
+double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
+                     std::span<const std::int32_t> node, Progress& progress, const TakeColumns& take) {
     double largest_residual = 0.0;
     Eigen::MatrixXd b, x;
     for (std::size_t first = 0; first < node.size(); first += kNodesPerBlock) {
         progress.done(static_cast<double>(first) / static_cast<double>(node.size()));
         const std::size_t count = std::min(kNodesPerBlock, node.size() - first);
-        b.resize(factor.size(), dof(count));
+        b.resize(solver.size(), dof(count));
         set_unit_loads(node.subspan(first, count), b);
-        factor.solve(b, x);
+        solver.solve(b, x);
         largest_residual = std::max(largest_residual, block_residual(k, x, b));
         take(first, x);
     }
@@ -137,11 +137,11 @@ void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
     }
 }
 
-double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor) {
+double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver) {
     const double largest =
         dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { y.noalias() = k * x; });
     const double inverse_of_smallest =
-        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { factor.solve(x, y); });
+        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { solver.solve(x, y); });
     return largest * inverse_of_smallest;
 }
 

@@ -11,6 +11,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/precompute/factor.hpp"
+#include "host/precompute/linear_solver.hpp"
 
 namespace haptable {
 
@@ -25,8 +26,8 @@ using TakeColumns = std::function<void(std::size_t first, const Eigen::MatrixXd&
 ///   k     both triangles stored, [3 unknowns, 3 unknowns]
 ///   node  [n] places among the unknowns, in table order
 /// Returns the largest ||K x - b|| / ||b|| of any right-hand side.
-double solve_columns(const Factor& factor, const Eigen::SparseMatrix<double>& k, std::span<const std::int32_t> node,
-                     Progress& progress, const TakeColumns& take);
+double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
+                     std::span<const std::int32_t> node, Progress& progress, const TakeColumns& take);
 
 /// What the servo needs of L: its 3x3 diagonal blocks, inverted.
 class NodeStiffness {
@@ -74,6 +75,6 @@ private:
 
 /// Estimate of the 2-norm condition number of K from below, by Lanczos's method for the largest eigenvalue of K and of
 /// K^-1: at most 40 products and 40 solves, fewer once three steps together change either by less than 1 %.
-double estimate_condition(const Eigen::SparseMatrix<double>& k, const Factor& factor);
+double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver);
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The Cholesky factor of a stiffness matrix. The rest of precompute meets a solver only through size() and solve().
+// The Cholesky factor of a stiffness matrix. What only solves meets it as a LinearSolver.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -12,6 +12,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
+#include "host/precompute/linear_solver.hpp"
 #include "host/solve/supernodes.hpp"
 
 namespace haptable {
@@ -20,7 +21,7 @@ namespace haptable {
 /// be watched, stopped and shared by threads. METIS orders the graph of the nodes, so that the three rows of a node
 /// stay together and the ordering costs half of what it costs on the graph of the rows. One BLAS thread: the number of
 /// BLAS threads changes the rounding, that of workers does not.
-class Factor {
+class Factor : public LinearSolver {
 public:
     /// k: symmetric with both triangles stored, three rows a node. Throws Error where CHOLMOD runs out of memory or of
     /// its integers. A k that is not positive definite makes a factor whose weakest_pivot() says so and that cannot
@@ -28,13 +29,11 @@ public:
     /// With `workers` they share the factorisation, and `progress` is told the share that is done.
     explicit Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before = {},
                     Workers* workers = nullptr, Progress* progress = nullptr);
-    ~Factor();
-    Factor(const Factor&) = delete;
-    Factor& operator=(const Factor&) = delete;
+    ~Factor() override;
 
-    Eigen::Index size() const;
-    /// x = K^-1 b for many right-hand sides at once: b and x [size(), m]. Needs weakest_pivot().ratio > 0.
-    void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const;
+    Eigen::Index size() const override;
+    /// Needs weakest_pivot().ratio > 0.
+    void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;
 
     /// Gives back the memory that solve() keeps from call to call.
     void release_workspace() const;

@@ -91,13 +91,13 @@ private:
 
 }  // namespace
 
-MaskCompliance compute_mask_compliance(const Factor& factor, const Eigen::SparseMatrix<double>& k, const Masks& masks,
-                                       std::span<const Patch> patch, std::span<const std::int32_t> unknown,
-                                       Progress& progress) {
+MaskCompliance compute_mask_compliance(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
+                                       const Masks& masks, std::span<const Patch> patch,
+                                       std::span<const std::int32_t> unknown, Progress& progress) {
     Products m(masks, patch, unknown);
     MaskCompliance c;
     c.largest_residual =
-        solve_columns(factor, k, m.nodes(), progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
+        solve_columns(solver, k, m.nodes(), progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
             for (Eigen::Index column = 0; column < x.cols(); column += 3)
                 m.take(first + static_cast<std::size_t>(column / 3), x.middleCols<3>(column));
         });

@@ -24,8 +24,8 @@ struct MaskCompliance {
 
 /// C = w^T L w with the masks' w, from solves for every node that is under a mask. A fixed node adds no compliance.
 ///   unknown [N] place of a mesh node among the unknowns, -1 where it is held
-MaskCompliance compute_mask_compliance(const Factor& factor, const Eigen::SparseMatrix<double>& k, const Masks& masks,
-                                       std::span<const std::array<std::int32_t, 3>> patch,
+MaskCompliance compute_mask_compliance(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
+                                       const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
                                        std::span<const std::int32_t> unknown, Progress& progress);
 
 }  // namespace haptable

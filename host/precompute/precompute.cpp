@@ -196,14 +196,14 @@ struct Sample {
     std::vector<Eigen::MatrixXd> column;  // [3 r, 3] at the rows of columns.npy; empty without it
 };
 
-Sample solve_sample(const Scene& scene, const Eigen::SparseMatrix<double>& k, const Factor& factor, const Nodes& node,
-                    const Nodes& row, Progress& progress, Checks& checks) {
+Sample solve_sample(const Scene& scene, const Eigen::SparseMatrix<double>& k, const LinearSolver& solver,
+                    const Nodes& node, const Nodes& row, Progress& progress, Checks& checks) {
     Sample sample{sample_of(node.size(), static_cast<std::size_t>(k.rows()) / 3), {}, {}};
     Nodes sample_node;
     for (std::size_t i : sample.place) sample_node.push_back(node[i]);
     Asymmetry asymmetry(sample_node);
     checks.largest_residual =
-        solve_columns(factor, k, sample_node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
+        solve_columns(solver, k, sample_node, progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
             asymmetry.take(first, x);
             for (Eigen::Index c = 0; c < x.cols() / 3; ++c) {
                 const std::size_t at = first + static_cast<std::size_t>(c);
@@ -220,15 +220,11 @@ Sample solve_sample(const Scene& scene, const Eigen::SparseMatrix<double>& k, co
     return sample;
 }
 
-void compare(const Sample& sample, const std::vector<Eigen::Matrix3d>& l_ii, const ColumnStore* columns,
-             Checks& checks) {
+void compare(const Sample& sample, const std::vector<Eigen::Matrix3d>& l_ii, Checks& checks) {
     for (std::size_t c = 0; c < sample.place.size(); ++c) {
         const Eigen::Matrix3d& solved = sample.l_ii[c];
         checks.largest_block_difference =
             std::max(checks.largest_block_difference, (l_ii[sample.place[c]] - solved).norm() / solved.norm());
-        if (columns != nullptr)
-            checks.largest_column_difference =
-                std::max(checks.largest_column_difference, columns->difference(sample.place[c], sample.column[c]));
     }
 }
 
@@ -332,10 +328,10 @@ void write_spread(const Masks& masks, const fs::path& folder) {
 }
 
 /// The tables of the pressure mask.
-void compute_mask(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
-                  const fs::path& folder, Progress& progress, Summary& summary) {
+void compute_mask(const Scene& scene, const Body& body, const LinearSolver& solver,
+                  const Eigen::SparseMatrix<double>& k, const fs::path& folder, Progress& progress, Summary& summary) {
     const Masks masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
-    const MaskCompliance c = compute_mask_compliance(factor, k, masks, body.touch_patch, body.unknown, progress);
+    const MaskCompliance c = compute_mask_compliance(solver, k, masks, body.touch_patch, body.unknown, progress);
     summary.mask_most_nodes = masks.most_nodes;
     summary.mask_widened = masks.widened;
     summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
@@ -457,19 +453,34 @@ public:
         require_held(scene_, body_, summary_);
         require_servo(scene_, body_);
         drawing_ = drawing_of(scene_, body_);
+        if (options_.solver != nullptr && drawing_ == Drawing::kSolves) leave_out_columns();
         identify();
         result_.unchanged = !options_.force && is_current(folder_, scene_, summary_);
         if (result_.unchanged) return touch_summary(folder_);
         clock_.end("mesh");
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
-        if (options_.force || !reuse(beside.path())) solve(beside.path());
+        if (options_.force || !reuse(beside.path())) {
+            if (options_.solver != nullptr)
+                solve_spread(*options_.solver, beside.path());
+            else
+                solve(beside.path());
+        }
         write(beside.path());
         publish(beside.path(), folder_);
         progress_.clear();
     }
 
 private:
+    /// A factor that is spread over processes cannot be left for the viewer.
+    void leave_out_columns() {
+        drawing_ = Drawing::kNone;
+        result_.body.mesh.notes.push_back(
+            fmt::format("columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
+                        "draw; raise it or touch a smaller region",
+                        column_bytes(scene_, body_) / 1e9));
+    }
+
     void identify() {
         summary_.model_hash = hash_model(scene_, body_);
         summary_.body_hash = hash_body(scene_, body_);
@@ -547,34 +558,86 @@ private:
         describe_factor(factor, summary_);
         clock_.end("factor");
         // 4. Checks that need K, which can go then.
-        progress_.stage("check");
-        summary_.checks.condition_estimate = estimate_condition(*k, factor);
-        clock_.end("condition");
-        const Sample sample = solve_sample(scene_, *k, factor, node, drawing_ == Drawing::kColumns ? row : Nodes(),
-                                           progress_, summary_.checks);
-        if (scene_.contact.force == "pressure-mask") make_masks_tables(factor, *k, beside);
+        const Sample sample = check(factor, *k, node, row, beside);
         k.reset();
         factor.release_workspace();
         clock_.end("check");
         // 5. Blocks and columns of L.
         progress_.stage("blocks");
-        std::vector<Eigen::Matrix3d> l_ii = invert_blocks(factor, wanted_blocks(scene_, body_), body_.touch_node,
-                                                          options_.tolerance, progress_, workers, summary_);
-        const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(node.size()), l_ii.end());
-        l_ii.resize(node.size());
-        if (scene_.contact.force == "consistent") write_edges(coupled_edges(scene_, body_), l_ij, body_, beside);
-        stiffness_ = invert_each(body_, l_ii, summary_.checks);
-        compare(sample, l_ii, nullptr, summary_.checks);
-        clock_.end("blocks");
+        const std::vector<Eigen::Matrix3d> l_ii =
+            take_blocks(invert_blocks(factor, wanted_blocks(scene_, body_), body_.touch_node, options_.tolerance,
+                                      progress_, workers, summary_),
+                        sample, beside);
         if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
         if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
         clock_.end("columns");
     }
 
-    void make_masks_tables(const Factor& factor, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
+    /// The same by a solver that is spread over processes; this one leads.
+    void solve_spread(SpreadSolver& solver, const fs::path& beside) {
+        progress_.stage("assembly");
+        std::optional<Eigen::SparseMatrix<double>> k = assemble_free(scene_, body_);
+        clock_.end("assembly");
+        const Nodes node = unknowns_of(body_.touch_node, body_);
+        const Nodes row = drawing_ == Drawing::kNone ? Nodes() : unknowns_of(rows_of(scene_, body_), body_);
+        if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
+        progress_.stage("factor");
+        solver.factorize(*k, summary_);
+        clock_.end("factor");
+        const Sample sample = check(solver, *k, node, row, beside);
+        k.reset();
+        clock_.end("check");
+        progress_.stage("blocks");
+        const std::vector<Eigen::Matrix3d> l_ii =
+            take_blocks(solver.blocks(wanted_blocks(scene_, body_)), sample, beside);
+        if (drawing_ == Drawing::kColumns) write_columns(solver, node, row, l_ii, sample, beside);
+        solver.report(summary_);
+    }
+
+    /// Condition, solves of a sample and what else needs K.
+    Sample check(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const Nodes& node, const Nodes& row,
+                 const fs::path& beside) {
+        progress_.stage("check");
+        summary_.checks.condition_estimate = estimate_condition(k, solver);
+        clock_.end("condition");
+        Sample sample = solve_sample(scene_, k, solver, node, drawing_ == Drawing::kColumns ? row : Nodes(), progress_,
+                                     summary_.checks);
+        if (scene_.contact.force == "pressure-mask") make_masks_tables(solver, k, beside);
+        return sample;
+    }
+
+    /// What the servo needs of the wanted blocks. Returns the L_ii.
+    std::vector<Eigen::Matrix3d> take_blocks(std::vector<Eigen::Matrix3d> l_ii, const Sample& sample,
+                                             const fs::path& beside) {
+        const std::size_t count = body_.touch_node.size();
+        const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(count), l_ii.end());
+        l_ii.resize(count);
+        if (scene_.contact.force == "consistent") write_edges(coupled_edges(scene_, body_), l_ij, body_, beside);
+        stiffness_ = invert_each(body_, l_ii, summary_.checks);
+        compare(sample, l_ii, summary_.checks);
+        clock_.end("blocks");
+        return l_ii;
+    }
+
+    void write_columns(SpreadSolver& solver, const Nodes& node, const Nodes& row,
+                       const std::vector<Eigen::Matrix3d>& l_ii, const Sample& sample, const fs::path& beside) {
+        progress_.stage("columns");
+        const ColumnFormat format = format_of(scene_, l_ii);
+        summary_.column_precision = "double";
+        summary_.column_format = scene_.tables.column_precision;
+        summary_.column_unit_m_per_n = format.unit_m_per_n;
+        solver.write_columns(beside / "columns.npy", node, row, format, progress_);
+        for (std::size_t c = 0; c < sample.place.size(); ++c)
+            summary_.checks.largest_column_difference =
+                std::max(summary_.checks.largest_column_difference,
+                         column_difference(beside / "columns.npy", format, sample.place[c], sample.column[c]));
+        clock_.end("columns");
+    }
+
+    void make_masks_tables(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
         clock_.end("check");
         progress_.stage("mask");
-        compute_mask(scene_, body_, factor, k, beside, progress_, summary_);
+        compute_mask(scene_, body_, solver, k, beside, progress_, summary_);
         clock_.end("mask");
     }
 
@@ -602,7 +665,9 @@ private:
                           format);
         try {
             compute_columns(solver, options_.tolerance, progress_, workers, store, summary_);
-            compare(sample, l_ii, &store, summary_.checks);
+            for (std::size_t c = 0; c < sample.place.size(); ++c)
+                summary_.checks.largest_column_difference = std::max(
+                    summary_.checks.largest_column_difference, store.difference(sample.place[c], sample.column[c]));
             store.publish(beside / "columns.npy");
         } catch (const Error&) {
             store.discard();

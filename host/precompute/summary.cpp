@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -380,13 +381,17 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
-        {"method", "selected inversion"}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
+        {"method", summary.block_method}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
     json["columns"] = {{"precision", summary.column_precision},
                        {"format", summary.column_format},
                        {"unit_m_per_n", summary.column_unit_m_per_n},
                        {"flops", summary.column_flops},
                        {"flops_done", summary.column_flops_done}};
     json["memory"] = memory(summary);
+    if (!summary.rank_cpu_s.empty())
+        json["ranks"] = {{"count", summary.rank_cpu_s.size()},
+                         {"cpu_s", summary.rank_cpu_s},
+                         {"peak_bytes", summary.rank_peak_bytes}};
     json["bytes"] = to_object(summary.bytes);
     json["hash"] = to_object(summary.hashes);
     json["time_s"] = to_object(summary.time_s);
@@ -428,7 +433,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     check("smallest eigenvalue of any L_ii (m/N)", c.smallest_eigenvalue_m_per_n);
     check("largest condition of any L_ii", c.largest_block_condition);
     check("condition of K, estimated", c.condition_estimate);
-    check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    if (!std::isnan(c.smallest_pivot_ratio)) check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
     if (summary.drawing == "solves")
         text +=
             "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "

@@ -42,8 +42,9 @@ struct Summary {
     MemoryNeed memory;        ///< foreseen, bytes
     Checks checks;
     std::string ordering;
-    double fill = 0.0;                                          ///< nonzeros of the factor
-    double flops = 0.0;                                         ///< of the factorisation
+    double fill = 0.0;   ///< nonzeros of the factor
+    double flops = 0.0;  ///< of the factorisation
+    std::string block_method = "selected inversion";
     double block_flops = 0.0;                                   ///< of the selected inversion
     std::string block_precision;                                ///< it was computed in: "double" or "float"
     double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
@@ -54,6 +55,7 @@ struct Summary {
     std::string column_precision;                               ///< as block_precision; empty without columns
     std::string column_format;                                  ///< "float32" or "float16"; empty without columns
     double column_unit_m_per_n = 1.0;                           ///< of the entries in columns.npy
+    std::vector<double> rank_cpu_s, rank_peak_bytes;            ///< by process, where a SpreadSolver worked
     ModelSize size;                                             ///< of the servo's tables
     std::vector<std::pair<std::string, double>> time_s;         ///< by stage, in order
     std::vector<std::pair<std::string, double>> cpu_s;          ///< of all threads, by stage

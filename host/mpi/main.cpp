@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-precompute-mpi: haptable-precompute on several machines, under mpirun.
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "host/base/file.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/mpi/cluster.hpp"
+#include "host/precompute/precompute.hpp"
+
+namespace {
+
+using namespace haptable;
+namespace fs = std::filesystem;
+
+struct Options {
+    fs::path scene;
+    fs::path folder;
+    bool force = false;
+    bool json = false;
+    bool quiet = false;
+};
+
+void run(const Options& options, Cluster& cluster) {
+    const Scene scene = read_scene(options.scene);
+    const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
+    Progress progress(options.quiet);
+    PrecomputeOptions how;
+    how.force = options.force;
+    how.solver = &cluster;
+    const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
+    if (!options.quiet)
+        for (const std::string& note : body.mesh.notes) fmt::print(stderr, "haptable-precompute-mpi: note: {}\n", note);
+    if (options.json)
+        fmt::print("{}", read_file(folder / "summary.json"));
+    else if (unchanged && !options.quiet)
+        fmt::print("{} is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
+                   folder.string());
+    else if (!options.quiet)
+        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+}
+
+/// Only rank 0 reads the command line and the scene, and speaks.
+int lead(int argc, char** argv, Cluster& cluster) {
+    CLI::App app(
+        "haptable-precompute on several machines: mpirun -n RANKS haptable-precompute-mpi SCENE -o DIR. The factor is "
+        "spread over the ranks; DIR must be a folder that all of them see.",
+        "haptable-precompute-mpi");
+    Options options;
+    app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
+    app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
+    app.add_flag("--force", options.force, "compute even where DIR holds the same tables already");
+    app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
+    app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    return run_program(app, argc, argv, [&] { run(options, cluster); });
+}
+
+/// What one rank alone throws would leave the others waiting for ever.
+int work(int argc, char** argv) try {
+    Cluster cluster(MPI_COMM_WORLD);
+    if (cluster.leads()) return lead(argc, argv, cluster);
+    cluster.serve();
+    return 0;
+} catch (const std::exception& error) {
+    fmt::print(stderr, "haptable-precompute-mpi: {}\n", error.what());
+    MPI_Abort(MPI_COMM_WORLD, 1);
+    return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    MPI_Init(&argc, &argv);
+    catch_interrupts();
+    const int status = work(argc, argv);
+    MPI_Finalize();
+    return status;
+}

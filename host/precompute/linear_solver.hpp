@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What precompute asks of K^-1. Two answer: the factor of this process, and one that is spread over many (host/mpi).
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "host/base/progress.hpp"
+
+namespace haptable {
+
+struct ColumnFormat;
+struct NodePair;
+struct Summary;
+
+class LinearSolver {
+public:
+    LinearSolver() = default;
+    virtual ~LinearSolver() = default;
+    LinearSolver(const LinearSolver&) = delete;
+    LinearSolver& operator=(const LinearSolver&) = delete;
+
+    virtual Eigen::Index size() const = 0;
+    /// x = K^-1 b for many right-hand sides at once: b and x [size(), m].
+    virtual void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const = 0;
+};
+
+/// A solver whose factor is nowhere whole: it gives the wanted parts of L = K^-1 itself.
+class SpreadSolver : public LinearSolver {
+public:
+    /// k: symmetric with both triangles stored, three rows a node. Fills in the summary's factor, memory and method.
+    /// Throws Error where the factor does not fit or k is not positive definite.
+    virtual void factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) = 0;
+    /// L_ij in m/N of pairs of unknown nodes (row i, column j), no pair twice.
+    virtual std::vector<Eigen::Matrix3d> blocks(std::span<const NodePair> wanted) = 0;
+    /// columns.npy: L_ri of all rows r (unknown nodes) for every node i, float32 or float16.
+    virtual void write_columns(const std::filesystem::path& file, std::span<const std::int32_t> node,
+                               std::span<const std::int32_t> row, const ColumnFormat& format, Progress& progress) = 0;
+    /// Processor time and peak memory of every process so far.
+    virtual void report(Summary& summary) = 0;
+};
+
+}  // namespace haptable

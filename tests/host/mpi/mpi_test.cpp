@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-precompute-mpi under mpirun against haptable-precompute: other solver, other processes, the same tables.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "host/base/file.hpp"
+#include "host/tables/npy.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kScene = R"(name = "cube"
+[mesh]
+generate = "cube"
+nodes_per_side = 5
+side = 0.03
+[material]
+young = 1e4
+poisson = 0.49
+[[fixed]]
+box = [-1, -1, -1, 1, 1, 0]
+)";
+
+template <typename T>
+double value(T x) {
+    return static_cast<double>(x);
+}
+double value(Half x) { return static_cast<double>(to_float(x)); }
+
+/// Largest difference of two files' entries, as a share of the largest entry.
+template <typename T>
+double difference(const fs::path& a, const fs::path& b) {
+    const MappedNpy<T> one(a), other(b);
+    EXPECT_EQ(one.shape(), other.shape());
+    double largest = 0.0, scale = 0.0;
+    for (std::size_t e = 0; e < std::min(one.values().size(), other.values().size()); ++e) {
+        largest = std::max(largest, std::abs(value(one.values()[e]) - value(other.values()[e])));
+        scale = std::max(scale, std::abs(value(one.values()[e])));
+    }
+    return largest / scale;
+}
+
+class Mpi : public testing::TestWithParam<int> {
+protected:
+    void SetUp() override {
+        const char* build = std::getenv("BUILD");
+        bin_ = fs::absolute(fs::path(build == nullptr ? "build" : build) / "bin");
+        if (!fs::exists(bin_ / "haptable-precompute-mpi") || std::system("command -v mpirun >/dev/null") != 0)
+            GTEST_SKIP() << "no mpirun or no haptable-precompute-mpi: make mpi";
+    }
+    /// Runs both programs on a scene, into one/ and many/; the exit status of the second.
+    int run(const std::string& scene) const {
+        write_file(folder_.path() / "scene.toml", scene);
+        (void)system_of("'" + (bin_ / "haptable-precompute").string() + "' scene.toml -o one --quiet 2>one.txt");
+        return system_of(
+            "OMPI_MCA_rmaps_base_oversubscribe=1 timeout 60 mpirun --allow-run-as-root --oversubscribe -n " +
+            std::to_string(GetParam()) + " '" + (bin_ / "haptable-precompute-mpi").string() +
+            "' scene.toml -o many --quiet 2>many.txt");
+    }
+    int system_of(const std::string& command) const {
+        const int status = std::system(("cd '" + folder_.path().string() + "' && " + command).c_str());
+        return WEXITSTATUS(status);
+    }
+    fs::path one(const char* file) const { return folder_.path() / "one" / file; }
+    fs::path many(const char* file) const { return folder_.path() / "many" / file; }
+
+    const test::TemporaryFolder folder_;
+    fs::path bin_;
+};
+
+TEST_P(Mpi, WritesTheTablesOfOneProcess) {
+    ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
+    EXPECT_LT(difference<double>(one("stiffness.npy"), many("stiffness.npy")), 1e-9);
+    EXPECT_LT(difference<float>(one("columns.npy"), many("columns.npy")), 2e-7);
+    for (const char* file : {"node_id.npy", "patch.npy", "row_id.npy", "position.npy", "surface.npy", "mesh.vtu"})
+        EXPECT_EQ(read_file(one(file)), read_file(many(file))) << file;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path() / "one"))
+        EXPECT_TRUE(fs::exists(many(entry.path().filename().c_str()))) << entry.path();
+    const auto summary = nlohmann::json::parse(read_file(many("summary.json")));
+    EXPECT_EQ(summary.at("ranks").at("count"), GetParam());
+    EXPECT_LT(summary.at("checks").at("largest_residual"), 1e-11);
+    EXPECT_EQ(summary.at("model_hash"), nlohmann::json::parse(read_file(one("summary.json"))).at("model_hash"));
+}
+
+TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
+    ASSERT_EQ(run(kScene + "[contact]\nforce = \"consistent\"\n[tables]\ncolumns = \"all\"\n"
+                           "column_precision = \"float16\"\n"),
+              0)
+        << read_file(folder_.path() / "many.txt");
+    EXPECT_LT(difference<double>(one("edge_compliance.npy"), many("edge_compliance.npy")), 1e-9);
+    EXPECT_LT(difference<Half>(one("columns.npy"), many("columns.npy")), 1e-3);
+}
+
+TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {
+    std::string scene = kScene;
+    EXPECT_EQ(run(scene.replace(scene.find("[[fixed]]"), std::string::npos, "")), 1);
+    const std::string said = read_file(folder_.path() / "many.txt");
+    EXPECT_NE(said.find("scene.toml: fixed: 125 of 125 nodes are loose"), std::string::npos) << said;
+    EXPECT_FALSE(fs::exists(folder_.path() / "many"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Ranks, Mpi, testing::Values(1, 2, 4));
+
+}  // namespace
+
+}  // namespace haptable
