@@ -102,6 +102,13 @@ SECONDS ?= 600
 fuzz: $(BUILD)/setup.stamp
 	@BUILD=$(BUILD) sh tests/fuzz/run.sh $(SECONDS)
 
+# sanitize: every mesh of ../shared, sound and broken, under Address- and UndefinedBehaviorSanitizer
+.PHONY: sanitize
+sanitize: $(BUILD)/setup.stamp
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= \
+	$(BUILD)/sanitize/bin/haptable-precompute
+	@BUILD=$(BUILD) sh tests/sanitize.sh ../shared/meshes ../shared/meshes/bad
+
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
 scene: all

@@ -50,7 +50,7 @@ static inline void step_from_tables(int degree, const struct net* net, const flo
 }
 
 /* A further step, in place: what it writes it has read. */
-static inline void step(int degree, const float alpha[3], float (*block)[6]) {
+static inline void step_in_place(int degree, const float alpha[3], float (*block)[6]) {
     int n = 0;
     int r;
     int k;
@@ -76,22 +76,22 @@ static void copy_blocks(int count, float (*from)[6], float (*to)[6]) {
 static void evaluate_c(const struct net* net, const float alpha[3], float c[6]) {
     float block[10][6];
     step_from_tables(4, net, alpha, block);
-    step(3, alpha, block);
-    step(2, alpha, block);
+    step_in_place(3, alpha, block);
+    step_in_place(2, alpha, block);
     mix(alpha, block[0], block[1], block[2], c);
 }
 
 static void evaluate_all(const struct net* net, int degree, const float alpha[3], struct polynomial* p) {
-    float block[10][6];
-    int n;
-    int i;
     if (degree == 4) {
+        float block[10][6];
         step_from_tables(4, net, alpha, block);
-        step(3, alpha, block);
+        step_in_place(3, alpha, block);
         copy_blocks(6, block, p->quadratic);
-        step(2, alpha, block);
+        step_in_place(2, alpha, block);
         copy_blocks(3, block, p->linear);
     } else {
+        int n;
+        int i;
         for (n = 0; n < 6; ++n)
             for (i = 0; i < 6; ++i) p->quadratic[n][i] = net->block[n][i];
         step_from_tables(2, net, alpha, p->linear);
@@ -214,7 +214,7 @@ static void vary(const struct polynomial* p, int degree, const float f[3], int l
     int b;
     for (b = 0; b < 2; ++b) {
         difference(first, p->linear[b + 1], -1.0f, p->linear[0], 0.0f, p->linear[0], block);
-        block_load(block, f, lifted, v->first[b]);
+        block_load(block, f, lifted, v->first[b]); /* cppcheck-suppress uninitvar ; it is written here */
     }
     /* quadratic: 200 110 101 020 011 002 */
     difference(second, p->quadratic[3], -2.0f, p->quadratic[1], 1.0f, p->quadratic[0], block);

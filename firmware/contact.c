@@ -222,8 +222,8 @@ static int leave_vertex(const struct haptable_model* model, int corner, const fl
     return 0;
 }
 
-int contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
-                  int* steps) {
+/* See contact_slide. */
+static int slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact, int* steps) {
     int moving = 1;
     *steps += STEPS_OF_PATCH;
     contact_nearest(model, contact->patch, x_m, contact);
@@ -237,13 +237,19 @@ int contact_slide(const struct haptable_model* model, const float x_m[3], struct
     return *steps < HAPTABLE_WALK_STEPS;
 }
 
+/* For the other god-objects; where the nearest one is alone, it is not linked. */
+int contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                  int* steps) {
+    return slide(model, x_m, contact, steps);
+}
+
 /* ---- one tick ------------------------------------------------------------------------------------------------- */
 
 /* One slide of a tick. Returns 1 when the god-object rests and the finger is on the outer side of it. A slide that met
  * the limit does not tell the sides apart: the contact holds until it is finished. */
 static int has_left(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
                     int* steps, struct haptable_counters* counters) {
-    const int rests = contact_slide(model, x_m, contact, steps);
+    const int rests = slide(model, x_m, contact, steps);
     if (!rests) ++counters->walk_limits;
     if ((uint32_t)*steps > counters->most_steps) counters->most_steps = (uint32_t)*steps;
     return rests && surface_is_outside(model, contact, x_m);

@@ -50,9 +50,9 @@ static int newton(const float h[3], const float slope[2], float d[3]) {
 
 /* A way downhill inside the patch's plane, as a change of the area coordinates. */
 static void way_in_plane(const struct haptable_energy* e, float d[3]) {
-    int c;
     if (newton(e->curvature_j, e->slope_j, d)) return;
     if (newton(e->lower_bound_j, e->slope_j, d)) {
+        int c;
         for (c = 0; c < 3; ++c) d[c] *= STRIDE;
         return;
     }
@@ -312,7 +312,6 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct point here;
     struct haptable_contact nearest;
     int slides;
-    int left;
     walk.model = model;
     walk.steps = 0;
     walk.nearest_steps = 0;
@@ -322,6 +321,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
+        int left;
         here.at = *contact;
         left = has_left(&walk, &here, &nearest, counters);
         *contact = here.at;

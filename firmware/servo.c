@@ -69,14 +69,14 @@ static void finish_force(const struct haptable_model* model, struct haptable_ser
                          struct haptable_output* out) {
     if (model->release) model->release(model, servo, way_m, out->force_n);
     if (model->passivity) model->passivity(model, servo, way_m, out->force_n);
-    if (!model->release && !model->passivity) return;
     gate_force(model, servo, out);
     vec_copy(out->force_n, servo->given_n);
 }
 
 void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
                    uint32_t now_us, struct haptable_output* out) {
-    float way_m[3] = {0.0f, 0.0f, 0.0f};
+    const int finishes = model->release || model->passivity;
+    float way_m[3];
     ++servo->counters.ticks;
     servo->position_us = now_us;
     if (!is_position(model, finger_m)) {
@@ -88,14 +88,14 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     }
     model->god_object(model, &servo->contact, servo->finger_known ? servo->finger_m : finger_m, finger_m,
                       &servo->counters);
-    if (servo->finger_known) vec_sub(finger_m, servo->finger_m, way_m);
+    if (finishes) vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, way_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
     if (servo->contact.patch == HAPTABLE_NONE) {
         servo->state = HAPTABLE_FREE;
         put_nothing(HAPTABLE_FREE, out);
         vec_copy(finger_m, out->god_object_m);
-        finish_force(model, servo, way_m, out);
+        if (finishes) finish_force(model, servo, way_m, out);
         return;
     }
     ++servo->counters.contact_ticks;
@@ -103,7 +103,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     put_contact(model, servo, out);
     model->force(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
     gate_force(model, servo, out);
-    finish_force(model, servo, way_m, out);
+    if (finishes) finish_force(model, servo, way_m, out);
 }
 
 int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {

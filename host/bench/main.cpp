@@ -193,6 +193,17 @@ Report make_report(const Timings& timings, std::vector<std::unique_ptr<Case>>& c
         bytes.cells.push_back(fmt::format("{}", with->subject.table_bytes()));
     }
     report.error = {force, moved, bytes};
+    for (std::size_t k = 0; k < 3; ++k) {
+        ReportRow row;
+        for (const auto& with : cases) {
+            const PrecisionError error = with->subject.precisions()[k];
+            row.what =
+                fmt::format("force with blocks in {}: bytes, worst over patches and directions", error.precision);
+            row.cells.push_back(fmt::format("{}, {:.1e}", error.bytes, error.worst));
+        }
+        row.beside = "the blocks in double";
+        report.error.push_back(row);
+    }
     for (const std::string& name : names) {
         const double solve = timings.at("one solve", name) / timings.at("force step, sliding", name);
         report.ratio.push_back(ratio_row(name + ": one solve over a force step", solve, solve >= 30.0, "at least 30"));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codegen/model.hpp"
+#include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/tables/tables.hpp"
 
@@ -26,6 +27,7 @@ public:
     const Tables& tables() const { return tables_; }
     const haptable_model& model() const { return model_; }
     std::size_t table_bytes() const;  ///< of the servo, in flash
+    std::vector<PrecisionError> precisions() const { return compare_precisions(tables_, servo_); }
 
     /// A closed circle over the upper side, `ticks` positions `depth_m` under the surface (above it where negative).
     /// A finger that begins above it and then follows it, over and over, stays in contact.

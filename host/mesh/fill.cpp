@@ -138,7 +138,7 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
     Complex best;
     double least = std::numeric_limits<double>::infinity();
     double too_short = 0.0, too_long = 0.0;  // edges; 0: none yet
-    for (int tries = 0; tries < kTries && least > std::log(1.0 + kClose); ++tries) {
+    for (int tries = 0; tries < kTries && 3.0 * least > std::log(1.0 + kClose); ++tries) {
         Complex complex = refine(domain, edge);
         if (complex.number_of_cells_in_complex() == 0) break;
         const double factor = miss(complex, target);

@@ -117,7 +117,7 @@ BadEdges find_bad_edges(const Soup& soup) {
         const int count = edge.along + edge.against;
         bad.open += count == 1 ? 1 : 0;
         bad.non_manifold += count > 2 ? 1 : 0;
-        bad.flipped += static_cast<std::size_t>(std::max(0, edge.along - 1) + std::max(0, edge.against - 1));
+        bad.flipped += (edge.along > 1 ? 1U : 0U) + (edge.against > 1 ? 1U : 0U);
         if (count != 2 && bad.first.empty())
             bad.first = fmt::format("from {} to {} at triangle {}", place(soup.point[ends.first]),
                                     place(soup.point[ends.second]), edge.triangle + 1);

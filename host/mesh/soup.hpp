@@ -23,9 +23,9 @@ struct Soup {
 struct BadEdges {
     std::size_t open = 0;          ///< one triangle
     std::size_t non_manifold = 0;  ///< three or more
-    std::size_t flipped = 0;  ///< triangles beyond one that run along an edge in the same direction: turned inside out
-    std::size_t edges = 0;    ///< of any kind
-    std::string first;        ///< where the first open or non-manifold one is
+    std::size_t flipped = 0;       ///< ways along an edge that two or more triangles go: one is turned inside out
+    std::size_t edges = 0;         ///< of any kind
+    std::string first;             ///< where the first open or non-manifold one is
 };
 
 /// Makes points one that are nearer to each other than a millionth of the box's diagonal (an STL file repeats every

@@ -425,7 +425,7 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
 /// of something or is not closed, ends at once.
 std::size_t skip_quoted(std::string_view text, std::size_t at) {
     if (text[at] == '#') return std::min(text.find('\n', at), text.size());
-    if (at > 0 && std::string_view("=,[{. \t\r\n").find(text[at - 1]) == std::string_view::npos) return at + 1;
+    if (at > 0 && std::string_view("=,[{ \t\r\n").find(text[at - 1]) == std::string_view::npos) return at + 1;
     const std::string three(3, text[at]);
     const bool long_one = text.substr(at, 3) == three;
     const std::string_view end = long_one ? std::string_view(three) : std::string_view(three).substr(2);

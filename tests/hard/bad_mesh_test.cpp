@@ -38,6 +38,7 @@ constexpr BadMesh kBadMeshes[] = {
     {"15_repeated_node.msh", false, "element 6 names node 12 twice"},
     {"16_duplicate_tet.msh", false, "elements 1 and 777"},
     {"18_duplicate_node_id.msh", false, "node number 3 is given twice"},
+    {"19_duplicate_nodes_unmerged.msh", true, "5 pairs of nodes coincide and are not joined, in 2 bodies"},
     {"21_surface_only.msh", false, "no tetrahedra but a surface: 14 vertices, 24 triangles, 1 parts, 0 open"},
     {"22_mixed_hex_tet.vtk", false, "Hexahedron"},
     {"24_cr_only.msh", true, "nodes 14, on the surface 14; tetrahedra 24; patches 24"},

@@ -2,11 +2,15 @@
 // Meshes by other people against what their owners' tools count (the README beside them), by the audit that users see.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "host/base/error.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/tables/tables.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
@@ -221,6 +225,39 @@ std::string name_of(const testing::TestParamInfo<Known>& known) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, WholeMesh, testing::ValuesIn(kKnown), name_of);
+
+/// Sound ones through the whole precompute, the tenth with the lowest z held; the largest is for the benchmark.
+TEST_P(WholeMesh, GoesThroughTheWholePrecompute) {
+    const Known& known = GetParam();
+    if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
+    if (known.nodes > 100'000) GTEST_SKIP() << "for the benchmark: takes two minutes";
+    Scene scene;
+    scene.file = "whole.toml";
+    scene.name = "whole";
+    scene.mesh.file = kShared / known.file;
+    scene.mesh.linearize = true;
+    scene.mesh.scale_m = 0.1 / known.box[0];
+    scene.material = {1e4, 0.3};
+    scene.tables.columns = "none";
+    const TetMesh mesh = make_mesh(scene.mesh);
+    std::vector<double> z;
+    for (const Eigen::Vector3d& p : mesh.position_m) z.push_back(p.z());
+    std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 10), z.end());
+    scene.fixed.push_back({std::array<double, 6>{-9, -9, -9, 9, 9, z[z.size() / 10] + 1e-9}, "", 1});
+    const TemporaryFolder folder;
+    Progress progress(true);
+    // One is folded, the other has a part that nothing holds.
+    if (known.inverted == 8 || known.bodies == 2) {
+        EXPECT_THROW(precompute(scene, folder.path() / "out", progress), Error);
+        EXPECT_FALSE(fs::exists(folder.path() / "out"));
+        return;
+    }
+    const Result result = precompute(scene, folder.path() / "out", progress);
+    EXPECT_LT(result.summary.checks.largest_residual, 1e-9);
+    EXPECT_LT(result.summary.checks.largest_block_difference, 1e-9);
+    EXPECT_EQ(read_tables(folder.path() / "out").stiffness.size(), result.body.touch_node.size());
+    EXPECT_TRUE(fs::exists(folder.path() / "out/model.c"));
+}
 
 TEST(WholeMeshes, SecondOrderIsTakenOnlyWhenAsked) {
     for (const char* file : {"sphere_p2_1310.msh", "bracket_56786_unused.vtu"}) {
