@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -92,6 +93,7 @@ Cluster::Task Cluster::wait() const {
     MPI_Ibcast(&number, 1, MPI_INT, 0, communicator_, &request);
     for (MPI_Test(&request, &done, MPI_STATUS_IGNORE); !done; MPI_Test(&request, &done, MPI_STATUS_IGNORE))
         std::this_thread::sleep_for(std::chrono::microseconds(200));
+    MPI_Wait(&request, MPI_STATUS_IGNORE);  // done: returns at once
     return static_cast<Task>(number);
 }
 
