@@ -5,17 +5,18 @@
 # compiler's tools. Exit status 1 when a check fails.
 set -eu
 folder=$1
-elf=$folder/$2.elf
+image=$2
+elf=$folder/$image.elf
 symbols=$(mktemp)
 trap 'rm -f "$symbols"' EXIT
 "${CROSS}nm" -S "$elf" >"$symbols"
 value() { printf '%d' "0x$(awk -v name="$1" '$NF == name { print $1 }' "$symbols")"; }
-# Bytes of those symbols of the ELF that a file's object defines, of the kinds given (nm's letters).
+# Bytes of code that the linker kept of an object, from its map: " .text.name" and on that line or the next "address size object".
 bytes_of() {
-    "${CROSS}nm" -S "$1" | awk -v kinds="$2" 'NF == 4 && index(kinds, $3) { print $4 }' >"$symbols.names"
-    awk 'NR == FNR { mine[$1] = 1; next } NF == 4 && mine[$4] { print "0x" $2 }' "$symbols.names" "$symbols" |
-        { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
-    rm -f "$symbols.names"
+    awk -v object="$1" '
+        /^Linker script and memory map/ { kept = 1 }
+        kept && /^ \.text/ { if (NF == 1) { getline; size = $2; from = $3 } else { size = $3; from = $4 } if (from == object) print size }' \
+        "$folder/$2.map" | { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
 }
 row() { printf '  %-36s %9s %s\n' "$1" "$2" "${3:-}"; }
 
@@ -54,6 +55,11 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     }
     END { if (failed) exit 1; print depth(root) }')
 
+[ "${stack:-0}" -gt 0 ] || {
+    echo "size.sh: no call graph beside the objects in $folder (a compiler cache leaves it out): build without one" >&2
+    exit 1
+}
+
 flash=$("${CROSS}size" -A "$elf" | awk '$1 == ".text" || $1 == ".data" { sum += $2 } END { print sum }')
 ram=$("${CROSS}size" -A "$elf" | awk '$1 == ".data" || $1 == ".bss" || $1 == ".stack" { sum += $2 } END { print sum }')
 flash_has=$(value port_flash_bytes)
@@ -63,7 +69,7 @@ echo "$elf"
 echo "flash, bytes"
 for object in "$folder"/*.o; do
     [ "$object" != "$folder/model.o" ] || continue
-    bytes=$(bytes_of "$object" Tt)
+    bytes=$(bytes_of "$object" "$image")
     code=$((code + bytes))
     row "  code of $(basename "$object" .o).c" "$bytes"
 done
