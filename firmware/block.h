@@ -6,6 +6,7 @@
 #define HAPTABLE_BLOCK_H
 
 #include "haptable.h"
+#include "vector.h"
 
 /* S of a free vertex: where it stands in flash, or expanded into `room` where it is stored in 16 bits.
  * before: vertex < free_count. */
@@ -13,6 +14,17 @@ static inline const float* block_of(const struct haptable_model* model, uint16_t
     if (model->unpack == 0) return model->stiffness_n_per_m[vertex];
     model->unpack(model, vertex, room);
     return room;
+}
+
+/* f = S_v u of one vertex (eq. 9). A fixed one has S = rigid_stiffness I. */
+static inline void block_product(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
+    if (vertex < model->free_count) {
+        float room[6];
+        vec_symmetric_product(block_of(model, vertex, room), u, f);
+    } else {
+        vec_zero(f);
+        vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);
+    }
 }
 
 #endif

@@ -8,17 +8,6 @@
 #include "surface.h"
 #include "vector.h"
 
-/* f = S_v u */
-static void vertex_load(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
-    if (vertex < model->free_count) {
-        float room[6];
-        vec_symmetric_product(block_of(model, vertex, room), u, f);
-    } else {
-        vec_zero(f);
-        vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);
-    }
-}
-
 /* sum alpha_a S_a */
 static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6]) {
     int corner;
@@ -48,7 +37,7 @@ void haptable_energy_interpolated(const struct haptable_model* model, const stru
     vec_sub(finger_m, contact->god_object_m, u);
     vec_zero(energy->load_n);
     for (b = 0; b < 3; ++b) {
-        vertex_load(model, model->patch[contact->patch][b], u, f[b]);
+        block_product(model, model->patch[contact->patch][b], u, f[b]);
         vec_add_scaled(contact->alpha[b], f[b], energy->load_n);
     }
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);

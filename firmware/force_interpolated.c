@@ -6,17 +6,6 @@
 #include "haptable.h"
 #include "vector.h"
 
-/* f = S_i u of one vertex (eq. 9). */
-static void vertex_force(const struct haptable_model* model, uint16_t vertex, const float u[3], float f[3]) {
-    if (vertex < model->free_count) {
-        float room[6];
-        vec_symmetric_product(block_of(model, vertex, room), u, f);
-    } else {
-        vec_zero(f);
-        vec_add_scaled(model->rigid_stiffness_n_per_m, u, f);
-    }
-}
-
 void haptable_force_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
                                  const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
     float u[3];
@@ -25,7 +14,7 @@ void haptable_force_interpolated(const struct haptable_model* model, const struc
     vec_zero(force_n);
     for (corner = 0; corner < 3; ++corner) {
         float f[3]; /* eq. 9: the force if this node alone were displaced by u */
-        vertex_force(model, model->patch[contact->patch][corner], u, f);
+        block_product(model, model->patch[contact->patch][corner], u, f);
         vec_zero(nodal_force_n[corner]);
         vec_add_scaled(contact->alpha[corner], f, nodal_force_n[corner]); /* eq. 10 */
         vec_add_scaled(-1.0f, nodal_force_n[corner], force_n);            /* eq. 12 */

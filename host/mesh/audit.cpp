@@ -12,7 +12,6 @@
 
 #include "host/mesh/sets.hpp"
 #include "host/mesh/shells.hpp"
-#include "host/mesh/surface.hpp"
 
 namespace haptable {
 
@@ -74,7 +73,7 @@ void judge_shapes(const TetMesh& mesh, Audit& audit) {
 
 void judge_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges, Audit& audit) {
     for (const auto& [edge, patches] : edges) audit.hinge_edges += patches.size() > 2 ? 1 : 0;
-    const Shells shells = find_shells(mesh, surface);
+    const Shells shells = find_shells(mesh, surface, edges);
     audit.shells = shells.volume_m3.size();
     for (std::size_t k = 0; k < audit.shells; ++k) audit.cavities += shells.is_cavity(k) ? 1 : 0;
 }
@@ -169,8 +168,7 @@ std::vector<std::size_t> number_bodies(const TetMesh& mesh) {
     return sets.numbers();
 }
 
-Audit audit_mesh(const TetMesh& mesh) {
-    const Surface surface = find_surface(mesh.tet);
+Audit audit_mesh(const TetMesh& mesh, const Surface& surface) {
     const Edges edges = edges_of(surface.patch);
     Audit audit;
     audit.nodes = mesh.position_m.size();

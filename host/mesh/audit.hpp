@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh/mesh.hpp"
+#include "host/mesh/surface.hpp"
 
 namespace haptable {
 
@@ -39,8 +39,9 @@ std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets);
 /// [N] which body each node belongs to: parts of the mesh that share no node.
 std::vector<std::size_t> number_bodies(const TetMesh& mesh);
 
-/// Throws Error where a face belongs to more than two tetrahedra.
-Audit audit_mesh(const TetMesh& mesh);
+/// surface: as find_surface gives it, which throws Error where a face belongs to more than two tetrahedra.
+Audit audit_mesh(const TetMesh& mesh, const Surface& surface);
+inline Audit audit_mesh(const TetMesh& mesh) { return audit_mesh(mesh, find_surface(mesh.tet)); }
 
 /// What does not stop the work, one line each.
 std::vector<std::string> warnings_of(const Audit& audit);

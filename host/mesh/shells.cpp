@@ -19,9 +19,9 @@ Edges edges_of(const std::vector<Patch>& patches) {
     return edges;
 }
 
-Shells find_shells(const TetMesh& mesh, const Surface& surface) {
+Shells find_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges) {
     Sets sets(surface.patch.size());
-    for (const auto& [edge, patches] : edges_of(surface.patch))
+    for (const auto& [edge, patches] : edges)
         for (std::size_t p : patches) sets.join(patches[0], p);
     Shells shells;
     shells.of_patch = sets.numbers();

@@ -20,6 +20,7 @@ struct Shells {
     /// A shell whose patches look inwards encloses emptiness: its volume is negative.
     bool is_cavity(std::size_t shell) const { return volume_m3[shell] < 0.0; }
 };
-Shells find_shells(const TetMesh& mesh, const Surface& surface);
+/// edges: of the surface's patches.
+Shells find_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges);
 
 }  // namespace haptable

@@ -166,7 +166,7 @@ void mark_patches(const Body& body, const Shells& shells, const Flags& node, con
 /// A patch belongs to the boxes and groups of nodes together, so that boxes side by side leave no gap; to a group of
 /// triangles it belongs as one of them.
 Flags touchable_patches(const Scene& scene, const Body& body) {
-    const Shells shells = find_shells(body.mesh, body.surface);
+    const Shells shells = find_shells(body.mesh, body.surface, edges_of(body.surface.patch));
     Flags touch(body.surface.patch.size(), 0);
     if (scene.touch.empty()) mark_patches(body, shells, Flags(body.unknown.size(), 1), nullptr, false, touch);
     for (bool cavities : {false, true}) {

@@ -449,7 +449,7 @@ public:
         // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
         progress_.stage("mesh");
         result_.body = make_body(scene_, make_mesh(scene_.mesh));
-        summary_.audit = audit_mesh(body_.mesh);
+        summary_.audit = audit_mesh(body_.mesh, body_.surface);
         require_held(scene_, body_, summary_);
         require_servo(scene_, body_);
         drawing_ = drawing_of(scene_, body_);

@@ -64,6 +64,18 @@ inline std::vector<std::vector<double>> read_rows(const std::filesystem::path& f
     return rows;
 }
 
+/// The finger's path in a servo's CSV, as a replay reads it: the same digits.
+inline std::string finger_path_of(const std::filesystem::path& servo_csv) {
+    std::string path = "x,y,z\n";
+    const std::vector<std::string> lines = lines_of(read_file(servo_csv));
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+        std::size_t begin = lines[i].find(',') + 1, end = begin - 1;
+        for (int comma = 0; comma < 3; ++comma) end = lines[i].find(',', end + 1);
+        path += lines[i].substr(begin, end - begin) + "\n";
+    }
+    return path;
+}
+
 /// Handles every message that is there already.
 inline void handle_all(Connection& connection) {
     while (connection.handle_until(Clock::now())) {

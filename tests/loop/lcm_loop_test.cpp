@@ -110,14 +110,7 @@ TEST_F(LcmLoop, AnswersEveryTickInOrder) {
 // The forces of the loop are those of the recorded finger path without any loop.
 TEST_F(LcmLoop, GivesTheForcesOfAReplay) {
     run_in_lockstep("a");
-    std::string path = "x,y,z\n";
-    const std::vector<std::string> lines = lines_of(read_file(folder / "servo_a.csv"));
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-        std::size_t begin = lines[i].find(',') + 1, end = begin - 1;
-        for (int comma = 0; comma < 3; ++comma) end = lines[i].find(',', end + 1);
-        path += lines[i].substr(begin, end - begin) + "\n";
-    }
-    write_file(folder / "path.csv", path);
+    write_file(folder / "path.csv", finger_path_of(folder / "servo_a.csv"));
     Process replay(
         {servo, "--quiet", "--replay", (folder / "path.csv").string(), "--out", (folder / "replay.csv").string()});
     ASSERT_EQ(replay.wait_for_exit(), 0);

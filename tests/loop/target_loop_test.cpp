@@ -56,14 +56,7 @@ protected:
         ASSERT_EQ(device_process.wait_for_exit(), 0);
         bridge_process.kill(SIGTERM);
         ASSERT_EQ(bridge_process.wait_for_exit(), 0);
-        std::string path = "x,y,z\n";
-        const std::vector<std::string> lines = lines_of(read_file(folder / "bridge.csv"));
-        for (std::size_t i = 1; i < lines.size(); ++i) {
-            std::size_t begin = lines[i].find(',') + 1, end = begin - 1;
-            for (int comma = 0; comma < 3; ++comma) end = lines[i].find(',', end + 1);
-            path += lines[i].substr(begin, end - begin) + "\n";
-        }
-        write_file(folder / "path.csv", path);
+        write_file(folder / "path.csv", finger_path_of(folder / "bridge.csv"));
         Process replay(
             {servo, "--quiet", "--replay", (folder / "path.csv").string(), "--out", (folder / "host.csv").string()});
         ASSERT_EQ(replay.wait_for_exit(), 0);

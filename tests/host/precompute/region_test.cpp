@@ -107,7 +107,9 @@ TetMesh hollow_cube() {
 TEST(Touch, AnInnerCavityIsTouchedOnlyWhereAsked) {
     Scene scene = column_scene(6);
     const std::size_t outer = 6 * 25 * 2, inner = 6 * 2;
-    EXPECT_EQ(find_shells(hollow_cube(), find_surface(hollow_cube().tet)).volume_m3.size(), 2U);
+    const TetMesh mesh = hollow_cube();
+    const Surface surface = find_surface(mesh.tet);
+    EXPECT_EQ(find_shells(mesh, surface, edges_of(surface.patch)).volume_m3.size(), 2U);
     EXPECT_EQ(make_body(scene, hollow_cube()).touch_patch.size(), outer);
     scene.touch = {box(-1, -1, -1, 1, 1, 1)};
     EXPECT_EQ(make_body(scene, hollow_cube()).touch_patch.size(), outer);
