@@ -275,13 +275,13 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
     int slides;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
-    way.begins = AT_FINGER;
+    way.left = HAPTABLE_NONE;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
         if (!has_left(model, to_m, contact, &steps, counters)) return;
         /* The finger has left this part of the surface. Its way from there may enter another part. */
         vec_copy(contact->god_object_m, way.from_m);
-        way.begins = AT_GOD_OBJECT;
+        way.left = contact->patch;
         contact->patch = HAPTABLE_NONE;
     }
     ++counters->slide_limits;

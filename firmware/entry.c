@@ -18,11 +18,26 @@ static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16
     return i < j ? vec_dot(way, normal) : -vec_dot(way, normal);
 }
 
-/* `height` is the way's begin over the patch, times the length of `normal`. */
-static int may_begin(const struct haptable_model* model, enum way_begins begins, float height, const float normal[3]) {
-    const int is_near = height * height <= model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
-    if (begins == AT_GOD_OBJECT) return height > 0.0f && !is_near;
-    return height >= 0.0f || is_near;
+/* 1 when one can go from a patch to the other around a vertex that both have. */
+static int are_around(const struct haptable_model* model, uint16_t patch, uint16_t other) {
+    int corner;
+    for (corner = 0; corner < 3; ++corner) {
+        struct fan fan = fan_begin(model, patch, corner);
+        int patches = 0;
+        do
+            if (fan.patch == other) return 1;
+        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+    }
+    return 0;
+}
+
+/* 1 where the way may begin at its height over the patch (start) to enter it; heights are times normal's length. */
+static int may_begin(const struct haptable_model* model, const struct way* way, uint16_t patch, float start, float end,
+                     const float normal[3]) {
+    const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
+    const int is_near = start * start <= near2;
+    if (way->left == HAPTABLE_NONE || !is_near) return start >= 0.0f || is_near;
+    return end * end > near2 && !are_around(model, way->left, patch);
 }
 
 /* 1 when the way crosses the patch from outside to inside; *share is where, 0 to 1 of the way. */
@@ -40,11 +55,12 @@ static int enters(const struct haptable_model* model, uint16_t patch, const stru
     start = vec_dot(normal, offset);
     vec_sub(way->to_m, model->vertex_m[v[0]], offset);
     end = vec_dot(normal, offset);
-    if (end >= 0.0f || end >= start || !may_begin(model, way->begins, start, normal)) return 0;
+    if (end >= 0.0f || end >= start) return 0;
     vec_sub(way->to_m, way->from_m, step);
     if (side_of_edge(model, v[0], v[1], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[1], v[2], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[2], v[0], way->from_m, step) > 0.0f) return 0;
+    if (!may_begin(model, way, patch, start, end, normal)) return 0;
     *share = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
 }

@@ -318,7 +318,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     walk.x_m = to_m;
     vec_copy(from_m, way.from_m);
     vec_copy(to_m, way.to_m);
-    way.begins = AT_FINGER;
+    way.left = HAPTABLE_NONE;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
         int left;
@@ -327,7 +327,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
         *contact = here.at;
         if (!left) return;
         vec_copy(nearest.god_object_m, way.from_m);
-        way.begins = AT_GOD_OBJECT;
+        way.left = nearest.patch;
         contact->patch = HAPTABLE_NONE;
     }
     ++counters->slide_limits;

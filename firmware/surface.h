@@ -116,15 +116,14 @@ void surface_outward(const struct haptable_model* model, const struct haptable_c
 /* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]);
 
-/* Where a way may begin: a finger's way within tolerance_m behind a patch (it let go there a tick ago), the way from
- * a god-object that has let go only farther than that in front of it (the patches around it are behind it). */
-enum way_begins { AT_FINGER, AT_GOD_OBJECT };
-
-/* One finger's way of one tick. */
+/* One finger's way of one tick. A way from a finger may begin within tolerance_m behind a patch: it let go there a tick
+ * ago. A way from a god-object that has let go begins on the patches around it, and they are behind it: only others
+ * count, farther than the tolerance in front of it, or patches that touch it without being reached around a vertex (the
+ * other wedge of an edge where four patches meet). */
 struct way {
     float from_m[3];
     float to_m[3];
-    enum way_begins begins;
+    uint16_t left; /* the patch that the god-object has left; HAPTABLE_NONE: the way begins at the finger */
 };
 
 /* Begins contact where the way first crosses the surface inwards: the first patch that it enters, by the spatial

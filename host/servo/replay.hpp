@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "host/link/energy.hpp"
 #include "host/link/statistics.hpp"
 #include "host/servo/scene.hpp"
 
@@ -11,8 +12,12 @@ namespace haptable {
 
 /// What happened in a run, by replay or over LCM.
 struct ServoReport {
+    /// One tick: where the finger was, and what the servo answered.
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output);
+
     haptable_counters counters{};
     double largest_force_n = 0.0;
+    EnergyAccount energy;
     DurationStatistics step;  ///< of haptable_step alone
 };
 
