@@ -14,6 +14,7 @@
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/folder_lock.hpp"
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/column_store.hpp"
@@ -482,6 +483,8 @@ public:
         result_.unchanged = !options_.force && is_current(folder_, scene_, summary_);
         if (result_.unchanged) return touch_summary(folder_);
         clock_.end("mesh");
+        const FolderLock lock(folder_);
+        remove_leftovers(folder_);
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
         if (options_.force || !reuse(beside.path())) {
@@ -685,8 +688,8 @@ private:
         const ColumnFormat format = format_of(scene_, l_ii);
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
-        summary_.column_precision = column_precision(factor.supernodes(), node, row, sample, options_.column_tolerance,
-                                                     progress_, summary_);
+        summary_.column_precision =
+            column_precision(factor.supernodes(), node, row, sample, options_.column_tolerance, progress_, summary_);
         const ColumnSolver solver(factor.supernodes(), node, row);
         ColumnStore store(work_folder(folder_), hash_identity(scene_, summary_), solver, node.size(), row.size(),
                           format);

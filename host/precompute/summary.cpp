@@ -385,12 +385,9 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
         {"method", summary.block_method}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
-    json["columns"] = {{"precision", summary.column_precision},
-                       {"float_error", summary.float_column_error},
-                       {"format", summary.column_format},
-                       {"unit_m_per_n", summary.column_unit_m_per_n},
-                       {"flops", summary.column_flops},
-                       {"flops_done", summary.column_flops_done}};
+    json["columns"] = {{"precision", summary.column_precision}, {"float_error", summary.float_column_error},
+                       {"format", summary.column_format},       {"unit_m_per_n", summary.column_unit_m_per_n},
+                       {"flops", summary.column_flops},         {"flops_done", summary.column_flops_done}};
     json["memory"] = memory(summary);
     if (!summary.rank_cpu_s.empty())
         json["ranks"] = {{"count", summary.rank_cpu_s.size()},

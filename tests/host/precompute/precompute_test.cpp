@@ -2,6 +2,7 @@
 #include "host/precompute/precompute.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <functional>
@@ -11,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/folder_lock.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/temporary_folder.hpp"
@@ -489,6 +491,45 @@ INSTANTIATE_TEST_SUITE_P(
                 "no/such.msh: mesh file cannot be read"},
         Mistake{"WrongUnit", [](Scene& s) { s.mesh.side_m = 1e9; }, "give the right mesh.side"}),
     [](const auto& mistake) { return mistake.param.name; });
+
+TEST_F(PrecomputeRun, ASecondRunIntoTheFolderIsToldWhoIsWritingIt) {
+    Scene scene = cube_scene(3);
+    run(scene, out_);
+    const auto before = contents(out_);
+    {
+        const FolderLock first(out_);
+        EXPECT_TRUE(run(scene, out_).unchanged) << "only reads";
+        scene.material.poisson = 0.3;
+        try {
+            run(scene, out_);
+            FAIL() << "no error";
+        } catch (const Error& error) {
+            const std::string holder = "out: process " + std::to_string(getpid()) + " on ";
+            EXPECT_NE(std::string(error.what()).find(holder), std::string::npos) << error.what();
+        }
+        EXPECT_NO_THROW(run(scene, temporary_.path() / "other"));
+    }
+    EXPECT_TRUE(contents(out_) == before);
+    EXPECT_FALSE(run(scene, out_).unchanged);
+    EXPECT_EQ(contents(temporary_.path()).size(), 2U) << "a lock was left";
+}
+
+TEST_F(PrecomputeRun, LeftoversOfDeadProcessesGo) {
+    const auto beside = [&](const char* what) { return temporary_.path() / (std::string("out") + what); };
+    for (const char* name : {".partial-999999999", ".partial-1", ".partial-x", "er.partial-999999999"})
+        fs::create_directories(beside(name));
+    const fs::path own = beside(".partial-") += std::to_string(getpid());
+    fs::create_directories(own);
+    write_file(own / "columns.npy", "of another process that had this number");
+    write_file(beside(".lock"), "process 999999999 on a machine that went down");
+    Scene scene = cube_scene(3);
+    scene.tables.columns = "none";
+    run(scene, out_);
+    EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
+    EXPECT_FALSE(fs::exists(beside(".partial-999999999")) || fs::exists(own) || fs::exists(beside(".lock")));
+    EXPECT_TRUE(fs::exists(beside(".partial-1"))) << "init runs";
+    EXPECT_TRUE(fs::exists(beside(".partial-x")) && fs::exists(beside("er.partial-999999999"))) << "foreign";
+}
 
 TEST_F(PrecomputeRun, AnOutputThatIsAFileIsAnError) {
     write_file(out_, "a file");
