@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * Like replay.c, with a model that it reads instead of one that it is linked with: every mode of the servo on every
- * body from one image, for tests and counts. Its words: measure IN OUT. IN holds the model as host/target/model_file.cpp
- * writes it, then the path. The tables lie in RAM: for boards like QEMU's, with megabytes of it.
+ * body from one image, for tests and counts. Its words: measure IN OUT. IN holds the model as
+ * host/target/model_file.cpp writes it, then the path. The tables lie in RAM: for boards like QEMU's, with megabytes of
+ * it.
  */
 #include "haptable.h"
 #include "port.h"

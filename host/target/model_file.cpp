@@ -55,10 +55,10 @@ void add_functions(const haptable_model& model, Words& words) {
 }
 
 void add_numbers(const haptable_model& model, Words& words) {
-    for (const float number : {model.max_force_n, model.rigid_stiffness_n_per_m, model.tolerance_m, model.reach_m,
-                               model.grid_origin_m[0], model.grid_origin_m[1], model.grid_origin_m[2], model.grid_per_m,
-                               model.static_friction, model.kinetic_friction, model.stiffness_limit_n_per_m,
-                               model.release_n})
+    for (const float number :
+         {model.max_force_n, model.rigid_stiffness_n_per_m, model.tolerance_m, model.reach_m, model.grid_origin_m[0],
+          model.grid_origin_m[1], model.grid_origin_m[2], model.grid_per_m, model.static_friction,
+          model.kinetic_friction, model.stiffness_limit_n_per_m, model.release_n})
         words.add(number);
 }
 
