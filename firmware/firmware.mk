@@ -151,7 +151,8 @@ $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(
 	$(link_image)
 
 # Reads its tables into RAM: any mode on any body, on a board that has the room.
-$(IMAGE)/measure.elf: private RAM = 3M
+$(IMAGE)/measure.elf: private RAM = 2M
+$(IMAGE)/measure.elf: private STACK = 8K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 

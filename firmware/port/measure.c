@@ -37,7 +37,7 @@ struct model_head {
 };
 
 /* Where the tables go: mask tables of a body of 2,400 patches take half a megabyte. */
-static uint32_t arena[512u * 1024u];
+static uint32_t arena[256u * 1024u];
 static uint32_t used;
 static struct haptable_compliance compliance;
 static struct haptable_model model;

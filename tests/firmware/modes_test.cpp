@@ -96,21 +96,13 @@ TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     haptable_servo servo;
     haptable_init(&servo);
     std::uint64_t worst = 0;
-    const char* dump = std::getenv("DUMP");
-    std::ofstream data;
-    if (dump) data.open(dump, std::ios::app);
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_counters& tick = servo.counters;
         tick.most_steps = tick.most_held_steps = tick.most_boxes = tick.most_energies = 0;
         haptable_output out;
         haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
         ASSERT_TRUE(same(ticks[i], out)) << "tick " << i;
-        if (dump)
-            data << one.target << " " << one.body << " " << one.mode.force << " " << one.mode.god_object << " "
-                 << (one.mode.more.empty() ? "-" : one.mode.more) << " " << ticks[i].instructions << " "
-                 << tick.most_steps << " " << tick.most_held_steps << " " << tick.most_boxes << " "
-                 << tick.most_energies << "\n";
-        if (!dump) { EXPECT_LE(ticks[i].instructions, cost(each, tick)) << "tick " << i; }
+        EXPECT_LE(ticks[i].instructions, cost(each, tick)) << "tick " << i;
         worst = std::max(worst, ticks[i].instructions);
     }
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
