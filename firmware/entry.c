@@ -18,15 +18,35 @@ static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16
     return i < j ? vec_dot(way, normal) : -vec_dot(way, normal);
 }
 
-/* `height` is the way's begin over the patch, times the length of `normal`. */
-static int may_begin(const struct haptable_model* model, uint8_t begins, float height, const float normal[3]) {
-    const int is_near = height * height <= model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
-    if (begins == AT_GOD_OBJECT) return height > 0.0f && !is_near;
-    return height >= 0.0f || is_near;
+/* 1 when one can go from a patch to the other around a vertex that both have. */
+static int are_around(const struct haptable_model* model, uint16_t patch, uint16_t other) {
+    int corner;
+    for (corner = 0; corner < 3; ++corner) {
+        struct fan fan = fan_begin(model, patch, corner);
+        int patches = 0;
+        do
+            if (fan.patch == other) return 1;
+        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+    }
+    return 0;
+}
+
+/* What a look around the three vertices of a patch costs, in boxes. */
+#define BOXES_OF_FANS 5
+
+/* 1 where the way may begin at its height over the patch (start) to enter it; heights are times normal's length. */
+static int may_begin(const struct haptable_model* model, struct haptable_way* way, uint16_t patch, float start,
+                     float end, const float normal[3]) {
+    const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
+    const int is_near = start * start <= near2;
+    if (way->left == HAPTABLE_NONE || !is_near) return start >= 0.0f || is_near;
+    if (end * end <= near2) return 0;
+    way->boxes += BOXES_OF_FANS;
+    return !are_around(model, way->left, patch);
 }
 
 /* 1 when the way crosses the patch from outside to inside; *share is where, 0 to 1 of the way. */
-static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_way* way, float* share) {
+static int enters(const struct haptable_model* model, uint16_t patch, struct haptable_way* way, float* share) {
     const uint16_t* v = model->patch[patch];
     float edge1[3];
     float edge2[3];
@@ -40,11 +60,12 @@ static int enters(const struct haptable_model* model, uint16_t patch, const stru
     start = vec_dot(normal, offset);
     vec_sub(way->to_m, model->vertex_m[v[0]], offset);
     end = vec_dot(normal, offset);
-    if (end >= 0.0f || end >= start || !may_begin(model, way->begins, start, normal)) return 0;
+    if (end >= 0.0f || end >= start) return 0;
     vec_sub(way->to_m, way->from_m, step);
     if (side_of_edge(model, v[0], v[1], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[1], v[2], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[2], v[0], way->from_m, step) > 0.0f) return 0;
+    if (!may_begin(model, way, patch, start, end, normal)) return 0;
     *share = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
 }
@@ -110,10 +131,9 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, struc
 static void search(const struct haptable_model* model, struct haptable_way* way) {
     const struct grid_way grid = to_grid(model, way);
     uint16_t box = way->box;
-    uint16_t boxes = way->boxes;
-    while (box < model->box_count && boxes < HAPTABLE_TICK_BOXES) {
+    while (box < model->box_count && way->boxes < HAPTABLE_TICK_BOXES) {
         const struct haptable_box* here = &model->box[box];
-        ++boxes;
+        ++way->boxes;
         if (!meets_box(&grid, here)) {
             box = here->skip;
             continue;
@@ -122,14 +142,13 @@ static void search(const struct haptable_model* model, struct haptable_way* way)
         ++box;
     }
     way->box = box;
-    way->boxes = boxes;
     way->unfinished = box < model->box_count;
 }
 
-void surface_way(const float from_m[3], const float to_m[3], enum way_begins begins, struct haptable_way* way) {
+void surface_way(const float from_m[3], const float to_m[3], uint16_t left, struct haptable_way* way) {
     vec_copy(from_m, way->from_m);
     vec_copy(to_m, way->to_m);
-    way->begins = (uint8_t)begins;
+    way->left = left;
     way->share = 2.0f; /* beyond the way's end */
     way->patch = HAPTABLE_NONE;
     way->box = 0;
@@ -150,7 +169,7 @@ static void enter(const struct haptable_model* model, const struct haptable_way*
 int surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_way* way,
                   struct haptable_contact* contact, struct haptable_counters* counters) {
     do {
-        if (!way->unfinished) surface_way(way->to_m, x_m, AT_FINGER, way);
+        if (!way->unfinished) surface_way(way->to_m, x_m, HAPTABLE_NONE, way);
         search(model, way);
         if (way->boxes > counters->most_boxes) counters->most_boxes = way->boxes;
         if (way->unfinished) {
@@ -164,6 +183,6 @@ int surface_enter(const struct haptable_model* model, const float x_m[3], struct
 }
 
 void surface_leave(const float x_m[3], struct haptable_way* way, struct haptable_contact* contact) {
-    surface_way(contact->god_object_m, x_m, AT_GOD_OBJECT, way);
+    surface_way(contact->god_object_m, x_m, contact->patch, way);
     contact->patch = HAPTABLE_NONE;
 }

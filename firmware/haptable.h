@@ -194,7 +194,7 @@ struct haptable_way {
     uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
     uint16_t box;       /* of the index: where the search goes on */
     uint16_t boxes;     /* visited in this tick */
-    uint8_t begins;     /* enum way_begins (surface.h) */
+    uint16_t left;      /* the patch that the god-object has left; HAPTABLE_NONE: the way begins at the finger */
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 

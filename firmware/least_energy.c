@@ -323,7 +323,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
         left = has_left(&walk, &here, &nearest, counters);
         *contact = here.at;
         if (!left) return;
-        surface_way(nearest.god_object_m, x_m, AT_GOD_OBJECT, way);
+        surface_way(nearest.god_object_m, x_m, nearest.patch, way);
         contact->patch = HAPTABLE_NONE;
     }
     ++counters->slide_limits;

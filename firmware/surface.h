@@ -116,12 +116,12 @@ void surface_outward(const struct haptable_model* model, const struct haptable_c
 /* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]);
 
-/* Where a way may begin: a finger's way within tolerance_m behind a patch (it let go there a tick ago), the way from
- * a god-object that has let go only farther than that in front of it (the patches around it are behind it). */
-enum way_begins { AT_FINGER, AT_GOD_OBJECT };
-
-/* A way that is still to be searched. from_m may be way->to_m. */
-void surface_way(const float from_m[3], const float to_m[3], enum way_begins begins, struct haptable_way* way);
+/* A way that is still to be searched; from_m may be way->to_m. One from a finger (left: HAPTABLE_NONE) may begin within
+ * tolerance_m behind a patch: it let go there a tick ago. One from a god-object that has let go of the patch `left`
+ * begins on the patches around it, and they are behind it: only others count, farther than the tolerance in front of
+ * it, or patches that touch it without being reached around a vertex (the other wedge of an edge where four patches
+ * meet). */
+void surface_way(const float from_m[3], const float to_m[3], uint16_t left, struct haptable_way* way);
 
 /* Begins contact where the finger, now at x_m, first crossed the surface inwards: the first patch that its way enters,
  * by the spatial index. First the way that is not finished, if there is one, then from its end to x_m. Returns 0, and
