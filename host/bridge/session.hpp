@@ -4,10 +4,10 @@
 
 #include "host/bridge/target.hpp"
 #include "host/link/connection.hpp"
-#include "host/link/energy.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/servo/answer.hpp"
+#include "host/servo/energy.hpp"
 #include "host/servo/record.hpp"
 #include "host/servo/scene.hpp"
 

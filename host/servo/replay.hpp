@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "host/link/energy.hpp"
 #include "host/link/statistics.hpp"
+#include "host/servo/energy.hpp"
 #include "host/servo/scene.hpp"
 
 namespace haptable {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/link/energy.hpp"
+#include "host/servo/energy.hpp"
 
 #include <gtest/gtest.h>
 
