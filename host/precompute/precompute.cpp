@@ -22,6 +22,7 @@
 #include "host/precompute/earlier_tables.hpp"
 #include "host/precompute/mask.hpp"
 #include "host/precompute/numeric.hpp"
+#include "host/precompute/pairs.hpp"
 #include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
@@ -354,10 +355,7 @@ void write_spread(const Masks& masks, const fs::path& folder) {
 }
 
 /// The tables of the pressure mask.
-void compute_mask(const Scene& scene, const Body& body, const LinearSolver& solver,
-                  const Eigen::SparseMatrix<double>& k, const fs::path& folder, Progress& progress, Summary& summary) {
-    const Masks masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
-    const MaskCompliance c = compute_mask_compliance(solver, k, masks, body.touch_patch, body.unknown, progress);
+void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& folder, Summary& summary) {
     summary.mask_most_nodes = masks.most_nodes;
     summary.mask_widened = masks.widened;
     summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
@@ -485,6 +483,7 @@ public:
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
         plan();
+        find_mask_pairs();
         if (is_complete())
             take_over(beside.path());
         else if (options_.solver != nullptr)
@@ -619,13 +618,14 @@ private:
         describe_factor(factor, summary_);
         clock_.end("factor");
         // 4. Checks that need K, which can go then.
-        const Sample sample = check(factor, *k, node, row, beside);
+        const Sample sample = check(factor, *k, node, row);
         k.reset();
         factor.release_workspace();
         clock_.end("check");
         // 5. Blocks and columns of L.
         progress_.stage("blocks");
         const std::vector<Eigen::Matrix3d> l_ii = take_blocks(missing_blocks(factor, workers), sample, beside);
+        make_mask([&] { return find_mask_blocks(factor, workers); }, beside);
         if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
         if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
         clock_.end("columns");
@@ -642,24 +642,24 @@ private:
         progress_.stage("factor");
         solver.factorize(*k, summary_);
         clock_.end("factor");
-        const Sample sample = check(solver, *k, node, row, beside);
+        const Sample sample = check(solver, *k, node, row);
         k.reset();
         clock_.end("check");
         progress_.stage("blocks");
         const std::vector<Eigen::Matrix3d> l_ii = take_blocks(solver.blocks(block_work()), sample, beside);
+        make_mask([&] { return solver.blocks(mask_pair_); }, beside);
         if (drawing_ == Drawing::kColumns) write_columns(solver, node, row, l_ii, sample, beside);
         solver.report(summary_);
     }
 
     /// Condition, solves of a sample and what else needs K.
-    Sample check(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const Nodes& node, const Nodes& row,
-                 const fs::path& beside) {
+    Sample check(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const Nodes& node,
+                 const Nodes& row) {
         progress_.stage("check");
         summary_.checks.condition_estimate = estimate_condition(k, solver);
         clock_.end("condition");
         Sample sample = solve_sample(scene_, k, solver, node, drawing_ == Drawing::kColumns ? row : Nodes(), progress_,
                                      summary_.checks);
-        if (scene_.contact.force == "pressure-mask") make_masks_tables(solver, k, beside);
         return sample;
     }
 
@@ -713,16 +713,38 @@ private:
         clock_.end("columns");
     }
 
-    void make_masks_tables(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
-        clock_.end("check");
+    bool has_mask() const { return scene_.contact.force == "pressure-mask"; }
+
+    void find_mask_pairs() {
+        if (!has_mask()) return;
+        masks_ = make_masks(body_.mesh.position_m, body_.touch_patch, scene_.contact.mask_radius_m);
+        mask_pair_ = mask_pairs(masks_, body_.touch_patch, body_.unknown);
+        clock_.end("masks");
+    }
+
+    /// The pressure mask's tables. find: the blocks of pairs.
+    template <typename Find>
+    void make_mask(Find find, const fs::path& beside) {
+        if (!has_mask()) return;
         progress_.stage("mask");
-        compute_mask(scene_, body_, solver, k, beside, progress_, summary_);
+        summary_.mask_pairs = mask_pair_.size();
+        write_mask(masks_, compute_mask_compliance(masks_, body_.touch_patch, body_.unknown, find()), beside, summary_);
         clock_.end("mask");
+    }
+
+    std::vector<Eigen::Matrix3d> find_mask_blocks(const Factor& factor, Workers& workers) {
+        const CompliancePairs pairs(factor.supernodes(), mask_pair_);
+        summary_.mask_method = pairs.method();
+        summary_.mask_flops = pairs.flops();
+        return pairs.compute(progress_, &workers);
     }
 
     void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
                        const Nodes& row, const Workers& workers, const fs::path& beside) {
         summary_.memory = foresee(symbolic, k, block_work(), workers);
+        if (has_mask())
+            summary_.memory.pairs = CompliancePairs(symbolic.supernodes(), mask_pair_).bytes(workers.count()) +
+                                    2.0 * static_cast<double>(mask_pair_.size()) * sizeof(Eigen::Matrix3d);
         if (drawing_ == Drawing::kColumns) {
             const ColumnWork work = column_work(node, row);
             const ColumnSolver columns(symbolic.supernodes(), work.node, work.row);
@@ -793,6 +815,8 @@ private:
     StageClock clock_{summary_};
     Drawing drawing_ = Drawing::kNone;
     std::vector<Eigen::Matrix3d> stiffness_;
+    Masks masks_;
+    std::vector<NodePair> mask_pair_;
     EarlierTables earlier_;
     Nodes block_place_, column_place_;  // [n] of the table's nodes in the earlier one, -1 where that has not got it
 };

@@ -48,10 +48,13 @@ struct Summary {
     double fill = 0.0;   ///< nonzeros of the factor
     double flops = 0.0;  ///< of the factorisation
     std::string block_method = "selected inversion";
-    double block_flops = 0.0;                                   ///< of the selected inversion
-    std::string block_precision;                                ///< it was computed in: "double" or "float"
-    double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
-    double column_flops_done = 0.0;                             ///< in this run: less where it went on from another
+    double block_flops = 0.0;        ///< of the selected inversion
+    std::string block_precision;     ///< it was computed in: "double" or "float"
+    double column_flops = 0.0;       ///< of the pruned solves; 0 without columns
+    double column_flops_done = 0.0;  ///< in this run: less where it went on from another
+    std::size_t mask_pairs = 0;      ///< blocks under masks; 0 without
+    std::string mask_method;         ///< how they were found; empty under MPI
+    double mask_flops = 0.0;
     std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges
