@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 #include <span>
@@ -70,13 +71,18 @@ void require_servo(const Scene& scene, const Body& body) {
     }
 }
 
+[[noreturn]] void refuse_loose(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                               const std::string& what) {
+    Nodes loose = find_softest_nodes(k);
+    for (std::int32_t& node : loose) node = body.free_node[static_cast<std::size_t>(node)];
+    throw Error(fmt::format("{}: fixed: {} to rounding: {}", scene.file.string(), what, describe_loose(loose, body)));
+}
+
 void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor) {
     const Factor::Pivot weakest = factor.weakest_pivot();
     if (weakest.ratio > kZeroPivot) return;
-    Nodes loose = find_softest_nodes(k);
-    for (std::int32_t& node : loose) node = body.free_node[static_cast<std::size_t>(node)];
-    throw Error(fmt::format("{}: fixed: the pivot of node {} is zero to rounding: {}", scene.file.string(),
-                            body.free_node[static_cast<std::size_t>(weakest.row / 3)], describe_loose(loose, body)));
+    const std::int32_t node = body.free_node[static_cast<std::size_t>(weakest.row / 3)];
+    refuse_loose(scene, body, k, fmt::format("the pivot of node {} is zero", node));
 }
 
 Nodes unknowns_of(const Nodes& mesh_nodes, const Body& body) {
@@ -276,20 +282,11 @@ void write_position(const fs::path& path, const std::vector<Eigen::Vector3d>& po
     writer.close();
 }
 
-/// S is symmetric: its columns are its rows.
-void write_stiffness(const fs::path& path, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m) {
-    NpyWriter<double> writer(path, {stiffness_n_per_m.size(), 3, 3});
-    for (const Eigen::Matrix3d& s : stiffness_n_per_m) writer.append(std::span<const double>(s.data(), 9));
-    writer.close();
-}
-
-void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m,
-                  const fs::path& folder) {
+void write_tables(const Scene& scene, const Body& body, const fs::path& folder) {
     write_position(folder / "position.npy", body.mesh.position_m);
     write_rows(folder / "surface.npy", body.surface.patch);
     write_rows(folder / "patch.npy", body.touch_patch);
     write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
-    write_stiffness(folder / "stiffness.npy", stiffness_n_per_m);
     if (drawing_of(scene, body) != Drawing::kNone) {
         const Nodes& rows = rows_of(scene, body);
         write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
@@ -308,14 +305,23 @@ std::vector<std::string> optional_files() {
 }
 
 /// 3x3 blocks, row by row.
-void write_blocks(const fs::path& path, const std::vector<std::size_t>& shape,
-                  const std::vector<Eigen::Matrix3d>& blocks) {
-    NpyWriter<double> writer(path, shape);
-    for (const Eigen::Matrix3d& block : blocks) {
-        const Eigen::Matrix3d rows = block.transpose();
-        writer.append(std::span<const double>(rows.data(), 9));
-    }
-    writer.close();
+using Blocks = std::vector<Eigen::Matrix3d>;
+/// Writes blocks, row by row, as an array of that shape.
+using WriteBlocks = std::function<void(const fs::path&, const std::vector<std::size_t>& shape, const Blocks&)>;
+
+/// Here, or by the processes that the solver is spread over.
+WriteBlocks writer_of(SpreadSolver* solver) {
+    return [solver](const fs::path& path, const std::vector<std::size_t>& shape, const Blocks& blocks) {
+        std::vector<double> values;
+        for (const Eigen::Matrix3d& block : blocks) {
+            const Eigen::Matrix3d rows = block.transpose();
+            values.insert(values.end(), rows.data(), rows.data() + 9);
+        }
+        if (solver == nullptr)
+            write_npy<double>(path, shape, values);
+        else
+            solver->write_blocks(path, shape, values);
+    };
 }
 
 template <std::size_t group>
@@ -327,7 +333,7 @@ std::vector<Eigen::Matrix3d> flat(const std::vector<std::array<Eigen::Matrix3d, 
 
 /// L_ij of every touchable edge; 0 where an end is fixed.
 void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const std::vector<Eigen::Matrix3d>& l_ij,
-                 const Body& body, const fs::path& folder) {
+                 const Body& body, const fs::path& folder, const WriteBlocks& write) {
     const auto edges = edges_of(body.touch_patch);
     std::vector<Eigen::Matrix3d> blocks;
     std::size_t next = 0;
@@ -336,7 +342,7 @@ void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const 
         blocks.push_back(has ? l_ij[next++] : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
     }
     write_rows(folder / "edge_id.npy", edges);
-    write_blocks(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
+    write(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
 }
 
 /// How loads on the masks' control points spread over nodes: vertices first, then edges.
@@ -355,15 +361,16 @@ void write_spread(const Masks& masks, const fs::path& folder) {
 }
 
 /// The tables of the pressure mask.
-void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& folder, Summary& summary) {
+void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& folder, const WriteBlocks& write,
+                Summary& summary) {
     summary.mask_most_nodes = masks.most_nodes;
     summary.mask_widened = masks.widened;
     summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
     write_npy<std::int32_t>(folder / "vertex_id.npy", {masks.vertex_id.size()}, masks.vertex_id);
     write_rows(folder / "edge_id.npy", masks.edge_id);
-    write_blocks(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
-    write_blocks(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
-    write_blocks(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
+    write(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
+    write(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
+    write(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
     write_spread(masks, folder);
 }
 
@@ -499,10 +506,11 @@ private:
     /// A factor that is spread over processes cannot be left for the viewer.
     void leave_out_columns() {
         drawing_ = Drawing::kNone;
-        result_.body.mesh.notes.push_back(
-            fmt::format("columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
-                        "draw; raise it or touch a smaller region",
-                        column_bytes(scene_, body_) / 1e9));
+        result_.body.mesh.notes.push_back(fmt::format(
+            "columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
+            "draw (the factor that a viewer could solve with is haptable-precompute's, on one machine); raise it "
+            "or touch a smaller region",
+            column_bytes(scene_, body_) / 1e9));
     }
 
     void identify() {
@@ -641,6 +649,8 @@ private:
         if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
         progress_.stage("factor");
         solver.factorize(*k, summary_);
+        summary_.checks.smallest_pivot_ratio = least_scaled_eigenvalue(*k, solver);
+        if (!(summary_.checks.smallest_pivot_ratio > kZeroPivot)) refuse_loose(scene_, body_, *k, "K is singular");
         clock_.end("factor");
         const Sample sample = check(solver, *k, node, row);
         k.reset();
@@ -677,7 +687,7 @@ private:
         const std::vector<std::size_t> fresh = missing(block_place_);
         const auto diagonal_end = found.begin() + static_cast<std::ptrdiff_t>(fresh.size());
         if (scene_.contact.force == "consistent")
-            write_edges(coupled_edges(scene_, body_), {diagonal_end, found.end()}, body_, beside);
+            write_edges(coupled_edges(scene_, body_), {diagonal_end, found.end()}, body_, beside, write_blocks_);
         const std::vector<Eigen::Matrix3d> held = earlier_.compliance();
         std::vector<Eigen::Matrix3d> l_ii;
         for (std::size_t i = 0, next = 0; i < block_place_.size(); ++i)
@@ -698,10 +708,14 @@ private:
         summary_.column_precision = "double";
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
-        const fs::path file = beside / "columns.npy";
+        const fs::path file = beside / "columns.npy", folder = work_folder(folder_);
         const ColumnWork work = column_work(node, row);
         summary_.reused_columns = node.size() - work.node.size();
-        solver.write_columns({file, node.size(), work.node, work.place.node, row, format}, progress_);
+        const std::uint64_t key = hash_work(scene_, summary_, work.node, row);
+        summary_.resumed_columns =
+            solver.write_columns({folder, key, node.size(), work.node, work.place.node, row, format}, progress_);
+        fs::rename(folder / "columns.npy", file);
+        fs::remove_all(folder);
         if (summary_.reused_columns > 0) {
             ColumnFile columns(file, node.size(), row.size(), format, true);
             earlier_.copy_columns(body_.touch_node, column_place_, rows_of(scene_, body_), columns);
@@ -728,7 +742,8 @@ private:
         if (!has_mask()) return;
         progress_.stage("mask");
         summary_.mask_pairs = mask_pair_.size();
-        write_mask(masks_, compute_mask_compliance(masks_, body_.touch_patch, body_.unknown, find()), beside, summary_);
+        write_mask(masks_, compute_mask_compliance(masks_, body_.touch_patch, body_.unknown, find()), beside,
+                   write_blocks_, summary_);
         clock_.end("mask");
     }
 
@@ -792,7 +807,8 @@ private:
     /// The other tables; the tables as C; then the summary again, with sizes and times.
     void write(const fs::path& beside) {
         progress_.stage("write");
-        write_tables(scene_, body_, stiffness_, beside);
+        write_tables(scene_, body_, beside);
+        write_blocks_(beside / "stiffness.npy", {stiffness_.size(), 3, 3}, stiffness_);
         write_file(beside / "summary.json", to_json(scene_, body_, summary_));
         clock_.end("write");
         progress_.stage("codegen");
@@ -815,6 +831,7 @@ private:
     StageClock clock_{summary_};
     Drawing drawing_ = Drawing::kNone;
     std::vector<Eigen::Matrix3d> stiffness_;
+    WriteBlocks write_blocks_ = writer_of(options_.solver);
     Masks masks_;
     std::vector<NodePair> mask_pair_;
     EarlierTables earlier_;

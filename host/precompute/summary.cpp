@@ -360,6 +360,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["reused"] = summary.reused;
     json["reused_blocks"] = summary.reused_blocks;
     json["reused_columns"] = summary.reused_columns;
+    if (!summary.rank_cpu_s.empty()) json["resumed_columns"] = summary.resumed_columns;
     json["threads"] = summary.threads;
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);

@@ -33,8 +33,9 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
-    std::uint64_t body_hash = 0;  ///< of what decides the factor: mesh, held nodes, material
-    bool reused = false;          ///< all blocks and columns come from an earlier run of the same body
+    std::uint64_t body_hash = 0;      ///< of what decides the factor: mesh, held nodes, material
+    bool reused = false;              ///< all blocks and columns come from an earlier run of the same body
+    std::size_t resumed_columns = 0;  ///< of a run that was cut short, where a SpreadSolver worked
     std::size_t reused_blocks = 0, reused_columns = 0;  ///< nodes whose L_ii, whose columns do
     int threads = 1;
     std::string drawing;  ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
