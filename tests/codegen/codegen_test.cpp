@@ -11,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/process.hpp"
 #include "tests/shapes.hpp"
 
 namespace haptable::test {
@@ -112,8 +113,8 @@ int compile(const ModelText& text, const std::string& more = "") {
     const std::string command =
         "gcc -std=c99 -ffreestanding -pedantic -Wall -Wextra -Wconversion -Wdouble-promotion -Werror "
         "-Ifirmware " +
-        more + " -c " + (folder / "model.c").string() + " -o " + (folder / "model.o").string() + " 2>/dev/null";
-    const int status = std::system(command.c_str());
+        more + " -c " + (folder / "model.c").string() + " -o " + (folder / "model.o").string();
+    const int status = run(command).status;
     std::filesystem::remove_all(folder);
     return status;
 }
