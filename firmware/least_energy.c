@@ -306,28 +306,24 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
  * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
  *       HAPTABLE_SLIDES queries of the spatial index. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_contact* contact,
-                                      const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
+                                      struct haptable_way* way, const float x_m[3],
+                                      struct haptable_counters* counters) {
     struct walk walk;
-    struct way way;
     struct point here;
     struct haptable_contact nearest;
     int slides;
     walk.model = model;
     walk.steps = 0;
     walk.nearest_steps = 0;
-    walk.x_m = to_m;
-    vec_copy(from_m, way.from_m);
-    vec_copy(to_m, way.to_m);
-    way.left = HAPTABLE_NONE;
+    walk.x_m = x_m;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
+        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, x_m, way, contact, counters)) return;
         int left;
         here.at = *contact;
         left = has_left(&walk, &here, &nearest, counters);
         *contact = here.at;
         if (!left) return;
-        vec_copy(nearest.god_object_m, way.from_m);
-        way.left = nearest.patch;
+        surface_way(nearest.god_object_m, x_m, nearest.patch, way);
         contact->patch = HAPTABLE_NONE;
     }
     ++counters->slide_limits;

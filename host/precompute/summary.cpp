@@ -381,6 +381,9 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
         json["tables"]["display_precision"] = scene.tables.display_precision;
     }
     json["flash"] = flash(summary.size);
+    json["index"] = {{"boxes", summary.size.index.boxes},
+                     {"fast_way_boxes", summary.size.index.fast_way_boxes},
+                     {"tick_boxes", HAPTABLE_TICK_BOXES}};
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
@@ -425,6 +428,8 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
                                           k.coupling_n_per_m, k.felt_n_per_m)
                         : k.largest_n_per_m > k.stable_n_per_m ? ": consider coupling = \"auto\" in [contact]"
                                                                : "");
+    text += fmt::format("  spatial index: {} boxes, of which a finger's way of 5 mm visits at most {}; a tick {}\n",
+                        summary.size.index.boxes, summary.size.index.fast_way_boxes, HAPTABLE_TICK_BOXES);
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);
