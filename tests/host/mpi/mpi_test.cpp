@@ -60,7 +60,8 @@ protected:
     /// Runs both programs on a scene, into one/ and many/; the exit status of the second.
     int run(const std::string& scene) const {
         write_file(folder_.path() / "scene.toml", scene);
-        (void)system_of("'" + (bin_ / "haptable-precompute").string() + "' scene.toml -o one --quiet 2>one.txt");
+        (void)system_of("'" + (bin_ / "haptable-precompute").string() +
+                        "' scene.toml -o one --column-tolerance 0 --quiet 2>one.txt");
         return system_of(
             "OMPI_MCA_rmaps_base_oversubscribe=1 timeout 60 mpirun --allow-run-as-root --oversubscribe -n " +
             std::to_string(GetParam()) + " '" + (bin_ / "haptable-precompute-mpi").string() +
@@ -97,6 +98,20 @@ TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
               0)
         << read_file(folder_.path() / "many.txt");
     EXPECT_LT(difference<double>(one("edge_compliance.npy"), many("edge_compliance.npy")), 1e-9);
+    EXPECT_LT(difference<Half>(one("columns.npy"), many("columns.npy")), 1e-3);
+}
+
+TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
+    const auto summary = [&] { return nlohmann::json::parse(read_file(many("summary.json"))); };
+    const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";
+    ASSERT_EQ(run(kScene + top), 0) << read_file(folder_.path() / "many.txt");
+    ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
+    EXPECT_EQ(summary().at("reused_blocks"), 25);
+    EXPECT_EQ(summary().at("reused_columns"), 25);
+    EXPECT_LT(difference<double>(one("stiffness.npy"), many("stiffness.npy")), 1e-9);
+    EXPECT_LT(difference<float>(one("columns.npy"), many("columns.npy")), 2e-7);
+    ASSERT_EQ(run(kScene + top + "[tables]\ncolumn_precision = \"float16\"\n"), 0);
+    EXPECT_EQ(summary().at("reused"), true) << "nothing is missing";
     EXPECT_LT(difference<Half>(one("columns.npy"), many("columns.npy")), 1e-3);
 }
 
