@@ -32,7 +32,7 @@ extern "C" {
  * counted (walk_limits). */
 #define HAPTABLE_WALK_STEPS 128
 
-/* The most patches around one vertex whose normals are added up. */
+/* The most patches around one vertex, so that a look around it fits into a tick. Codegen refuses more. */
 #define HAPTABLE_FAN_PATCHES 32
 
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */

@@ -159,6 +159,17 @@ TEST(Codegen, StopsAtAValueThatIsNoNumber) {
     EXPECT_THROW(build_model(tables), Error);
 }
 
+TEST(Codegen, RefusesAVertexOfMorePatchesThanATickLooksAt) {
+    EXPECT_NO_THROW(TestModel(spindle_shape(HAPTABLE_FAN_PATCHES, 0.02, 0.03)));
+    try {
+        const TestModel model(spindle_shape(HAPTABLE_FAN_PATCHES + 1, 0.02, 0.03));
+        FAIL() << "33 patches around a vertex were taken";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("33 touchable patches meet at node 33"), std::string::npos)
+            << error.what();
+    }
+}
+
 TEST(Codegen, RefusesAnObjectTooLargeForItsIndices) {
     const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
     Tables tables = model.tables();
