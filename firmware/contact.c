@@ -268,8 +268,9 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
  * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last look, each at most 65 instructions of a
  *         Cortex-M or rv32imafc; queries: at most HAPTABLE_SLIDES, each at most 280 instructions a box that it visits;
  *         with checks and force, 2,200 for the rest. tests/firmware/target_test.cpp holds every tick to this. */
-void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_contact* contact,
-                                 const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
+void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo,
+                                 const float from_m[3], const float to_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
     struct way way;
     int steps = 0;
     int slides;
@@ -277,12 +278,12 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
     vec_copy(to_m, way.to_m);
     way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, counters)) return;
-        if (!has_left(model, to_m, contact, &steps, counters)) return;
+        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, &servo->counters)) return;
+        if (!has_left(model, to_m, contact, &steps, &servo->counters)) return;
         /* The finger has left this part of the surface. Its way from there may enter another part. */
         vec_copy(contact->god_object_m, way.from_m);
         way.begins = AT_GOD_OBJECT;
         contact->patch = HAPTABLE_NONE;
     }
-    ++counters->slide_limits;
+    ++servo->counters.slide_limits;
 }

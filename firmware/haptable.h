@@ -74,9 +74,9 @@ struct haptable_contact;
 struct haptable_counters;
 struct haptable_servo;
 
-/* Moves the god-object of one tick, the finger going from from_m to to_m. */
-typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
-                                    const float from_m[3], const float to_m[3], struct haptable_counters* counters);
+/* Moves the god-object of one tick, the finger going from from_m to to_m: servo->contact, and counts. */
+typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                                    const float from_m[3], const float to_m[3]);
 
 /* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
 typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
@@ -93,9 +93,14 @@ struct haptable_energy {
     float slope_j[2];       /* dE by alpha_1, alpha_2 */
     float curvature_j[3];   /* second derivatives 11 12 22 */
     float lower_bound_j[3]; /* their part that is never negative: 11 12 22 */
+    float load_slope_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the slope by the finger */
 };
+
+/* What is asked for: all of it, or the slope alone on another patch that has the same point, whose load is known. */
+enum haptable_look { HAPTABLE_LOOK_WHOLE, HAPTABLE_LOOK_AROUND };
+
 typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], struct haptable_energy* energy);
+                                const float finger_m[3], enum haptable_look look, struct haptable_energy* energy);
 
 /* Changes the force of a tick after it was made and cut to max_force_n: way_m is the finger's since the last tick. */
 typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
@@ -172,11 +177,13 @@ struct haptable_contact {
     uint8_t slips;  /* with friction: 1 while the god-object slides */
     float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
     float god_object_m[3];
+    float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
 };
 
 /* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
 struct haptable_servo {
     struct haptable_contact contact;
+    float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
     float finger_m[3];    /* last accepted position; meaningless unless finger_known */
     uint8_t finger_known; /* 0 or 1 */
     uint8_t state;        /* enum haptable_state */
@@ -236,6 +243,10 @@ haptable_energy_fn haptable_energy_consistent;
  * the load's spread over the nodes under the mask is in the host's tables. */
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
+
+/* force: the load that god_object_least_energy found at its point, which is that of the two forces above; not under
+ * another god-object, nor under friction. */
+haptable_force_fn haptable_force_of_least_energy;
 
 /* god_object: with friction. It holds the god-object back where it was as long as the force there lies in the cone of
  * static friction, and lets it follow the frictionless one just so far that it lies in the cone of kinetic friction. */

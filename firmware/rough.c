@@ -38,18 +38,21 @@ static void between(const struct haptable_model* model, const struct haptable_co
 
 /* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
  * cost: the frictionless one, HALVINGS slides of at most HAPTABLE_WALK_STEPS and HALVINGS + 1 forces. */
-void haptable_god_object_rough(const struct haptable_model* model, struct haptable_contact* contact,
-                               const float from_m[3], const float to_m[3], struct haptable_counters* counters) {
+void haptable_god_object_rough(const struct haptable_model* model, struct haptable_servo* servo, const float from_m[3],
+                               const float to_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
     const struct haptable_contact held = *contact;
-    const uint32_t contacts = counters->contacts;
+    const uint32_t contacts = servo->counters.contacts;
     struct haptable_contact freed;
     float near = 0.0f;
     float far = 1.0f;
     int i;
-    model->frictionless(model, contact, from_m, to_m, counters);
+    model->frictionless(model, servo, from_m, to_m);
     contact->slips = 0;
-    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || counters->contacts != contacts) return;
+    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
     freed = *contact;
+    vec_zero(servo->lead_per_m[0]); /* is that of a god-object at rest */
+    vec_zero(servo->lead_per_m[1]);
     if (in_cone(model, &held, to_m, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;
