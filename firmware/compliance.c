@@ -35,8 +35,8 @@ static inline void gather(const struct haptable_model* model, const struct compl
     }
 }
 
-/* Bernstein's polynomials of one degree less than C, degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k, in the order of
- * a net. */
+/* Bernstein's polynomials of one degree less than C, degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k, in the order
+ * of a net. */
 static inline void bernstein(int degree, const float alpha[3], float w[10]) {
     const float a = alpha[0];
     const float b = alpha[1];
@@ -51,7 +51,16 @@ static inline void bernstein(int degree, const float alpha[3], float w[10]) {
     w[6] = b * b * b, w[7] = 3.0f * b * b * c, w[8] = 3.0f * b * c * c, w[9] = c * c * c;
 }
 
-/* out += w B, as single statements, which compilers put into wide registers. */
+/* out = w B and out += w B, as single statements, which compilers put into wide registers. */
+static inline void set_block(float w, const float b[6], float out[6]) {
+    out[0] = w * b[0];
+    out[1] = w * b[1];
+    out[2] = w * b[2];
+    out[3] = w * b[3];
+    out[4] = w * b[4];
+    out[5] = w * b[5];
+}
+
 static inline void add_block(float w, const float b[6], float out[6]) {
     out[0] += w * b[0];
     out[1] += w * b[1];
@@ -63,7 +72,7 @@ static inline void add_block(float w, const float b[6], float out[6]) {
 
 /* The net of degree 1 at alpha (the last but one step of de Casteljau's scheme): C = sum alpha_a linear_a,
  * dC/d alpha_b - dC/d alpha_0 = degree (linear_b - linear_0). */
-static void linear_net(const struct net* net, int degree, const float alpha[3], float linear[3][6]) {
+static inline void linear_net(const struct net* net, int degree, const float alpha[3], float linear[3][6]) {
     float sum[3][6] = {{0.0f}}; /* of its own: stays in registers */
     float w[10];
     int n = 0;
@@ -72,6 +81,7 @@ static void linear_net(const struct net* net, int degree, const float alpha[3], 
     bernstein(degree, alpha, w);
     for (r = 0; r < degree; ++r)
         for (k = 0; k <= r; ++k, ++n) {
+            if (w[n] == 0.0f) continue; /* on edges and vertices most are */
             add_block(w[n], net->block[n], sum[0]);
             add_block(w[n], net->block[n + r + 1], sum[1]);
             add_block(w[n], net->block[n + r + 2], sum[2]);
@@ -80,7 +90,7 @@ static void linear_net(const struct net* net, int degree, const float alpha[3], 
         for (k = 0; k < 6; ++k) linear[r][k] = sum[r][k];
 }
 
-static void evaluate_c(float linear[3][6], const float alpha[3], float c[6]) {
+static inline void evaluate_c(float linear[3][6], const float alpha[3], float c[6]) {
     int i;
     for (i = 0; i < 6; ++i) c[i] = alpha[0] * linear[0][i] + alpha[1] * linear[1][i] + alpha[2] * linear[2][i];
 }
@@ -117,7 +127,7 @@ struct factored {
     float l10, l20, l21;
 };
 
-static struct factored factor(const float c[6]) {
+static inline struct factored factor(const float c[6]) {
     struct factored f;
     float d1;
     float d2;
@@ -132,7 +142,7 @@ static struct factored factor(const float c[6]) {
     return f;
 }
 
-static void solve(const struct factored* f, const float b[3], float x[3]) {
+static inline void solve(const struct factored* f, const float b[3], float x[3]) {
     const float y1 = b[1] - f->l10 * b[0];
     const float y2 = b[2] - f->l20 * b[0] - f->l21 * y1;
     x[2] = y2 * f->inverse[2];

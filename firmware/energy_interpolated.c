@@ -68,7 +68,6 @@ void haptable_energy_interpolated(const struct haptable_model* model, const stru
     load_at(model, contact, u, f, energy->load_n);
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     patch_frame(model, contact->patch, e[0], e[1], normal);
-    for (b = 0; b < 2; ++b)
-        energy->slope_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
+    for (b = 0; b < 2; ++b) energy->slope_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
     if (look == HAPTABLE_LOOK_WHOLE) bend(model, contact, e, f, energy);
 }

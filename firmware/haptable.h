@@ -88,11 +88,11 @@ typedef void haptable_force_fn(const struct haptable_model* model, const struct 
 /* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
  * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
 struct haptable_energy {
-    float energy_j;         /* E = 1/2 u^T S u */
-    float load_n[3];        /* S u, on the body */
-    float slope_j[2];       /* dE by alpha_1, alpha_2 */
-    float curvature_j[3];   /* second derivatives 11 12 22 */
-    float lower_bound_j[3]; /* their part that is never negative: 11 12 22 */
+    float energy_j;           /* E = 1/2 u^T S u */
+    float load_n[3];          /* S u, on the body */
+    float slope_j[2];         /* dE by alpha_1, alpha_2 */
+    float curvature_j[3];     /* second derivatives 11 12 22 */
+    float lower_bound_j[3];   /* their part that is never negative: 11 12 22 */
     float load_slope_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the slope by the finger */
 };
 
@@ -184,14 +184,14 @@ struct haptable_contact {
 struct haptable_servo {
     struct haptable_contact contact;
     float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
-    float finger_m[3];    /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known; /* 0 or 1 */
-    uint8_t state;        /* enum haptable_state */
-    uint32_t position_us; /* when the last position came; wraps */
-    float felt_n[3];      /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];  /* what release still holds of forces that have ended */
-    float given_n[3];     /* the force of the last tick as it was given */
-    float given_j;        /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    float finger_m[3];      /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known;   /* 0 or 1 */
+    uint8_t state;          /* enum haptable_state */
+    uint32_t position_us;   /* when the last position came; wraps */
+    float felt_n[3];        /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];    /* what release still holds of forces that have ended */
+    float given_n[3];       /* the force of the last tick as it was given */
+    float given_j;          /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 

@@ -43,12 +43,24 @@ static void look_around(struct walk* walk, struct point* point) {
 static float slope_of(const struct haptable_energy* e, int c) { return c == 0 ? 0.0f : e->slope_j[c - 1]; }
 static float second_of(const float h[3], int c, int d) { return c == 0 || d == 0 ? 0.0f : h[c + d - 2]; }
 
+/* H^-1 11 12 22; 0 where H is not positive definite beyond rounding. */
+static int invert(const float h[3], float inverse[3]) {
+    const float determinant = h[0] * h[2] - h[1] * h[1];
+    float scale;
+    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
+    scale = 1.0f / determinant;
+    inverse[0] = h[2] * scale;
+    inverse[1] = -h[1] * scale;
+    inverse[2] = h[0] * scale;
+    return 1;
+}
+
 /* d = -H^-1 slope; 0 where H is not positive definite beyond rounding. */
 static int newton(const float h[3], const float slope[2], float d[3]) {
-    const float determinant = h[0] * h[2] - h[1] * h[1];
-    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
-    d[1] = (h[1] * slope[1] - h[2] * slope[0]) / determinant;
-    d[2] = (h[1] * slope[0] - h[0] * slope[1]) / determinant;
+    float inverse[3];
+    if (!invert(h, inverse)) return 0;
+    d[1] = -(inverse[0] * slope[0] + inverse[1] * slope[1]);
+    d[2] = -(inverse[1] * slope[0] + inverse[2] * slope[1]);
     d[0] = -d[1] - d[2];
     return 1;
 }
@@ -353,56 +365,65 @@ static int correction(struct walk* walk, const struct point* here, float d[3]) {
     return rests_on_vertex(walk, corner, here);
 }
 
-/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
-static int follow(struct walk* walk, float lead_per_m[2][3], const float from_m[3], struct point* here) {
-    struct point next;
-    struct haptable_contact end;
-    float way[3];
-    float d[3];
+/* 1 where the correction is so small that it ends the tick. */
+static int is_small(const float d[3]) {
     int c;
-    vec_sub(walk->x_m, from_m, way);
-    whole_way(vec_dot(lead_per_m[0], way), vec_dot(lead_per_m[1], way), d);
-    if (!move_on(walk->model, &here->at, d, &next.at)) return 0;
-    evaluate(walk, &next);
-    if (!correction(walk, &next, d)) return 0;
     for (c = 0; c < 3; ++c)
         if (!(d[c] < CORRECTION && d[c] > -CORRECTION)) return 0;
-    if (!move_on(walk->model, &next.at, d, &end)) return 0;
-    here->at = end;
-    here->energy = next.energy;
-    vec_add_scaled(d[1], next.energy.load_slope_n[0], here->energy.load_n);
-    vec_add_scaled(d[2], next.energy.load_slope_n[1], here->energy.load_n);
     return 1;
 }
 
-/* How alpha_1 and alpha_2 of a minimum go with the finger: H d = -(slope of the slope by x) . dx. */
-static void find_lead(const struct point* here, float lead_per_m[2][3]) {
-    const struct haptable_energy* e = &here->energy;
-    int corner = 0;
-    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
-    int i;
-    vec_zero(lead_per_m[0]);
-    vec_zero(lead_per_m[1]);
-    for (i = 0; i < 3 && feature == INSIDE; ++i) {
-        const float slope[2] = {e->load_slope_n[0][i], e->load_slope_n[1][i]};
-        float d[3];
-        if (!newton(e->curvature_j, slope, d)) return;
-        lead_per_m[0][i] = d[1];
-        lead_per_m[1][i] = d[2];
-    }
-    if (feature == ON_EDGE) {
-        const int a = next_corner(corner);
-        const int b = previous_corner(corner);
-        const float second = second_along(e->curvature_j, a, b);
-        if (!(second > 0.0f)) return;
-        for (i = 0; i < 3; ++i) {
-            const float from = a == 0 ? 0.0f : e->load_slope_n[a - 1][i];
-            const float to = b == 0 ? 0.0f : e->load_slope_n[b - 1][i];
-            const float lead = -(to - from) / second;
-            if (a > 0) lead_per_m[a - 1][i] = -lead;
-            if (b > 0) lead_per_m[b - 1][i] = lead;
+/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
+static int follow(struct walk* walk, float lead_per_m[2][3], const float from_m[3], struct point* here) {
+    const struct haptable_contact start = here->at;
+    struct haptable_energy* e = &here->energy;
+    struct haptable_contact end;
+    float way[3];
+    float d[3];
+    vec_sub(walk->x_m, from_m, way);
+    whole_way(vec_dot(lead_per_m[0], way), vec_dot(lead_per_m[1], way), d);
+    if (move_on(walk->model, &start, d, &here->at)) {
+        evaluate(walk, here);
+        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
+            here->at = end;
+            vec_add_scaled(d[1], e->load_slope_n[0], e->load_n);
+            vec_add_scaled(d[2], e->load_slope_n[1], e->load_n);
+            return 1;
         }
     }
+    here->at = start;
+    return 0;
+}
+
+/* How alpha_1 and alpha_2 of a minimum within a patch go with the finger: H d = -(slope of the slope by x) . dx. */
+static void lead_in_plane(const struct haptable_energy* e, float lead_per_m[2][3]) {
+    float inverse[3];
+    int b;
+    if (!invert(e->curvature_j, inverse)) return;
+    for (b = 0; b < 2; ++b) {
+        vec_add_scaled(-inverse[b], e->load_slope_n[0], lead_per_m[b]);
+        vec_add_scaled(-inverse[b + 1], e->load_slope_n[1], lead_per_m[b]);
+    }
+}
+
+/* The same along the edge from corner a to corner b. */
+static void lead_along(const struct haptable_energy* e, int a, int b, float lead_per_m[2][3]) {
+    const float second = second_along(e->curvature_j, a, b);
+    float lead[3] = {0.0f, 0.0f, 0.0f}; /* of alpha_b; that of alpha_a is the opposite */
+    if (!(second > 0.0f)) return;
+    if (a > 0) vec_add_scaled(1.0f / second, e->load_slope_n[a - 1], lead);
+    if (b > 0) vec_add_scaled(-1.0f / second, e->load_slope_n[b - 1], lead);
+    if (a > 0) vec_add_scaled(-1.0f, lead, lead_per_m[a - 1]);
+    if (b > 0) vec_add_scaled(1.0f, lead, lead_per_m[b - 1]);
+}
+
+static void find_lead(const struct point* here, float lead_per_m[2][3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    vec_zero(lead_per_m[0]);
+    vec_zero(lead_per_m[1]);
+    if (feature == INSIDE) lead_in_plane(&here->energy, lead_per_m);
+    if (feature == ON_EDGE) lead_along(&here->energy, next_corner(corner), previous_corner(corner), lead_per_m);
 }
 
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
@@ -457,11 +478,9 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
 static void settle(struct walk* walk, struct haptable_servo* servo, const float from_m[3], int is_new,
                    struct point* here) {
     here->at = servo->contact;
-    if ((is_new || !follow(walk, servo->lead_per_m, from_m, here)) && !slide(walk, here))
-        ++servo->counters.walk_limits;
+    if ((is_new || !follow(walk, servo->lead_per_m, from_m, here)) && !slide(walk, here)) ++servo->counters.walk_limits;
     find_lead(here, servo->lead_per_m);
-    if ((uint32_t)walk->steps > servo->counters.most_energies)
-        servo->counters.most_energies = (uint32_t)walk->steps;
+    if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no way down.
