@@ -15,6 +15,7 @@ struct ModelSize {
     std::vector<TableBytes> flash;          ///< by table, in the order of model.c
     std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
     ServoStiffness stiffness;               ///< what it feels like
+    ServoIndex index;                       ///< of the spatial index
 };
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.

@@ -49,6 +49,12 @@ struct ServoStiffness {
     double felt_n_per_m = 0.0;      ///< the largest with it
 };
 
+/// How large the spatial index is, and what a search of it takes.
+struct ServoIndex {
+    std::size_t boxes = 0;
+    std::size_t fast_way_boxes = 0;  ///< most that a way of HAPTABLE_FAST_WAY_M visits
+};
+
 /// Bytes of flash of one table.
 struct TableBytes {
     std::string name;
@@ -66,6 +72,7 @@ struct ServoModel {
     std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
     SpatialIndex index;
+    ServoIndex search;  ///< what a search of it takes; made by measure_search
     ServoCompliance compliance;
     ServoStiffness stiffness;
     float rigid_stiffness_n_per_m = 0.0F;
@@ -85,6 +92,14 @@ void couple(const Tables& tables, ServoModel& model);
 
 /// A block's six numbers xx yy zz xy yz zx: its symmetric part. Throws Error that names `what` where it is not finite.
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what);
+
+/// The most boxes that the search of any way of up to `way_m` can visit, wherever it lies: an upper bound, which counts
+/// every box that comes within half the way of its middle. Where the finger is slower, a search takes one tick when
+/// this is at most HAPTABLE_TICK_BOXES.
+std::size_t most_boxes(const SpatialIndex& index, double way_m);
+
+/// Fills in `search`.
+void measure_search(ServoModel& model);
 
 /// The bounding-box tree. positions [v], patches [p].
 SpatialIndex build_index(const std::vector<std::array<float, 3>>& vertex_m,

@@ -257,33 +257,27 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
 
 /* Moves the god-object of one tick.
  *
- * In contact it slides on the surface towards the finger and lets go when the finger is outside; from there, or from
- * `from_m` when there was no contact, the way to `to_m` is searched for the first patch that it crosses inwards, where
- * contact begins.
+ * In contact it slides on the surface towards the finger at x_m and lets go when the finger is outside; from there, or
+ * from where the finger was when there was no contact, its way is searched for the first patch that it crosses inwards,
+ * where contact begins.
  *
  * before: contact->patch is HAPTABLE_NONE, or contact holds a point of the surface; positions are finite and within
  *         reach_m of the body.
- * after:  contact->patch is HAPTABLE_NONE and the finger is outside, or 0 <= alpha <= 1, sum 1, god_object =
- *         sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met: counted).
+ * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its way was searched, or 0 <= alpha <= 1,
+ * sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met: counted).
  * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last look, each at most 65 instructions of a
- *         Cortex-M or rv32imafc; queries: at most HAPTABLE_SLIDES, each at most 280 instructions a box that it visits;
- *         with checks and force, 2,200 for the rest. tests/firmware/target_test.cpp holds every tick to this. */
-void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo,
-                                 const float from_m[3], const float to_m[3]) {
+ *         Cortex-M or rv32imafc; searches: at most HAPTABLE_TICK_BOXES boxes, each at most 280 with its patches;
+ *         checks and force 2,400: 65,325 in all. host/target/modes.cpp has the same for every mode, and tests hold
+ * every tick to it. */
+void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
-    struct way way;
+    struct haptable_way* way = &servo->way;
     int steps = 0;
     int slides;
-    vec_copy(from_m, way.from_m);
-    vec_copy(to_m, way.to_m);
-    way.begins = AT_FINGER;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, &way, contact, &servo->counters)) return;
-        if (!has_left(model, to_m, contact, &steps, &servo->counters)) return;
-        /* The finger has left this part of the surface. Its way from there may enter another part. */
-        vec_copy(contact->god_object_m, way.from_m);
-        way.begins = AT_GOD_OBJECT;
-        contact->patch = HAPTABLE_NONE;
+        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, x_m, way, contact, &servo->counters)) return;
+        if (!has_left(model, x_m, contact, &steps, &servo->counters)) return;
+        surface_leave(x_m, way, contact);
     }
     ++servo->counters.slide_limits;
 }

@@ -18,15 +18,35 @@ static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16
     return i < j ? vec_dot(way, normal) : -vec_dot(way, normal);
 }
 
-/* `height` is the way's begin over the patch, times the length of `normal`. */
-static int may_begin(const struct haptable_model* model, enum way_begins begins, float height, const float normal[3]) {
-    const int is_near = height * height <= model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
-    if (begins == AT_GOD_OBJECT) return height > 0.0f && !is_near;
-    return height >= 0.0f || is_near;
+/* 1 when one can go from a patch to the other around a vertex that both have. */
+static int are_around(const struct haptable_model* model, uint16_t patch, uint16_t other) {
+    int corner;
+    for (corner = 0; corner < 3; ++corner) {
+        struct fan fan = fan_begin(model, patch, corner);
+        int patches = 0;
+        do
+            if (fan.patch == other) return 1;
+        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+    }
+    return 0;
+}
+
+/* What a look around the three vertices of a patch costs, in boxes. */
+#define BOXES_OF_FANS 5
+
+/* 1 where the way may begin at its height over the patch (start) to enter it; heights are times normal's length. */
+static int may_begin(const struct haptable_model* model, struct haptable_way* way, uint16_t patch, float start,
+                     float end, const float normal[3]) {
+    const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
+    const int is_near = start * start <= near2;
+    if (way->left == HAPTABLE_NONE || !is_near) return start >= 0.0f || is_near;
+    if (end * end <= near2) return 0;
+    way->boxes += BOXES_OF_FANS;
+    return !are_around(model, way->left, patch);
 }
 
 /* 1 when the way crosses the patch from outside to inside; *share is where, 0 to 1 of the way. */
-static int enters(const struct haptable_model* model, uint16_t patch, const struct way* way, float* share) {
+static int enters(const struct haptable_model* model, uint16_t patch, struct haptable_way* way, float* share) {
     const uint16_t* v = model->patch[patch];
     float edge1[3];
     float edge2[3];
@@ -40,11 +60,12 @@ static int enters(const struct haptable_model* model, uint16_t patch, const stru
     start = vec_dot(normal, offset);
     vec_sub(way->to_m, model->vertex_m[v[0]], offset);
     end = vec_dot(normal, offset);
-    if (end >= 0.0f || end >= start || !may_begin(model, way->begins, start, normal)) return 0;
+    if (end >= 0.0f || end >= start) return 0;
     vec_sub(way->to_m, way->from_m, step);
     if (side_of_edge(model, v[0], v[1], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[1], v[2], way->from_m, step) > 0.0f) return 0;
     if (side_of_edge(model, v[2], v[0], way->from_m, step) > 0.0f) return 0;
+    if (!may_begin(model, way, patch, start, end, normal)) return 0;
     *share = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
 }
@@ -58,7 +79,7 @@ struct grid_way {
     float reach[3];
 };
 
-static struct grid_way to_grid(const struct haptable_model* model, const struct way* way) {
+static struct grid_way to_grid(const struct haptable_model* model, const struct haptable_way* way) {
     struct grid_way grid;
     int axis;
     for (axis = 0; axis < 3; ++axis) {
@@ -91,54 +112,77 @@ static int meets_box(const struct grid_way* grid, const struct haptable_box* box
     return 1;
 }
 
-/* Takes the leaf's patch that the way enters first, if it comes before *share. */
-static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct way* way, float* share,
-                       uint16_t* patch) {
+/* Takes the leaf's patch that the way enters first, if it comes before the one that was found. */
+static void enter_leaf(const struct haptable_model* model, uint16_t first, struct haptable_way* way) {
     const int left = (int)model->patch_count - (int)first;
     const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
     int i;
     for (i = 0; i < count; ++i) {
         const uint16_t candidate = (uint16_t)(first + i);
         float here;
-        if (!enters(model, candidate, way, &here) || here >= *share) continue;
-        *share = here;
-        *patch = candidate;
+        if (!enters(model, candidate, way, &here) || here >= way->share) continue;
+        way->share = here;
+        way->patch = candidate;
     }
 }
 
-/* The first patch that the way enters, at *share of the way, by the spatial index; HAPTABLE_NONE if there is none. */
-static uint16_t first_entry(const struct haptable_model* model, const struct way* way, float* share,
-                            struct haptable_counters* counters) {
+/* Searches the way with what is left of the tick's boxes: depth first, so that one index is all that a search which
+ * goes on later has to keep. */
+static void search(const struct haptable_model* model, struct haptable_way* way) {
     const struct grid_way grid = to_grid(model, way);
-    uint16_t patch = HAPTABLE_NONE;
-    uint32_t visited = 0;
-    uint16_t box = 0;
-    *share = 2.0f; /* beyond the way's end */
-    while (box < model->box_count) {
+    uint16_t box = way->box;
+    while (box < model->box_count && way->boxes < HAPTABLE_TICK_BOXES) {
         const struct haptable_box* here = &model->box[box];
-        ++visited;
+        ++way->boxes;
         if (!meets_box(&grid, here)) {
             box = here->skip;
             continue;
         }
-        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, way, share, &patch);
+        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, way);
         ++box;
     }
-    if (visited > counters->most_boxes) counters->most_boxes = visited;
-    return patch;
+    way->box = box;
+    way->unfinished = box < model->box_count;
 }
 
-int surface_enter(const struct haptable_model* model, const struct way* way, struct haptable_contact* contact,
+void surface_way(const float from_m[3], const float to_m[3], uint16_t left, struct haptable_way* way) {
+    vec_copy(from_m, way->from_m);
+    vec_copy(to_m, way->to_m);
+    way->left = left;
+    way->share = 2.0f; /* beyond the way's end */
+    way->patch = HAPTABLE_NONE;
+    way->box = 0;
+    way->unfinished = 1;
+}
+
+static void enter(const struct haptable_model* model, const struct haptable_way* way, struct haptable_contact* contact,
                   struct haptable_counters* counters) {
     float entry[3];
     float step[3];
-    float share;
-    const uint16_t patch = first_entry(model, way, &share, counters);
-    if (patch == HAPTABLE_NONE) return 0;
     vec_copy(way->from_m, entry);
     vec_sub(way->to_m, way->from_m, step);
-    vec_add_scaled(share, step, entry);
-    contact_nearest(model, patch, entry, contact);
+    vec_add_scaled(way->share, step, entry);
+    contact_nearest(model, way->patch, entry, contact);
     ++counters->contacts;
+}
+
+int surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_way* way,
+                  struct haptable_contact* contact, struct haptable_counters* counters) {
+    do {
+        if (!way->unfinished) surface_way(way->to_m, x_m, HAPTABLE_NONE, way);
+        search(model, way);
+        if (way->boxes > counters->most_boxes) counters->most_boxes = way->boxes;
+        if (way->unfinished) {
+            ++counters->box_limits;
+            return 0;
+        }
+    } while (way->patch == HAPTABLE_NONE && gap2(way->to_m, x_m) > 0.0f); /* that was an earlier tick's */
+    if (way->patch == HAPTABLE_NONE) return 0;
+    enter(model, way, contact, counters);
     return 1;
+}
+
+void surface_leave(const float x_m[3], struct haptable_way* way, struct haptable_contact* contact) {
+    surface_way(contact->god_object_m, x_m, contact->patch, way);
+    contact->patch = HAPTABLE_NONE;
 }

@@ -78,7 +78,7 @@ images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
 	@if sh host/setup.sh cross; then \
 	for target in $(TARGETS); do \
-	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
+	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
 	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
@@ -101,7 +101,7 @@ $(BUILD)/setup-cross.stamp: host/setup.sh
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
-PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) semihosting memory)))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) semihosting memory ticks)))
 
 $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	$(say) $(TARGET) $<
@@ -148,6 +148,12 @@ $(IMAGE)/%.elf: $(IMAGE)/port/%.o $(IN_EVERY_IMAGE)
 # The same loop behind two kinds of line.
 $(IMAGE)/loop.elf: $(IMAGE)/port/line_semihosting.o
 $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
+	$(link_image)
+
+# Reads its tables into RAM: any mode on any body, on a board that has the room.
+$(IMAGE)/measure.elf: private RAM = 2M
+$(IMAGE)/measure.elf: private STACK = 8K
+$(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
 $(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) firmware/size.sh

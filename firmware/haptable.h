@@ -38,6 +38,14 @@ extern "C" {
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
 #define HAPTABLE_SLIDES 3
 
+/* The most boxes of the spatial index that the searches of one tick visit together. A search that needs more goes on at
+ * the next tick where it stopped, and is counted (box_limits): it is late, but misses no entry. The generated model.h
+ * says how many boxes a way of HAPTABLE_FAST_WAY_M may visit at the most. */
+#define HAPTABLE_TICK_BOXES 192
+
+/* A finger at 5 m/s comes this far in a tick. */
+#define HAPTABLE_FAST_WAY_M 0.005f
+
 /* The most points of the surface at which a tick of the least-energy god-object takes the energy, for the last look
  * around a vertex at most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
 #define HAPTABLE_ENERGY_STEPS 64
@@ -71,12 +79,15 @@ struct haptable_compliance {
 
 struct haptable_model;
 struct haptable_contact;
+struct haptable_way;
 struct haptable_counters;
 struct haptable_servo;
 
-/* Moves the god-object of one tick, the finger going from from_m to to_m: servo->contact, and counts. */
+/* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without contact,
+ * servo->way.to_m is the last position up to which the finger's way was searched, or the end of a search that is not
+ * finished; way.boxes is 0. */
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                                    const float from_m[3], const float to_m[3]);
+                                    const float x_m[3]);
 
 /* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
 typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
@@ -143,20 +154,22 @@ struct haptable_model {
 };
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
-#define HAPTABLE_COUNTERS(X)                                             \
-    X(ticks)              /* calls of haptable_step */                   \
-    X(contact_ticks)      /* of these, with contact */                   \
-    X(contacts)           /* contacts begun */                           \
-    X(rejected_positions) /* NaN, infinite or absurd finger positions */ \
-    X(rejected_forces)    /* forces that were not finite: zero given */  \
-    X(clamped_forces)     /* forces cut to max_force_n */                \
-    X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */      \
-    X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */           \
-    X(jumps)              /* with release: forces that it smoothed */    \
-    X(silences)           /* times without a position for SILENCE_US */  \
-    X(most_steps)         /* most steps of the walk in one tick */       \
-    X(most_energies)      /* most points whose energy one tick took */   \
-    X(most_boxes)         /* most boxes visited by one query */
+#define HAPTABLE_COUNTERS(X)                                              \
+    X(ticks)              /* calls of haptable_step */                    \
+    X(contact_ticks)      /* of these, with contact */                    \
+    X(contacts)           /* contacts begun */                            \
+    X(rejected_positions) /* NaN, infinite or absurd finger positions */  \
+    X(rejected_forces)    /* forces that were not finite: zero given */   \
+    X(clamped_forces)     /* forces cut to max_force_n */                 \
+    X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */       \
+    X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */            \
+    X(box_limits)         /* ticks that met HAPTABLE_TICK_BOXES */        \
+    X(jumps)              /* with release: forces that it smoothed */     \
+    X(silences)           /* times without a position for SILENCE_US */   \
+    X(most_steps)         /* most steps of the walk in one tick */        \
+    X(most_held_steps)    /* with friction: most steps of holding back */ \
+    X(most_energies)      /* most points whose energy one tick took */    \
+    X(most_boxes)         /* most boxes that one tick visited */
 
 struct haptable_counters {
 #define HAPTABLE_COUNTER_FIELD(name) uint32_t name;
@@ -180,18 +193,31 @@ struct haptable_contact {
     float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
 };
 
+/* A finger's way that is searched for the first patch that it enters. */
+struct haptable_way {
+    float from_m[3];
+    float to_m[3];
+    float share;        /* of the way: where it enters `patch` */
+    uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
+    uint16_t box;       /* of the index: where the search goes on */
+    uint16_t boxes;     /* visited in this tick */
+    uint16_t left;      /* the patch that the god-object has left; HAPTABLE_NONE: the way begins at the finger */
+    uint8_t unfinished; /* 1: the next tick goes on with it */
+};
+
 /* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
 struct haptable_servo {
     struct haptable_contact contact;
+    struct haptable_way way;
     float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
-    float finger_m[3];      /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known;   /* 0 or 1 */
-    uint8_t state;          /* enum haptable_state */
-    uint32_t position_us;   /* when the last position came; wraps */
-    float felt_n[3];        /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];    /* what release still holds of forces that have ended */
-    float given_n[3];       /* the force of the last tick as it was given */
-    float given_j;          /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    float finger_m[3];    /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known; /* 0 or 1 */
+    uint8_t state;        /* enum haptable_state */
+    uint32_t position_us; /* when the last position came; wraps */
+    float felt_n[3];      /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];  /* what release still holds of forces that have ended */
+    float given_n[3];     /* the force of the last tick as it was given */
+    float given_j;        /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 

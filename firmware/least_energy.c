@@ -475,10 +475,9 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
 }
 
 /* To where the god-object of a tick rests. */
-static void settle(struct walk* walk, struct haptable_servo* servo, const float from_m[3], int is_new,
-                   struct point* here) {
+static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     here->at = servo->contact;
-    if ((is_new || !follow(walk, servo->lead_per_m, from_m, here)) && !slide(walk, here)) ++servo->counters.walk_limits;
+    if ((is_new || !follow(walk, servo->lead_per_m, servo->finger_m, here)) && !slide(walk, here)) ++servo->counters.walk_limits;
     find_lead(here, servo->lead_per_m);
     if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
@@ -487,29 +486,24 @@ static void settle(struct walk* walk, struct haptable_servo* servo, const float 
  * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
  *       HAPTABLE_SLIDES queries of the spatial index. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
-                                      const float from_m[3], const float to_m[3]) {
+                                      const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct walk walk;
-    struct way way;
     struct haptable_contact nearest;
     int slides;
     walk.model = model;
     walk.steps = 0;
     walk.nearest_steps = 0;
-    walk.x_m = to_m;
-    vec_copy(from_m, way.from_m);
-    vec_copy(to_m, way.to_m);
-    way.begins = AT_FINGER;
+    walk.x_m = x_m;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         const int is_new = contact->patch == HAPTABLE_NONE;
         struct point here;
-        if (is_new && !surface_enter(model, &way, contact, &servo->counters)) return;
-        settle(&walk, servo, from_m, is_new, &here);
+        if (is_new && !surface_enter(model, x_m, &servo->way, contact, &servo->counters)) return;
+        settle(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);
         if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
-        vec_copy(nearest.god_object_m, way.from_m);
-        way.begins = AT_GOD_OBJECT;
+        surface_way(nearest.god_object_m, x_m, nearest.patch, &servo->way);
         contact->patch = HAPTABLE_NONE;
     }
     ++servo->counters.slide_limits;

@@ -8,6 +8,9 @@
 /* How often the way from stick to slip is halved: to a 256th of the tick's slide. */
 #define HALVINGS 8
 
+/* The most steps of the walk that they take together, not counting the last one's. Most take a patch or two. */
+#define HELD_STEPS (2 * HAPTABLE_WALK_STEPS)
+
 /* 1 where the load at the contact lies within the cone of mu around the inward normal. */
 static int in_cone(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3],
                    float mu) {
@@ -23,9 +26,10 @@ static int in_cone(const struct haptable_model* model, const struct haptable_con
     return pressed > 0.0f && along2 <= mu * mu * pressed * pressed;
 }
 
-/* The surface's point nearest to a share of the straight way from the held contact to the frictionless one. */
-static void between(const struct haptable_model* model, const struct haptable_contact* held,
-                    const struct haptable_contact* freed, float share, struct haptable_contact* contact) {
+/* The surface's point nearest to a share of the straight way from the held contact to the frictionless one. Returns the
+ * steps that it took. */
+static int between(const struct haptable_model* model, const struct haptable_contact* held,
+                   const struct haptable_contact* freed, float share, struct haptable_contact* contact) {
     float way[3];
     float aim[3];
     int steps = 0;
@@ -34,35 +38,39 @@ static void between(const struct haptable_model* model, const struct haptable_co
     vec_add_scaled(share, way, aim);
     *contact = *held;
     contact_slide(model, aim, contact, &steps);
+    return steps;
 }
 
 /* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
- * cost: the frictionless one, HALVINGS slides of at most HAPTABLE_WALK_STEPS and HALVINGS + 1 forces. */
-void haptable_god_object_rough(const struct haptable_model* model, struct haptable_servo* servo, const float from_m[3],
-                               const float to_m[3]) {
+ * cost: the frictionless one, HALVINGS + 1 forces, and slides of at most HELD_STEPS + HAPTABLE_WALK_STEPS + 13 steps;
+ *       where they end at that limit, which is counted, the god-object slips farther than it would. */
+void haptable_god_object_rough(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
+    struct haptable_counters* counters = &servo->counters;
     const struct haptable_contact held = *contact;
-    const uint32_t contacts = servo->counters.contacts;
+    const uint32_t contacts = counters->contacts;
     struct haptable_contact freed;
     float near = 0.0f;
     float far = 1.0f;
+    int steps = 0;
     int i;
-    model->frictionless(model, servo, from_m, to_m);
+    model->frictionless(model, servo, x_m);
     contact->slips = 0;
-    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
+    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || counters->contacts != contacts) return;
     freed = *contact;
     vec_zero(servo->lead_per_m[0]); /* is that of a god-object at rest */
     vec_zero(servo->lead_per_m[1]);
-    if (in_cone(model, &held, to_m, held.slips ? model->kinetic_friction : model->static_friction)) {
+    if (in_cone(model, &held, x_m, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;
         return;
     }
-    for (i = 0; i < HALVINGS; ++i) { /* the least share of the way that brings the load into the cone */
+    for (i = 0; i < HALVINGS && steps < HELD_STEPS;
+         ++i) { /* the least share of the way that brings the load into the cone */
         const float middle = 0.5f * (near + far);
         struct haptable_contact tried;
-        between(model, &held, &freed, middle, &tried);
-        if (in_cone(model, &tried, to_m, model->kinetic_friction)) {
+        steps += between(model, &held, &freed, middle, &tried);
+        if (in_cone(model, &tried, x_m, model->kinetic_friction)) {
             far = middle;
             *contact = tried;
         } else {
@@ -70,4 +78,6 @@ void haptable_god_object_rough(const struct haptable_model* model, struct haptab
         }
     }
     contact->slips = 1;
+    if (steps >= HELD_STEPS) ++counters->walk_limits;
+    if ((uint32_t)steps > counters->most_held_steps) counters->most_held_steps = (uint32_t)steps;
 }

@@ -86,7 +86,12 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
         put_nothing(HAPTABLE_REJECTED, out);
         return;
     }
-    model->god_object(model, servo, servo->finger_known ? servo->finger_m : finger_m, finger_m);
+    servo->way.boxes = 0;
+    if (!servo->finger_known) { /* nobody knows its way here */
+        vec_copy(finger_m, servo->way.to_m);
+        servo->way.unfinished = 0;
+    }
+    model->god_object(model, servo, finger_m);
     if (finishes) vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, way_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;

@@ -116,20 +116,23 @@ void surface_outward(const struct haptable_model* model, const struct haptable_c
 /* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
 int surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3]);
 
-/* Where a way may begin: a finger's way within tolerance_m behind a patch (it let go there a tick ago), the way from
- * a god-object that has let go only farther than that in front of it (the patches around it are behind it). */
-enum way_begins { AT_FINGER, AT_GOD_OBJECT };
+/* A way that is still to be searched; from_m may be way->to_m. One from a finger (left: HAPTABLE_NONE) may begin within
+ * tolerance_m behind a patch: it let go there a tick ago. One from a god-object that has let go of the patch `left`
+ * begins on the patches around it, and they are behind it: only others count, farther than the tolerance in front of
+ * it, or patches that touch it without being reached around a vertex (the other wedge of an edge where four patches
+ * meet). */
+void surface_way(const float from_m[3], const float to_m[3], uint16_t left, struct haptable_way* way);
 
-/* One finger's way of one tick. */
-struct way {
-    float from_m[3];
-    float to_m[3];
-    enum way_begins begins;
-};
+/* Begins contact where the finger, now at x_m, first crossed the surface inwards: the first patch that its way enters,
+ * by the spatial index. First the way that is not finished, if there is one, then from its end to x_m. Returns 0, and
+ * leaves the contact, when it enters none as far as the tick's boxes go.
+ * after: contact, or the way up to x_m is searched, or way->unfinished and box_limits counted.
+ * cost: at most HAPTABLE_TICK_BOXES boxes for all calls of one tick. */
+int surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_way* way,
+                  struct haptable_contact* contact, struct haptable_counters* counters);
 
-/* Begins contact where the way first crosses the surface inwards: the first patch that it enters, by the spatial
- * index. Returns 0, and leaves the contact, when it enters none. cost: at most box_count boxes and each patch once. */
-int surface_enter(const struct haptable_model* model, const struct way* way, struct haptable_contact* contact,
-                  struct haptable_counters* counters);
+/* The finger has left the surface at the contact: its way from there to x_m is to be searched, as it may enter another
+ * part. after: no contact. */
+void surface_leave(const float x_m[3], struct haptable_way* way, struct haptable_contact* contact);
 
 #endif

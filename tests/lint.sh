@@ -33,7 +33,7 @@ arrow host/servo host/base host/link host/servo firmware/haptable.h model.h hapt
 arrow host/target host/base host/tables host/target firmware/haptable.h
 arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
-arrow host/view host/base host/link host/tables host/solve host/view haptable/
+arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)

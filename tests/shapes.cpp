@@ -64,6 +64,16 @@ Shape cells_shape(const std::string& name, int cells, const Vector3d& side,
     return shape;
 }
 
+/// A regular polygon around the z axis, counter-clockwise from above.
+std::vector<Vector3d> circle(int sides, double radius, double z) {
+    std::vector<Vector3d> point;
+    for (int i = 0; i < sides; ++i) {
+        const double a = 2 * std::numbers::pi * i / sides;
+        point.emplace_back(radius * std::cos(a), radius * std::sin(a), z);
+    }
+    return point;
+}
+
 /// A symmetric positive definite block with stiffnesses between 50 and 400 N/m.
 std::array<double, 9> made_up_block(std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -84,6 +94,43 @@ Shape box_shape(int cells, const Vector3d& side) {
 Shape l_shape(int cells, double side) {
     return cells_shape("l-shape", cells, Vector3d::Constant(side),
                        [=](int i, int, int k) { return i < cells / 2 || k < cells / 2; });
+}
+
+Shape hollow_shape(int cells, double side) {
+    const auto inner = [=](int i) { return i > 0 && i < cells - 1; };
+    return cells_shape("hollow", cells, Vector3d::Constant(side),
+                       [=](int i, int j, int k) { return !(inner(i) && inner(j) && inner(k)); });
+}
+
+Shape hinge_shape(int cells, double side) {
+    return cells_shape("hinge", cells, Vector3d::Constant(side),
+                       [=](int i, int, int k) { return (i < cells / 2) == (k < cells / 2); });
+}
+
+Shape spindle_shape(int sides, double radius, double half) {
+    Shape shape{"spindle " + std::to_string(sides), circle(sides, radius, 0.0), {}};
+    shape.point.emplace_back(0, 0, half);
+    shape.point.emplace_back(0, 0, -half);
+    for (int i = 0; i < sides; ++i) {
+        const int next = (i + 1) % sides;
+        shape.patch.push_back({i, next, sides});
+        shape.patch.push_back({next, i, sides + 1});
+    }
+    return shape;
+}
+
+Shape fanned_disk_shape(int sides, double radius, double height) {
+    Shape shape{"fanned disk", circle(sides, radius, 0.0), {}};
+    for (const Vector3d& x : circle(sides, radius, height)) shape.point.push_back(x);
+    for (int i = 0; i < sides; ++i) {
+        const int next = (i + 1) % sides;
+        shape.patch.push_back({i, next, sides + i});
+        shape.patch.push_back({next, sides + next, sides + i});
+        if (i == 0 || next == 0) continue;
+        shape.patch.push_back({0, next, i});
+        shape.patch.push_back({sides, sides + i, sides + next});
+    }
+    return shape;
 }
 
 Shape sphere_shape(int subdivisions, double radius) {

@@ -22,7 +22,11 @@ struct Shape {
 Shape box_shape(int cells, const Eigen::Vector3d& side);  // cells a side, corner at the origin
 Shape sphere_shape(int subdivisions, double radius);      // an icosahedron, divided; centre at the origin
 Shape torus_shape(int around, int across, double major, double minor);
-Shape l_shape(int cells, double side);  // a cube without one quarter: a concave crease
+Shape l_shape(int cells, double side);       // a cube without one quarter: a concave crease
+Shape hollow_shape(int cells, double side);  // a cube with a cavity of all cells but the outermost layer
+Shape hinge_shape(int cells, double side);   // two quarters of a cube that share one edge: four patches meet there
+Shape spindle_shape(int sides, double radius, double half);  // a double cone: its tips are vertices of `sides` patches
+Shape fanned_disk_shape(int sides, double radius, double height);  // both faces fanned out from one point of the rim
 Shape scaled(const Shape& shape, double factor);
 
 /// A shape's tables and the struct of the servo that points into them.

@@ -114,6 +114,7 @@ void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
     longest_us_ = std::max(longest_us_, us);
     const float* force_n = output.force_n;
     report_.largest_force_n = std::max(report_.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+    report_.energy.add(to_finger(state_.position_m), output);
 }
 
 // ---- neither ------------------------------------------------------------------------------------------------------
@@ -138,6 +139,7 @@ void BridgeSession::watch(Clock::time_point now) {
         waiting_ = false;
         output_ = {};
         output_.patch = HAPTABLE_NONE;
+        report_.energy.add(to_finger(state_.position_m), output_);
         answer_.publish_force(state_, output_);
         answer_.publish_contact(state_, output_);
         return;
@@ -152,8 +154,8 @@ void BridgeSession::publish_status() {
     status.model_hash = answer_.model_hash();
     status.servo_state = static_cast<std::int8_t>(output_.state);
     status.longest_step_us = longest_us_;
-    const auto add = [&status](const char* name, std::int64_t value) {
-        status.name.emplace_back(name);
+    const auto add = [&status](std::string name, std::int64_t value) {
+        status.name.push_back(std::move(name));
         status.value.push_back(value);
     };
     const BridgeReport now = report();
@@ -168,6 +170,7 @@ void BridgeSession::publish_status() {
     add("skipped_bytes", now.skipped_bytes);
     add("foreign_frames", now.foreign_frames);
     add("rejected_forces", now.rejected_forces);
+    for (const auto& [name, energy_j] : now.energy.by_name()) add(name + "_nj", std::llround(energy_j * 1e9));
     add("undecodable_messages", static_cast<std::int64_t>(connection_.undecodable()));
     status.count = static_cast<std::int32_t>(status.name.size());
     connection_.publish(kStatusChannel, status);

@@ -7,6 +7,7 @@
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/servo/answer.hpp"
+#include "host/servo/energy.hpp"
 #include "host/servo/record.hpp"
 #include "host/servo/scene.hpp"
 
@@ -30,6 +31,7 @@ struct BridgeReport {
     std::int64_t foreign_frames = 0;   ///< whole, but not forces
     std::int64_t rejected_forces = 0;  ///< that no servo of these tables gives: not published
     double largest_force_n = 0.0;
+    EnergyAccount energy;
     DurationStatistics round_trip;  ///< from a state's first frame to its answer
 };
 

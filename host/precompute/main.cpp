@@ -148,6 +148,11 @@ int main(int argc, char** argv) {
                    "relative error allowed in a stiffness block; 0 (default): double precision; 1e-5 or more: single "
                    "precision, in half the time, where the blocks' condition allows it")
         ->check(CLI::Range(0.0, 1e-2));
+    app.add_option("--column-tolerance", options.how.column_tolerance,
+                   "relative error allowed in the solves for columns.npy, which pictures are drawn from: single "
+                   "precision, in half the time, where a trial stays below half of it; 0: double precision")
+        ->check(CLI::Range(0.0, 1e-2))
+        ->capture_default_str();
     app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
     app.add_option("--memory", options.how.memory_bytes, "most memory to use, in GB; default: what is free")
         ->check(CLI::PositiveNumber);

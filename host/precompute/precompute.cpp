@@ -14,6 +14,7 @@
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/folder_lock.hpp"
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/column_store.hpp"
@@ -131,9 +132,6 @@ std::vector<NodePair> wanted_blocks(const Scene& scene, const Body& body) {
     return wanted;
 }
 
-/// A column's entries are not inverted: only the rounding of the solve counts, twice that of a block at the worst.
-bool takes_float_columns(double tolerance) { return tolerance > 2.0 * kFloatError; }
-
 /// The wanted blocks by selected inversion, L_ii of `mesh_node` first. In float only where inverting the worst L_ii
 /// leaves the error below the tolerance.
 std::vector<Eigen::Matrix3d> invert_blocks(const Factor& factor, const std::vector<NodePair>& wanted,
@@ -170,11 +168,10 @@ ColumnFormat format_of(const Scene& scene, const std::vector<Eigen::Matrix3d>& l
     return {true, std::ldexp(1.0, std::ilogb(largest) - 8)};
 }
 
-/// Columns of the touchable nodes into the store. In float only where the tolerance leaves room for its rounding.
-void compute_columns(const ColumnSolver& solver, double tolerance, Progress& progress, Workers& workers,
-                     ColumnStore& store, Summary& summary) {
+/// Columns of the touchable nodes into the store.
+void compute_columns(const ColumnSolver& solver, Progress& progress, Workers& workers, ColumnStore& store,
+                     Summary& summary) {
     summary.column_flops = solver.flops();
-    summary.column_precision = takes_float_columns(tolerance) ? "float" : "double";
     summary.column_flops_done = summary.column_precision == "float"
                                     ? solver.compute<float>(progress, store.sink(), &workers)
                                     : solver.compute<double>(progress, store.sink(), &workers);
@@ -218,6 +215,34 @@ Sample solve_sample(const Scene& scene, const Eigen::SparseMatrix<double>& k, co
     checks.largest_asymmetry = asymmetry.largest;
     require_residual(scene, checks);
     return sample;
+}
+
+/// The sample's columns once more, in float: largest ||float - double|| / ||double|| of a column.
+double float_column_error(const Supernodes& factor, const Nodes& node, const Nodes& row, const Sample& sample,
+                          Progress& progress) {
+    Nodes sample_node;
+    for (std::size_t i : sample.place) sample_node.push_back(node[i]);
+    std::vector<double> squared(sample_node.size(), 0.0);
+    ColumnSolver::Sink sink;
+    sink.take = [&](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) {
+        const auto solved = sample.column[c].middleRows<3>(3 * static_cast<Eigen::Index>(k));
+        squared[c] += (l_ri.cast<double>() - solved).squaredNorm();
+    };
+    ColumnSolver(factor, sample_node, row).compute<float>(progress, sink);
+    double largest = 0.0;
+    for (std::size_t c = 0; c < squared.size(); ++c) {
+        const double error = std::sqrt(squared[c]) / sample.column[c].norm();
+        largest = std::max(largest, error < 1.0 ? error : 1.0);  // a NaN is no digit either
+    }
+    return largest;
+}
+
+/// "float" where the trial leaves half of the tolerance for columns that are worse than the sample's.
+std::string column_precision(const Supernodes& factor, const Nodes& node, const Nodes& row, const Sample& sample,
+                             double tolerance, Progress& progress, Summary& summary) {
+    if (!(tolerance > 0.0)) return "double";
+    summary.float_column_error = float_column_error(factor, node, row, sample, progress);
+    return summary.float_column_error <= 0.5 * tolerance ? "float" : "double";
 }
 
 void compare(const Sample& sample, const std::vector<Eigen::Matrix3d>& l_ii, Checks& checks) {
@@ -395,7 +420,7 @@ double factor_file_bytes(const Factor& factor) {
 
 /// What the run will need, from the pattern of the factor.
 MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
-                   const Nodes& node, const Nodes& row, double tolerance, const Workers& workers) {
+                   const Nodes& node, const Nodes& row, double column_tolerance, const Workers& workers) {
     MemoryNeed need;
     need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
     need.factor = factor.bytes() + factorize_bytes(factor.supernodes(), workers.count());
@@ -405,8 +430,8 @@ MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, c
     need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
     if (drawing_of(scene, body) != Drawing::kColumns) return need;
     const ColumnSolver columns(factor.supernodes(), node, row);
-    need.columns =
-        takes_float_columns(tolerance) ? columns.bytes<float>(workers.count()) : columns.bytes<double>(workers.count());
+    need.columns = columns.bytes<double>(workers.count());
+    if (column_tolerance > 0.0) need.columns = std::max(need.columns, columns.bytes<float>(workers.count()));
     return need;
 }
 
@@ -458,6 +483,8 @@ public:
         result_.unchanged = !options_.force && is_current(folder_, scene_, summary_);
         if (result_.unchanged) return touch_summary(folder_);
         clock_.end("mesh");
+        const FolderLock lock(folder_);
+        remove_leftovers(folder_);
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
         if (options_.force || !reuse(beside.path())) {
@@ -485,6 +512,7 @@ private:
         summary_.model_hash = hash_model(scene_, body_);
         summary_.body_hash = hash_body(scene_, body_);
         summary_.tolerance = options_.tolerance;
+        summary_.column_tolerance = options_.column_tolerance;
         summary_.drawing = drawing_ == Drawing::kNone ? "none" : drawing_ == Drawing::kColumns ? "columns" : "solves";
     }
 
@@ -643,7 +671,7 @@ private:
 
     void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
                        const Nodes& row, const Workers& workers, const fs::path& beside) {
-        summary_.memory = foresee(scene_, body_, symbolic, k, node, row, options_.tolerance, workers);
+        summary_.memory = foresee(scene_, body_, symbolic, k, node, row, options_.column_tolerance, workers);
         require_memory(scene_.file.string(), summary_.memory,
                        options_.memory_bytes > 0.0 ? options_.memory_bytes : available_memory(),
                        static_cast<double>(body_.free_node.size()));
@@ -660,11 +688,13 @@ private:
         const ColumnFormat format = format_of(scene_, l_ii);
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
+        summary_.column_precision =
+            column_precision(factor.supernodes(), node, row, sample, options_.column_tolerance, progress_, summary_);
         const ColumnSolver solver(factor.supernodes(), node, row);
         ColumnStore store(work_folder(folder_), hash_identity(scene_, summary_), solver, node.size(), row.size(),
                           format);
         try {
-            compute_columns(solver, options_.tolerance, progress_, workers, store, summary_);
+            compute_columns(solver, progress_, workers, store, summary_);
             for (std::size_t c = 0; c < sample.place.size(); ++c)
                 summary_.checks.largest_column_difference = std::max(
                     summary_.checks.largest_column_difference, store.difference(sample.place[c], sample.column[c]));

@@ -27,6 +27,10 @@ struct PrecomputeOptions {
     /// Relative error that a block of stiffness.npy may have. 0: everything in double. Above it, the selected inversion
     /// runs in float, in half the time, where the condition of the L_ii keeps the error below.
     double tolerance = 0.0;
+    /// Relative error (2-norm of a column) that the solves for columns.npy may have, before it is stored in float32 or
+    /// float16. 0: in double. Above it, they run in float on the factor in double, in half the time, where a trial on
+    /// the nodes of the checks stays below.
+    double column_tolerance = 1e-5;
     bool force = false;         ///< compute even where the folder holds the same tables already
     double memory_bytes = 0.0;  ///< most to use; 0: what the machine has free
     /// 0: all processors, one for less than 10,000 nodes. The tables are the same bytes for any number.

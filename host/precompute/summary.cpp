@@ -148,6 +148,7 @@ nlohmann::ordered_json identity(const Scene& scene, const Summary& summary) {
             {"haptable_version", kVersion},
             {"program", program_hash()},
             {"tolerance", summary.tolerance},
+            {"column_tolerance", summary.column_tolerance},
             {"drawing", summary.drawing}};
 }
 
@@ -299,7 +300,8 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const S
 bool restore(const std::filesystem::path& folder, Summary& summary) try {
     const auto old = read_intact(folder);
     if (!old || old->value("body_hash", "") != fmt::format("{:016x}", summary.body_hash) ||
-        old->value("program", "") != program_hash() || old->value("tolerance", -1.0) != summary.tolerance)
+        old->value("program", "") != program_hash() || old->value("tolerance", -1.0) != summary.tolerance ||
+        old->value("column_tolerance", -1.0) != summary.column_tolerance)
         return false;
     summary.drawing = old->at("drawing").get<std::string>();
     summary.threads = old->at("threads").get<int>();
@@ -311,6 +313,7 @@ bool restore(const std::filesystem::path& folder, Summary& summary) try {
     summary.block_precision = blocks.at("precision").get<std::string>();
     summary.block_flops = blocks.at("flops").get<double>();
     summary.column_precision = columns.at("precision").get<std::string>();
+    summary.float_column_error = columns.at("float_error").get<double>();
     summary.column_format = columns.at("format").get<std::string>();
     summary.column_unit_m_per_n = columns.at("unit_m_per_n").get<double>();
     summary.column_flops = columns.at("flops").get<double>();
@@ -378,15 +381,16 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
         json["tables"]["display_precision"] = scene.tables.display_precision;
     }
     json["flash"] = flash(summary.size);
+    json["index"] = {{"boxes", summary.size.index.boxes},
+                     {"fast_way_boxes", summary.size.index.fast_way_boxes},
+                     {"tick_boxes", HAPTABLE_TICK_BOXES}};
     json["checks"] = checks(summary.checks);
     json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
     json["blocks"] = {
         {"method", summary.block_method}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
-    json["columns"] = {{"precision", summary.column_precision},
-                       {"format", summary.column_format},
-                       {"unit_m_per_n", summary.column_unit_m_per_n},
-                       {"flops", summary.column_flops},
-                       {"flops_done", summary.column_flops_done}};
+    json["columns"] = {{"precision", summary.column_precision}, {"float_error", summary.float_column_error},
+                       {"format", summary.column_format},       {"unit_m_per_n", summary.column_unit_m_per_n},
+                       {"flops", summary.column_flops},         {"flops_done", summary.column_flops_done}};
     json["memory"] = memory(summary);
     if (!summary.rank_cpu_s.empty())
         json["ranks"] = {{"count", summary.rank_cpu_s.size()},
@@ -424,6 +428,8 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
                                           k.coupling_n_per_m, k.felt_n_per_m)
                         : k.largest_n_per_m > k.stable_n_per_m ? ": consider coupling = \"auto\" in [contact]"
                                                                : "");
+    text += fmt::format("  spatial index: {} boxes, of which a finger's way of 5 mm visits at most {}; a tick {}\n",
+                        summary.size.index.boxes, summary.size.index.fast_way_boxes, HAPTABLE_TICK_BOXES);
     text += "\n  check                                        value\n";
     const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
     check("largest ||K x - b|| / ||b||", c.largest_residual);

@@ -39,6 +39,7 @@ struct Summary {
     Audit audit;
     std::vector<Hold> holds;  ///< by body
     double tolerance = 0.0;   ///< as asked for
+    double column_tolerance = 0.0;
     MemoryNeed memory;        ///< foreseen, bytes
     Checks checks;
     std::string ordering;
@@ -53,6 +54,7 @@ struct Summary {
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges
     std::string column_precision;                               ///< as block_precision; empty without columns
+    double float_column_error = 0.0;                            ///< of the trial: ||float - double|| / ||double||
     std::string column_format;                                  ///< "float32" or "float16"; empty without columns
     double column_unit_m_per_n = 1.0;                           ///< of the entries in columns.npy
     std::vector<double> rank_cpu_s, rank_peak_bytes;            ///< by process, where a SpreadSolver worked

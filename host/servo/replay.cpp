@@ -18,6 +18,12 @@ constexpr std::size_t kProgressEvery_ticks = 4096;
 
 }  // namespace
 
+void ServoReport::note(const std::array<float, 3>& finger_m, const haptable_output& output) {
+    const float* force_n = output.force_n;
+    largest_force_n = std::max(largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+    energy.add(finger_m, output);
+}
+
 ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
                    bool quiet) {
     const auto path_m = read_finger_path(in, Positions::any);
@@ -33,9 +39,7 @@ ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, con
         const Clock::time_point begin = Clock::now();
         haptable_step(scene.model, &servo, finger_m.data(), static_cast<std::uint32_t>(tick * 1000), &output);
         report.step.add(to_us(Clock::now() - begin));
-        const float* force_n = output.force_n;
-        report.largest_force_n =
-            std::max(report.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+        report.note(finger_m, output);
         record.add(static_cast<std::int64_t>(tick), finger_m, output);
         if (tick % kProgressEvery_ticks == 0)
             progress.done(static_cast<double>(tick) / static_cast<double>(path_m.size()));

@@ -55,6 +55,7 @@ void add_report(const ServoReport& report, Summary& summary) {
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
     summary.add("largest_force_n", report.largest_force_n);
+    for (const auto& [name, energy_j] : report.energy.by_name()) summary.add(name + "_j", energy_j);
     summary.add("step_mean_us", report.step.mean_us());
     summary.add("step_p999_us", report.step.quantile_us(0.999));
     summary.add("step_max_us", report.step.max_us());

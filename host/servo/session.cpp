@@ -49,16 +49,12 @@ void ServoSession::step(const device_state& state) {
     const std::uint32_t now_us = time_of(state, begin);
     // A gap in time drops the contact whether or not the watchdog was scheduled within it. A device that has begun
     // anew in lockstep counts its time from 0 again: seen on a wrapping clock that is a gap as well.
-    haptable_watch(&servo_, now_us, &output_);
+    if (haptable_watch(&servo_, now_us, &output_) != 0) report_.note(finger_m, output_);
     haptable_step(scene_.model, &servo_, finger_m.data(), now_us, &output_);
-    note_output(to_us(Clock::now() - begin));
-}
-
-void ServoSession::note_output(double step_us) {
+    const double step_us = to_us(Clock::now() - begin);
     report_.step.add(step_us);
     longest_step_us_ = std::max(longest_step_us_, step_us);
-    const float* force_n = output_.force_n;
-    report_.largest_force_n = std::max(report_.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+    report_.note(finger_m, output_);
 }
 
 Clock::time_point ServoSession::watch_at() const {
@@ -78,13 +74,14 @@ void ServoSession::publish_status() {
     status.model_hash = answer_.model_hash();
     status.servo_state = static_cast<std::int8_t>(servo_.state);
     status.longest_step_us = longest_step_us_;
-    const auto add = [&status](const char* name, std::uint64_t value) {
-        status.name.emplace_back(name);
+    const auto add = [&status](std::string name, std::integral auto value) {
+        status.name.push_back(std::move(name));
         status.value.push_back(static_cast<std::int64_t>(value));
     };
 #define HAPTABLE_ADD(name) add(#name, servo_.counters.name);
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
+    for (const auto& [name, energy_j] : report_.energy.by_name()) add(name + "_nj", std::llround(energy_j * 1e9));
     add("lost_states", gaps_.lost());
     add("late_ticks", link_.late_ticks);
     add("repeated_states", link_.repeated_states);

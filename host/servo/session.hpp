@@ -49,7 +49,6 @@ private:
     void on_state(const device_state& state, std::int64_t received_utime);
     bool is_repeated(const device_state& state) const;
     void step(const device_state& state);
-    void note_output(double step_us);
 
     ServoScene scene_;
     Connection& connection_;

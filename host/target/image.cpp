@@ -11,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/target/model_file.hpp"
 
 namespace haptable {
 
@@ -36,6 +37,11 @@ public:
 private:
     std::filesystem::path path_;
 };
+
+/// The first positions of a path, as an image reads them.
+std::string_view bytes_of(const std::vector<std::array<float, 3>>& path_m, std::size_t ticks) {
+    return {reinterpret_cast<const char*>(path_m.data()), ticks * sizeof path_m[0]};
+}
 
 bool has_command(const std::string& name) {
     return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
@@ -86,49 +92,59 @@ std::string TargetImage::missing() const {
     return {};
 }
 
-std::string TargetImage::address_of(const std::string& symbol) const {
-    std::istringstream lines(read_file(folder_ / "replay.sym"));
+std::string TargetImage::address_of(const std::string& image, const std::string& symbol) const {
+    const std::filesystem::path symbols = folder_ / (image + ".sym");
+    std::istringstream lines(read_file(symbols));
     for (std::string address, kind, name; lines >> address >> kind >> name;)
         if (name == symbol) return "0x" + address;
-    throw Error((folder_ / "replay.sym").string() + " does not name " + symbol + ": build the image again");
+    throw Error(symbols.string() + " does not name " + symbol + ": build the image again");
 }
 
-void TargetImage::run_replay(const std::vector<std::array<float, 3>>& path_m, const std::string& more_of_plugin,
-                             const std::filesystem::path& in, const std::filesystem::path& out,
-                             const std::filesystem::path& counts) const {
-    write_file(in, {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
-    const std::string plugin =
-        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
-                    address_of("port_count_begin"), address_of("port_count_end"), counts.string(), more_of_plugin);
-    const std::string command = fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
-                                            elf().string(), in.string(), out.string());
+std::string TargetImage::run_counted(const std::string& image, std::string_view bytes,
+                                     const std::string& more_of_plugin, std::string& out) const {
+    const Scratch scratch;
+    write_file(scratch / "in", bytes);
+    const std::string plugin = fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
+                                           address_of(image, "port_count_begin"), address_of(image, "port_count_end"),
+                                           (scratch / "counts").string(), more_of_plugin);
+    const std::string command =
+        fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
+                    (folder_ / (image + ".elf")).string(), (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    out = read_file(scratch / "out");
+    return read_file(scratch / "counts");
+}
+
+std::vector<TargetTick> TargetImage::count(const std::string& image, std::string_view bytes, std::size_t ticks) const {
+    std::string out;
+    const std::string counts = run_counted(image, bytes, "", out);
+    std::vector<TargetTick> made = parse(out);
+    if (made.size() != ticks)
+        throw Error(fmt::format("the image for {} made {} ticks of {}", target_, made.size(), ticks));
+    add_counts(counts, made);
+    return made;
 }
 
 std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 3>>& path_m) const {
-    const Scratch scratch;
-    run_replay(path_m, "", scratch / "in", scratch / "out", scratch / "counts");
-    std::vector<TargetTick> ticks = parse(read_file(scratch / "out"));
-    if (ticks.size() != path_m.size())
-        throw Error(fmt::format("the image for {} made {} ticks of {}", target_, ticks.size(), path_m.size()));
-    add_counts(read_file(scratch / "counts"), ticks);
-    return ticks;
+    return count("replay", bytes_of(path_m, path_m.size()), path_m.size());
+}
+
+std::vector<TargetTick> TargetImage::measure(const haptable_model& model,
+                                             const std::vector<std::array<float, 3>>& path_m) const {
+    return count("measure", model_file(model) + std::string(bytes_of(path_m, path_m.size())), path_m.size());
 }
 
 std::vector<std::uint64_t> TargetImage::trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const {
-    const Scratch scratch;
-    run_replay({path_m.begin(), path_m.begin() + static_cast<std::ptrdiff_t>(tick) + 1}, fmt::format(",trace={}", tick),
-               scratch / "in", scratch / "out", scratch / "counts");
+    std::string out;
     std::vector<std::uint64_t> addresses;
-    std::istringstream lines(read_file(scratch / "counts"));
+    std::istringstream lines(run_counted("replay", bytes_of(path_m, tick + 1), fmt::format(",trace={}", tick), out));
     for (std::uint64_t address = 0; lines >> std::hex >> address;) addresses.push_back(address);
     return addresses;
 }
 
 std::vector<std::array<float, 3>> TargetImage::deform(const std::vector<std::array<float, 3>>& path_m) const {
-    const std::string bytes =
-        run("deform", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]});
+    const std::string bytes = run("deform", bytes_of(path_m, path_m.size()));
     std::vector<std::array<float, 3>> displacement_m(bytes.size() / sizeof(std::array<float, 3>));
     std::memcpy(displacement_m.data(), bytes.data(), displacement_m.size() * sizeof displacement_m[0]);
     return displacement_m;

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/haptable.h"
+
 namespace haptable {
 
 /// The targets that `make firmware` knows.
@@ -33,6 +35,8 @@ public:
     std::string missing() const;
     /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
+    /// The same for any model, by the image that reads it instead of being linked with it (firmware/port/measure.c).
+    std::vector<TargetTick> measure(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m) const;
     /// The addresses of the instructions of one tick of the path, in their order.
     std::vector<std::uint64_t> trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const;
     /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
@@ -43,10 +47,12 @@ public:
 private:
     /// What an image writes for what it reads.
     std::string run(const std::string& image, std::string_view bytes) const;
-    std::string address_of(const std::string& symbol) const;
-    void run_replay(const std::vector<std::array<float, 3>>& path_m, const std::string& more_of_plugin,
-                    const std::filesystem::path& in, const std::filesystem::path& out,
-                    const std::filesystem::path& counts) const;
+    std::string address_of(const std::string& image, const std::string& symbol) const;
+    /// The ticks that an image makes of `bytes`, with their counts.
+    std::vector<TargetTick> count(const std::string& image, std::string_view bytes, std::size_t ticks) const;
+    /// Runs it under the plugin; what the plugin wrote, and in `out` what the image did.
+    std::string run_counted(const std::string& image, std::string_view bytes, const std::string& more_of_plugin,
+                            std::string& out) const;
 
     std::filesystem::path build_;
     std::string target_;

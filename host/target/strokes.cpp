@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace haptable {
@@ -17,6 +18,13 @@ constexpr double kDepth_m = 3e-3;  // of the stroke's middle, along the first pa
 /// Numbers that are the same on every machine (Knuth's MMIX generator, its high bits).
 class Choice {
 public:
+    double uniform() { return static_cast<double>(below(std::size_t{1} << 31)) / 0x1p31; }
+    /// A direction, evenly over the sphere (Archimedes).
+    Vec direction() {
+        const double z = 2.0 * uniform() - 1.0, angle = 2.0 * std::numbers::pi * uniform();
+        const double r = std::sqrt(1.0 - z * z);
+        return {r * std::cos(angle), r * std::sin(angle), z};
+    }
     std::size_t below(std::size_t n) {
         state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
         return static_cast<std::size_t>((state_ >> 33) % n);
@@ -69,6 +77,30 @@ std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes)
             const double height_m = 1e-3 - (kDepth_m + 1e-3) * std::sin(std::numbers::pi * s);
             const Eigen::Vector3f at = (from + s * (to - from) + height_m * outward).cast<float>();
             path.push_back({at[0], at[1], at[2]});
+        }
+    }
+    return path;
+}
+
+std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    std::vector<std::array<float, 3>> path;
+    Choice choice;
+    for (int stroke = 0; stroke < strokes; ++stroke) {
+        const std::size_t patch = choice.below(tables.patch.size());
+        const Vec n = normal(tables, patch);
+        Vec alpha(choice.uniform(), choice.uniform(), choice.uniform());
+        alpha /= alpha.sum();
+        const double step_m = 1e-3 * 0.01 * std::pow(500.0, choice.uniform());
+        Vec x = (step_m * choice.uniform() + 2e-6) * n, in = choice.direction(), aside = choice.direction();
+        for (std::size_t c = 0; c < 3; ++c) x += alpha[static_cast<Eigen::Index>(c)] * corner(tables, patch, c);
+        if (in.dot(n) > 0.0) in = -in;
+        in = (in - 0.5 * n).normalized();
+        path.push_back({kNone, kNone, kNone});
+        for (int tick = 0; tick < 19; ++tick) {
+            const Eigen::Vector3f at = x.cast<float>();
+            path.push_back({at[0], at[1], at[2]});
+            x += 0.999 * step_m * (tick < 10 ? in : aside);
         }
     }
     return path;

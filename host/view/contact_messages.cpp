@@ -65,8 +65,8 @@ std::optional<contact> decode(const lcm::LogEvent& event, const std::string& sou
 /// Chooses frames from messages in the order of a log.
 class Chooser {
 public:
-    Chooser(const Tables& tables, const FrameChoice& choice, std::string source)
-        : tables_(tables),
+    Chooser(const ContactLoads& loads, const FrameChoice& choice, std::string source)
+        : loads_(loads),
           choice_(choice),
           source_(std::move(source)),
           wanted_(choice.ticks.begin(), choice.ticks.end()) {}
@@ -79,7 +79,7 @@ public:
             begin_utime_ = message.utime - (first ? 0 : next_us_);
         }
         last_utime_ = message.utime;
-        ContactFrame frame = to_frame(message, tables_, begin_utime_, source_);
+        ContactFrame frame = to_frame(message, loads_, begin_utime_, source_);
         if (!choice_.ticks.empty()) {
             if (wanted_.erase(message.seq) == 1) frames.push_back(std::move(frame));
             return;
@@ -108,7 +108,7 @@ private:
         }
     }
 
-    const Tables& tables_;
+    const ContactLoads& loads_;
     const FrameChoice& choice_;
     std::string source_;
     std::set<std::int64_t> wanted_;
@@ -121,8 +121,9 @@ private:
 
 }  // namespace
 
-ContactFrame to_frame(const contact& message, const Tables& tables, std::int64_t begin_utime,
+ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::int64_t begin_utime,
                       const std::string& source) {
+    const Tables& tables = loads.tables();
     if (static_cast<std::uint64_t>(message.model_hash) != tables.model_hash)
         throw Error(
             fmt::format("{}: is of model {:016x}, but the tables of {} are {:016x}: give the folder of the "
@@ -142,10 +143,11 @@ ContactFrame to_frame(const contact& message, const Tables& tables, std::int64_t
     for (std::size_t i = 0; i < static_cast<std::size_t>(message.count); ++i)
         frame.loads.push_back(to_load(message, i, tables, source));
     frame.force_n = felt(frame.loads, tables.max_force_n);
+    frame.loads = loads.spread(frame.loads);
     return frame;
 }
 
-std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, const Tables& tables,
+std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
                                            const FrameChoice& choice) {
     // LCM's reader says nothing about why it cannot open a file: ask for its beginning first.
     constexpr std::string_view kSync("\xED\xA1\xDA\x01", 4);
@@ -156,7 +158,7 @@ std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, co
         throw Error(file.string() + ": is not an LCM log: give a file that lcm-logger wrote");
     lcm::LogFile log(file.string(), "r");
     if (!log.good()) throw Error(file.string() + ": cannot be opened by LCM");
-    Chooser chooser(tables, choice, file.string());
+    Chooser chooser(loads, choice, file.string());
     while (const lcm::LogEvent* event = log.readNextEvent()) {
         stop_if_interrupted();
         if (const std::optional<contact> message = decode(*event, file.string())) chooser.take(*message);
@@ -165,7 +167,7 @@ std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, co
     return std::move(chooser.frames);
 }
 
-std::int64_t follow_contacts(const Tables& tables, const LiveLimits& limits,
+std::int64_t follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
                              const std::function<void(const ContactFrame&)>& draw) {
     Connection connection;
     contact newest;
@@ -188,7 +190,7 @@ std::int64_t follow_contacts(const Tables& tables, const LiveLimits& limits,
         next = std::max(next + kFramePeriod, Clock::now());
         if (!fresh) continue;
         fresh = false;
-        draw(to_frame(newest, tables, begin_utime, connection.url()));
+        draw(to_frame(newest, loads, begin_utime, connection.url()));
         ++frames;
     }
     if (frames == 0)

@@ -148,8 +148,9 @@ private:
 };
 
 std::vector<ContactFrame> read_frames(const Options& options, const Tables& tables) {
-    std::vector<ContactFrame> frames = options.csv.empty() ? read_contact_log(options.log, tables, options.choice)
-                                                           : read_servo_csv(options.csv, tables, options.choice);
+    const ContactLoads loads(tables);
+    std::vector<ContactFrame> frames = options.csv.empty() ? read_contact_log(options.log, loads, options.choice)
+                                                           : read_servo_csv(options.csv, loads, options.choice);
     if (options.out.extension() == ".png" && frames.size() > 1)
         throw Error(fmt::format("{}: holds one picture, but {} were chosen: give a folder, or one tick with --ticks",
                                 options.out.string(), frames.size()));
@@ -174,7 +175,8 @@ Report draw_live(Options options, const Tables& tables) {
     if (options.out.extension() == ".png") options.limits.frames = 1;
     catch_interrupts();  // Ctrl-C is the usual end
     Session session(options, tables);
-    follow_contacts(tables, options.limits, [&](const ContactFrame& frame) {
+    const ContactLoads loads(tables);
+    follow_contacts(loads, options.limits, [&](const ContactFrame& frame) {
         session.widen(frame);
         session.add(frame);
     });

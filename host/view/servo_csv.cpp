@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// F_i = alpha_i S_i u,   u = finger - god-object   (equations 9 and 10)
 #include "host/view/servo_csv.hpp"
 
 #include <fmt/format.h>
@@ -7,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <set>
 #include <string_view>
 
@@ -25,12 +23,10 @@ constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
 
-using Nodes = std::array<std::int32_t, 3>;
-
 struct Row {
     std::int64_t tick = 0;
     int contact = 0;
-    Nodes node{};
+    PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
 };
 
@@ -42,15 +38,7 @@ Eigen::Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2
 
 class Reader {
 public:
-    Reader(const std::filesystem::path& file, const Tables& tables)
-        : file_(file), tables_(tables), index_of_(tables.position.size(), -1) {
-        for (Nodes nodes : tables.patch) {
-            std::sort(nodes.begin(), nodes.end());
-            patch_.insert(nodes);
-        }
-        for (std::size_t i = 0; i < tables.node_id.size(); ++i)
-            index_of_[static_cast<std::size_t>(tables.node_id[i])] = static_cast<std::int32_t>(i);
-    }
+    Reader(const std::filesystem::path& file, const ContactLoads& loads) : file_(file), loads_(loads) {}
 
     std::vector<ContactFrame> read(const FrameChoice& choice) {
         const std::string text = read_file(file_);
@@ -130,16 +118,14 @@ private:
     void check(const Row& row) const {
         if (row.contact != 0 && row.contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", row.contact));
         if (row.contact == 0) {
-            if (row.node != Nodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
+            if (row.node != PatchNodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
             return;
         }
-        Nodes nodes = row.node;
-        std::sort(nodes.begin(), nodes.end());
-        if (!patch_.contains(nodes))
+        if (!loads_.is_patch(row.node))
             fail(
                 fmt::format("nodes {}, {}, {} are no touchable patch of {}: give the tables of the servo that wrote "
                             "the file",
-                            row.node[0], row.node[1], row.node[2], tables_.name));
+                            row.node[0], row.node[1], row.node[2], loads_.tables().name));
         if (!finite(row.finger_m) || !finite(row.god_object_m) || !finite(row.alpha) || !finite(row.force_n))
             fail("a number of a contact is not finite");
         const auto [least, most] = std::minmax({row.alpha[0], row.alpha[1], row.alpha[2]});
@@ -159,70 +145,20 @@ private:
         if (!out.contact) return out;
         out.god_object_m = vector(row.god_object_m);
         out.force_n = vector(row.force_n);
-        if (tables_.force == "pressure-mask") {
-            out.loads = spread(row, -out.force_n);
-            return out;
-        }
-        for (std::size_t i = 0; i < 3; ++i)
-            out.loads.push_back(tables_.force == "interpolated"
-                                    ? load(row.node[i], row.alpha[i], out.finger_m - out.god_object_m)
-                                    : narrow(row.node[i], -row.alpha[i] * out.force_n));
+        out.loads = loads_.spread(loads_.of(row.node, row.alpha, out.finger_m, out.god_object_m));
         return out;
     }
 
-    static NodalForce narrow(std::int32_t node, const Eigen::Vector3d& force_n) {
-        const Eigen::Vector3f force = force_n.cast<float>();
-        return {node, {force.x(), force.y(), force.z()}};
-    }
-
-    /// The mask's share of a load: w = sum alpha_v^2 B_v + sum 2 alpha_v alpha_w B_vw; a fixed node does not move.
-    std::vector<NodalForce> spread(const Row& row, const Eigen::Vector3d& load_n) const {
-        const ComplianceTables& c = tables_.compliance;
-        std::map<std::int32_t, double> weight;
-        const auto place = [](const auto& list, const auto& key) {
-            return static_cast<std::size_t>(std::lower_bound(list.begin(), list.end(), key) - list.begin());
-        };
-        const auto add = [&](std::size_t control, double share) {
-            const auto begin = static_cast<std::size_t>(c.spread_begin.at(control));
-            const auto end = static_cast<std::size_t>(c.spread_begin.at(control + 1));
-            for (std::size_t i = begin; i < end; ++i)
-                weight[c.spread_node[i]] += share * static_cast<double>(c.spread_weight[i]);
-        };
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
-            const std::array<std::int32_t, 2> edge{std::min(row.node[a], row.node[b]),
-                                                   std::max(row.node[a], row.node[b])};
-            add(place(c.vertex_id, row.node[k]), row.alpha[k] * row.alpha[k]);
-            add(c.vertex_id.size() + place(c.edge_id, edge), 2.0 * row.alpha[a] * row.alpha[b]);
-        }
-        std::vector<NodalForce> loads;
-        for (const auto& [node, w] : weight)
-            if (index_of_[static_cast<std::size_t>(node)] >= 0) loads.push_back(narrow(node, w * load_n));
-        return loads;
-    }
-
-    /// Equations 9 and 10; a fixed node has the rigid stiffness.
-    NodalForce load(std::int32_t node, double alpha, const Eigen::Vector3d& u) const {
-        Eigen::Matrix3d stiffness = tables_.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
-        if (const std::int32_t i = index_of_[static_cast<std::size_t>(node)]; i >= 0)
-            stiffness = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-                tables_.stiffness[static_cast<std::size_t>(i)].data());
-        const Eigen::Vector3f force = (alpha * (stiffness * u)).cast<float>();
-        return {node, {force.x(), force.y(), force.z()}};
-    }
-
     std::filesystem::path file_;
-    const Tables& tables_;
-    std::vector<std::int32_t> index_of_;  // [N] in node_id and stiffness, -1 for a fixed node
-    std::set<Nodes> patch_;               // touchable, nodes ascending
+    const ContactLoads& loads_;
     int line_ = 0;
 };
 
 }  // namespace
 
-std::vector<ContactFrame> read_servo_csv(const std::filesystem::path& file, const Tables& tables,
+std::vector<ContactFrame> read_servo_csv(const std::filesystem::path& file, const ContactLoads& loads,
                                          const FrameChoice& choice) {
-    return Reader(file, tables).read(choice);
+    return Reader(file, loads).read(choice);
 }
 
 }  // namespace haptable

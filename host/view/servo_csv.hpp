@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "host/view/frame.hpp"
+#include "host/view/loads.hpp"
 
 namespace haptable {
 
-/// The chosen ticks of the file, in order. The loads follow from equations 9 and 10. Throws Error "FILE:LINE: ..." for
-/// a wrong header, a field that is not its column's number, a contact that is not on a touchable patch of the tables
-/// or whose area coordinates are none; Error "FILE: ..." for a chosen tick that is not there.
-std::vector<ContactFrame> read_servo_csv(const std::filesystem::path& file, const Tables& tables,
+/// The chosen ticks of the file, in order. The loads are those that the servo computed (ContactLoads). Throws Error
+/// "FILE:LINE: ..." for a wrong header, a field that is not its column's number, a contact that is not on a touchable
+/// patch of the tables or whose area coordinates are none; Error "FILE: ..." for a chosen tick that is not there.
+std::vector<ContactFrame> read_servo_csv(const std::filesystem::path& file, const ContactLoads& loads,
                                          const FrameChoice& choice);
 
 }  // namespace haptable

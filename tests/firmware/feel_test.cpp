@@ -78,6 +78,38 @@ Solid tapered(const std::string& name, int cells, const Vector3d& side, double l
             }};
 }
 
+/// A convex shape, by the planes of its patches.
+Solid convex(const Shape& shape) {
+    std::vector<std::pair<Vector3d, double>> plane;
+    for (const auto& [a, b, c] : shape.patch) {
+        const auto at = [&](std::int32_t i) { return shape.point[std::size_t(i)]; };
+        const Vector3d n = (at(b) - at(a)).cross(at(c) - at(a)).normalized();
+        plane.emplace_back(n, n.dot(at(a)));
+    }
+    return {shape, [plane](const Vector3d& x) {
+                double depth = 1.0;
+                for (const auto& [n, d] : plane) depth = std::min(depth, d - n.dot(x));
+                return depth;
+            }};
+}
+
+/// Where cavities, hinges and vertices of few and of many patches are.
+std::vector<Solid> odd_solids() {
+    const Vector3d o = Vector3d::Zero(), side(0.04, 0.04, 0.04), hollow(0.01, 0.01, 0.01);
+    std::vector<Solid> all;
+    all.push_back({hollow_shape(4, 0.04), [=](const Vector3d& x) {
+                       return std::min(box_depth(x, o, side), -box_depth(x, hollow, side - hollow));
+                   }});
+    all.push_back({hinge_shape(4, 0.04), [=](const Vector3d& x) {  // both arms share the edge x = z = 0.02
+                       return std::max(box_depth(x, o, Vector3d(0.02, 0.04, 0.02)),
+                                       box_depth(x, Vector3d(0.02, 0, 0.02), side));
+                   }});
+    all.push_back(convex(spindle_shape(3, 0.02, 0.03)));
+    all.push_back(convex(spindle_shape(30, 0.02, 0.03)));
+    all.push_back(convex(fanned_disk_shape(60, 0.03, 0.01)));
+    return all;
+}
+
 std::vector<Solid> solids() {
     const Vector3d cube(0.03, 0.03, 0.03), plate(0.1, 0.1, 0.001);
     std::vector<Solid> all;
@@ -94,6 +126,7 @@ std::vector<Solid> solids() {
                    [](const Vector3d& x) { return 0.0194 - std::hypot(std::hypot(x.x(), x.y()) - 0.05, x.z()); }});
     all.push_back(tapered("wedge", 5, Vector3d(0.03, 0.03, 0.03), 0.02, false));
     all.push_back(tapered("needle", 6, Vector3d(0.006, 0.006, 0.06), 0.02, true));
+    for (const Solid& solid : odd_solids()) all.push_back(solid);
     return all;
 }
 
@@ -154,7 +187,7 @@ Strokes run_strokes(const Solid& solid, const char* god_object, int count) {
 void expect_held(const char* god_object) {
     Strokes sum;
     for (const Solid& solid : solids()) {
-        const Strokes s = run_strokes(solid, god_object, 145000);
+        const Strokes s = run_strokes(solid, god_object, 85000);
         EXPECT_EQ(s.lost, 0) << solid.shape.name;
         EXPECT_EQ(s.through, 0) << solid.shape.name;
         EXPECT_LE(s.most_steps, std::uint32_t{HAPTABLE_WALK_STEPS + 13}) << solid.shape.name;

@@ -80,6 +80,7 @@ struct Row {
     double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
     double double_error = NAN, float_error = 0.0;  ///< against the solves
     double columns_double_s = NAN, columns_float_s = NAN, columns_bytes = 0.0;
+    double columns_error = NAN;  ///< largest ||float - double|| / ||double|| of a column
     double frame_s = NAN, plain_frame_s = NAN;  ///< one patch's loads: pruned to paths and rows in float, by CHOLMOD
 };
 
@@ -165,14 +166,29 @@ void solve_sample(const Options& options, const Factor& factor, const Nodes& nod
 void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
     Progress progress(true);
     const ColumnSolver solver(factor.supernodes(), node, node);
-    std::vector<float> table(9 * node.size() * node.size());
-    ColumnSolver::Sink put;
-    put.take = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
-        std::copy_n(block.data(), 9, &table[9 * (i * node.size() + k)]);
+    const std::size_t length = 9 * node.size();
+    const auto put_into = [&](std::vector<float>& table) {
+        table.resize(length * node.size());
+        ColumnSolver::Sink put;
+        put.take = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
+            std::copy_n(block.data(), 9, &table[length * i + 9 * k]);
+        };
+        return put;
     };
-    row.columns_bytes = static_cast<double>(table.size()) * sizeof(float);
-    row.columns_double_s = cost_of([&] { solver.compute<double>(progress, put); });
-    row.columns_float_s = cost_of([&] { solver.compute<float>(progress, put); });
+    std::vector<float> in_double, in_float;
+    const ColumnSolver::Sink put_double = put_into(in_double), put_float = put_into(in_float);
+    row.columns_bytes = static_cast<double>(in_double.size()) * sizeof(float);
+    row.columns_double_s = cost_of([&] { solver.compute<double>(progress, put_double); });
+    row.columns_float_s = cost_of([&] { solver.compute<float>(progress, put_float); });
+    row.columns_error = 0.0;
+    for (std::size_t i = 0; i < node.size(); ++i) {
+        const auto column = [&](const std::vector<float>& table) {
+            return Eigen::Map<const Eigen::VectorXf>(&table[length * i], static_cast<Eigen::Index>(length))
+                .cast<double>();
+        };
+        const double difference = (column(in_float) - column(in_double)).norm();
+        row.columns_error = std::max(row.columns_error, difference / column(in_double).norm());
+    }
 }
 
 /// The viewer's solve for one frame, median over patches spread over the surface.
@@ -262,16 +278,16 @@ void print_times(const std::vector<Row>& rows) {
 void print_solves(const std::vector<Row>& rows) {
     fmt::print(
         "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
-        "error double | error float | columns GB | pruned double s | float s | solves / pruned | frame ms: pruned, "
+        "error double | error float | columns GB | pruned double s | float s | float against double | solves / pruned | frame ms: pruned, "
         "float | by CHOLMOD |\n|{:-<3}|",
         kBlockNodes, "");
-    for (int c = 0; c < 13; ++c) fmt::print("---|");
+    for (int c = 0; c < 14; ++c) fmt::print("---|");
     for (const Row& r : rows)
         fmt::print(
             "\n| {} | {:.0f} | {:.3g} | {:.3g} % | {:.3g} | {:.3g} | {:.2g} | {:.2g} | {:.3g} | {:.3g} | {:.3g} | "
-            "{:.3g}, {:.3g} | {:.3g} | {:.3g} |",
+            "{:.2g} | {:.3g}, {:.3g} | {:.3g} | {:.3g} |",
             r.name, r.blocks, r.solves_s, 100.0 * r.sampled, r.solves_s / r.double_s, r.solves_s / r.float_s,
-            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s,
+            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s, r.columns_error,
             r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s, 1e3 * r.frame_s, 1e3 * r.plain_frame_s);
     fmt::print("\n\n");
 }

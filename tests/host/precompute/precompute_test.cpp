@@ -2,6 +2,7 @@
 #include "host/precompute/precompute.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <functional>
@@ -11,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/folder_lock.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/temporary_folder.hpp"
@@ -35,9 +37,11 @@ Scene cube_scene(int nodes_per_side = 5, double side_m = 0.03) {
     return scene;
 }
 
-Result run(const Scene& scene, const fs::path& folder) {
+Result run(const Scene& scene, const fs::path& folder, double column_tolerance = PrecomputeOptions().column_tolerance) {
     Progress progress(true);
-    return precompute(scene, folder, progress);
+    PrecomputeOptions options;
+    options.column_tolerance = column_tolerance;
+    return precompute(scene, folder, progress, options);
 }
 
 std::map<std::string, std::string> contents(const fs::path& folder) {
@@ -108,11 +112,12 @@ TEST_F(PrecomputeRun, StiffnessIsTheInverseOfADenseInversesBlocks) {
     }
 }
 
-TEST_F(PrecomputeRun, ColumnsAreThoseOfADenseInverse) {
+TEST_F(PrecomputeRun, ColumnsInDoubleAreThoseOfADenseInverse) {
     for (const char* columns : {"surface", "all"}) {
         Scene scene = cube_scene(4);
         scene.tables.columns = columns;
-        const Result result = run(scene, out_);
+        const Result result = run(scene, out_, 0.0);
+        EXPECT_EQ(result.summary.column_precision, "double");
         const Matrix l = dense_compliance(result.body, scene.material);
         const Tables tables = read_tables(out_);
         const MappedNpy<float> file(out_ / "columns.npy");
@@ -130,8 +135,37 @@ TEST_F(PrecomputeRun, ColumnsAreThoseOfADenseInverse) {
     }
 }
 
+TEST_F(PrecomputeRun, ColumnsInFloatAreWithinTheirToleranceOfADenseInverse) {
+    struct Case {
+        double poisson, tolerance;
+        const char* precision;
+    };
+    // The factor is in double: nu near 0.5 costs the columns no digits.
+    for (const Case& c : {Case{0.3, 1e-5, "float"}, Case{0.4999, 1e-5, "float"}, Case{0.49, 1e-7, "double"}}) {
+        Scene scene = cube_scene();
+        scene.material.poisson = c.poisson;
+        const Summary summary = run(scene, out_, c.tolerance).summary;
+        EXPECT_EQ(summary.column_precision, c.precision) << c.poisson;
+        EXPECT_GT(summary.float_column_error, 5e-8) << "this was not computed in float";
+        const Matrix l = dense_compliance(make_body(scene, make_mesh(scene.mesh)), scene.material);
+        const Tables tables = read_tables(out_);
+        const MappedNpy<float> file(out_ / "columns.npy");
+        const std::size_t rows = tables.row_id.size();
+        for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
+            double squared = 0.0, norm = 0.0;
+            for (std::size_t e = 0; e < 9 * rows; ++e) {
+                const double exact = l(3 * tables.row_id[e / 9] + static_cast<int>(e % 9 / 3),
+                                       3 * tables.node_id[i] + static_cast<int>(e % 3));
+                squared += std::pow(static_cast<double>(file.values()[9 * rows * i + e]) - exact, 2);
+                norm += exact * exact;
+            }
+            ASSERT_LT(std::sqrt(squared / norm), c.tolerance);
+        }
+    }
+}
+
 TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
-    const Result result = run(cube_scene(), out_);
+    const Result result = run(cube_scene(), out_, 0.0);
     const Checks& checks = result.summary.checks;
     EXPECT_LT(checks.largest_residual, 1e-12);
     EXPECT_GT(checks.largest_residual, 0.0);
@@ -457,6 +491,45 @@ INSTANTIATE_TEST_SUITE_P(
                 "no/such.msh: mesh file cannot be read"},
         Mistake{"WrongUnit", [](Scene& s) { s.mesh.side_m = 1e9; }, "give the right mesh.side"}),
     [](const auto& mistake) { return mistake.param.name; });
+
+TEST_F(PrecomputeRun, ASecondRunIntoTheFolderIsToldWhoIsWritingIt) {
+    Scene scene = cube_scene(3);
+    run(scene, out_);
+    const auto before = contents(out_);
+    {
+        const FolderLock first(out_);
+        EXPECT_TRUE(run(scene, out_).unchanged) << "only reads";
+        scene.material.poisson = 0.3;
+        try {
+            run(scene, out_);
+            FAIL() << "no error";
+        } catch (const Error& error) {
+            const std::string holder = "out: process " + std::to_string(getpid()) + " on ";
+            EXPECT_NE(std::string(error.what()).find(holder), std::string::npos) << error.what();
+        }
+        EXPECT_NO_THROW(run(scene, temporary_.path() / "other"));
+    }
+    EXPECT_TRUE(contents(out_) == before);
+    EXPECT_FALSE(run(scene, out_).unchanged);
+    EXPECT_EQ(contents(temporary_.path()).size(), 2U) << "a lock was left";
+}
+
+TEST_F(PrecomputeRun, LeftoversOfDeadProcessesGo) {
+    const auto beside = [&](const char* what) { return temporary_.path() / (std::string("out") + what); };
+    for (const char* name : {".partial-999999999", ".partial-1", ".partial-x", "er.partial-999999999"})
+        fs::create_directories(beside(name));
+    const fs::path own = beside(".partial-") += std::to_string(getpid());
+    fs::create_directories(own);
+    write_file(own / "columns.npy", "of another process that had this number");
+    write_file(beside(".lock"), "process 999999999 on a machine that went down");
+    Scene scene = cube_scene(3);
+    scene.tables.columns = "none";
+    run(scene, out_);
+    EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
+    EXPECT_FALSE(fs::exists(beside(".partial-999999999")) || fs::exists(own) || fs::exists(beside(".lock")));
+    EXPECT_TRUE(fs::exists(beside(".partial-1"))) << "init runs";
+    EXPECT_TRUE(fs::exists(beside(".partial-x")) && fs::exists(beside("er.partial-999999999"))) << "foreign";
+}
 
 TEST_F(PrecomputeRun, AnOutputThatIsAFileIsAnError) {
     write_file(out_, "a file");

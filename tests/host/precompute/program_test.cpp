@@ -111,6 +111,20 @@ TEST_F(PrecomputeProgram, BadInputIsOneLineAStatusAndNothingWritten) {
     }
 }
 
+TEST_F(PrecomputeProgram, AKilledRunLeavesNothingThatTheNextOneKeeps) {
+    std::string large = kScene;
+    write_file(folder_.path() / "large.toml",
+               large.replace(large.find("side = 3"), 8, "side = 24"));  // seconds of work
+    const std::string script = "cd '" + folder_.path().string() + "' && { '" + program_.string() +
+                               "' large.toml -o a --quiet & } && for i in $(seq 1000); do "
+                               "[ -e a.partial-$! ] && break; sleep 0.01; done; kill -9 $!; wait";
+    (void)std::system(("( " + script + " ) 2>'" + (temporary_.path() / "killed.txt").string() + "'").c_str());
+    ASSERT_EQ(file_count(), 4U) << "two scenes, what was half done and its lock";
+    const Outcome outcome = run("scene.toml -o a --quiet");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(file_count(), 3U) << "two scenes and the tables";
+}
+
 TEST_F(PrecomputeProgram, AMissingSceneAndABadCommandLineFail) {
     const Outcome missing = run("none.toml -o a");
     EXPECT_EQ(missing.status, 1);

@@ -76,6 +76,25 @@ TEST_F(ServoSessionTest, AnswersEachStateAsTheFirmwareDoes) {
     EXPECT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
 }
 
+// Pressed and lifted on the same way, what is stored comes back, but for what a sampled spring gives in its ticks.
+TEST_F(ServoSessionTest, StatusTellsTheEnergies) {
+    std::int64_t seq = 0;
+    for (; seq <= 100; ++seq) ask(seq, 0.0301 - 4e-5 * static_cast<double>(seq));
+    const auto nanojoules = [this](const char* name) { return static_cast<double>(status(name)); };
+    const double stored_nj = nanojoules("energy_stored_nj");
+    double load_n = 0.0;
+    for (const auto& force_n : contacts.back().force_n) load_n += force_n[2];
+    const double u_m = contacts.back().finger_m[2] - contacts.back().god_object_m[2];
+    EXPECT_GT(stored_nj, 1000.0);
+    EXPECT_LT(load_n * u_m, 4e-9 * stored_nj);  // there is a part aside, of either sign
+    EXPECT_LT(nanojoules("energy_given_nj"), -0.5 * stored_nj);
+    for (; seq <= 202; ++seq) ask(seq, 0.0301 - 4e-5 * static_cast<double>(200 - seq));
+    EXPECT_EQ(nanojoules("energy_stored_nj"), 0.0);
+    EXPECT_EQ(nanojoules("energy_most_stored_nj"), stored_nj);
+    EXPECT_NEAR(nanojoules("energy_given_nj"), 2.0 * stored_nj / 100.0, 0.02 * stored_nj);
+    EXPECT_NEAR(session.report().energy.most_stored_j() * 1e9, stored_nj, 0.5);
+}
+
 // The forces on the nodes are the finger's action, the user's force is their reaction (eq. 12).
 TEST_F(ServoSessionTest, ContactMessageCarriesTheLoad) {
     ask(0, 0.031);

@@ -23,6 +23,7 @@ protected:
     ViewContactMessages() {
         write_cube_tables(folder_.path());
         tables_ = read_tables(folder_.path());
+        loads_ = std::make_unique<ContactLoads>(tables_);
     }
 
     static contact message(std::int64_t utime, std::int64_t seq) {
@@ -55,7 +56,7 @@ protected:
 
     std::string error_of(const FrameChoice& choice = {}) const {
         try {
-            read_contact_log(log_, tables_, choice);
+            read_contact_log(log_, *loads_, choice);
         } catch (const Error& error) {
             return error.what();
         }
@@ -65,10 +66,11 @@ protected:
     TestFolder folder_;
     std::filesystem::path log_ = folder_.path() / "session.log";
     Tables tables_;
+    std::unique_ptr<ContactLoads> loads_;
 };
 
 TEST_F(ViewContactMessages, AMessageBecomesAFrame) {
-    const ContactFrame frame = to_frame(message(2'500'000, 7), tables_, 500'000, "test");
+    const ContactFrame frame = to_frame(message(2'500'000, 7), *loads_, 500'000, "test");
     EXPECT_EQ(frame.number, 7);
     EXPECT_DOUBLE_EQ(frame.time_s, 2.0);
     EXPECT_TRUE(frame.contact);
@@ -81,7 +83,7 @@ TEST_F(ViewContactMessages, AMessageBecomesAFrame) {
 TEST_F(ViewContactMessages, TheForceFeltEndsAtTheDevicesLimit) {
     contact strong = message(0, 0);
     for (auto& f : strong.force_n) f = {0.0, 0.0, -100.0};
-    const ContactFrame frame = to_frame(strong, tables_, 0, "test");
+    const ContactFrame frame = to_frame(strong, *loads_, 0, "test");
     EXPECT_LT((frame.force_n - Eigen::Vector3d(0.0, 0.0, tables_.max_force_n)).norm(), 1e-9);
     EXPECT_EQ(frame.loads[0].force_n[2], -100.0F);  // the body is loaded by all of it
 }
@@ -89,13 +91,13 @@ TEST_F(ViewContactMessages, TheForceFeltEndsAtTheDevicesLimit) {
 TEST_F(ViewContactMessages, RefusesWhatItsServoCannotHaveSent) {
     contact other = message(0, 0);
     other.model_hash = 1;
-    EXPECT_THROW(to_frame(other, tables_, 0, "test"), Error);
+    EXPECT_THROW(to_frame(other, *loads_, 0, "test"), Error);
     contact far = message(0, 0);
     far.node[0] = 125;
-    EXPECT_THROW(to_frame(far, tables_, 0, "test"), Error);
+    EXPECT_THROW(to_frame(far, *loads_, 0, "test"), Error);
     contact wild = message(0, 0);
     wild.force_n[1][2] = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_THROW(to_frame(wild, tables_, 0, "test"), Error);
+    EXPECT_THROW(to_frame(wild, *loads_, 0, "test"), Error);
 }
 
 TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
@@ -103,7 +105,7 @@ TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
     for (int k = 0; k < 100; ++k)
         if (k < 40 || k > 75) messages.push_back(message(1'000'000 + 1000 * k, k));  // a gap of 36 ms
     write_log(messages);
-    const auto frames = read_contact_log(log_, tables_, {.every_ms = 10, .ticks = {}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}});
     ASSERT_EQ(frames.size(), 10U);
     const std::int64_t expected[10] = {0, 10, 20, 30, 39, 39, 39, 39, 80, 90};
     for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -115,7 +117,7 @@ TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
 TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
     write_log({message(0, 0), message(10'000, 1), message(100'000'000, 2), message(100'010'000, 3), message(5000, 4),
                message(15'000, 5)});
-    const auto frames = read_contact_log(log_, tables_, {.every_ms = 10, .ticks = {}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}});
     EXPECT_LT(frames.size(), 10U);
     EXPECT_EQ(frames.front().number, 0);
     EXPECT_EQ(frames.back().number, 5);
@@ -124,7 +126,7 @@ TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
 
 TEST_F(ViewContactMessages, PicksMessagesBySeq) {
     write_log({message(0, 10), message(1000, 11), message(2000, 12)});
-    const auto frames = read_contact_log(log_, tables_, {.every_ms = 33, .ticks = {11}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 33, .ticks = {11}});
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(frames[0].number, 11);
     EXPECT_NE(error_of({.every_ms = 33, .ticks = {13}}).find("seq 13"), std::string::npos);
@@ -163,7 +165,7 @@ TEST_F(ViewContactMessages, FollowsALiveServo) {
     });
     std::vector<std::int64_t> drawn;
     std::int64_t messages = 0;
-    EXPECT_NO_THROW(messages = follow_contacts(tables_, {.frames = 4, .seconds = 20.0},
+    EXPECT_NO_THROW(messages = follow_contacts(*loads_, {.frames = 4, .seconds = 20.0},
                                                [&](const ContactFrame& frame) { drawn.push_back(frame.number); }));
     stop = true;
     servo.join();

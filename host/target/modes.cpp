@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/target/modes.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// Steps that a walk may take after it has met its limit: the last look around a vertex, two edges and two patches.
+constexpr std::uint64_t kLastLook = 13;
+
+/// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
+constexpr std::uint64_t kLastLeaf = 20;
+
+haptable_energy_fn* energy_of(haptable_force_fn* force) {
+    if (force == haptable_force_consistent) return haptable_energy_consistent;
+    return force == haptable_force_pressure_mask ? haptable_energy_pressure_mask : haptable_energy_interpolated;
+}
+
+}  // namespace
+
+std::vector<Mode> every_mode() {
+    std::vector<Mode> modes;
+    for (const char* more : {"", "friction", "passivity"})
+        for (const char* force : {"interpolated", "consistent", "pressure-mask"})
+            for (const char* god_object : {"nearest", "least-energy"}) modes.push_back({force, god_object, more});
+    return modes;
+}
+
+haptable_model in_mode(haptable_model model, const Mode& mode) {
+    const bool least = mode.god_object == "least-energy";
+    model.god_object = least ? haptable_god_object_least_energy : haptable_god_object_nearest;
+    model.energy = least ? energy_of(model.force) : nullptr;
+    model.frictionless = nullptr;
+    if (least && mode.more != "friction" && model.compliance != nullptr) model.force = haptable_force_of_least_energy;
+    if (mode.more == "friction") {
+        model.frictionless = model.god_object;
+        model.god_object = haptable_god_object_rough;
+        model.static_friction = 0.5F;
+        model.kinetic_friction = 0.4F;
+    }
+    const bool finishes = mode.more == "passivity";
+    model.release = finishes ? haptable_release_slew : nullptr;
+    model.release_n = 0.05F;
+    model.passivity = finishes ? haptable_passivity_control : nullptr;
+    return model;
+}
+
+TickCost cost_of(const Mode& mode) {
+    const bool consistent = mode.force == "consistent", mask = mode.force == "pressure-mask";
+    const std::uint64_t force = mask ? 2300 : consistent ? 400 : 200;
+    const std::uint64_t energy = mask ? 4050 : consistent ? 2350 : 1350;
+    TickCost cost{2200 + force, 65, 280, mode.god_object == "least-energy" ? energy : 0};
+    // Nine looks into the cone: a force and the normals of up to 32 patches around a vertex.
+    if (mode.more == "friction") cost.rest += 9 * (2000 + force);
+    if (mode.more == "passivity") cost.rest += 300;
+    return cost;
+}
+
+std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
+    return each.rest + each.step * (tick.most_steps + tick.most_held_steps) + each.box * tick.most_boxes +
+           each.energy * tick.most_energies;
+}
+
+std::uint64_t most_cost(const Mode& mode) {
+    haptable_counters most{};
+    most.most_steps = HAPTABLE_WALK_STEPS + kLastLook;
+    if (mode.more == "friction") most.most_held_steps = 3 * HAPTABLE_WALK_STEPS + kLastLook;
+    most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
+    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES;
+    return cost(cost_of(mode), most);
+}
+
+}  // namespace haptable

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Every way in which a model can be touched, and what a tick of each costs at the most.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/haptable.h"
+
+namespace haptable {
+
+/// What a scene's [contact] chooses, as far as it changes a tick's work.
+struct Mode {
+    std::string force;       ///< interpolated | consistent | pressure-mask
+    std::string god_object;  ///< nearest | least-energy
+    std::string more;        ///< empty, friction, or passivity (and a release)
+
+    std::string name() const { return force + " " + god_object + (more.empty() ? "" : " " + more); }
+};
+
+/// Three forces, two god-objects, each alone, with friction, with passivity and release.
+std::vector<Mode> every_mode();
+
+/// The model as it is touched in that mode. before: the model's tables are of the mode's force.
+haptable_model in_mode(haptable_model model, const Mode& mode);
+
+/// What a tick costs by reasoning, in instructions: a rest, and so much each step of the walk, box of the index, point
+/// whose energy is taken. The numbers hold for Cortex-M4F, M7, M33 and rv32imafc at -O2.
+struct TickCost {
+    std::uint64_t rest, step, box, energy;
+};
+TickCost cost_of(const Mode& mode);
+
+/// The work of one tick, as the servo counted it.
+std::uint64_t cost(const TickCost& each, const haptable_counters& tick);
+
+/// The most that a tick can cost: the limits of haptable.h times the cost of each.
+std::uint64_t most_cost(const Mode& mode);
+
+}  // namespace haptable

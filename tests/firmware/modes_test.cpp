@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Every mode of the servo on emulated microcontrollers: the host's bits, under its bound, and no more instructions than
+// before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+
+#include "host/target/counts.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+#include "tests/bodies.hpp"
+
+namespace haptable::test {
+namespace {
+
+std::filesystem::path build_folder() {
+    const char* build = std::getenv("BUILD");
+    return build != nullptr && *build != '\0' ? build : "build";
+}
+
+/// A body with the tables of one force; made once for all tests.
+const ElasticBody& body(const std::string& name, const std::string& force) {
+    static std::map<std::string, std::unique_ptr<ElasticBody>> made;
+    std::unique_ptr<ElasticBody>& one = made[name + force];
+    const double radius_m = force != "pressure-mask" ? 0.0 : name == "cube" ? 0.012 : 0.004;
+    if (!one && name == "cube") one = std::make_unique<ElasticBody>(cube_scene(5, 0.49), force, radius_m);
+    if (!one) one = std::make_unique<ElasticBody>(needle_cells(6, 0.06, 0.006), name, force, radius_m);
+    return *one;
+}
+
+struct Case {
+    std::string target, body;
+    Mode mode;
+};
+
+/// Every mode on the M7; the paper's and the dearest one on the others.
+std::vector<Case> cases() {
+    std::vector<Case> all;
+    for (const char* name : {"cube", "needle"})
+        for (const Mode& mode : every_mode()) all.push_back({"cortex-m7", name, mode});
+    for (const char* target : {"cortex-m4", "cortex-m33", "rv32"})
+        for (const Mode& mode :
+             {Mode{"interpolated", "nearest", ""}, Mode{"pressure-mask", "least-energy", "friction"}})
+            all.push_back({target, "needle", mode});
+    return all;
+}
+
+std::string word(const Case& one) { return one.body + " " + one.target + " " + one.mode.name(); }
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+    std::string name = word(info.param);
+    for (char& c : name)
+        if (c == ' ' || c == '-') c = '_';
+    return name;
+}
+
+class ModeOnTarget : public testing::TestWithParam<Case> {
+protected:
+    const Case& one = GetParam();
+    const TargetImage image{build_folder(), "cube", one.target};
+};
+
+INSTANTIATE_TEST_SUITE_P(Modes, ModeOnTarget, testing::ValuesIn(cases()), name_of);
+
+bool same(const TargetTick& a, const haptable_output& b) {
+    return a.state == b.state && std::equal(a.vertex.begin(), a.vertex.end(), b.vertex) &&
+           std::memcmp(a.alpha.data(), b.alpha, sizeof b.alpha) == 0 &&
+           std::memcmp(a.god_object_m.data(), b.god_object_m, sizeof b.god_object_m) == 0 &&
+           std::memcmp(a.force_n.data(), b.force_n, sizeof b.force_n) == 0;
+}
+
+/// "median worst" of a line of instructions.txt that begins with these words.
+std::array<std::uint64_t, 2> reference(const std::string& words) {
+    std::ifstream file("tests/firmware/instructions_by_mode.txt");
+    for (std::string line; std::getline(file, line);) {
+        if (line.compare(0, words.size() + 2, words + ": ") != 0) continue;
+        std::istringstream numbers(line.substr(words.size() + 2));
+        std::array<std::uint64_t, 2> counts{};
+        numbers >> counts[0] >> counts[1];
+        return counts;
+    }
+    return {};
+}
+
+TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const ElasticBody& touched = body(one.body, one.mode.force);
+    const haptable_model model = in_mode(touched.model(), one.mode);
+    const auto path_m = hard_path(touched.tables(), 60);
+    const std::vector<TargetTick> ticks = image.measure(model, path_m);
+    const TickCost each = cost_of(one.mode);
+    haptable_servo servo;
+    haptable_init(&servo);
+    std::uint64_t worst = 0;
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        haptable_counters& tick = servo.counters;
+        tick.most_steps = tick.most_held_steps = tick.most_boxes = tick.most_energies = 0;
+        haptable_output out;
+        haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+        ASSERT_TRUE(same(ticks[i], out)) << "tick " << i;
+        EXPECT_LE(ticks[i].instructions, cost(each, tick)) << "tick " << i;
+        worst = std::max(worst, ticks[i].instructions);
+    }
+    EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
+    EXPECT_LT(worst, most_cost(one.mode));
+    const std::uint64_t median = count_ticks(path_m, ticks).sliding.median;
+    const std::string counts = word(one) + ": " + std::to_string(median) + " " + std::to_string(worst);
+    const auto [then_median, then_worst] = reference(word(one));
+    RecordProperty("instructions", counts);
+    EXPECT_LE(median, then_median + then_median / 20) << "announce it in instructions_by_mode.txt: " << counts;
+    EXPECT_LE(worst, then_worst + then_worst / 20) << "announce it in instructions_by_mode.txt: " << counts;
+}
+
+}  // namespace
+}  // namespace haptable::test

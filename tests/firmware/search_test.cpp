@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The search of a finger's way by the spatial index: how many boxes it takes, and what becomes of one that takes more
+// than a tick has.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/shapes.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+class Finger {
+public:
+    explicit Finger(const TestModel& model) : model_(model) { haptable_init(&servo_); }
+    bool to(const Vector3d& x) {
+        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+        servo_.counters.most_boxes = 0;
+        haptable_step(model_.get(), &servo_, finger, time_us_ += 1000, &out_);
+        return out_.state == HAPTABLE_CONTACT;
+    }
+    const haptable_counters& counters() const { return servo_.counters; }
+
+private:
+    const TestModel& model_;
+    haptable_servo servo_{};
+    haptable_output out_{};
+    std::uint32_t time_us_ = 0;
+};
+
+/// A plate of 2 mm with 25,000 patches: a way along its top meets hundreds of boxes.
+const TestModel& plate() {
+    static const TestModel model(box_shape(46, Vector3d(0.1, 0.1, 0.002)));
+    return model;
+}
+
+/// Ticks of a resting finger until it touches; 99: never.
+int ticks_until_contact(Finger& finger, const Vector3d& x) {
+    for (int tick = 1; tick <= 10; ++tick)
+        if (finger.to(x)) return tick;
+    return 99;
+}
+
+TEST(Search, GoesOnAtTheNextTickWhereATicksBoxesDoNotReach) {
+    Finger finger(plate());
+    finger.to({0.001, 0.002, 0.0022});
+    const Vector3d end(0.099, 0.097, 0.0019);
+    EXPECT_FALSE(finger.to(end));
+    EXPECT_EQ(finger.counters().most_boxes, unsigned{HAPTABLE_TICK_BOXES});
+    EXPECT_EQ(finger.counters().box_limits, 1U);
+    const int ticks = ticks_until_contact(finger, end);
+    EXPECT_LE(ticks, 5);
+    EXPECT_EQ(finger.counters().box_limits, static_cast<unsigned>(ticks));
+    EXPECT_EQ(finger.counters().contacts, 1U);
+}
+
+// While a long way over the plate is still searched the finger goes in and comes out, on ways of their own.
+TEST(Search, MissesNothingThatHappensMeanwhile) {
+    Finger finger(plate());
+    finger.to({0.001, 0.002, 0.0020001});
+    EXPECT_FALSE(finger.to({0.099, 0.097, 0.0020001}));  // within the boxes' margin over it
+    ASSERT_EQ(finger.counters().box_limits, 1U);
+    EXPECT_LE(ticks_until_contact(finger, {0.099, 0.097, 0.0015}), 6);  // pressed down before the search was over
+    EXPECT_TRUE(finger.to({0.099, 0.097, 0.0012}));
+    EXPECT_FALSE(finger.to({0.099, 0.097, 0.0025}));
+    EXPECT_EQ(finger.counters().contacts, 1U);
+}
+
+TEST(Search, ADroppedFingerLeavesNoSearchBehind) {
+    Finger finger(plate());
+    finger.to({0.001, 0.002, 0.0022});
+    finger.to({0.099, 0.097, 0.0019});
+    ASSERT_EQ(finger.counters().box_limits, 1U);
+    finger.to(Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    EXPECT_EQ(ticks_until_contact(finger, {0.05, 0.05, 0.001}), 99);  // inside from the first position on
+    EXPECT_EQ(finger.counters().contacts, 0U);
+}
+
+// Long jumps on to the plate from everywhere: a finger that ends inside is held within a few ticks, one that ends
+// outside is not.
+TEST(Search, LateEntriesAreEntries) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> u(0.0, 1.0);
+    std::uint32_t limits = 0;
+    for (int i = 0; i < 300; ++i) {
+        Finger finger(plate());
+        finger.to({0.1 * u(random), 0.1 * u(random), 0.0021 + 0.0004 * u(random)});
+        const Vector3d end(0.002 + 0.096 * u(random), 0.002 + 0.096 * u(random), 0.0008 + 0.0011 * u(random));
+        const int ticks = ticks_until_contact(finger, end);
+        EXPECT_LE(ticks, 6) << i;
+        limits += finger.counters().box_limits;
+    }
+    EXPECT_GT(limits, 30U);
+}
+
+// What codegen states: no way of up to 5 mm visits more boxes; and it states not much more than there are.
+TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
+    for (const Shape& shape : {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(4, 0.03),
+                               torus_shape(48, 24, 0.05, 0.02), box_shape(20, Vector3d(0.03, 0.03, 0.001))}) {
+        const TestModel model(shape);
+        const std::size_t stated = most_boxes(model.servo().index, 0.005);
+        std::mt19937 random(6);
+        std::normal_distribution<double> normal;
+        std::uniform_real_distribution<double> u(0.0, 1.0);
+        std::size_t most = 0;
+        for (int i = 0; i < 20000; ++i) {
+            const int patch = int(random() % model.servo().patch.size());
+            const Vector3d way = Vector3d(normal(random), normal(random), normal(random)).normalized();
+            const Vector3d from = model.corner(patch, 0) - 0.005 * u(random) * way;
+            Finger finger(model);
+            finger.to(from);
+            const bool touches = finger.to(from + 0.00499 * way);
+            if (touches || finger.counters().contacts > 0) continue;  // more ways than one
+            most = std::max(most, std::size_t{finger.counters().most_boxes});
+        }
+        EXPECT_LE(most, stated) << shape.name;
+        EXPECT_GT(3 * most, stated) << shape.name;
+        printf("%s, %zu boxes: stated %zu, found %zu\n", shape.name.c_str(), model.servo().index.boxes.size(), stated,
+               most);
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test
