@@ -312,7 +312,7 @@ static int slide(struct walk* walk, struct point* here) {
 /* Newton's correction may be this much of a patch at the most: its own error is then below a float's rounding. */
 #define CORRECTION 2e-3f
 
-/* Moves alpha by d within the patch's inside, the edge or the vertex that it is on. Returns 0 where d leads off it. */
+/* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0 where d leads off it. */
 static int move_on(const struct haptable_model* model, const struct haptable_contact* from, const float d[3],
                    struct haptable_contact* to) {
     int c;
@@ -328,19 +328,6 @@ static void whole_way(float d1, float d2, float d[3]) {
     d[0] = -(d1 + d2);
 }
 
-/* 1 where no edge at the vertex leads down. */
-static int rests_on_vertex(struct walk* walk, int corner, const struct point* here) {
-    struct fan fan = fan_begin(walk->model, here->at.patch, corner);
-    if (falls_along_edge(here, corner)) return 0;
-    while (fan_next(walk->model, &fan)) {
-        struct point next;
-        if (walk->steps >= HAPTABLE_ENERGY_STEPS) return 0;
-        see_from(walk, here, fan.patch, &next);
-        if (falls_along_edge(&next, fan.corner)) return 0;
-    }
-    return 1;
-}
-
 /* 1 where E falls into neither patch of the edge opposite to `corner`, and bends upwards along it; d is the way to its
  * minimum there. */
 static int rests_on_edge(struct walk* walk, int corner, const struct point* here, float d[3]) {
@@ -354,15 +341,13 @@ static int rests_on_edge(struct walk* walk, int corner, const struct point* here
     return 1;
 }
 
-/* Newton's step d to the minimum of E nearby, without leaving the inside, edge or vertex. Returns 0 where E has none
+/* Newton's step d to the minimum of E nearby, without leaving the inside or the edge. Returns 0 where E has none
  * there. */
 static int correction(struct walk* walk, const struct point* here, float d[3]) {
     int corner = 0;
     const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
     if (feature == INSIDE) return newton(here->energy.curvature_j, here->energy.slope_j, d);
-    if (feature == ON_EDGE) return rests_on_edge(walk, corner, here, d);
-    vec_zero(d);
-    return rests_on_vertex(walk, corner, here);
+    return feature == ON_EDGE && rests_on_edge(walk, corner, here, d);
 }
 
 /* 1 where the correction is so small that it ends the tick. */
@@ -371,6 +356,12 @@ static int is_small(const float d[3]) {
     for (c = 0; c < 3; ++c)
         if (!(d[c] < CORRECTION && d[c] > -CORRECTION)) return 0;
     return 1;
+}
+
+/* 1 where it is known how the god-object goes with the finger: after a tick within a patch or on an edge, where E bends
+ * upwards. */
+static int is_known(float lead_per_m[2][3]) {
+    return vec_dot(lead_per_m[0], lead_per_m[0]) + vec_dot(lead_per_m[1], lead_per_m[1]) > 0.0f;
 }
 
 /* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
@@ -477,7 +468,9 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
 /* To where the god-object of a tick rests. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     here->at = servo->contact;
-    if ((is_new || !follow(walk, servo->lead_per_m, servo->finger_m, here)) && !slide(walk, here)) ++servo->counters.walk_limits;
+    if ((is_new || !is_known(servo->lead_per_m) || !follow(walk, servo->lead_per_m, servo->finger_m, here)) &&
+        !slide(walk, here))
+        ++servo->counters.walk_limits;
     find_lead(here, servo->lead_per_m);
     if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
