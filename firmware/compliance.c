@@ -46,9 +46,15 @@ static inline void bernstein(int degree, const float alpha[3], float w[10]) {
         return;
     }
     w[0] = a * a * a;
-    w[1] = 3.0f * a * a * b, w[2] = 3.0f * a * a * c;
-    w[3] = 3.0f * a * b * b, w[4] = 6.0f * a * b * c, w[5] = 3.0f * a * c * c;
-    w[6] = b * b * b, w[7] = 3.0f * b * b * c, w[8] = 3.0f * b * c * c, w[9] = c * c * c;
+    w[1] = 3.0f * a * a * b;
+    w[2] = 3.0f * a * a * c;
+    w[3] = 3.0f * a * b * b;
+    w[4] = 6.0f * a * b * c;
+    w[5] = 3.0f * a * c * c;
+    w[6] = b * b * b;
+    w[7] = 3.0f * b * b * c;
+    w[8] = 3.0f * b * c * c;
+    w[9] = c * c * c;
 }
 
 /* out = w B and out += w B, as single statements, which compilers put into wide registers. */

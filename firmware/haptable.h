@@ -32,7 +32,7 @@ extern "C" {
  * counted (walk_limits). */
 #define HAPTABLE_WALK_STEPS 128
 
-/* The most patches around one vertex whose normals are added up. */
+/* The most patches around one vertex, so that a look around it fits into a tick. Codegen refuses more. */
 #define HAPTABLE_FAN_PATCHES 32
 
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
@@ -83,9 +83,9 @@ struct haptable_way;
 struct haptable_counters;
 struct haptable_servo;
 
-/* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without contact,
- * servo->way.to_m is the last position up to which the finger's way was searched, or the end of a search that is not
- * finished; way.boxes is 0. */
+/* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without
+ * contact, servo->way.to_m is the last position up to which the finger's way was searched, or the end of a search that
+ * is not finished; way.boxes is 0. */
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                     const float x_m[3]);
 
@@ -210,14 +210,14 @@ struct haptable_servo {
     struct haptable_contact contact;
     struct haptable_way way;
     float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
-    float finger_m[3];    /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known; /* 0 or 1 */
-    uint8_t state;        /* enum haptable_state */
-    uint32_t position_us; /* when the last position came; wraps */
-    float felt_n[3];      /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];  /* what release still holds of forces that have ended */
-    float given_n[3];     /* the force of the last tick as it was given */
-    float given_j;        /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    float finger_m[3];      /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known;   /* 0 or 1 */
+    uint8_t state;          /* enum haptable_state */
+    uint32_t position_us;   /* when the last position came; wraps */
+    float felt_n[3];        /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];    /* what release still holds of forces that have ended */
+    float given_n[3];       /* the force of the last tick as it was given */
+    float given_j;          /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 

@@ -231,50 +231,56 @@ void Cluster::open_columns(std::string path, std::vector<std::int32_t> place_of_
     agree(failed == MPI_SUCCESS ? "" : path + ": cannot be written: do all machines see this folder?");
 }
 
-void Cluster::write_columns(const std::filesystem::path& file, std::span<const std::int32_t> node,
-                            std::span<const std::int32_t> row, const ColumnFormat& format, Progress& progress) {
-    if (format.half)
-        make_file<Half>(file.string(), node.size(), row.size());
-    else
-        make_file<float>(file.string(), node.size(), row.size());
-    const std::size_t value_bytes = format.half ? sizeof(Half) : sizeof(float);
-    row_count_ = row.size();
-    header_bytes_ =
-        static_cast<MPI_Offset>(std::filesystem::file_size(file) - 9 * value_bytes * node.size() * row_count_);
-    std::vector<std::int32_t> place_of_row(static_cast<std::size_t>(size()), -1);
-    for (std::size_t k = 0; k < row.size(); ++k)
-        for (std::size_t c = 0; c < 3; ++c)
-            place_of_row[3 * static_cast<std::size_t>(row[k]) + c] = static_cast<std::int32_t>(3 * k + c);
-    begin(Task::kOpen);
-    open_columns(file.string(), std::move(place_of_row), format);
-    // Neighbours in the elimination tree share their way to its root.
+/// Neighbours in the elimination tree share their way to its root.
+std::vector<std::int32_t> Cluster::order_along_tree(std::span<const std::int32_t> node) const {
     std::vector<std::int32_t> order(node.size());
     std::iota(order.begin(), order.end(), 0);
     const auto place = [&](std::int32_t i) {
         return mumps_.order()[3 * static_cast<std::size_t>(node[static_cast<std::size_t>(i)])];
     };
     std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return place(a) < place(b); });
+    return order;
+}
+
+void Cluster::write_columns(const ColumnTask& task, Progress& progress) {
+    if (task.format.half)
+        make_file<Half>(task.file.string(), task.node_count, task.row.size());
+    else
+        make_file<float>(task.file.string(), task.node_count, task.row.size());
+    const std::size_t value_bytes = task.format.half ? sizeof(Half) : sizeof(float);
+    row_count_ = task.row.size();
+    header_bytes_ =
+        static_cast<MPI_Offset>(std::filesystem::file_size(task.file) - 9 * value_bytes * task.node_count * row_count_);
+    std::vector<std::int32_t> place_of_row(static_cast<std::size_t>(size()), -1);
+    for (std::size_t k = 0; k < task.row.size(); ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            place_of_row[3 * static_cast<std::size_t>(task.row[k]) + c] = static_cast<std::int32_t>(3 * k + c);
+    begin(Task::kOpen);
+    open_columns(task.file.string(), std::move(place_of_row), task.format);
+    const std::vector<std::int32_t> order = order_along_tree(task.node);
     for (std::size_t first = 0; first < order.size(); first += kNodesAtOnce) {
         progress.done(static_cast<double>(first) / static_cast<double>(order.size()));
-        const std::size_t last = std::min(order.size(), first + kNodesAtOnce);
+        std::vector<std::int32_t> unknown, place;
+        for (std::size_t i = first; i < std::min(order.size(), first + kNodesAtOnce); ++i) {
+            unknown.push_back(task.node[static_cast<std::size_t>(order[i])]);
+            place.push_back(static_cast<std::int32_t>(task.place[static_cast<std::size_t>(order[i])]));
+        }
         begin(Task::kColumns);
-        solve_columns(
-            {order.begin() + static_cast<std::ptrdiff_t>(first), order.begin() + static_cast<std::ptrdiff_t>(last)},
-            node);
+        solve_columns(place, unknown);
     }
     begin(Task::kClose);
     close_columns();
 }
 
 /// One group of columns: solved by all ranks, then each rank gathers and writes the columns of its nodes: every
-/// ranks_-th. place: rank 0's, of the nodes in the table.
+/// ranks_-th. Rank 0's: the nodes' places in the table and among the unknowns.
 void Cluster::solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node) {
     share(place, communicator_);
     const auto count = static_cast<int>(place.size());
     std::vector<std::int32_t> column;
     if (leads())
-        for (std::int32_t i : place)
-            for (std::int32_t c = 0; c < 3; ++c) column.push_back(3 * unknown_node[static_cast<std::size_t>(i)] + c);
+        for (std::int32_t node : unknown_node)
+            for (std::int32_t c = 0; c < 3; ++c) column.push_back(3 * node + c);
     mumps_.solve_units(column, 3 * count);
     if (sent_count_.empty()) find_senders();
     std::vector<std::int32_t> own;

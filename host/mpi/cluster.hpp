@@ -27,8 +27,7 @@ public:
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;
     void factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) override;
     std::vector<Eigen::Matrix3d> blocks(std::span<const NodePair> wanted) override;
-    void write_columns(const std::filesystem::path& file, std::span<const std::int32_t> node,
-                       std::span<const std::int32_t> row, const ColumnFormat& format, Progress& progress) override;
+    void write_columns(const ColumnTask& task, Progress& progress) override;
     void report(Summary& summary) override;
 
 private:
@@ -44,6 +43,7 @@ private:
     std::vector<double> gather(double own) const;
     void open_columns(std::string path, std::vector<std::int32_t> place_of_row, const ColumnFormat& format);
     void solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node);
+    std::vector<std::int32_t> order_along_tree(std::span<const std::int32_t> node) const;
     void find_senders();
     std::vector<float> exchange(int own_nodes, int count) const;
     std::string write(std::span<const float> received, std::span<const std::int32_t> own_place);

@@ -32,33 +32,44 @@ double distance(const Eigen::MatrixXd& x, Value value) {
 
 }  // namespace
 
-double column_difference(const fs::path& file, const ColumnFormat& format, std::size_t i, const Eigen::MatrixXd& x) {
+ColumnReader::ColumnReader(const fs::path& file, const ColumnFormat& format)
+    : unit_(static_cast<float>(format.unit_m_per_n)) {
+    if (format.half)
+        half_.emplace(file);
+    else
+        single_.emplace(file);
+}
+
+double ColumnReader::difference(std::size_t i, const Eigen::MatrixXd& x) const {
     const std::size_t first = i * static_cast<std::size_t>(3 * x.rows());
-    const auto unit = static_cast<float>(format.unit_m_per_n);
-    if (format.half) {
-        const MappedNpy<Half> columns(file);
-        return distance(x, [&](std::size_t e) { return unit * to_float(columns.values()[first + e]); });
-    }
-    const MappedNpy<float> columns(file);
-    return distance(x, [&](std::size_t e) { return columns.values()[first + e]; });
+    return distance(x, [&](std::size_t e) { return at(first + e); });
+}
+
+ColumnFile::ColumnFile(const fs::path& file, std::size_t node_count, std::size_t row_count, const ColumnFormat& format,
+                       bool keep)
+    : row_count_(row_count),
+      per_unit_(static_cast<float>(1.0 / format.unit_m_per_n)),
+      unit_(static_cast<float>(format.unit_m_per_n)) {
+    const std::vector<std::size_t> shape{node_count, row_count, 3, 3};
+    if (format.half)
+        half_.emplace(file, shape, keep);
+    else
+        single_.emplace(file, shape, keep);
+}
+
+std::span<const std::byte> ColumnFile::bytes_of_block(std::size_t i, std::size_t k) const {
+    const std::size_t first = 9 * (i * row_count_ + k);
+    if (half_) return std::as_bytes(std::span<const Half>(half_->values()).subspan(first, 9));
+    return std::as_bytes(std::span<const float>(single_->values()).subspan(first, 9));
 }
 
 ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
-                         std::size_t row_count, const ColumnFormat& format)
-    : folder_(std::move(folder)),
-      solver_(solver),
-      row_count_(row_count),
-      per_unit_(static_cast<float>(1.0 / format.unit_m_per_n)),
-      unit_(static_cast<float>(format.unit_m_per_n)),
-      done_(solver.group_count(), 0) {
+                         std::size_t row_count, const ColumnFormat& format, ColumnPlaces places)
+    : folder_(std::move(folder)), solver_(solver), places_(std::move(places)), done_(solver.group_count(), 0) {
     std::error_code failed;
     fs::create_directories(folder_, failed);
     if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), failed.message()));
-    const std::vector<std::size_t> shape{node_count, row_count, 3, 3};
-    if (format.half)
-        half_.emplace(folder_ / "columns.npy", shape, true);
-    else
-        single_.emplace(folder_ / "columns.npy", shape, true);
+    file_.emplace(folder_ / "columns.npy", node_count, row_count, format, true);
     read_journal(key);
     // Written anew: a line that a crash cut off must not spoil the next one.
     journal_.open(folder_ / "journal", std::ios::trunc);
@@ -96,36 +107,24 @@ void ColumnStore::write_journal(std::size_t group) {
 std::uint64_t ColumnStore::hash_of(std::size_t group) const {
     XXH3_state_t* state = XXH3_createState();
     XXH3_64bits_reset(state);
-    solver_.for_each_block(group, [&](std::size_t i, std::size_t k) {
-        const std::size_t first = 9 * (i * row_count_ + k);
-        if (half_)
-            XXH3_64bits_update(state, &half_->values()[first], 9 * sizeof(Half));
-        else
-            XXH3_64bits_update(state, &single_->values()[first], 9 * sizeof(float));
+    solver_.for_each_block(group, [&](std::size_t c, std::size_t k) {
+        const std::span<const std::byte> block = file_->bytes_of_block(node_of(c), row_of(k));
+        XXH3_64bits_update(state, block.data(), block.size());
     });
     const std::uint64_t hash = XXH3_64bits_digest(state);
     XXH3_freeState(state);
     return hash;
 }
 
-void ColumnStore::put(std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) {
-    const std::size_t first = 9 * (i * row_count_ + k);
-    for (std::size_t e = 0; e < 9; ++e) {
-        const float value = l_ri(static_cast<Eigen::Index>(e / 3), static_cast<Eigen::Index>(e % 3));
-        if (half_)
-            half_->values()[first + e] = to_half(value * per_unit_);
-        else
-            single_->values()[first + e] = value;
-    }
-}
-
-float ColumnStore::at(std::size_t entry) const {
-    return half_ ? unit_ * to_float(half_->values()[entry]) : single_->values()[entry];
+void ColumnStore::put(std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) {
+    const std::size_t first = 9 * (node_of(c) * file_->row_count() + row_of(k));
+    for (std::size_t e = 0; e < 9; ++e)
+        file_->set(first + e, l_ri(static_cast<Eigen::Index>(e / 3), static_cast<Eigen::Index>(e % 3)));
 }
 
 ColumnSolver::Sink ColumnStore::sink() {
     ColumnSolver::Sink sink;
-    sink.take = [this](std::size_t i, std::size_t k, const Eigen::Matrix3f& l_ri) { put(i, k, l_ri); };
+    sink.take = [this](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) { put(c, k, l_ri); };
     sink.have = [this](std::size_t group) { return done_[group] != 0; };
     sink.done = [this](std::size_t group) {
         write_journal(group);
@@ -135,7 +134,7 @@ ColumnSolver::Sink ColumnStore::sink() {
 }
 
 double ColumnStore::difference(std::size_t i, const Eigen::MatrixXd& x) const {
-    return distance(x, [&](std::size_t e) { return at(9 * i * row_count_ + e); });
+    return distance(x, [&](std::size_t e) { return file_->at(9 * i * file_->row_count() + e); });
 }
 
 void ColumnStore::publish(const fs::path& file) {

@@ -12,9 +12,24 @@
 
 namespace haptable {
 
-struct ColumnFormat;
 struct NodePair;
 struct Summary;
+
+/// What columns.npy holds: entries as float, or as Half in units of `unit_m_per_n`, a power of 2.
+struct ColumnFormat {
+    bool half = false;
+    double unit_m_per_n = 1.0;
+};
+
+/// Columns to be solved for and written.
+struct ColumnTask {
+    std::filesystem::path file;
+    std::size_t node_count = 0;          ///< of the table
+    std::span<const std::int32_t> node;  ///< unknown nodes that are wanted
+    std::span<const std::size_t> place;  ///< theirs in the table
+    std::span<const std::int32_t> row;   ///< [r] unknown nodes: all rows of the table
+    ColumnFormat format;
+};
 
 class LinearSolver {
 public:
@@ -36,9 +51,8 @@ public:
     virtual void factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) = 0;
     /// L_ij in m/N of pairs of unknown nodes (row i, column j), no pair twice.
     virtual std::vector<Eigen::Matrix3d> blocks(std::span<const NodePair> wanted) = 0;
-    /// columns.npy: L_ri of all rows r (unknown nodes) for every node i, float32 or float16.
-    virtual void write_columns(const std::filesystem::path& file, std::span<const std::int32_t> node,
-                               std::span<const std::int32_t> row, const ColumnFormat& format, Progress& progress) = 0;
+    /// Makes columns.npy with the columns of the nodes: L_ri of all rows r. Entries of other nodes are left 0.
+    virtual void write_columns(const ColumnTask& task, Progress& progress) = 0;
     /// Processor time and peak memory of every process so far.
     virtual void report(Summary& summary) = 0;
 };

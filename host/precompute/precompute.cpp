@@ -19,6 +19,7 @@
 #include "host/precompute/column_solver.hpp"
 #include "host/precompute/column_store.hpp"
 #include "host/precompute/compliance.hpp"
+#include "host/precompute/earlier_tables.hpp"
 #include "host/precompute/mask.hpp"
 #include "host/precompute/numeric.hpp"
 #include "host/precompute/point_compliance.hpp"
@@ -123,11 +124,11 @@ std::vector<std::array<std::int32_t, 2>> coupled_edges(const Scene& scene, const
     return edges;
 }
 
-/// The blocks that selected inversion gives: L_ii of the touchable nodes, then L_ij of edges.
-std::vector<NodePair> wanted_blocks(const Scene& scene, const Body& body) {
+/// The blocks that selected inversion gives: L_ii of the mesh nodes, then L_ij of edges.
+std::vector<NodePair> wanted_blocks(const Scene& scene, const Body& body, const Nodes& mesh_node) {
     std::vector<NodePair> wanted;
     const auto unknown = [&](std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; };
-    for (std::int32_t node : body.touch_node) wanted.push_back({unknown(node), unknown(node)});
+    for (std::int32_t node : mesh_node) wanted.push_back({unknown(node), unknown(node)});
     for (const auto& edge : coupled_edges(scene, body)) wanted.push_back({unknown(edge[0]), unknown(edge[1])});
     return wanted;
 }
@@ -418,20 +419,16 @@ double factor_file_bytes(const Factor& factor) {
            static_cast<double>(s.row.size() + 3 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
 }
 
-/// What the run will need, from the pattern of the factor.
-MemoryNeed foresee(const Scene& scene, const Body& body, const Factor& factor, const Eigen::SparseMatrix<double>& k,
-                   const Nodes& node, const Nodes& row, double column_tolerance, const Workers& workers) {
+/// What the run will need, from the pattern of the factor: K, L, the inversion for `wanted` and the plain solves.
+MemoryNeed foresee(const Factor& factor, const Eigen::SparseMatrix<double>& k, const std::vector<NodePair>& wanted,
+                   const Workers& workers) {
     MemoryNeed need;
     need.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
     need.factor = factor.bytes() + factorize_bytes(factor.supernodes(), workers.count());
     // A trial in float may have to be done again in double.
-    const SelectedInversion inversion(factor.supernodes(), wanted_blocks(scene, body));
+    const SelectedInversion inversion(factor.supernodes(), wanted);
     need.fronts = static_cast<double>(inversion.stack_entries(workers.count())) * sizeof(double);
     need.solves = 4.0 * static_cast<double>(k.rows()) * 3.0 * static_cast<double>(kNodesPerBlock) * sizeof(double);
-    if (drawing_of(scene, body) != Drawing::kColumns) return need;
-    const ColumnSolver columns(factor.supernodes(), node, row);
-    need.columns = columns.bytes<double>(workers.count());
-    if (column_tolerance > 0.0) need.columns = std::max(need.columns, columns.bytes<float>(workers.count()));
     return need;
 }
 
@@ -487,12 +484,13 @@ public:
         remove_leftovers(folder_);
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
-        if (options_.force || !reuse(beside.path())) {
-            if (options_.solver != nullptr)
-                solve_spread(*options_.solver, beside.path());
-            else
-                solve(beside.path());
-        }
+        plan();
+        if (is_complete())
+            take_over(beside.path());
+        else if (options_.solver != nullptr)
+            solve_spread(*options_.solver, beside.path());
+        else
+            solve(beside.path());
         write(beside.path());
         publish(beside.path(), folder_);
         progress_.clear();
@@ -516,56 +514,91 @@ private:
         summary_.drawing = drawing_ == Drawing::kNone ? "none" : drawing_ == Drawing::kColumns ? "columns" : "solves";
     }
 
-    /// What an earlier run of the same body, tolerance and program left in the folder, where it holds all that is
-    /// asked.
-    bool reuse(const fs::path& beside) {
-        Summary old = summary_;
-        if (scene_.contact.force != "interpolated") return false;  // needs more than the L_ii
-        if (!restore(folder_, old) || (drawing_ == Drawing::kNone ? false : old.drawing != summary_.drawing))
-            return false;
-        const Tables tables = read_tables(folder_);
-        if (tables.stiffness.size() != tables.node_id.size()) return false;
-        std::vector<std::size_t> place;
-        for (std::int32_t node : body_.touch_node) {
-            const auto at = std::lower_bound(tables.node_id.begin(), tables.node_id.end(), node);
-            if (at == tables.node_id.end() || *at != node) return false;
-            place.push_back(static_cast<std::size_t>(at - tables.node_id.begin()));
+    /// What of an earlier run holds, and what is missing.
+    void plan() {
+        const std::size_t count = body_.touch_node.size();
+        block_place_.assign(count, -1);
+        column_place_.assign(count, -1);
+        if (options_.force) return;
+        earlier_ = EarlierTables(folder_, summary_, rows_of(scene_, body_), scene_.tables.column_precision);
+        const std::vector<std::int32_t> place = earlier_.places_of(body_.touch_node);
+        // The other forces need more than the L_ii, and then get these with the rest.
+        if (earlier_.has_blocks() && scene_.contact.force == "interpolated") block_place_ = place;
+        if (earlier_.has_columns() && drawing_ == Drawing::kColumns) column_place_ = place;
+    }
+
+    bool is_complete() const {
+        const auto held = [](const Nodes& place) { return std::count(place.begin(), place.end(), -1) == 0; };
+        return held(block_place_) && (drawing_ != Drawing::kColumns || held(column_place_)) &&
+               (drawing_ != Drawing::kSolves || earlier_.has_factor());
+    }
+
+    /// Nothing is missing: neither K nor its factor is needed.
+    void take_over(const fs::path& beside) {
+        Summary old = earlier_.summary();
+        if (drawing_ == Drawing::kColumns) {
+            const ColumnFormat format = format_of(scene_, earlier_.compliance());
+            const Nodes& rows = rows_of(scene_, body_);
+            ColumnFile file(beside / "columns.npy", body_.touch_node.size(), rows.size(), format, false);
+            earlier_.copy_columns(body_.touch_node, column_place_, rows, file);
+            old.column_format = scene_.tables.column_precision;
+            old.column_unit_m_per_n = format.unit_m_per_n;
         }
-        if (drawing_ != Drawing::kNone && tables.row_id != rows_of(scene_, body_)) return false;
-        if (drawing_ == Drawing::kColumns && !copy_columns(old, place, tables.row_id.size(), beside)) return false;
         if (drawing_ == Drawing::kSolves)
             for (const char* file : kFactorFiles) fs::copy_file(folder_ / file, beside / file);
-        for (std::size_t i : place)
-            stiffness_.emplace_back(
-                Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[i].data()));
+        for (std::int32_t place : block_place_) stiffness_.push_back(earlier_.stiffness(place));
+        // What was told of this run so far stays.
+        for (auto part : {&Summary::time_s, &Summary::cpu_s, &Summary::peak_bytes}) old.*part = summary_.*part;
         old.model_hash = summary_.model_hash;
         old.drawing = summary_.drawing;
-        old.time_s = summary_.time_s;
-        old.cpu_s = summary_.cpu_s;
-        old.peak_bytes = summary_.peak_bytes;
+        old.tolerance = summary_.tolerance;
+        old.column_tolerance = summary_.column_tolerance;
+        old.audit = summary_.audit;
+        old.holds = summary_.holds;
         old.reused = true;
+        old.reused_blocks = body_.touch_node.size();
+        old.reused_columns = drawing_ == Drawing::kColumns ? body_.touch_node.size() : 0;
         summary_ = old;
         clock_.end("reuse");
-        return true;
     }
 
-    template <typename T>
-    void copy_rows(const std::vector<std::size_t>& place, std::size_t rows, const fs::path& beside) const {
-        const MappedNpy<T> from(folder_ / "columns.npy");
-        NpyWriter<T> to(beside / "columns.npy", {place.size(), rows, 3, 3});
-        for (std::size_t i : place) to.append(from.values().subspan(9 * rows * i, 9 * rows));
-        to.close();
+    /// Places in the table of what is not held.
+    static std::vector<std::size_t> missing(const Nodes& place) {
+        std::vector<std::size_t> list;
+        for (std::size_t i = 0; i < place.size(); ++i)
+            if (place[i] < 0) list.push_back(i);
+        return list;
     }
 
-    bool copy_columns(const Summary& old, const std::vector<std::size_t>& place, std::size_t rows,
-                      const fs::path& beside) const {
-        if (old.column_format != scene_.tables.column_precision) return false;
-        if (old.column_format == "float16")
-            copy_rows<Half>(place, rows, beside);
-        else
-            copy_rows<float>(place, rows, beside);
-        return true;
+    /// The columns that are to be solved for: nodes without one, at the rows that no held column gives by symmetry.
+    struct ColumnWork {
+        ColumnPlaces place;
+        Nodes node, row;  // unknowns
+    };
+    ColumnWork column_work(const Nodes& node, const Nodes& row) const {
+        ColumnWork work;
+        work.place.node = missing(column_place_);
+        std::set<std::int32_t> held;
+        for (std::size_t i = 0; i < node.size(); ++i)
+            if (column_place_[i] >= 0) held.insert(node[i]);
+        for (std::size_t i : work.place.node) work.node.push_back(node[i]);
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            if (held.count(row[k]) > 0) continue;
+            work.place.row.push_back(k);
+            work.row.push_back(row[k]);
+        }
+        return work;
     }
+
+    /// Mesh nodes whose L_ii is not held.
+    Nodes missing_nodes() const {
+        Nodes node;
+        for (std::size_t i : missing(block_place_)) node.push_back(body_.touch_node[i]);
+        return node;
+    }
+
+    /// The blocks that are to be computed: L_ii of these, and edges.
+    std::vector<NodePair> block_work() const { return wanted_blocks(scene_, body_, missing_nodes()); }
 
     /// K, its factor, blocks and columns.
     void solve(const fs::path& beside) {
@@ -592,10 +625,7 @@ private:
         clock_.end("check");
         // 5. Blocks and columns of L.
         progress_.stage("blocks");
-        const std::vector<Eigen::Matrix3d> l_ii =
-            take_blocks(invert_blocks(factor, wanted_blocks(scene_, body_), body_.touch_node, options_.tolerance,
-                                      progress_, workers, summary_),
-                        sample, beside);
+        const std::vector<Eigen::Matrix3d> l_ii = take_blocks(missing_blocks(factor, workers), sample, beside);
         if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
         if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
         clock_.end("columns");
@@ -616,8 +646,7 @@ private:
         k.reset();
         clock_.end("check");
         progress_.stage("blocks");
-        const std::vector<Eigen::Matrix3d> l_ii =
-            take_blocks(solver.blocks(wanted_blocks(scene_, body_)), sample, beside);
+        const std::vector<Eigen::Matrix3d> l_ii = take_blocks(solver.blocks(block_work()), sample, beside);
         if (drawing_ == Drawing::kColumns) write_columns(solver, node, row, l_ii, sample, beside);
         solver.report(summary_);
     }
@@ -634,14 +663,29 @@ private:
         return sample;
     }
 
-    /// What the servo needs of the wanted blocks. Returns the L_ii.
-    std::vector<Eigen::Matrix3d> take_blocks(std::vector<Eigen::Matrix3d> l_ii, const Sample& sample,
+    std::vector<Eigen::Matrix3d> missing_blocks(const Factor& factor, Workers& workers) {
+        const std::vector<NodePair> wanted = block_work();
+        if (!wanted.empty())
+            return invert_blocks(factor, wanted, missing_nodes(), options_.tolerance, progress_, workers, summary_);
+        summary_.block_precision = earlier_.summary().block_precision;
+        return {};
+    }
+
+    /// What the servo needs of the blocks of block_work(), with those that are held. Returns the L_ii.
+    std::vector<Eigen::Matrix3d> take_blocks(const std::vector<Eigen::Matrix3d>& found, const Sample& sample,
                                              const fs::path& beside) {
-        const std::size_t count = body_.touch_node.size();
-        const std::vector<Eigen::Matrix3d> l_ij(l_ii.begin() + static_cast<std::ptrdiff_t>(count), l_ii.end());
-        l_ii.resize(count);
-        if (scene_.contact.force == "consistent") write_edges(coupled_edges(scene_, body_), l_ij, body_, beside);
+        const std::vector<std::size_t> fresh = missing(block_place_);
+        const auto diagonal_end = found.begin() + static_cast<std::ptrdiff_t>(fresh.size());
+        if (scene_.contact.force == "consistent")
+            write_edges(coupled_edges(scene_, body_), {diagonal_end, found.end()}, body_, beside);
+        const std::vector<Eigen::Matrix3d> held = earlier_.compliance();
+        std::vector<Eigen::Matrix3d> l_ii;
+        for (std::size_t i = 0, next = 0; i < block_place_.size(); ++i)
+            l_ii.push_back(block_place_[i] < 0 ? found[next++] : held[static_cast<std::size_t>(block_place_[i])]);
         stiffness_ = invert_each(body_, l_ii, summary_.checks);
+        for (std::size_t i = 0; i < block_place_.size(); ++i)  // to the last bit
+            if (block_place_[i] >= 0) stiffness_[i] = earlier_.stiffness(block_place_[i]);
+        summary_.reused_blocks = block_place_.size() - fresh.size();
         compare(sample, l_ii, summary_.checks);
         clock_.end("blocks");
         return l_ii;
@@ -654,11 +698,18 @@ private:
         summary_.column_precision = "double";
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
-        solver.write_columns(beside / "columns.npy", node, row, format, progress_);
+        const fs::path file = beside / "columns.npy";
+        const ColumnWork work = column_work(node, row);
+        summary_.reused_columns = node.size() - work.node.size();
+        solver.write_columns({file, node.size(), work.node, work.place.node, row, format}, progress_);
+        if (summary_.reused_columns > 0) {
+            ColumnFile columns(file, node.size(), row.size(), format, true);
+            earlier_.copy_columns(body_.touch_node, column_place_, rows_of(scene_, body_), columns);
+        }
+        const ColumnReader columns(file, format);
         for (std::size_t c = 0; c < sample.place.size(); ++c)
-            summary_.checks.largest_column_difference =
-                std::max(summary_.checks.largest_column_difference,
-                         column_difference(beside / "columns.npy", format, sample.place[c], sample.column[c]));
+            summary_.checks.largest_column_difference = std::max(summary_.checks.largest_column_difference,
+                                                                 columns.difference(sample.place[c], sample.column[c]));
         clock_.end("columns");
     }
 
@@ -671,7 +722,14 @@ private:
 
     void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
                        const Nodes& row, const Workers& workers, const fs::path& beside) {
-        summary_.memory = foresee(scene_, body_, symbolic, k, node, row, options_.column_tolerance, workers);
+        summary_.memory = foresee(symbolic, k, block_work(), workers);
+        if (drawing_ == Drawing::kColumns) {
+            const ColumnWork work = column_work(node, row);
+            const ColumnSolver columns(symbolic.supernodes(), work.node, work.row);
+            summary_.memory.columns = columns.bytes<double>(workers.count());
+            if (options_.column_tolerance > 0.0)
+                summary_.memory.columns = std::max(summary_.memory.columns, columns.bytes<float>(workers.count()));
+        }
         require_memory(scene_.file.string(), summary_.memory,
                        options_.memory_bytes > 0.0 ? options_.memory_bytes : available_memory(),
                        static_cast<double>(body_.free_node.size()));
@@ -688,13 +746,17 @@ private:
         const ColumnFormat format = format_of(scene_, l_ii);
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
+        const ColumnWork work = column_work(node, row);
+        summary_.reused_columns = node.size() - work.node.size();
         summary_.column_precision =
             column_precision(factor.supernodes(), node, row, sample, options_.column_tolerance, progress_, summary_);
-        const ColumnSolver solver(factor.supernodes(), node, row);
-        ColumnStore store(work_folder(folder_), hash_identity(scene_, summary_), solver, node.size(), row.size(),
-                          format);
+        const ColumnSolver solver(factor.supernodes(), work.node, work.row);
+        ColumnStore store(work_folder(folder_), hash_work(scene_, summary_, work.node, work.row), solver, node.size(),
+                          row.size(), format, work.place);
         try {
             compute_columns(solver, progress_, workers, store, summary_);
+            if (summary_.reused_columns > 0)
+                earlier_.copy_columns(body_.touch_node, column_place_, rows_of(scene_, body_), store.file());
             for (std::size_t c = 0; c < sample.place.size(); ++c)
                 summary_.checks.largest_column_difference = std::max(
                     summary_.checks.largest_column_difference, store.difference(sample.place[c], sample.column[c]));
@@ -731,6 +793,8 @@ private:
     StageClock clock_{summary_};
     Drawing drawing_ = Drawing::kNone;
     std::vector<Eigen::Matrix3d> stiffness_;
+    EarlierTables earlier_;
+    Nodes block_place_, column_place_;  // [n] of the table's nodes in the earlier one, -1 where that has not got it
 };
 
 }  // namespace

@@ -88,7 +88,8 @@ Checks read_checks(const nlohmann::json& json) {
     json.at("smallest_eigenvalue_m_per_n").get_to(checks.smallest_eigenvalue_m_per_n);
     json.at("largest_block_condition").get_to(checks.largest_block_condition);
     json.at("condition_estimate").get_to(checks.condition_estimate);
-    json.at("smallest_pivot_ratio").get_to(checks.smallest_pivot_ratio);
+    const nlohmann::json& pivot = json.at("smallest_pivot_ratio");
+    checks.smallest_pivot_ratio = pivot.is_null() ? NAN : pivot.get<double>();  // MUMPS does not tell
     return checks;
 }
 
@@ -242,9 +243,14 @@ std::uint64_t hash_body(const Scene& scene, const Body& body) {
     return hash.digest();
 }
 
-std::uint64_t hash_identity(const Scene& scene, const Summary& summary) {
+std::uint64_t hash_work(const Scene& scene, const Summary& summary, std::span<const std::int32_t> node,
+                        std::span<const std::int32_t> row) {
     Hash hash;
     hash.add(identity(scene, summary).dump());
+    hash.add(summary.column_precision);
+    hash.add(summary.column_unit_m_per_n);
+    hash.add(node);
+    hash.add(row);
     return hash.digest();
 }
 
@@ -300,9 +306,10 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const S
 bool restore(const std::filesystem::path& folder, Summary& summary) try {
     const auto old = read_intact(folder);
     if (!old || old->value("body_hash", "") != fmt::format("{:016x}", summary.body_hash) ||
-        old->value("program", "") != program_hash() || old->value("tolerance", -1.0) != summary.tolerance ||
-        old->value("column_tolerance", -1.0) != summary.column_tolerance)
+        old->value("program", "") != program_hash())
         return false;
+    summary.tolerance = old->at("tolerance").get<double>();
+    summary.column_tolerance = old->at("column_tolerance").get<double>();
     summary.drawing = old->at("drawing").get<std::string>();
     summary.threads = old->at("threads").get<int>();
     summary.checks = read_checks(old->at("checks"));
@@ -310,6 +317,7 @@ bool restore(const std::filesystem::path& folder, Summary& summary) try {
     summary.ordering = factor.at("ordering").get<std::string>();
     summary.fill = factor.at("fill").get<double>();
     summary.flops = factor.at("flops").get<double>();
+    summary.block_method = blocks.at("method").get<std::string>();
     summary.block_precision = blocks.at("precision").get<std::string>();
     summary.block_flops = blocks.at("flops").get<double>();
     summary.column_precision = columns.at("precision").get<std::string>();
@@ -349,6 +357,8 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     nlohmann::ordered_json json = identity(scene, summary);
     json["body_hash"] = fmt::format("{:016x}", summary.body_hash);
     json["reused"] = summary.reused;
+    json["reused_blocks"] = summary.reused_blocks;
+    json["reused_columns"] = summary.reused_columns;
     json["threads"] = summary.threads;
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);

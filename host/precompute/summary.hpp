@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,14 +34,15 @@ struct Checks {
 struct Summary {
     std::uint64_t model_hash = 0;
     std::uint64_t body_hash = 0;  ///< of what decides the factor: mesh, held nodes, material
-    bool reused = false;          ///< blocks and columns come from an earlier run of the same body
+    bool reused = false;          ///< all blocks and columns come from an earlier run of the same body
+    std::size_t reused_blocks = 0, reused_columns = 0;  ///< nodes whose L_ii, whose columns do
     int threads = 1;
     std::string drawing;  ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
     Audit audit;
     std::vector<Hold> holds;  ///< by body
     double tolerance = 0.0;   ///< as asked for
     double column_tolerance = 0.0;
-    MemoryNeed memory;        ///< foreseen, bytes
+    MemoryNeed memory;  ///< foreseen, bytes
     Checks checks;
     std::string ordering;
     double fill = 0.0;   ///< nonzeros of the factor
@@ -86,14 +88,15 @@ std::uint64_t hash_model(const Scene& scene, const Body& body);
 /// XXH3 of what decides K and its factor.
 std::uint64_t hash_body(const Scene& scene, const Body& body);
 
-/// XXH3 of all that decides the bytes of columns.npy besides the code.
-std::uint64_t hash_identity(const Scene& scene, const Summary& summary);
+/// XXH3 of all that decides what is solved for columns.npy, and how: nodes and rows are unknowns.
+std::uint64_t hash_work(const Scene& scene, const Summary& summary, std::span<const std::int32_t> node,
+                        std::span<const std::int32_t> row);
 
 /// XXH3 of a file's bytes, 16 hex digits; empty where it cannot be read.
 std::string hash_file(const std::filesystem::path& path);
 
-/// Fills in what an earlier run found, where the folder holds, complete and undamaged, tables of the same body, made by
-/// the same program with the same tolerance.
+/// Fills in what an earlier run found, its tolerances too, where the folder holds, complete and undamaged, tables of
+/// the same body, made by the same program.
 bool restore(const std::filesystem::path& folder, Summary& summary);
 
 /// True where the folder holds, complete, what this program would compute: summary.json names the same content

@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
 #include "tests/bodies.hpp"
+#include "tests/process.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -251,7 +252,7 @@ std::string linked_names(const Tables& tables, const ServoModel& servo) {
     const std::string command = "gcc -std=c99 -Os -ffunction-sections -fdata-sections -Wl,--gc-sections -Ifirmware " +
                                 path + "/main.c " + path + "/model.c firmware/*.c -o " + path + "/image && nm " + path +
                                 "/image >" + path + "/names";
-    EXPECT_EQ(std::system(command.c_str()), 0);
+    EXPECT_EQ(run(command).status, 0);
     return read_file(folder.path() / "names");
 }
 

@@ -124,6 +124,40 @@ TEST_F(Store, DamagedForeignOrCutOffWorkIsDoneAgain) {
         << "the journal's last line is cut off";
 }
 
+TEST_F(Store, PartOfATableKilledGoesOnFromThere) {
+    // Every other node and row of the table: the rest is of an earlier run.
+    const Nodes half = every(2);
+    ColumnPlaces places;
+    for (std::int32_t i : half) places.node.push_back(static_cast<std::size_t>(i));
+    places.row = places.node;
+    const ColumnSolver solver(factor_.supernodes(), half, half);
+    struct Stop {};
+    const auto part = [&](std::size_t groups) {
+        ColumnStore store(work_, 1, solver, 648, 648, format_, places);
+        ColumnSolver::Sink sink = store.sink();
+        const auto done = sink.done;
+        sink.done = [&](std::size_t group) {
+            if (groups-- == 0) throw Stop();
+            done(group);
+        };
+        EXPECT_THROW(solver.compute<double>(progress_, sink), Stop);
+    };
+    part(1);
+    ColumnStore store(work_, 1, solver, 648, 648, format_, places);
+    EXPECT_EQ(store.kept_groups(), 1U);
+    solver.compute<double>(progress_, store.sink());
+    store.publish(temporary_.path() / "part.npy");
+    const std::string whole = columns(temporary_.path() / "whole");
+    const MappedNpy<float> all(temporary_.path() / "columns.npy"), some(temporary_.path() / "part.npy");
+    const double scale = static_cast<double>(*std::max_element(all.values().begin(), all.values().end()));
+    for (std::size_t i = 0; i < 648; ++i)
+        for (std::size_t e = 0; e < std::size_t{9} * 648; ++e) {
+            const bool there = i % 2 == 0 && e / 9 % 2 == 0;
+            const float expected = there ? all.values()[9 * 648 * i + e] : 0.0F;
+            ASSERT_NEAR(some.values()[9 * 648 * i + e], expected, 1e-7 * scale);
+        }
+}
+
 TEST_F(Store, NothingDoneLeavesNothing) {
     { const ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_); }
     EXPECT_FALSE(fs::exists(work_));

@@ -277,13 +277,122 @@ TEST_F(PrecomputeRun, AnotherTouchRegionOrPrecisionReusesBlocksAndColumns) {
     for (std::size_t i = 0; i < anew.values.size(); ++i) ASSERT_NEAR(reused.values[i], anew.values[i], 1e-6F * largest);
     scene.touch.clear();
     EXPECT_FALSE(run(scene, out_).summary.reused) << "more nodes than there are blocks of";
-    scene.tables.column_precision = "float16";
-    EXPECT_FALSE(run(scene, out_).summary.reused) << "columns in another precision";
     scene.tables.columns = "none";
     EXPECT_TRUE(run(scene, out_).summary.reused);
     EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
     scene.material.poisson = 0.3;
     EXPECT_FALSE(run(scene, out_).summary.reused) << "another material";
+}
+
+/// What two folders hold besides the summary and columns.npy.
+bool same_but_columns(const fs::path& a, const fs::path& b) {
+    auto one = contents(a), other = contents(b);
+    for (auto* files : {&one, &other})
+        for (const char* file : {"summary.json", "columns.npy"}) files->erase(file);
+    return one == other;
+}
+
+/// Largest difference of two columns.npy, as a share of the largest entry.
+double column_distance(const fs::path& a, const fs::path& b) {
+    const Array<float> one = read_npy<float>(a / "columns.npy"), other = read_npy<float>(b / "columns.npy");
+    EXPECT_EQ(one.shape, other.shape);
+    double largest = 0.0, difference = 0.0;
+    for (std::size_t i = 0; i < std::min(one.values.size(), other.values.size()); ++i) {
+        largest = std::max(largest, std::abs(static_cast<double>(one.values[i])));
+        difference = std::max(difference, std::abs(static_cast<double>(one.values[i] - other.values[i])));
+    }
+    return difference / largest;
+}
+
+TEST_F(PrecomputeRun, ALargerTouchRegionComputesOnlyWhatIsNew) {
+    const fs::path fresh_folder = temporary_.path() / "fresh";
+    for (double tolerance : {0.0, 1e-5}) {  // columns in double, in float
+        Scene scene = cube_scene(9);
+        scene.touch.push_back({std::array<double, 6>{-1, -1, 0.0299, 1, 1, 1}, "", 1});  // the top: 81 nodes
+        run(scene, out_, tolerance);
+        scene.touch.push_back({std::array<double, 6>{0.0299, -1, -1, 1, 1, 1}, "", 1});  // and a side: 63 more
+        const Summary larger = run(scene, out_, tolerance).summary, fresh = run(scene, fresh_folder, tolerance).summary;
+        EXPECT_EQ(larger.reused_blocks, 81U);
+        EXPECT_EQ(larger.reused_columns, 81U);
+        EXPECT_FALSE(larger.reused);
+        EXPECT_LT(larger.block_flops, fresh.block_flops);
+        EXPECT_LT(larger.column_flops_done, 0.5 * fresh.column_flops_done);
+        EXPECT_TRUE(same_but_columns(out_, fresh_folder)) << "blocks to the last bit";
+        EXPECT_LT(column_distance(out_, fresh_folder), tolerance > 0.0 ? 2e-6 : 1.2e-7);
+        EXPECT_LT(larger.checks.largest_column_difference, tolerance > 0.0 ? 2e-6 : 1.2e-7);
+        // L_ij = L_ji^T, whoever of the two was there before.
+        const Tables tables = read_tables(out_);
+        const MappedNpy<float> columns(out_ / "columns.npy");
+        const std::size_t n = tables.node_id.size(), rows = tables.row_id.size();
+        const float scale = *std::max_element(columns.values().begin(), columns.values().end());
+        const auto row_of = [&](std::size_t i) {
+            return static_cast<std::size_t>(
+                std::lower_bound(tables.row_id.begin(), tables.row_id.end(), tables.node_id[i]) -
+                tables.row_id.begin());
+        };
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                for (std::size_t e = 0; e < 9; ++e)
+                    ASSERT_NEAR(columns.values()[9 * (rows * i + row_of(j)) + e],
+                                columns.values()[9 * (rows * j + row_of(i)) + 3 * (e % 3) + e / 3], 2e-6F * scale);
+        fs::remove_all(out_);
+        fs::remove_all(fresh_folder);
+    }
+}
+
+TEST_F(PrecomputeRun, AnotherColumnPrecisionIsConvertedOrSolvedFor) {
+    const fs::path fresh = temporary_.path() / "fresh";
+    Scene scene = cube_scene();
+    run(scene, out_);
+    scene.tables.column_precision = "float16";
+    const Summary halved = run(scene, out_).summary;
+    EXPECT_TRUE(halved.reused);
+    EXPECT_EQ(halved.reused_columns, 73U);
+    run(scene, fresh);
+    EXPECT_TRUE(same_but_columns(out_, fresh));
+    EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh / "columns.npy"));
+    scene.tables.column_precision = "float32";
+    const Summary back = run(scene, out_).summary;
+    EXPECT_EQ(back.reused_blocks, 73U);
+    EXPECT_EQ(back.reused_columns, 0U) << "float16 has lost digits";
+    EXPECT_GT(back.column_flops_done, 0.0);
+    run(scene, fresh);
+    EXPECT_TRUE(same_but_columns(out_, fresh));
+    EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh / "columns.npy"));
+}
+
+TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
+    const auto reused = [&](const Scene& scene, const PrecomputeOptions& options) {
+        Progress progress(true);
+        const Summary summary = precompute(scene, out_, progress, options).summary;
+        EXPECT_LT(summary.checks.largest_block_difference, 2e-6);
+        return std::pair(summary.reused_blocks, summary.reused_columns);
+    };
+    using Counts = std::pair<std::size_t, std::size_t>;
+    Scene scene = cube_scene();
+    PrecomputeOptions options;
+    EXPECT_EQ(reused(scene, options), Counts(0, 0));
+    scene.tables.columns = "all";
+    EXPECT_EQ(reused(scene, options), Counts(73, 0)) << "rows that no column has";
+    scene.tables.columns = "surface";
+    EXPECT_EQ(reused(scene, options), Counts(73, 73)) << "fewer rows";
+    run(scene, temporary_.path() / "fresh");
+    EXPECT_LT(column_distance(out_, temporary_.path() / "fresh"), 2e-6);
+    options.tolerance = 1e-4;
+    EXPECT_EQ(reused(scene, options), Counts(0, 73));
+    options.column_tolerance = 1e-4;
+    EXPECT_EQ(reused(scene, options), Counts(73, 0));
+    scene.contact.force = "consistent";
+    EXPECT_EQ(reused(scene, options), Counts(0, 73)) << "edges need the inversion, and the rest comes with them";
+    scene.contact.force = "interpolated";
+    scene.tables.column_budget_bytes = 1000.0;
+    EXPECT_EQ(reused(scene, options), Counts(73, 0)) << "the viewer's factor must be made";
+    EXPECT_TRUE(fs::exists(out_ / "factor_value.npy"));
+    scene.contact.rigid_stiffness_n_per_m = 500.0;
+    EXPECT_EQ(reused(scene, options), Counts(73, 0));
+    EXPECT_TRUE(fs::exists(out_ / "factor_value.npy")) << "and then it is kept";
+    options.force = true;
+    EXPECT_EQ(reused(scene, options), Counts(0, 0));
 }
 
 TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
