@@ -6,10 +6,10 @@ namespace haptable {
 namespace {
 
 /// Steps that a walk may take after it has met its limit: the last look around a vertex, two edges and two patches.
-constexpr std::uint64_t kLastLook = 13;
+constexpr std::uint32_t kLastLook = 13;
 
 /// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
-constexpr std::uint64_t kLastLeaf = 20;
+constexpr std::uint32_t kLastLeaf = 20;
 
 haptable_energy_fn* energy_of(haptable_force_fn* force) {
     if (force == haptable_force_consistent) return haptable_energy_consistent;
@@ -64,9 +64,9 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
 std::uint64_t most_cost(const Mode& mode) {
     haptable_counters most{};
     most.most_steps = HAPTABLE_WALK_STEPS + kLastLook;
-    if (mode.more == "friction") most.most_held_steps = 3 * HAPTABLE_WALK_STEPS + kLastLook;
+    if (mode.more == "friction") most.most_held_steps = 3U * HAPTABLE_WALK_STEPS + kLastLook;
     most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
-    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES;
+    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2U * HAPTABLE_SLIDES;
     return cost(cost_of(mode), most);
 }
 
