@@ -125,12 +125,13 @@ mpi:
 
 # bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
 .PHONY: bench
-bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion $(BUILD)/bin/haptable-contact
+bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion $(BUILD)/bin/haptable-contact $(BUILD)/bin/haptable-bench-target
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/bench/bench.sh
 	@BUILD=$(BUILD) sh host/bench/contact.sh
 	@$(MAKE) --no-print-directory instructions
+	@BUILD=$(BUILD) sh host/bench/target.sh
 	@$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
@@ -210,6 +211,9 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(BENCH)
+	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)

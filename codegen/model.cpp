@@ -38,6 +38,19 @@ void check_size(std::size_t count, const char* what) {
                         count, what, HAPTABLE_NONE - 1));
 }
 
+/// A look around a vertex must fit into one tick of the servo's walk.
+void check_fans(const Tables& tables) {
+    std::vector<std::size_t> patches(tables.position.size(), 0);
+    for (const auto& corners : tables.patch)
+        for (const std::int32_t node : corners) ++patches[static_cast<std::size_t>(node)];
+    const auto most = std::max_element(patches.begin(), patches.end());
+    if (*most > HAPTABLE_FAN_PATCHES)
+        throw Error(
+            fmt::format("{} touchable patches meet at node {}, more than the servo's {}: leave it out of the [[touch]] "
+                        "regions, or mesh it with fewer slivers",
+                        *most, most - patches.begin(), HAPTABLE_FAN_PATCHES));
+}
+
 float finite(double value, const char* what) {
     const auto narrow = static_cast<float>(value);
     if (!std::isfinite(narrow))
@@ -82,6 +95,7 @@ ServoModel build_model(const Tables& tables) {
     model.free_count = tables.node_id.size();
     check_size(model.node.size(), "nodes");
     check_size(tables.patch.size(), "patches");
+    check_fans(tables);
     for (std::int32_t node : model.node) {
         const auto& x = tables.position[static_cast<std::size_t>(node)];
         model.vertex_m.push_back({finite(x[0], "a position"), finite(x[1], "a position"), finite(x[2], "a position")});

@@ -26,6 +26,10 @@ UART_AT_cortex-m4  = 0x40004000u
 UART_AT_cortex-m7  = 0x40004000u
 UART_AT_cortex-m33 = 0x40200000u
 UART_AT_rv32       = 0x10000000u
+UART_IRQ_cortex-m4  = 0u
+UART_IRQ_cortex-m7  = 0u
+UART_IRQ_cortex-m33 = 32u
+UART_IRQ_rv32       = 0u
 CORE_cortex-m33 = -mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard -DPORT_CLOCK_HZ=20000000u
 CORE_rv32       = -march=rv32imafc -mabi=ilp32f -mcmodel=medany
 PORT_cortex-m4  = cortex_m.c
@@ -37,7 +41,7 @@ TARGET_CC = $(CCACHE) $(CROSS_$(TARGET))gcc
 # -ffp-contract=off: the host's bits. No C library: only the compiler's own <stdint.h> and <stddef.h>.
 TARGET_CFLAGS = $(CORE_$(TARGET)) -std=c99 -ffreestanding $(TARGET_OPT) $(FP) -fno-math-errno \
     -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su \
-    $(C_WARN) -Ifirmware -Ifirmware/port -DPORT_UART=$(UART_AT_$(TARGET)) -MMD -MP
+    $(C_WARN) -Ifirmware -Ifirmware/port -DPORT_UART=$(UART_AT_$(TARGET)) -DPORT_UART_IRQ=$(UART_IRQ_$(TARGET)) -MMD -MP
 TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings -Lfirmware/port \
     -Wl,--defsym=PORT_FLASH=$(FLASH) -Wl,--defsym=PORT_RAM=$(RAM) -Wl,--defsym=PORT_STACK=$(STACK) \
     -T firmware/port/$(TARGET).ld

@@ -9,17 +9,7 @@ set -eu
 BUILD=${BUILD:-build}
 demo=$BUILD/demo
 log=$demo/cube.lcmlog
-children=""
-
-# Nothing that we started outlives us, however we end.
-stop_children() {
-    for child in $children; do kill "$child" 2>/dev/null || true; done
-    wait
-    children=""
-}
-trap stop_children EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
+. host/session.sh
 
 # ---- the paper's figures: a scripted finger path through the servo, and its last tick drawn ------------------------
 
@@ -59,9 +49,6 @@ figures() {
 
 # ---- the loop: servo, device and logger as processes over LCM, in real time ----------------------------------------
 
-# value KEY FILE: a number of a program's --json summary.
-value() { sed -n "s/^ *\"$1\": \([^,]*\),*\$/\1/p" "$2"; }
-
 report() {
     device=$demo/device.json
     echo "The cube at 1 kHz over LCM (poke, drag, circle):"
@@ -73,13 +60,8 @@ report() {
 }
 
 run_loop() {
-    # Our own group and port, as the programs choose by themselves; lcm-logger has another default.
-    LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.72.84:7684?ttl=0}
-    export LCM_DEFAULT_URL
     rm -f "$log" "$demo/device.json" "$demo/servo.json"
-    lcm-logger -q -f --lcm-url="$LCM_DEFAULT_URL" "$log" 2>"$demo/logger.txt" &
-    logger=$!
-    children="$logger"
+    start_logger "$log" "$demo/logger.txt"
     "$BUILD/cube/servo" --lcm --until-silent 2 --csv "$demo/cube-loop.csv" --quiet --json >"$demo/servo.json" &
     servo=$!
     children="$children $servo"
@@ -87,10 +69,7 @@ run_loop() {
     "$BUILD/bin/haptable-device" meshes/cube.toml --path poke,drag,circle --csv "$demo/device.csv" \
         --quiet --json >"$demo/device.json"
     wait "$servo"
-    kill "$logger"
-    wait "$logger" || true # ended by our signal
-    children=""
-    [ -s "$log" ] || { echo "demo: lcm-logger wrote no log, it says: $(cat "$demo/logger.txt")" >&2; exit 1; }
+    stop_logger "$log" "$demo/logger.txt"
     report | tee "$demo/report.txt"
 }
 

@@ -29,7 +29,7 @@ const Eigen::MatrixXd& Solver::solve(const std::vector<NodalForce>& loads) {
 Eigen::Vector3d Solver::displacement(std::int32_t node) const {
     const std::int32_t unknown = body_.unknown[static_cast<std::size_t>(node)];
     if (unknown < 0) return Eigen::Vector3d::Zero();
-    return moved_.block<3, 1>(3 * unknown, 0);
+    return moved_.block<3, 1>(Eigen::Index{3} * unknown, 0);
 }
 
 std::vector<NodalForce> three_loads(const Tables& tables, std::size_t patch) {

@@ -2,8 +2,11 @@
 #include "host/bridge/line.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -49,18 +52,30 @@ speed_t speed_of(unsigned baud) {
     throw Error("--baud " + std::to_string(baud) + ": Linux knows" + known);
 }
 
-/// Raw bytes, 8N1, no flow control, whoever had the port before.
+/// Raw bytes, 8N1, no flow control, whoever had the port before; without HUPCL, which resets some boards at our end.
 void make_raw(int fd, const std::string& name, unsigned baud) {
     termios port{};
+    const speed_t speed = speed_of(baud);
     if (tcgetattr(fd, &port) != 0) fail(name, ": is it a serial port?");
     cfmakeraw(&port);
-    port.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+    port.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | HUPCL);
     port.c_cflag |= CLOCAL | CREAD;
-    const speed_t speed = speed_of(baud);
+    port.c_cc[VMIN] = port.c_cc[VTIME] = 0;
     cfsetispeed(&port, speed);
     cfsetospeed(&port, speed);
-    if (tcsetattr(fd, TCSANOW, &port) != 0) fail(name, ": it does not take this baud rate");
+    termios got{};
+    // tcsetattr is content when it could change anything: what the port took has to be asked for.
+    if (tcsetattr(fd, TCSANOW, &port) != 0 || tcgetattr(fd, &got) != 0) fail(name, ": is it a serial port?");
+    if (cfgetospeed(&got) != speed || (got.c_cflag & (CSIZE | PARENB)) != CS8)
+        throw Error(fmt::format("{}: does not take {} baud, 8N1: another --baud", name, baud));
     tcflush(fd, TCIOFLUSH);
+}
+
+/// Two programs on one port would each get some of the bytes.
+void make_ours(int fd, const std::string& name) {
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        throw Error(name + ": another program has it: fuser " + name);
+    ioctl(fd, TIOCEXCL);
 }
 
 int connect_socket(const std::string& path) {
@@ -116,7 +131,8 @@ Line::Line(Line&& other) noexcept
     : name_(std::move(other.name_)),
       in_(std::exchange(other.in_, -1)),
       out_(std::exchange(other.out_, -1)),
-      child_(std::exchange(other.child_, 0)) {}
+      child_(std::exchange(other.child_, 0)),
+      is_port_(other.is_port_) {}
 
 Line::~Line() {
     if (out_ >= 0 && out_ != in_) close(out_);
@@ -134,6 +150,8 @@ Line Line::open(const std::filesystem::path& path, unsigned baud) {
     const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) fail(path, ": may you open it? (group dialout)");
     Line line(path, fd, fd);
+    line.is_port_ = true;
+    make_ours(fd, path);
     make_raw(fd, path, baud);
     return line;
 }
@@ -158,9 +176,14 @@ std::size_t Line::read(std::span<std::uint8_t> into) {
     const ssize_t got = ::read(in_, into.data(), into.size());
     if (got > 0) return static_cast<std::size_t>(got);
     if (got < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
-    // A tty that is idle gives 0 as well; one that was pulled out gives an error.
+    // A tty that is idle gives 0 as well; one that was pulled out is none any more.
     if (got == 0 && isatty(in_) == 1) return 0;
-    throw Error(name_ + ": the other end has closed the line");
+    fail_closed();
+}
+
+void Line::fail_closed() const {
+    if (!is_port_) throw Error(name_ + ": the other end has closed the line");
+    throw Error(name_ + ": the port has gone: plug the target in again, look for its name (ls /dev/tty*), start again");
 }
 
 void Line::write(std::span<const std::uint8_t> bytes) {
@@ -170,7 +193,7 @@ void Line::write(std::span<const std::uint8_t> bytes) {
             bytes = bytes.subspan(static_cast<std::size_t>(sent));
             continue;
         }
-        if (errno != EAGAIN && errno != EINTR) throw Error(name_ + ": the other end has closed the line");
+        if (errno != EAGAIN && errno != EINTR) fail_closed();
         pollfd fd{out_, POLLOUT, 0};
         if (errno == EAGAIN && poll(&fd, 1, kWritePatience_ms) == 0)
             throw Error(name_ + ": takes no bytes for a second: does the target read them?");

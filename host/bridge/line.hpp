@@ -13,7 +13,7 @@ namespace haptable {
 
 class Line {
 public:
-    /// A tty (raw, 8N1, `baud` bits a second) or a Unix socket. Throws Error that names the path.
+    /// A tty (raw, 8N1, `baud` bits a second, for us alone) or a Unix socket. Throws Error that names the path.
     static Line open(const std::filesystem::path& path, unsigned baud);
     /// Two named pipes. They may wait for their partner: opening does not.
     static Line pipes(const std::filesystem::path& to_target, const std::filesystem::path& from_target);
@@ -34,11 +34,13 @@ public:
     void write(std::span<const std::uint8_t> bytes);
 
 private:
+    [[noreturn]] void fail_closed() const;
     Line(std::string name, int in, int out, pid_t child = 0);
 
     std::string name_;
     int in_, out_;
     pid_t child_;
+    bool is_port_ = false;  ///< a tty that may be pulled out
 };
 
 }  // namespace haptable

@@ -13,18 +13,7 @@ name=$1 scene=$2 target=$3
 folder=$BUILD/$name/loop
 images=$BUILD/$name/firmware/$target
 log=$folder/session.lcmlog
-children=""
-
-stop_children() {
-    for child in $children; do kill "$child" 2>/dev/null || true; done
-    wait
-    children=""
-}
-trap stop_children EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
-
-value() { sed -n "s/^ *\"$1\": \([^,]*\),*\$/\1/p" "$2"; }
+. host/session.sh
 
 # bridge OPTION...: in the background, until the device has been silent for a second.
 bridge() {
@@ -49,11 +38,7 @@ start_bridge() {
 }
 
 run_loop() {
-    LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.72.84:7684?ttl=0}
-    export LCM_DEFAULT_URL
-    lcm-logger -q -f --lcm-url="$LCM_DEFAULT_URL" "$log" 2>"$folder/logger.txt" &
-    logger=$!
-    children="$logger"
+    start_logger "$log" "$folder/logger.txt"
     start_bridge
     lockstep=""
     [ "${LOCKSTEP:-0}" = 0 ] || lockstep=--lockstep
@@ -61,9 +46,7 @@ run_loop() {
     "$BUILD/bin/haptable-device" "$scene" --path poke,drag,circle --seconds "$SECONDS_" $lockstep ${DEVICE_OPTIONS:-} \
         --csv "$folder/device.csv" --quiet --json >"$folder/device.json"
     wait "$bridge"
-    kill "$logger"
-    wait "$logger" || true # ended by our signal
-    [ -s "$log" ] || { echo "loop: lcm-logger wrote no log, it says: $(cat "$folder/logger.txt")" >&2; exit 1; }
+    stop_logger "$log" "$folder/logger.txt"
 }
 
 # The positions that the target got, through the host's servo: the same forces. A state that the next one overtook in

@@ -16,23 +16,21 @@
 #include "host/base/program.hpp"
 #include "host/bridge/session.hpp"
 #include "host/link/realtime.hpp"
+#include "host/link/serve.hpp"
 #include "host/link/summary.hpp"
 
 namespace haptable {
 
 namespace {
 
-using Seconds = std::chrono::duration<double>;
-
-constexpr std::chrono::milliseconds kStatusPeriod{100};  // 10 Hz
-constexpr int kPriority = 50;                            // as the servo's: it stands for it
+constexpr int kPriority = 50;  // as the servo's: it stands for it
 
 struct Options {
     std::string folder, port, program, csv;
     std::vector<std::string> pipes;
     unsigned baud = 1'000'000;
     double retry_ms = 50.0;
-    double seconds = 0.0, until_silent_s = 0.0;
+    SessionEnd end;
     BridgeOptions session;
     bool no_realtime = false, json = false, quiet = false;
 };
@@ -54,8 +52,8 @@ void add_options(CLI::App& app, Options& o) {
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--csv", o.csv, "record the session here, as the servo's --csv does");
-    app.add_option("--seconds", o.seconds, "end after this time")->check(CLI::PositiveNumber);
-    app.add_option("--until-silent", o.until_silent_s, "end when the device was silent for this many seconds")
+    app.add_option("--seconds", o.end.after_s, "end after this time")->check(CLI::PositiveNumber);
+    app.add_option("--until-silent", o.end.until_silent_s, "end when the device was silent for this many seconds")
         ->check(CLI::PositiveNumber);
     app.add_flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
     app.add_flag("--json", o.json, "print the summary as JSON");
@@ -85,12 +83,6 @@ Line open_line(const Options& o) {
     return Line::program(o.program);
 }
 
-bool is_over(const BridgeSession& session, const Options& o, Clock::time_point begin) {
-    const Clock::time_point now = Clock::now();
-    if (o.seconds > 0.0 && now - begin >= Seconds(o.seconds)) return true;
-    return o.until_silent_s > 0.0 && session.has_states() && now - session.last_state() >= Seconds(o.until_silent_s);
-}
-
 /// Until a message, a byte of the line or the deadline.
 void wait_for_either(const Connection& connection, const Target& target, Clock::time_point deadline) {
     std::array<pollfd, 2> from{pollfd{connection.fd(), POLLIN, 0}, pollfd{target.line().fd(), POLLIN, 0}};
@@ -101,20 +93,11 @@ void wait_for_either(const Connection& connection, const Target& target, Clock::
     ppoll(from.data(), from.size(), &left, nullptr);
 }
 
-void serve(BridgeSession& session, Connection& connection, const Target& target, const Options& o) {
-    const Clock::time_point begin = Clock::now();
-    Clock::time_point next_status = begin + kStatusPeriod;
-    while (!interrupted() && !is_over(session, o, begin)) {
-        wait_for_either(connection, target, std::min(next_status, session.watch_at()));
-        session.take_answers();
-        while (connection.handle_until(Clock::now())) session.take_answers();
-        const Clock::time_point now = Clock::now();
-        session.watch(now);
-        if (now < next_status) continue;
-        session.publish_status();
-        next_status = now + kStatusPeriod;
-    }
-    session.publish_status();
+/// What comes from either until then: answers first, for the device waits for them.
+void handle(BridgeSession& session, Connection& connection, const Target& target, Clock::time_point deadline) {
+    wait_for_either(connection, target, deadline);
+    session.take_answers();
+    while (connection.handle_until(Clock::now())) session.take_answers();
 }
 
 Summary summarise(const BridgeReport& report, const Scene& scene, const Target& target, const std::string& url) {
@@ -156,7 +139,7 @@ void run(Options& o) {
     if (!o.quiet)
         fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
                    target.line().name(), priority);
-    serve(session, connection, target, o);
+    serve(session, o.end, [&](Clock::time_point deadline) { handle(session, connection, target, deadline); });
     if (record) record->finish();
     summarise(session.report(), scene, target, connection.url()).print(o.json, o.quiet);
 }

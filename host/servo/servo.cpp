@@ -11,6 +11,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
+#include "host/link/serve.hpp"
 #include "host/link/summary.hpp"
 #include "host/servo/session.hpp"
 
@@ -18,16 +19,12 @@ namespace haptable {
 
 namespace {
 
-using Seconds = std::chrono::duration<double>;
-
-constexpr std::chrono::milliseconds kStatusPeriod{100};  // 10 Hz
-constexpr int kPriority = 50;                            // of 1..99: above all normal work, below the kernel's own
+constexpr int kPriority = 50;  // of 1..99: above all normal work, below the kernel's own
 
 struct Options {
     bool lcm = false;
     std::string in, out, csv;
-    double seconds = 0.0;
-    double until_silent_s = 0.0;
+    SessionEnd end;
     bool no_realtime = false;
     bool json = false;
     bool quiet = false;
@@ -40,8 +37,10 @@ void add_options(CLI::App& app, Options& o) {
     in->needs(out)->excludes(lcm);
     out->needs(in);
     app.add_option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it")->needs(lcm);
-    app.add_option("--seconds", o.seconds, "with --lcm: end after this time")->needs(lcm)->check(CLI::PositiveNumber);
-    app.add_option("--until-silent", o.until_silent_s,
+    app.add_option("--seconds", o.end.after_s, "with --lcm: end after this time")
+        ->needs(lcm)
+        ->check(CLI::PositiveNumber);
+    app.add_option("--until-silent", o.end.until_silent_s,
                    "with --lcm: end when the device was silent for this many seconds")
         ->needs(lcm)
         ->check(CLI::PositiveNumber);
@@ -86,28 +85,6 @@ void run_replay(const ServoScene& scene, const Options& o) {
     summary.print(o.json, o.quiet);
 }
 
-/// True when the command line says that the session is over.
-bool is_over(const ServoSession& session, const Options& o, Clock::time_point begin) {
-    const Clock::time_point now = Clock::now();
-    if (o.seconds > 0.0 && now - begin >= Seconds(o.seconds)) return true;
-    return o.until_silent_s > 0.0 && session.has_states() && now - session.last_state() >= Seconds(o.until_silent_s);
-}
-
-/// Answers states as they come; between them the watchdog, and the status ten times a second.
-void serve(ServoSession& session, Connection& connection, const Options& o) {
-    const Clock::time_point begin = Clock::now();
-    Clock::time_point next_status = begin + kStatusPeriod;
-    while (!interrupted() && !is_over(session, o, begin)) {
-        connection.handle_until(std::min(next_status, session.watch_at()));
-        const Clock::time_point now = Clock::now();
-        session.watch(now);
-        if (now < next_status) continue;
-        session.publish_status();
-        next_status = now + kStatusPeriod;
-    }
-    session.publish_status();
-}
-
 void run_lcm(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
@@ -119,7 +96,7 @@ void run_lcm(const ServoScene& scene, const Options& o) {
     if (!o.quiet)
         fmt::print(stderr, "servo: {} on {}, {}, memory {}\n", scene.name, connection.url(), priority,
                    locked ? "locked" : "not locked");
-    serve(session, connection, o);
+    serve(session, o.end, [&](Clock::time_point deadline) { connection.handle_until(deadline); });
     if (record) record->finish();
     Summary summary = head(scene);
     summary.add("url", connection.url());

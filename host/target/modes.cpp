@@ -6,10 +6,10 @@ namespace haptable {
 namespace {
 
 /// Steps that a walk may take after it has met its limit: the last look around a vertex, two edges and two patches.
-constexpr std::uint64_t kLastLook = 13;
+constexpr std::uint32_t kLastLook = 13;
 
 /// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
-constexpr std::uint64_t kLastLeaf = 20;
+constexpr std::uint32_t kLastLeaf = 20;
 
 haptable_energy_fn* energy_of(haptable_force_fn* force) {
     if (force == haptable_force_consistent) return haptable_energy_consistent;
@@ -31,6 +31,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
     model.god_object = least ? haptable_god_object_least_energy : haptable_god_object_nearest;
     model.energy = least ? energy_of(model.force) : nullptr;
     model.frictionless = nullptr;
+    if (least && mode.more != "friction" && model.compliance != nullptr) model.force = haptable_force_of_least_energy;
     if (mode.more == "friction") {
         model.frictionless = model.god_object;
         model.god_object = haptable_god_object_rough;
@@ -47,7 +48,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
 TickCost cost_of(const Mode& mode) {
     const bool consistent = mode.force == "consistent", mask = mode.force == "pressure-mask";
     const std::uint64_t force = mask ? 2300 : consistent ? 400 : 200;
-    const std::uint64_t energy = mask ? 4050 : consistent ? 2350 : 1350;
+    const std::uint64_t energy = mask ? 3400 : consistent ? 2350 : 1350;
     TickCost cost{2200 + force, 65, 280, mode.god_object == "least-energy" ? energy : 0};
     // Nine looks into the cone: a force and the normals of up to 32 patches around a vertex.
     if (mode.more == "friction") cost.rest += 9 * (2000 + force);
@@ -63,9 +64,9 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
 std::uint64_t most_cost(const Mode& mode) {
     haptable_counters most{};
     most.most_steps = HAPTABLE_WALK_STEPS + kLastLook;
-    if (mode.more == "friction") most.most_held_steps = 3 * HAPTABLE_WALK_STEPS + kLastLook;
+    if (mode.more == "friction") most.most_held_steps = 3U * HAPTABLE_WALK_STEPS + kLastLook;
     most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
-    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES;
+    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2U * HAPTABLE_SLIDES;
     return cost(cost_of(mode), most);
 }
 

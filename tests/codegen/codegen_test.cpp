@@ -11,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/process.hpp"
 #include "tests/shapes.hpp"
 
 namespace haptable::test {
@@ -112,8 +113,8 @@ int compile(const ModelText& text, const std::string& more = "") {
     const std::string command =
         "gcc -std=c99 -ffreestanding -pedantic -Wall -Wextra -Wconversion -Wdouble-promotion -Werror "
         "-Ifirmware " +
-        more + " -c " + (folder / "model.c").string() + " -o " + (folder / "model.o").string() + " 2>/dev/null";
-    const int status = std::system(command.c_str());
+        more + " -c " + (folder / "model.c").string() + " -o " + (folder / "model.o").string();
+    const int status = run(command).status;
     std::filesystem::remove_all(folder);
     return status;
 }
@@ -156,6 +157,17 @@ TEST(Codegen, StopsAtAValueThatIsNoNumber) {
     tables = model.tables();
     tables.position[2][0] = 1e300;
     EXPECT_THROW(build_model(tables), Error);
+}
+
+TEST(Codegen, RefusesAVertexOfMorePatchesThanATickLooksAt) {
+    EXPECT_NO_THROW(TestModel(spindle_shape(HAPTABLE_FAN_PATCHES, 0.02, 0.03)));
+    try {
+        const TestModel model(spindle_shape(HAPTABLE_FAN_PATCHES + 1, 0.02, 0.03));
+        FAIL() << "33 patches around a vertex were taken";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("33 touchable patches meet at node 33"), std::string::npos)
+            << error.what();
+    }
 }
 
 TEST(Codegen, RefusesAnObjectTooLargeForItsIndices) {

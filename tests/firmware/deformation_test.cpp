@@ -13,14 +13,10 @@
 #include "host/tables/npy.hpp"
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
-
-std::filesystem::path build_folder() {
-    const char* build = std::getenv("BUILD");
-    return build != nullptr && *build != '\0' ? build : "build";
-}
 
 class Deformation : public testing::Test {
 protected:

@@ -13,14 +13,10 @@
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
-
-std::filesystem::path build_folder() {
-    const char* build = std::getenv("BUILD");
-    return build != nullptr && *build != '\0' ? build : "build";
-}
 
 /// A body with the tables of one force; made once for all tests.
 const ElasticBody& body(const std::string& name, const std::string& force) {

@@ -15,14 +15,10 @@
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
-
-std::filesystem::path build_folder() {
-    const char* build = std::getenv("BUILD");
-    return build != nullptr ? build : "build";
-}
 
 using Place = std::tuple<std::string, std::string>;  // scene, target
 

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Broken meshes by other people and made ones: each gets the answer that a user needs, in bounded memory and time.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <string>
 
 #include "host/base/file.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -65,29 +64,19 @@ constexpr BadMesh kBadMeshes[] = {
 
 class BadMeshes : public testing::TestWithParam<BadMesh> {};
 
-/// Runs a shell command; its output and its exit status.
-std::pair<std::string, int> run(const std::string& command) {
-    std::string output;
-    std::array<char, 4096> buffer{};
-    FILE* pipe = popen(command.c_str(), "r");
-    while (const std::size_t got = std::fread(buffer.data(), 1, buffer.size(), pipe)) output.append(buffer.data(), got);
-    const int status = pclose(pipe);
-    return {output, WIFEXITED(status) ? WEXITSTATUS(status) : -1};
-}
-
 TEST_P(BadMeshes, GetTheAnswerThatAUserNeeds) {
     const BadMesh& bad = GetParam();
     const fs::path file = fs::absolute(fs::path("../shared/meshes/bad") / bad.file);
     if (!fs::exists(file)) GTEST_SKIP() << "no ../shared/meshes/bad";
-    const char* build = std::getenv("BUILD");
-    const fs::path program = fs::path(build != nullptr ? build : "build") / "bin/haptable-precompute";
     const TemporaryFolder folder;
     const fs::path scene = folder.path() / "bad.toml";
     write_file(scene, "name = \"bad\"\n[mesh]\nfile = \"" + file.string() +
                           "\"\n[material]\nyoung = 1e4\npoisson = 0.3\n"
                           "[[fixed]]\nbox = [-1e9, -1e9, -1e9, 1e9, 1e9, 1e9]\n");
-    const auto [output, status] =
-        run("ulimit -v 1048576; LC_ALL=C timeout 20 " + program.string() + " " + scene.string() + " --check 2>&1");
+    const auto [status, output, none] =
+        run("ulimit -v 1048576; LC_ALL=C exec " + program("haptable-precompute").string() + " " + scene.string() +
+                " --check 2>&1",
+            {}, std::chrono::seconds(20));
     EXPECT_TRUE(status == 1 || (status == 0 && bad.audited)) << "status " << status << ": " << output;
     EXPECT_TRUE(std::regex_search(output, std::regex(bad.says))) << output;
 }

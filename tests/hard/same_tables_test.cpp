@@ -14,6 +14,7 @@
 #include "host/mesh/read_mesh.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/tables/tables.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -132,10 +133,10 @@ TEST_F(SameTables, ACommaLocale) {
     const Tables vega = compute(kShared / "turtle_347.veg", {-1e3, -1e3, -1e3, 1e3, 1e3, 0});
     if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
         const std::string made = (folder_.path() / "locale").string();
-        const std::string command = "localedef -i de_DE -f UTF-8 " + made + "/de_DE.UTF-8 >/dev/null 2>&1";
+        const std::string command = "localedef -i de_DE -f UTF-8 " + made + "/de_DE.UTF-8";
         fs::create_directories(made);
         setenv("LOCPATH", made.c_str(), 1);
-        if (std::system(command.c_str()) != 0 || std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
+        if (run(command).status != 0 || std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
             unsetenv("LOCPATH");
             GTEST_SKIP() << "no locale with decimal commas can be made here";
         }

@@ -10,15 +10,10 @@
 #include "host/base/error.hpp"
 #include "host/link/messages.hpp"
 #include "tests/loop/helpers.hpp"
-#include "tests/loop/process.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
-
-std::string build_folder() {
-    const char* build = std::getenv("BUILD");
-    return build != nullptr && *build != '\0' ? build : "build";
-}
 
 /// Pokes for a minute: after a stall, which drops the contact, the next poke makes a new one.
 const std::vector<std::string> kPokes = {"--path", "poke", "--hold", "0.3", "--seconds", "60"};
@@ -74,8 +69,8 @@ protected:
         return handle_until([this] { return pressed > 50; });
     }
 
-    std::string servo = build_folder() + "/cube/servo";
-    std::string device = build_folder() + "/bin/haptable-device";
+    std::string servo = build_folder() / "cube/servo";
+    std::string device = program("haptable-device");
     std::string url;
     WorkFolder folder;
     std::unique_ptr<Connection> connection;

@@ -10,17 +10,13 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
 #include "host/servo/replay.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path program(const char* name) {
-    const char* build = std::getenv("BUILD");
-    return fs::path(build != nullptr ? build : "build") / "bin" / name;
-}
 
 TEST(Liver, FromMeshToPicture) {
     const fs::path mesh = fs::absolute("../shared/meshes/liver_181.msh");
@@ -32,9 +28,9 @@ TEST(Liver, FromMeshToPicture) {
                fmt::format("name = \"liver\"\n[mesh]\nfile = \"{}\"\nscale = 0.03\n[material]\nyoung = 3000.0\n"
                            "poisson = 0.45\n[[fixed]]\nbox = [-9, -9, -9, 9, 0.03, 9]\n",
                            mesh.string()));
-    ASSERT_EQ(std::system(fmt::format("{} {} -o {} --quiet", program("haptable-precompute").string(),
-                                      (folder.path() / "liver.toml").string(), tables_in.string())
-                              .c_str()),
+    ASSERT_EQ(run(fmt::format("{} {} -o {} --quiet", program("haptable-precompute").string(),
+                              (folder.path() / "liver.toml").string(), tables_in.string()))
+                  .status,
               0);
     // 2. The servo, pressed 10 mm into the patch that lies highest.
     const Tables tables = read_tables(tables_in);
@@ -55,9 +51,9 @@ TEST(Liver, FromMeshToPicture) {
     EXPECT_GT(report.largest_force_n, 0.01);
     // 3. The picture: the body, its colours by displacement.
     const fs::path picture = folder.path() / "liver.png";
-    ASSERT_EQ(std::system(fmt::format("{} {} --csv {} --ticks 100 -o {} --quiet", program("haptable-view").string(),
-                                      tables_in.string(), (folder.path() / "felt.csv").string(), picture.string())
-                              .c_str()),
+    ASSERT_EQ(run(fmt::format("{} {} --csv {} --ticks 100 -o {} --quiet", program("haptable-view").string(),
+                              tables_in.string(), (folder.path() / "felt.csv").string(), picture.string()))
+                  .status,
               0);
     EXPECT_GT(fs::file_size(picture), 20'000U) << "a picture of one colour takes a few hundred bytes";
 }

@@ -3,7 +3,8 @@
 // the host's servo, bit for bit, and noise on the line changes none.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
+#include <atomic>
+#include <csignal>
 #include <cstring>
 #include <random>
 #include <thread>
@@ -14,18 +15,13 @@
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/host/bridge/fake_target.hpp"
-#include "tests/loop/process.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
 
-std::string build_folder() {
-    const char* build = std::getenv("BUILD");
-    return build != nullptr && *build != '\0' ? build : "build";
-}
-
 std::string elf(const std::string& target, const std::string& image) {
-    return build_folder() + "/cube/firmware/" + target + "/" + image + ".elf";
+    return (build_folder() / "cube/firmware" / target / (image + ".elf")).string();
 }
 
 class TargetLoop : public testing::Test {
@@ -33,8 +29,8 @@ protected:
     void SetUp() override {
         url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
         setenv("LCM_DEFAULT_URL", url.c_str(), 1);
-        for (const std::string& program : {servo, device, bridge})
-            if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built: make scene";
+        for (const std::string& needed : {servo, device, bridge})
+            if (!std::filesystem::exists(needed)) GTEST_SKIP() << needed << " is not built: make scene";
         const std::string missing = TargetImage(build_folder(), "cube", "cortex-m7").missing();
         if (!missing.empty()) GTEST_SKIP() << missing;
         try {
@@ -47,7 +43,7 @@ protected:
 
     /// A session in lockstep of `seconds` with the target behind `line`; then the same path through the host's servo.
     void expect_forces_of_the_host(const std::vector<std::string>& line, const std::string& seconds) {
-        std::vector<std::string> command{bridge,  build_folder() + "/cube",        "--quiet", "--no-realtime",
+        std::vector<std::string> command{bridge,  (build_folder() / "cube").string(), "--quiet", "--no-realtime",
                                          "--csv", (folder / "bridge.csv").string()};
         command.insert(command.end(), line.begin(), line.end());
         Process bridge_process(command);
@@ -72,9 +68,9 @@ protected:
         EXPECT_GT(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row[4] > 0.0; }), 50);
     }
 
-    std::string servo = build_folder() + "/cube/servo";
-    std::string device = build_folder() + "/bin/haptable-device";
-    std::string bridge = build_folder() + "/bin/haptable-bridge";
+    std::string servo = build_folder() / "cube/servo";
+    std::string device = program("haptable-device");
+    std::string bridge = program("haptable-bridge");
     std::string url;
     WorkFolder folder;
 };
@@ -96,6 +92,67 @@ TEST_F(TargetLoop, OverTheUartGivesTheForcesOfTheHost) {
             {"--run", "env QEMU_SERIAL=stdio sh firmware/qemu.sh " + std::string(target) + " " + elf(target, "uart")},
             "0.3");
     }
+}
+
+/// A target at the other end of a serial port, until the port is pulled out or this object ends.
+class PortTarget {
+public:
+    explicit PortTarget(int states = 1'000'000) : left_(states), thread_([this] { answer(); }) {}
+    ~PortTarget() {
+        ended_ = true;
+        thread_.join();
+    }
+    PortTarget(const PortTarget&) = delete;
+    PortTarget& operator=(const PortTarget&) = delete;
+    const std::string& name() const { return port_.name(); }
+
+private:
+    void answer() {
+        FakeTarget target(&model_, port_);
+        target.hash = model_.hash;
+        while (!ended_ && left_ > 0) {
+            const int states = target.answer();
+            left_ -= states;
+            if (states == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+        if (left_ <= 0) port_.vanish();
+    }
+
+    const Tables tables_ = read_tables(build_folder() / "cube");
+    const ServoModel built_ = build_model(tables_);
+    const haptable_model model_ = model_in_memory(tables_, built_);
+    Pty port_;
+    int left_;
+    std::atomic<bool> ended_ = false;
+    std::thread thread_;
+};
+
+TEST_F(TargetLoop, OverASerialPortGivesTheForcesOfTheHost) {
+    const PortTarget target;
+    expect_forces_of_the_host({"--port", target.name(), "--baud", "2000000"}, "0.3");
+}
+
+// The cable is pulled out in the middle of a session: one line that says so, no half-written record; plugged in again,
+// under whatever name, a new bridge goes on with the same device.
+TEST_F(TargetLoop, APortThatVanishesEndsTheBridgeAndAnotherGoesOn) {
+    const std::string tables = build_folder() / "cube";
+    const auto bridge_on = [&](const std::string& port, const std::string& record) {
+        return std::vector<std::string>{bridge, tables, "--port", port, "--quiet", "--no-realtime", "--csv", record};
+    };
+    const PortTarget pulled(100);
+    Process first(bridge_on(pulled.name(), folder / "first.csv"), {{}, "/dev/null", folder / "first.txt"});
+    Process device_process({device, "meshes/cube.toml", "--quiet", "--lockstep", "--path", "poke", "--seconds", "0.3"});
+    EXPECT_EQ(first.wait_for_exit(), 1);
+    const std::string said = read_file(folder / "first.txt");
+    EXPECT_NE(said.find(pulled.name() + ": the port has gone: plug"), std::string::npos) << said;
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_FALSE(std::filesystem::exists(folder / "first.csv"));
+    const PortTarget plugged;
+    Process second(bridge_on(plugged.name(), folder / "second.csv"));
+    EXPECT_EQ(device_process.wait_for_exit(), 0);
+    second.kill(SIGTERM);
+    EXPECT_EQ(second.wait_for_exit(), 0);
+    EXPECT_GT(read_rows(folder / "second.csv").size(), 190U);
 }
 
 // ---- noise -------------------------------------------------------------------------------------------------------
@@ -128,7 +185,7 @@ private:
 TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const TargetImage missing(build_folder(), "cube", "cortex-m7");
     if (!missing.missing().empty()) GTEST_SKIP() << missing.missing();
-    const Tables tables = read_tables(build_folder() + "/cube");
+    const Tables tables = read_tables(build_folder() / "cube");
     const ServoModel built = build_model(tables);
     const haptable_model model = model_in_memory(tables, built);
     const std::vector<std::uint32_t> node(built.node.begin(), built.node.end());

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <functional>
 #include <vector>
 
@@ -68,10 +70,46 @@ private:
     int in_ = -1, out_ = -1;
 };
 
-/// Answers states; a repeated one as before.
+/// A serial port that is none: a terminal of the kernel's, whose other end the target has.
+class Pty {
+public:
+    Pty() : target_(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+        if (target_ < 0 || grantpt(target_) != 0 || unlockpt(target_) != 0) throw std::runtime_error("no pty");
+        name_ = ptsname(target_);
+    }
+    ~Pty() { vanish(); }
+    Pty(const Pty&) = delete;
+    Pty& operator=(const Pty&) = delete;
+
+    const std::string& name() const { return name_; }
+    int target() const { return target_; }
+    Bytes take() const {
+        Bytes bytes(4096);
+        pollfd from{target_, POLLIN, 0};
+        const ssize_t got = poll(&from, 1, 0) > 0 ? read(target_, bytes.data(), bytes.size()) : 0;
+        bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+        return bytes;
+    }
+    void put(const Bytes& bytes) const {
+        if (write(target_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+            throw std::runtime_error("the pty is full");
+    }
+    /// As if the cable were pulled out.
+    void vanish() {
+        if (target_ >= 0) close(target_);
+        target_ = -1;
+    }
+
+private:
+    int target_;
+    std::string name_;
+};
+
+/// Answers states, behind Pipes or a Pty; a repeated one as before.
+template <typename Line>
 class FakeTarget {
 public:
-    FakeTarget(const haptable_model* model, const Pipes& pipes) : model_(model), pipes_(pipes) {
+    FakeTarget(const haptable_model* model, const Line& line) : model_(model), line_(line) {
         haptable_init(&servo_);
         frame_reader_init(&reader_);
     }
@@ -79,7 +117,7 @@ public:
     /// How many states it has found among the bytes that have come.
     int answer() {
         int states = 0;
-        for (const std::uint8_t byte : pipes_.take()) {
+        for (const std::uint8_t byte : line_.take()) {
             frame whole{};
             frame_state state{};
             if (frame_read(&reader_, byte, &whole) == 0 || frame_take_state(&whole, &state) == 0) continue;
@@ -92,7 +130,7 @@ public:
             last_ = whole.sequence;
             Bytes bytes(FRAME_BYTES);
             bytes.resize(frame_write_force(whole.sequence, hash, &output_, bytes.data()));
-            pipes_.put(bytes);
+            line_.put(bytes);
         }
         return states;
     }
@@ -103,7 +141,7 @@ public:
 
 private:
     const haptable_model* model_;
-    const Pipes& pipes_;
+    const Line& line_;
     haptable_servo servo_{};
     haptable_output output_{};
     frame_reader reader_{};

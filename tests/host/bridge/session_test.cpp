@@ -3,6 +3,9 @@
 #include "host/bridge/session.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <termios.h>
 
 #include <cmath>
 #include <cstring>
@@ -54,7 +57,7 @@ protected:
     Pipes pipes;
     Connection connection{"memq://"};
     Target line{pipes.line()};
-    FakeTarget target{box.scene().model, pipes};
+    FakeTarget<Pipes> target{box.scene().model, pipes};
     BridgeSession session{box.scene(), connection, line, impatient(), nullptr};
     std::vector<servo_force> forces;
     std::vector<contact> loads;
@@ -234,20 +237,75 @@ Bytes every_byte() {
 }
 
 TEST(Line, ATtyIsRaw) {
-    const int master = posix_openpt(O_RDWR | O_NOCTTY);
-    ASSERT_GE(master, 0);
-    ASSERT_EQ(grantpt(master), 0);
-    ASSERT_EQ(unlockpt(master), 0);
-    Line line = Line::open(ptsname(master), 115200);
+    const Pty port;
+    Line line = Line::open(port.name(), 115200);
     const Bytes bytes = every_byte();
-    ASSERT_EQ(write(master, bytes.data(), bytes.size()), 256);
+    ASSERT_EQ(write(port.target(), bytes.data(), bytes.size()), 256);
     EXPECT_EQ(read_from(line, 256), bytes);
     line.write(bytes);
     Bytes back(256);
     std::size_t got = 0;
-    while (got < 256) got += static_cast<std::size_t>(read(master, back.data() + got, 256 - got));
+    while (got < 256) got += static_cast<std::size_t>(read(port.target(), back.data() + got, 256 - got));
     EXPECT_EQ(back, bytes);
-    close(master);
+}
+
+TEST(Line, ATtyHasTheSettingsThatWereAskedFor) {
+    const Pty port;
+    termios before{};
+    ASSERT_EQ(tcgetattr(port.target(), &before), 0);
+    before.c_cflag |= CSTOPB | PARENB | CRTSCTS | HUPCL;  // as a program before us may have left it
+    before.c_iflag |= IXON;
+    ASSERT_EQ(tcsetattr(port.target(), TCSANOW, &before), 0);
+    const Line line = Line::open(port.name(), 2'000'000);
+    termios now{};
+    ASSERT_EQ(tcgetattr(port.target(), &now), 0);
+    EXPECT_EQ(cfgetospeed(&now), speed_t{B2000000});
+    EXPECT_EQ(cfgetispeed(&now), speed_t{B2000000});
+    EXPECT_EQ(now.c_cflag & (CSIZE | CSTOPB | PARENB | CRTSCTS | HUPCL), tcflag_t{CS8});
+    EXPECT_EQ(now.c_cflag & (CLOCAL | CREAD), tcflag_t{CLOCAL | CREAD});
+    EXPECT_EQ(now.c_iflag & (IXON | ICRNL), 0U);
+    EXPECT_EQ(now.c_lflag & (ICANON | ECHO | ISIG), 0U);
+    EXPECT_EQ(now.c_oflag & OPOST, 0U);
+}
+
+TEST(Line, ATtyIsOursAlone) {
+    const Pty port;
+    const Line line = Line::open(port.name(), 115200);
+    EXPECT_NE(error_of([&] { Line::open(port.name(), 115200); }).find("another program has it"), std::string::npos);
+}
+
+// The cable is pulled out: reading and writing both say so, and what to do.
+TEST(Line, ATtyThatVanishesIsAnErrorThatSaysWhatToDo) {
+    Pty port;
+    Line line = Line::open(port.name(), 115200);
+    EXPECT_TRUE(read_from(line, 0).empty());  // idle is no error
+    std::array<std::uint8_t, 8> some{};
+    EXPECT_EQ(line.read(some), 0U);
+    const std::string name = port.name();
+    port.vanish();
+    EXPECT_NE(error_of([&] { read_from(line, 1); }).find(name + ": the port has gone: plug"), std::string::npos);
+    EXPECT_NE(error_of([&] { line.write(every_byte()); }).find(name + ": the port has gone: plug"), std::string::npos);
+    EXPECT_NE(error_of([&] { Line::open(name, 115200); }).find("plugged in"), std::string::npos);
+}
+
+TEST(Line, AUnixSocketIsALine) {
+    WorkFolder folder;
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string path = (folder / "uart").string();
+    path.copy(address.sun_path, path.size());
+    const int listening = socket(AF_UNIX, SOCK_STREAM, 0);
+    ASSERT_EQ(bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    EXPECT_NE(error_of([&] { Line::open(path, 115200); }).find("does its other end listen"), std::string::npos);
+    ASSERT_EQ(listen(listening, 1), 0);
+    Line line = Line::open(path, 115200);
+    const int target = accept(listening, nullptr, nullptr);
+    const Bytes bytes = every_byte();
+    ASSERT_EQ(write(target, bytes.data(), bytes.size()), 256);
+    EXPECT_EQ(read_from(line, 256), bytes);
+    close(target);
+    EXPECT_NE(error_of([&] { read_from(line, 1); }).find("has closed the line"), std::string::npos);
+    close(listening);
 }
 
 TEST(Line, AProgramIsALineAndItsEndIsAnError) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-precompute-mpi under mpirun against haptable-precompute: other solver, other processes, the same tables.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "host/base/file.hpp"
 #include "host/tables/npy.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -52,30 +52,23 @@ double difference(const fs::path& a, const fs::path& b) {
 class Mpi : public testing::TestWithParam<int> {
 protected:
     void SetUp() override {
-        const char* build = std::getenv("BUILD");
-        bin_ = fs::absolute(fs::path(build == nullptr ? "build" : build) / "bin");
-        if (!fs::exists(bin_ / "haptable-precompute-mpi") || std::system("command -v mpirun >/dev/null") != 0)
+        if (!fs::exists(many_) || test::run("command -v mpirun").status != 0)
             GTEST_SKIP() << "no mpirun or no haptable-precompute-mpi: make mpi";
     }
     /// Runs both programs on a scene, into one/ and many/; the exit status of the second.
     int run(const std::string& scene) const {
         write_file(folder_.path() / "scene.toml", scene);
-        (void)system_of("'" + (bin_ / "haptable-precompute").string() +
-                        "' scene.toml -o one --column-tolerance 0 --quiet 2>one.txt");
-        return system_of(
-            "OMPI_MCA_rmaps_base_oversubscribe=1 timeout 60 mpirun --allow-run-as-root --oversubscribe -n " +
-            std::to_string(GetParam()) + " '" + (bin_ / "haptable-precompute-mpi").string() +
-            "' scene.toml -o many --quiet 2>many.txt");
+        system_of("'" + one_.string() + "' scene.toml -o one --column-tolerance 0 --quiet 2>one.txt");
+        return system_of("OMPI_MCA_rmaps_base_oversubscribe=1 mpirun --allow-run-as-root --oversubscribe -n " +
+                         std::to_string(GetParam()) + " '" + many_.string() +
+                         "' scene.toml -o many --quiet 2>many.txt");
     }
-    int system_of(const std::string& command) const {
-        const int status = std::system(("cd '" + folder_.path().string() + "' && " + command).c_str());
-        return WEXITSTATUS(status);
-    }
+    int system_of(const std::string& command) const { return test::run(command, folder_.path()).status; }
     fs::path one(const char* file) const { return folder_.path() / "one" / file; }
     fs::path many(const char* file) const { return folder_.path() / "many" / file; }
 
     const test::TemporaryFolder folder_;
-    fs::path bin_;
+    const fs::path one_ = test::program("haptable-precompute"), many_ = test::program("haptable-precompute-mpi");
 };
 
 TEST_P(Mpi, WritesTheTablesOfOneProcess) {

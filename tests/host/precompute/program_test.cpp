@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-precompute as a user runs it: what is printed where, the exit status, and what is left on the disk.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -26,37 +26,27 @@ poisson = 0.3
 box = [-1, -1, -1, 1, 1, 0]
 )";
 
-struct Outcome {
-    int status = 0;
-    std::string out, err;
-};
-
 class PrecomputeProgram : public testing::Test {
 protected:
     void SetUp() override {
-        const char* build = std::getenv("BUILD");
-        program_ = fs::absolute(fs::path(build == nullptr ? "build" : build) / "bin" / "haptable-precompute");
+        program_ = test::program("haptable-precompute");
         if (!fs::exists(program_)) GTEST_SKIP() << "no " << program_;
         write_file(scene_, kScene);
     }
-    Outcome run(const std::string& arguments) const {
-        const fs::path out = temporary_.path() / "out.txt", err = temporary_.path() / "err.txt";
-        const std::string command = "cd '" + folder_.path().string() + "' && '" + program_.string() + "' " + arguments +
-                                    " >'" + out.string() + "' 2>'" + err.string() + "'";
-        const int status = std::system(command.c_str());
-        return {WEXITSTATUS(status), read_file(out), read_file(err)};
+    test::Outcome run(const std::string& arguments) const {
+        return test::run("'" + program_.string() + "' " + arguments, folder_.path());
     }
     std::size_t file_count() const {
         return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_.path()), {}));
     }
 
-    const test::TemporaryFolder temporary_, folder_;
+    const test::TemporaryFolder folder_;
     const fs::path scene_ = folder_.path() / "scene.toml";
     fs::path program_;
 };
 
 TEST_F(PrecomputeProgram, WritesIntoBuildNameAndTellsInATable) {
-    const Outcome outcome = run("scene.toml");
+    const test::Outcome outcome = run("scene.toml");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     EXPECT_TRUE(fs::exists(folder_.path() / "build/small/summary.json"));
@@ -66,17 +56,17 @@ TEST_F(PrecomputeProgram, WritesIntoBuildNameAndTellsInATable) {
 }
 
 TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
-    const Outcome json = run("scene.toml -o a --json");
+    const test::Outcome json = run("scene.toml -o a --json");
     EXPECT_EQ(json.out, read_file(folder_.path() / "a/summary.json"));
     EXPECT_EQ(nlohmann::json::parse(json.out).at("counts").at("nodes"), 27);
-    const Outcome quiet = run("scene.toml -o b/ --quiet");
+    const test::Outcome quiet = run("scene.toml -o b/ --quiet");
     EXPECT_EQ(quiet.status, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
     EXPECT_TRUE(fs::exists(folder_.path() / "b/summary.json"));
 }
 
 TEST_F(PrecomputeProgram, PrintNameWritesNothing) {
-    const Outcome outcome = run("scene.toml --print-name");
+    const test::Outcome outcome = run("scene.toml --print-name");
     EXPECT_EQ(outcome.out, "small\n");
     EXPECT_EQ(file_count(), 1U);
 }
@@ -102,7 +92,7 @@ TEST_F(PrecomputeProgram, BadInputIsOneLineAStatusAndNothingWritten) {
     for (const Bad& bad : all) {
         std::string text = kScene;
         write_file(scene_, text.replace(text.find(bad.from), bad.from.size(), bad.to));
-        const Outcome outcome = run("scene.toml -o a");
+        const test::Outcome outcome = run("scene.toml -o a");
         EXPECT_EQ(outcome.status, 1) << bad.to;
         EXPECT_EQ(outcome.out, "");
         EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
@@ -115,18 +105,18 @@ TEST_F(PrecomputeProgram, AKilledRunLeavesNothingThatTheNextOneKeeps) {
     std::string large = kScene;
     write_file(folder_.path() / "large.toml",
                large.replace(large.find("side = 3"), 8, "side = 24"));  // seconds of work
-    const std::string script = "cd '" + folder_.path().string() + "' && { '" + program_.string() +
+    const std::string script = "{ '" + program_.string() +
                                "' large.toml -o a --quiet & } && for i in $(seq 1000); do "
                                "[ -e a.partial-$! ] && break; sleep 0.01; done; kill -9 $!; wait";
-    (void)std::system(("( " + script + " ) 2>'" + (temporary_.path() / "killed.txt").string() + "'").c_str());
+    test::run(script, folder_.path());
     ASSERT_EQ(file_count(), 4U) << "two scenes, what was half done and its lock";
-    const Outcome outcome = run("scene.toml -o a --quiet");
+    const test::Outcome outcome = run("scene.toml -o a --quiet");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(file_count(), 3U) << "two scenes and the tables";
 }
 
 TEST_F(PrecomputeProgram, AMissingSceneAndABadCommandLineFail) {
-    const Outcome missing = run("none.toml -o a");
+    const test::Outcome missing = run("none.toml -o a");
     EXPECT_EQ(missing.status, 1);
     EXPECT_NE(missing.err.find("none.toml: cannot be read"), std::string::npos) << missing.err;
     EXPECT_EQ(run("").status, 2);
