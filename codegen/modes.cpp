@@ -53,7 +53,11 @@ Modes modes_of(const Tables& tables) {
     modes.god_object = chosen(god_objects, "god_object", tables.god_object);
     modes.force = chosen(forces, "force", tables.force);
     modes.unpack = chosen(precisions, "precision", tables.precision);
-    if (tables.god_object == "least-energy") modes.energy = chosen(energies, "force", tables.force);
+    if (tables.god_object == "least-energy") {
+        modes.energy = chosen(energies, "force", tables.force);
+        if (tables.force != "interpolated" && tables.static_friction <= 0.0)
+            modes.force = HAPTABLE_NAMED(haptable_force_of_least_energy);
+    }
     if (tables.static_friction > 0.0) {
         modes.frictionless = modes.god_object;
         modes.god_object = HAPTABLE_NAMED(haptable_god_object_rough);

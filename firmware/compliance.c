@@ -11,20 +11,20 @@
 
 /* ---- the polynomial ------------------------------------------------------------------------------------------- */
 
-/* Control blocks in the order of exponents (n - r, r - k, k): block r (r + 1) / 2 + k, r = 0 .. n, k = 0 .. r.
- * Derivatives come from the last steps of de Casteljau's scheme: a step takes the block with one exponent more at
- * corner 0, 1, 2 times alpha each. */
+/* Control blocks in the order of exponents (n - r, r - k, k): block r (r + 1) / 2 + k, r = 0 .. n, k = 0 .. r. */
 struct net {
     const float* block[COMPLIANCE_CONTROLS];
+    int count;
 };
 
 /* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one. */
-static void gather(const struct haptable_model* model, const struct compliance_form* form, uint16_t patch,
-                   struct net* net) {
+static inline void gather(const struct haptable_model* model, const struct compliance_form* form, uint16_t patch,
+                          struct net* net) {
     const struct haptable_compliance* c = model->compliance;
     const uint16_t* v = model->patch[patch];
     const int per_edge = form->degree - 1;
     int corner;
+    net->count = form->degree == 4 ? COMPLIANCE_CONTROLS : 6;
     for (corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
         const float(*edge)[6] = &c->edge[c->patch_edge[patch][corner] * per_edge];
@@ -35,68 +35,70 @@ static void gather(const struct haptable_model* model, const struct compliance_f
     }
 }
 
-static inline void mix(const float alpha[3], const float a[6], const float b[6], const float c[6], float out[6]) {
-    int i;
-    for (i = 0; i < 6; ++i) out[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
-}
-
-/* The first step, from the tables. */
-static inline void step_from_tables(int degree, const struct net* net, const float alpha[3], float (*out)[6]) {
-    int n = 0;
-    int r;
-    int k;
-    for (r = 0; r < degree; ++r)
-        for (k = 0; k <= r; ++k, ++n) mix(alpha, net->block[n], net->block[n + r + 1], net->block[n + r + 2], out[n]);
-}
-
-/* A further step, in place: what it writes it has read. */
-static inline void step_in_place(int degree, const float alpha[3], float (*block)[6]) {
-    int n = 0;
-    int r;
-    int k;
-    for (r = 0; r < degree; ++r)
-        for (k = 0; k <= r; ++k, ++n) mix(alpha, block[n], block[n + r + 1], block[n + r + 2], block[n]);
-}
-
-/* C and, for its derivatives, the nets of degree 1 and 2 that it is made of. */
-struct polynomial {
-    float c[6];
-    float linear[3][6];
-    float quadratic[6][6];
-};
-
-static void copy_blocks(int count, float (*from)[6], float (*to)[6]) {
-    int n;
-    int i;
-    for (n = 0; n < count; ++n)
-        for (i = 0; i < 6; ++i) to[n][i] = from[n][i];
-}
-
-/* C alone, of degree 4. */
-static void evaluate_c(const struct net* net, const float alpha[3], float c[6]) {
-    float block[10][6];
-    step_from_tables(4, net, alpha, block);
-    step_in_place(3, alpha, block);
-    step_in_place(2, alpha, block);
-    mix(alpha, block[0], block[1], block[2], c);
-}
-
-static void evaluate_all(const struct net* net, int degree, const float alpha[3], struct polynomial* p) {
-    if (degree == 4) {
-        float block[10][6];
-        step_from_tables(4, net, alpha, block);
-        step_in_place(3, alpha, block);
-        copy_blocks(6, block, p->quadratic);
-        step_in_place(2, alpha, block);
-        copy_blocks(3, block, p->linear);
-    } else {
-        int n;
-        int i;
-        for (n = 0; n < 6; ++n)
-            for (i = 0; i < 6; ++i) p->quadratic[n][i] = net->block[n][i];
-        step_from_tables(2, net, alpha, p->linear);
+/* Bernstein's polynomials of one degree less than C, degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k, in the order
+ * of a net. */
+static inline void bernstein(int degree, const float alpha[3], float w[10]) {
+    const float a = alpha[0];
+    const float b = alpha[1];
+    const float c = alpha[2];
+    if (degree == 2) {
+        vec_copy(alpha, w);
+        return;
     }
-    mix(alpha, p->linear[0], p->linear[1], p->linear[2], p->c);
+    w[0] = a * a * a;
+    w[1] = 3.0f * a * a * b;
+    w[2] = 3.0f * a * a * c;
+    w[3] = 3.0f * a * b * b;
+    w[4] = 6.0f * a * b * c;
+    w[5] = 3.0f * a * c * c;
+    w[6] = b * b * b;
+    w[7] = 3.0f * b * b * c;
+    w[8] = 3.0f * b * c * c;
+    w[9] = c * c * c;
+}
+
+/* out = w B and out += w B, as single statements, which compilers put into wide registers. */
+static inline void set_block(float w, const float b[6], float out[6]) {
+    out[0] = w * b[0];
+    out[1] = w * b[1];
+    out[2] = w * b[2];
+    out[3] = w * b[3];
+    out[4] = w * b[4];
+    out[5] = w * b[5];
+}
+
+static inline void add_block(float w, const float b[6], float out[6]) {
+    out[0] += w * b[0];
+    out[1] += w * b[1];
+    out[2] += w * b[2];
+    out[3] += w * b[3];
+    out[4] += w * b[4];
+    out[5] += w * b[5];
+}
+
+/* The net of degree 1 at alpha (the last but one step of de Casteljau's scheme): C = sum alpha_a linear_a,
+ * dC/d alpha_b - dC/d alpha_0 = degree (linear_b - linear_0). */
+static inline void linear_net(const struct net* net, int degree, const float alpha[3], float linear[3][6]) {
+    float sum[3][6] = {{0.0f}}; /* of its own: stays in registers */
+    float w[10];
+    int n = 0;
+    int r;
+    int k;
+    bernstein(degree, alpha, w);
+    for (r = 0; r < degree; ++r)
+        for (k = 0; k <= r; ++k, ++n) {
+            if (w[n] == 0.0f) continue; /* on edges and vertices most are */
+            add_block(w[n], net->block[n], sum[0]);
+            add_block(w[n], net->block[n + r + 1], sum[1]);
+            add_block(w[n], net->block[n + r + 2], sum[2]);
+        }
+    for (r = 0; r < 3; ++r)
+        for (k = 0; k < 6; ++k) linear[r][k] = sum[r][k];
+}
+
+static inline void evaluate_c(float linear[3][6], const float alpha[3], float c[6]) {
+    int i;
+    for (i = 0; i < 6; ++i) c[i] = alpha[0] * linear[0][i] + alpha[1] * linear[1][i] + alpha[2] * linear[2][i];
 }
 
 /* ---- fixed vertices ------------------------------------------------------------------------------------------- */
@@ -131,7 +133,7 @@ struct factored {
     float l10, l20, l21;
 };
 
-static struct factored factor(const float c[6]) {
+static inline struct factored factor(const float c[6]) {
     struct factored f;
     float d1;
     float d2;
@@ -146,7 +148,7 @@ static struct factored factor(const float c[6]) {
     return f;
 }
 
-static void solve(const struct factored* f, const float b[3], float x[3]) {
+static inline void solve(const struct factored* f, const float b[3], float x[3]) {
     const float y1 = b[1] - f->l10 * b[0];
     const float y2 = b[2] - f->l20 * b[0] - f->l21 * y1;
     x[2] = y2 * f->inverse[2];
@@ -167,9 +169,11 @@ void compliance_solve(const struct haptable_model* model, const struct haptable_
 void compliance_load(const struct haptable_model* model, const struct compliance_form* form,
                      const struct haptable_contact* contact, const float finger_m[3], float load_n[3]) {
     struct net net;
+    float linear[3][6];
     float c[6];
     gather(model, form, contact->patch, &net);
-    evaluate_c(&net, contact->alpha, c);
+    linear_net(&net, form->degree, contact->alpha, linear);
+    evaluate_c(linear, contact->alpha, c);
     compliance_solve(model, contact, finger_m, c, load_n);
 }
 
@@ -184,52 +188,79 @@ void compliance_share(const float load_n[3], const struct haptable_contact* cont
     }
 }
 
+void haptable_force_of_least_energy(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
+    (void)model;
+    (void)finger_m;
+    compliance_share(contact->load_n, contact, nodal_force_n, force_n);
+}
+
 /* ---- the energy ----------------------------------------------------------------------------------------------- */
 
-/* What the derivatives of C do to a load: C_b f (b = 1, 2) and f^T C_bc f (11, 12, 22). */
+/* f . B f of every block; less the third of its trace times f . f where C is lifted. */
+static void square_net(const struct net* net, const float f[3], int lifted, float square[COMPLIANCE_CONTROLS]) {
+    const float p[6] = {f[0] * f[0],        f[1] * f[1],        f[2] * f[2],
+                        2.0f * f[0] * f[1], 2.0f * f[1] * f[2], 2.0f * f[2] * f[0]};
+    int n;
+    for (n = 0; n < net->count; ++n) {
+        const float* b = net->block[n];
+        square[n] = b[0] * p[0] + b[1] * p[1] + b[2] * p[2] + b[3] * p[3] + b[4] * p[4] + b[5] * p[5];
+        if (lifted) square[n] -= third_of_trace(b) * (p[0] + p[1] + p[2]);
+    }
+}
+
+/* A step of de Casteljau's scheme from degree to degree - 1, in place: what it writes it has read. */
+static inline void reduce(int degree, const float alpha[3], float* net) {
+    int n = 0;
+    int r;
+    int k;
+    for (r = 0; r < degree; ++r)
+        for (k = 0; k <= r; ++k, ++n)
+            net[n] = alpha[0] * net[n] + alpha[1] * net[n + r + 1] + alpha[2] * net[n + r + 2];
+}
+
+/* A block's part that is not isotropic: what C's derivatives are made of where C is lifted. */
+static void without_trace(float b[6]) {
+    const float third = third_of_trace(b);
+    int i;
+    for (i = 0; i < 3; ++i) b[i] -= third;
+}
+
+/* What the derivatives of C do to a load f: C_b f (b = 1, 2), and f^T C_bc f (11, 12, 22). */
 struct variation {
     float first[2][3];
     float second[3];
 };
 
-/* out = (sum of weighted blocks) f, less the third of its trace times f where C is lifted. */
-static void block_load(const float block[6], const float f[3], int lifted, float out[3]) {
-    vec_symmetric_product(block, f, out);
-    if (lifted) vec_add_scaled(-third_of_trace(block), f, out);
-}
-
-/* b C_0 + c C_1 + d C_2, scaled. */
-static void difference(float scale, const float a[6], float b, const float other[6], float c, const float third[6],
-                       float out[6]) {
-    int i;
-    for (i = 0; i < 6; ++i) out[i] = scale * (a[i] + b * other[i] + c * third[i]);
-}
-
-/* dC/d alpha_b - dC/d alpha_0 and so on, from the nets of degree 1 and 2 (Farin). */
-static void vary(const struct polynomial* p, int degree, const float f[3], int lifted, struct variation* v) {
+/* C_b f from the net of degree 1 (Farin). */
+static void vary(int degree, float linear[3][6], const float f[3], int lifted, struct variation* v) {
     const float first = (float)degree;
-    const float second = (float)(degree * (degree - 1));
-    float block[6];
-    float bf[3];
     int b;
     for (b = 0; b < 2; ++b) {
-        difference(first, p->linear[b + 1], -1.0f, p->linear[0], 0.0f, p->linear[0], block);
-        block_load(block, f, lifted, v->first[b]); /* cppcheck-suppress uninitvar ; it is written here */
+        float block[6];
+        int i;
+        for (i = 0; i < 6; ++i) block[i] = first * (linear[b + 1][i] - linear[0][i]);
+        if (lifted) without_trace(block);
+        vec_symmetric_product(block, f, v->first[b]);
     }
-    /* quadratic: 200 110 101 020 011 002 */
-    difference(second, p->quadratic[3], -2.0f, p->quadratic[1], 1.0f, p->quadratic[0], block);
-    block_load(block, f, lifted, bf);
-    v->second[0] = vec_dot(f, bf);
-    difference(second, p->quadratic[5], -2.0f, p->quadratic[2], 1.0f, p->quadratic[0], block);
-    block_load(block, f, lifted, bf);
-    v->second[2] = vec_dot(f, bf);
-    difference(second, p->quadratic[4], -1.0f, p->quadratic[1], -1.0f, p->quadratic[2], block);
-    for (b = 0; b < 6; ++b) block[b] += second * p->quadratic[0][b];
-    block_load(block, f, lifted, bf);
-    v->second[1] = vec_dot(f, bf);
 }
 
-/* The lifted diagonal's own slope: the fixed share's, times f. */
+/* f^T C_bc f from the net of degree 2: 200 110 101 020 011 002. */
+static void vary_twice(const struct net* net, int degree, const float alpha[3], const float f[3], int lifted,
+                       struct variation* v) {
+    const float second = (float)(degree * (degree - 1));
+    float q[COMPLIANCE_CONTROLS];
+    square_net(net, f, lifted, q);
+    if (degree == 4) {
+        reduce(4, alpha, q);
+        reduce(3, alpha, q);
+    }
+    v->second[0] = second * (q[3] - 2.0f * q[1] + q[0]);
+    v->second[1] = second * (q[4] - q[1] - q[2] + q[0]);
+    v->second[2] = second * (q[5] - 2.0f * q[2] + q[0]);
+}
+
+/* The lifted diagonal's own slope: that of the fixed share's compliance, times f. */
 static void vary_share(const struct haptable_model* model, uint16_t patch, const float f[3], struct variation* v) {
     const uint16_t* vertex = model->patch[patch];
     const float compliance = 1.0f / model->rigid_stiffness_n_per_m;
@@ -238,43 +269,53 @@ static void vary_share(const struct haptable_model* model, uint16_t patch, const
     vec_add_scaled(compliance * (float)((vertex[2] >= model->free_count) - fixed0), f, v->first[1]);
 }
 
-/* Fills in slope and curvature from the load, the variation and the patch's edges. */
-static void derive(const struct haptable_model* model, uint16_t patch, const struct factored* factored,
-                   struct variation* v, struct haptable_energy* energy) {
-    const float* f = energy->load_n;
-    float e[2][3];
+/* Curvature and the load's slope: r_b = e_b + C_b f. */
+static void bend(const struct factored* factored, float e[2][3], const struct variation* v,
+                 struct haptable_energy* energy) {
     float s_r[2][3];
     int b;
-    vec_sub(vertex_of(model, patch, 1), vertex_of(model, patch, 0), e[0]);
-    vec_sub(vertex_of(model, patch, 2), vertex_of(model, patch, 0), e[1]);
     for (b = 0; b < 2; ++b) {
-        energy->slope_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, v->first[b]);
-        vec_add_scaled(1.0f, e[b], v->first[b]); /* r_b = e_b + C_b f */
-        solve(factored, v->first[b], s_r[b]);
+        vec_add_scaled(1.0f, v->first[b], e[b]);
+        solve(factored, e[b], s_r[b]);
+        vec_zero(energy->load_slope_n[b]);
+        vec_add_scaled(-1.0f, s_r[b], energy->load_slope_n[b]);
     }
-    energy->lower_bound_j[0] = vec_dot(v->first[0], s_r[0]);
-    energy->lower_bound_j[1] = vec_dot(v->first[0], s_r[1]);
-    energy->lower_bound_j[2] = vec_dot(v->first[1], s_r[1]);
+    energy->lower_bound_j[0] = vec_dot(e[0], s_r[0]);
+    energy->lower_bound_j[1] = vec_dot(e[0], s_r[1]);
+    energy->lower_bound_j[2] = vec_dot(e[1], s_r[1]);
     for (b = 0; b < 3; ++b) energy->curvature_j[b] = energy->lower_bound_j[b] - 0.5f * v->second[b];
 }
 
 void compliance_energy(const struct haptable_model* model, const struct compliance_form* form,
-                       const struct haptable_contact* contact, const float finger_m[3],
+                       const struct haptable_contact* contact, const float finger_m[3], enum haptable_look look,
                        struct haptable_energy* energy) {
+    const int whole = look == HAPTABLE_LOOK_WHOLE;
+    float* f = energy->load_n;
     struct net net;
-    struct polynomial p;
+    float linear[3][6];
+    float c[6];
     float u[3];
+    float e[2][3];
+    float normal[3];
     struct factored factored;
     struct variation v;
     int lifted;
+    int b;
     gather(model, form, contact->patch, &net);
-    evaluate_all(&net, form->degree, contact->alpha, &p);
-    lifted = lift(model, fixed_share(model, contact), p.c);
-    vec_sub(finger_m, contact->god_object_m, u);
-    factored = factor(p.c);
-    solve(&factored, u, energy->load_n);
-    energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
-    vary(&p, form->degree, energy->load_n, lifted, &v);
-    if (lifted) vary_share(model, contact->patch, energy->load_n, &v);
-    derive(model, contact->patch, &factored, &v, energy);
+    linear_net(&net, form->degree, contact->alpha, linear);
+    evaluate_c(linear, contact->alpha, c);
+    lifted = lift(model, fixed_share(model, contact), c);
+    if (whole) {
+        vec_sub(finger_m, contact->god_object_m, u);
+        factored = factor(c);
+        solve(&factored, u, f);
+        energy->energy_j = 0.5f * vec_dot(u, f);
+    }
+    vary(form->degree, linear, f, lifted, &v);
+    if (lifted) vary_share(model, contact->patch, f, &v);
+    patch_frame(model, contact->patch, e[0], e[1], normal);
+    for (b = 0; b < 2; ++b) energy->slope_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, v.first[b]);
+    if (!whole) return;
+    vary_twice(&net, form->degree, contact->alpha, f, lifted, &v);
+    bend(&factored, e, &v, energy);
 }

@@ -33,8 +33,10 @@ void compliance_load(const struct haptable_model* model, const struct compliance
 void compliance_share(const float load_n[3], const struct haptable_contact* contact, float nodal_force_n[3][3],
                       float force_n[3]);
 
-/* E = 1/2 u^T C^-1 u and its derivatives. cost: the blocks once each, three solves with C. */
+/* E = 1/2 u^T C^-1 u and its derivatives; or, looking around, its slope with the load that is in `energy`.
+ * cost: the blocks three times each and three solves with C; the blocks twice each. */
 void compliance_energy(const struct haptable_model* model, const struct compliance_form* form,
-                       const struct haptable_contact* contact, const float finger_m[3], struct haptable_energy* energy);
+                       const struct haptable_contact* contact, const float finger_m[3], enum haptable_look look,
+                       struct haptable_energy* energy);
 
 #endif

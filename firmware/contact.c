@@ -269,14 +269,15 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
  *         Cortex-M or rv32imafc; searches: at most HAPTABLE_TICK_BOXES boxes, each at most 280 with its patches;
  *         checks and force 2,400: 65,325 in all. host/target/modes.cpp has the same for every mode, and tests hold
  * every tick to it. */
-void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_contact* contact,
-                                 struct haptable_way* way, const float x_m[3], struct haptable_counters* counters) {
+void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
+    struct haptable_way* way = &servo->way;
     int steps = 0;
     int slides;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, x_m, way, contact, counters)) return;
-        if (!has_left(model, x_m, contact, &steps, counters)) return;
+        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, x_m, way, contact, &servo->counters)) return;
+        if (!has_left(model, x_m, contact, &steps, &servo->counters)) return;
         surface_leave(x_m, way, contact);
     }
-    ++counters->slide_limits;
+    ++servo->counters.slide_limits;
 }

@@ -26,27 +26,28 @@ static void stiffness_at(const struct haptable_model* model, const struct haptab
     }
 }
 
-void haptable_energy_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
-                                  const float finger_m[3], struct haptable_energy* energy) {
-    float u[3];
-    float f[3][3]; /* S_a u; then, for a = 1, 2, less S_0 u */
-    float e[2][3];
+/* S u, and in f what S_a u (a = 1, 2) is over S_0 u. */
+static void load_at(const struct haptable_model* model, const struct haptable_contact* contact, const float u[3],
+                    float (*f)[3], float load_n[3]) {
+    int a;
+    vec_zero(load_n);
+    for (a = 0; a < 3; ++a) {
+        block_product(model, model->patch[contact->patch][a], u, f[a]);
+        vec_add_scaled(contact->alpha[a], f[a], load_n);
+    }
+    vec_add_scaled(-1.0f, f[0], f[1]);
+    vec_add_scaled(-1.0f, f[0], f[2]);
+}
+
+static void bend(const struct haptable_model* model, const struct haptable_contact* contact, float (*e)[3],
+                 float (*f)[3], struct haptable_energy* energy) {
     float s[6];
     float s_e[2][3];
     int b;
-    vec_sub(finger_m, contact->god_object_m, u);
-    vec_zero(energy->load_n);
-    for (b = 0; b < 3; ++b) {
-        block_product(model, model->patch[contact->patch][b], u, f[b]);
-        vec_add_scaled(contact->alpha[b], f[b], energy->load_n);
-    }
-    energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     stiffness_at(model, contact, s);
     for (b = 0; b < 2; ++b) {
-        vec_sub(vertex_of(model, contact->patch, b + 1), vertex_of(model, contact->patch, 0), e[b]);
-        vec_add_scaled(-1.0f, f[0], f[b + 1]);
-        energy->slope_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
         vec_symmetric_product(s, e[b], s_e[b]);
+        vec_sub(f[b + 1], s_e[b], energy->load_slope_n[b]);
     }
     energy->lower_bound_j[0] = vec_dot(e[0], s_e[0]);
     energy->lower_bound_j[1] = vec_dot(e[0], s_e[1]);
@@ -54,4 +55,19 @@ void haptable_energy_interpolated(const struct haptable_model* model, const stru
     energy->curvature_j[0] = energy->lower_bound_j[0] - 2.0f * vec_dot(e[0], f[1]);
     energy->curvature_j[1] = energy->lower_bound_j[1] - vec_dot(e[0], f[2]) - vec_dot(e[1], f[1]);
     energy->curvature_j[2] = energy->lower_bound_j[2] - 2.0f * vec_dot(e[1], f[2]);
+}
+
+void haptable_energy_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                  const float finger_m[3], enum haptable_look look, struct haptable_energy* energy) {
+    float u[3];
+    float f[3][3];
+    float e[2][3];
+    float normal[3];
+    int b;
+    vec_sub(finger_m, contact->god_object_m, u);
+    load_at(model, contact, u, f, energy->load_n);
+    energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
+    patch_frame(model, contact->patch, e[0], e[1], normal);
+    for (b = 0; b < 2; ++b) energy->slope_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
+    if (look == HAPTABLE_LOOK_WHOLE) bend(model, contact, e, f, energy);
 }

@@ -31,6 +31,6 @@ void haptable_force_consistent(const struct haptable_model* model, const struct 
 }
 
 void haptable_energy_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], struct haptable_energy* energy) {
-    compliance_energy(model, &form, contact, finger_m, energy);
+                                const float finger_m[3], enum haptable_look look, struct haptable_energy* energy) {
+    compliance_energy(model, &form, contact, finger_m, look, energy);
 }

@@ -83,10 +83,11 @@ struct haptable_way;
 struct haptable_counters;
 struct haptable_servo;
 
-/* Moves the god-object of one tick, the finger having come to x_m. Without contact, way->to_m is the last position up
- * to which the finger's way was searched, or the end of a search that is not finished; way->boxes is 0. */
-typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_contact* contact,
-                                    struct haptable_way* way, const float x_m[3], struct haptable_counters* counters);
+/* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without
+ * contact, servo->way.to_m is the last position up to which the finger's way was searched, or the end of a search that
+ * is not finished; way.boxes is 0. */
+typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                                    const float x_m[3]);
 
 /* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
 typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
@@ -98,14 +99,19 @@ typedef void haptable_force_fn(const struct haptable_model* model, const struct 
 /* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
  * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
 struct haptable_energy {
-    float energy_j;         /* E = 1/2 u^T S u */
-    float load_n[3];        /* S u, on the body */
-    float slope_j[2];       /* dE by alpha_1, alpha_2 */
-    float curvature_j[3];   /* second derivatives 11 12 22 */
-    float lower_bound_j[3]; /* their part that is never negative: 11 12 22 */
+    float energy_j;           /* E = 1/2 u^T S u */
+    float load_n[3];          /* S u, on the body */
+    float slope_j[2];         /* dE by alpha_1, alpha_2 */
+    float curvature_j[3];     /* second derivatives 11 12 22 */
+    float lower_bound_j[3];   /* their part that is never negative: 11 12 22 */
+    float load_slope_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the slope by the finger */
 };
+
+/* What is asked for: all of it, or the slope alone on another patch that has the same point, whose load is known. */
+enum haptable_look { HAPTABLE_LOOK_WHOLE, HAPTABLE_LOOK_AROUND };
+
 typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], struct haptable_energy* energy);
+                                const float finger_m[3], enum haptable_look look, struct haptable_energy* energy);
 
 /* Changes the force of a tick after it was made and cut to max_force_n: way_m is the finger's since the last tick. */
 typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
@@ -184,6 +190,7 @@ struct haptable_contact {
     uint8_t slips;  /* with friction: 1 while the god-object slides */
     float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
     float god_object_m[3];
+    float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
 };
 
 /* A finger's way that is searched for the first patch that it enters. */
@@ -202,14 +209,15 @@ struct haptable_way {
 struct haptable_servo {
     struct haptable_contact contact;
     struct haptable_way way;
-    float finger_m[3];    /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known; /* 0 or 1 */
-    uint8_t state;        /* enum haptable_state */
-    uint32_t position_us; /* when the last position came; wraps */
-    float felt_n[3];      /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];  /* what release still holds of forces that have ended */
-    float given_n[3];     /* the force of the last tick as it was given */
-    float given_j;        /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
+    float finger_m[3];      /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known;   /* 0 or 1 */
+    uint8_t state;          /* enum haptable_state */
+    uint32_t position_us;   /* when the last position came; wraps */
+    float felt_n[3];        /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];    /* what release still holds of forces that have ended */
+    float given_n[3];       /* the force of the last tick as it was given */
+    float given_j;          /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 
@@ -261,6 +269,10 @@ haptable_energy_fn haptable_energy_consistent;
  * the load's spread over the nodes under the mask is in the host's tables. */
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
+
+/* force: the load that god_object_least_energy found at its point, which is that of the two forces above; not under
+ * another god-object, nor under friction. */
+haptable_force_fn haptable_force_of_least_energy;
 
 /* god_object: with friction. It holds the god-object back where it was as long as the force there lies in the cone of
  * static friction, and lets it follow the frictionless one just so far that it lies in the cone of kinetic friction. */

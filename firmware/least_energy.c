@@ -2,10 +2,12 @@
  *
  * g = argmin E(g) over the surface, E(g) = 1/2 u^T S(g) u, u = x - g, downhill from where g was
  *
- * Within a patch: Newton's step with E's own second derivatives, with their positive part where they are not positive
- * definite, cut at the patch's border and halved until E does not grow. At an edge the patch across is asked, at a
- * vertex the patches around it. Why the energy is never made: with g at a minimum, dE/dx = S u (envelope theorem), and
- * where the minimum ends, g goes to one that is lower.
+ * A tick first follows: g at a minimum goes with the finger as the minimum does, to first order, and Newton's step
+ * corrects that. Where it does not do, g slides: Newton's steps with E's own second derivatives, with their positive
+ * part where they are not positive definite, cut at the patch's border and halved until E does not grow. At an edge the
+ * patch across is asked, at a vertex the edges around it; all of them share the load, so a look is the slope alone.
+ * Why no energy is made: with g at a minimum, dE/dx = S u (envelope theorem), and where the minimum ends, g goes to one
+ * that is lower.
  */
 #include "contact.h"
 #include "surface.h"
@@ -26,7 +28,13 @@ struct walk {
 
 static void evaluate(struct walk* walk, struct point* point) {
     ++walk->steps;
-    walk->model->energy(walk->model, &point->at, walk->x_m, &point->energy);
+    walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_LOOK_WHOLE, &point->energy);
+}
+
+/* The slope alone. before: the load is known. */
+static void look_around(struct walk* walk, struct point* point) {
+    ++walk->steps;
+    walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_LOOK_AROUND, &point->energy);
 }
 
 /* ---- ways within one patch ------------------------------------------------------------------------------------ */
@@ -35,12 +43,24 @@ static void evaluate(struct walk* walk, struct point* point) {
 static float slope_of(const struct haptable_energy* e, int c) { return c == 0 ? 0.0f : e->slope_j[c - 1]; }
 static float second_of(const float h[3], int c, int d) { return c == 0 || d == 0 ? 0.0f : h[c + d - 2]; }
 
+/* H^-1 11 12 22; 0 where H is not positive definite beyond rounding. */
+static int invert(const float h[3], float inverse[3]) {
+    const float determinant = h[0] * h[2] - h[1] * h[1];
+    float scale;
+    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
+    scale = 1.0f / determinant;
+    inverse[0] = h[2] * scale;
+    inverse[1] = -h[1] * scale;
+    inverse[2] = h[0] * scale;
+    return 1;
+}
+
 /* d = -H^-1 slope; 0 where H is not positive definite beyond rounding. */
 static int newton(const float h[3], const float slope[2], float d[3]) {
-    const float determinant = h[0] * h[2] - h[1] * h[1];
-    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
-    d[1] = (h[1] * slope[1] - h[2] * slope[0]) / determinant;
-    d[2] = (h[1] * slope[0] - h[0] * slope[1]) / determinant;
+    float inverse[3];
+    if (!invert(h, inverse)) return 0;
+    d[1] = -(inverse[0] * slope[0] + inverse[1] * slope[1]);
+    d[2] = -(inverse[1] * slope[0] + inverse[2] * slope[1]);
     d[0] = -d[1] - d[2];
     return 1;
 }
@@ -120,16 +140,18 @@ static float way_from_vertex(const struct point* point, int vertex, float d[3]) 
 
 /* ---- ways over edges and around vertices ---------------------------------------------------------------------- */
 
-/* The same point seen from another patch that shares its edge or vertex. */
-static void seen_from(const struct haptable_model* model, const struct haptable_contact* from, uint16_t patch,
-                      struct haptable_contact* to) {
+/* The same point seen from another patch that shares its edge or vertex, with the slope there. */
+static void see_from(struct walk* walk, const struct point* from, uint16_t patch, struct point* to) {
+    const struct haptable_model* model = walk->model;
     int corner;
-    to->patch = patch;
-    vec_zero(to->alpha);
+    to->at.patch = patch;
+    vec_zero(to->at.alpha);
     for (corner = 0; corner < 3; ++corner)
-        if (from->alpha[corner] > 0.0f)
-            to->alpha[corner_of(model, patch, model->patch[from->patch][corner])] = from->alpha[corner];
-    vec_copy(from->god_object_m, to->god_object_m);
+        if (from->at.alpha[corner] > 0.0f)
+            to->at.alpha[corner_of(model, patch, model->patch[from->at.patch][corner])] = from->at.alpha[corner];
+    vec_copy(from->at.god_object_m, to->at.god_object_m);
+    vec_copy(from->energy.load_n, to->energy.load_n);
+    look_around(walk, to);
 }
 
 /* 1 where a way leads down within the point's own patch, off its edge or vertex or in its plane. */
@@ -138,51 +160,68 @@ static int way_inwards(const struct haptable_model* model, const struct point* p
     return stays_inside(point->at.alpha, d) && is_long(model, point->at.patch, d);
 }
 
+/* E's slope from the point towards a corner of its patch. */
+static float slope_towards(const struct point* point, int corner) {
+    const float* alpha = point->at.alpha;
+    const struct haptable_energy* e = &point->energy;
+    return slope_of(e, corner) - alpha[1] * e->slope_j[0] - alpha[2] * e->slope_j[1];
+}
+
+/* The point on the edge opposite to `corner` as the patch across sees it. Returns 1 where E falls into that patch. */
+static int falls_across(struct walk* walk, int corner, const struct point* here, struct point* other) {
+    const uint16_t across = walk->model->neighbour[here->at.patch][corner];
+    int opposite = 0;
+    if (across == HAPTABLE_NONE) return 0;
+    see_from(walk, here, across, other);
+    (void)feature_of(other->at.alpha, &opposite);
+    return slope_towards(other, opposite) < 0.0f;
+}
+
 /* On the edge opposite to `corner`: into this patch, into the one across, or along the edge. */
 static int way_on_edge(struct walk* walk, int corner, struct point* here, float d[3]) {
-    const uint16_t across = walk->model->neighbour[here->at.patch][corner];
+    struct point other;
     if (way_inwards(walk->model, here, d)) return 1;
-    if (across != HAPTABLE_NONE) {
-        struct point other;
-        seen_from(walk->model, &here->at, across, &other.at);
+    if (falls_across(walk, corner, here, &other)) {
         evaluate(walk, &other);
         if (way_inwards(walk->model, &other, d)) {
             *here = other;
             return 1;
         }
     }
-    way_along(&here->energy, corner == 2 ? 0 : corner + 1, corner == 0 ? 2 : corner - 1, d);
+    way_along(&here->energy, next_corner(corner), previous_corner(corner), d);
     return is_long(walk->model, here->at.patch, d);
 }
 
+/* 1 where one of the patch's edges at the corner, where the point is, leads down. */
+static int falls_along_edge(const struct point* point, int corner) {
+    return slope_towards(point, next_corner(corner)) < 0.0f || slope_towards(point, previous_corner(corner)) < 0.0f;
+}
+
 /* E's slope is linear on each patch's cone at the vertex, so there is a way down exactly where one of the edges leads
- * down: the steepest of them, and from it into the patch where that is better. */
+ * down: the one that is foreseen to lead lowest, and from it into the patch where that is better. */
 static int way_on_vertex(struct walk* walk, int corner, struct point* here, float d[3]) {
     struct fan fan = fan_begin(walk->model, here->at.patch, corner);
-    struct point start = *here;
+    const struct point start = *here;
     float best = 0.0f;
-    int more;
+    float inside[3];
     do {
         struct point next = start;
         float way[3];
         float fall;
         if (fan.patch != start.at.patch) {
-            seen_from(walk->model, &start.at, fan.patch, &next.at);
+            see_from(walk, &start, fan.patch, &next);
+            if (!falls_along_edge(&next, fan.corner)) continue;
             evaluate(walk, &next);
         }
-        fall = way_from_vertex(&next, corner_of(walk->model, fan.patch, fan.vertex), way);
+        fall = way_from_vertex(&next, fan.corner, way);
         if (fall > best && is_long(walk->model, fan.patch, way)) {
             best = fall;
             vec_copy(way, d);
             *here = next;
         }
-        more = walk->steps < HAPTABLE_ENERGY_STEPS && fan_next(walk->model, &fan);
-    } while (more);
+    } while (walk->steps < HAPTABLE_ENERGY_STEPS && fan_next(walk->model, &fan));
     if (best <= 0.0f) return 0;
-    {
-        float inside[3];
-        if (way_inwards(walk->model, here, inside)) vec_copy(inside, d);
-    }
+    if (way_inwards(walk->model, here, inside)) vec_copy(inside, d);
     return 1;
 }
 
@@ -268,33 +307,157 @@ static int slide(struct walk* walk, struct point* here) {
     return walk->steps < HAPTABLE_ENERGY_STEPS;
 }
 
+/* ---- following ------------------------------------------------------------------------------------------------ */
+
+/* Newton's correction may be this much of a patch at the most: its own error is then below a float's rounding. */
+#define CORRECTION 2e-3f
+
+/* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0 where d leads off it. */
+static int move_on(const struct haptable_model* model, const struct haptable_contact* from, const float d[3],
+                   struct haptable_contact* to) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (from->alpha[c] == 0.0f && d[c] != 0.0f) return 0;
+    return move_by(model, from, d, 1.0f, to) == 1.0f;
+}
+
+/* d from alpha_1 and alpha_2. */
+static void whole_way(float d1, float d2, float d[3]) {
+    d[1] = d1;
+    d[2] = d2;
+    d[0] = -(d1 + d2);
+}
+
+/* 1 where E falls into neither patch of the edge opposite to `corner`, and bends upwards along it; d is the way to its
+ * minimum there. */
+static int rests_on_edge(struct walk* walk, int corner, const struct point* here, float d[3]) {
+    const int a = next_corner(corner);
+    const int b = previous_corner(corner);
+    struct point other;
+    if (!(second_along(here->energy.curvature_j, a, b) > 0.0f) || slope_towards(here, corner) < 0.0f ||
+        falls_across(walk, corner, here, &other))
+        return 0;
+    way_along(&here->energy, a, b, d);
+    return 1;
+}
+
+/* Newton's step d to the minimum of E nearby, without leaving the inside or the edge. Returns 0 where E has none
+ * there. */
+static int correction(struct walk* walk, const struct point* here, float d[3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    if (feature == INSIDE) return newton(here->energy.curvature_j, here->energy.slope_j, d);
+    return feature == ON_EDGE && rests_on_edge(walk, corner, here, d);
+}
+
+/* 1 where the correction is so small that it ends the tick. */
+static int is_small(const float d[3]) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (!(d[c] < CORRECTION && d[c] > -CORRECTION)) return 0;
+    return 1;
+}
+
+/* 1 where it is known how the god-object goes with the finger: after a tick within a patch or on an edge, where E bends
+ * upwards. */
+static int is_known(float lead_per_m[2][3]) {
+    return vec_dot(lead_per_m[0], lead_per_m[0]) + vec_dot(lead_per_m[1], lead_per_m[1]) > 0.0f;
+}
+
+/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
+static int follow(struct walk* walk, float lead_per_m[2][3], const float from_m[3], struct point* here) {
+    const struct haptable_contact start = here->at;
+    struct haptable_energy* e = &here->energy;
+    struct haptable_contact end;
+    float way[3];
+    float d[3];
+    vec_sub(walk->x_m, from_m, way);
+    whole_way(vec_dot(lead_per_m[0], way), vec_dot(lead_per_m[1], way), d);
+    if (move_on(walk->model, &start, d, &here->at)) {
+        evaluate(walk, here);
+        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
+            here->at = end;
+            vec_add_scaled(d[1], e->load_slope_n[0], e->load_n);
+            vec_add_scaled(d[2], e->load_slope_n[1], e->load_n);
+            return 1;
+        }
+    }
+    here->at = start;
+    return 0;
+}
+
+/* How alpha_1 and alpha_2 of a minimum within a patch go with the finger: H d = -(slope of the slope by x) . dx. */
+static void lead_in_plane(const struct haptable_energy* e, float lead_per_m[2][3]) {
+    float inverse[3];
+    int b;
+    if (!invert(e->curvature_j, inverse)) return;
+    for (b = 0; b < 2; ++b) {
+        vec_add_scaled(-inverse[b], e->load_slope_n[0], lead_per_m[b]);
+        vec_add_scaled(-inverse[b + 1], e->load_slope_n[1], lead_per_m[b]);
+    }
+}
+
+/* The same along the edge from corner a to corner b. */
+static void lead_along(const struct haptable_energy* e, int a, int b, float lead_per_m[2][3]) {
+    const float second = second_along(e->curvature_j, a, b);
+    float lead[3] = {0.0f, 0.0f, 0.0f}; /* of alpha_b; that of alpha_a is the opposite */
+    if (!(second > 0.0f)) return;
+    if (a > 0) vec_add_scaled(1.0f / second, e->load_slope_n[a - 1], lead);
+    if (b > 0) vec_add_scaled(-1.0f / second, e->load_slope_n[b - 1], lead);
+    if (a > 0) vec_add_scaled(-1.0f, lead, lead_per_m[a - 1]);
+    if (b > 0) vec_add_scaled(1.0f, lead, lead_per_m[b - 1]);
+}
+
+static void find_lead(const struct point* here, float lead_per_m[2][3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    vec_zero(lead_per_m[0]);
+    vec_zero(lead_per_m[1]);
+    if (feature == INSIDE) lead_in_plane(&here->energy, lead_per_m);
+    if (feature == ON_EDGE) lead_along(&here->energy, next_corner(corner), previous_corner(corner), lead_per_m);
+}
+
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
 
-/* 1 where the finger is surely inside at the god-object: under a patch, not far aside, and pressing on it. */
-static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+/* 1 where the finger is under the patch's plane, not far aside, and pressing on it. */
+static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
-    float u[3];
     float depth;
-    int corner = 0;
-    if (feature_of(here->at.alpha, &corner) != INSIDE) return 0;
-    patch_frame(model, here->at.patch, edge1, edge2, normal);
-    vec_sub(x_m, here->at.god_object_m, u);
+    patch_frame(model, patch, edge1, edge2, normal);
     depth = -vec_dot(normal, u);
     return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
-           vec_dot(normal, here->energy.load_n) < 0.0f;
+           vec_dot(normal, load_n) < 0.0f;
 }
 
-/* One slide of a tick. Returns 1 when the finger is outside of the body, as the nearest point around the god-object
- * tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to be pulled: its
- * energy is still stored. A slide that met the limit keeps it too. */
+/* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
+static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+    const struct haptable_contact* at = &here->at;
+    const float* load_n = here->energy.load_n;
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(at->alpha, &corner);
+    float u[3];
+    struct fan fan;
+    vec_sub(x_m, at->god_object_m, u);
+    if (!presses_on(model, at->patch, u, load_n)) return 0;
+    if (feature == INSIDE) return 1;
+    if (feature == ON_EDGE) {
+        const uint16_t across = model->neighbour[at->patch][corner];
+        return across != HAPTABLE_NONE && presses_on(model, across, u, load_n);
+    }
+    fan = fan_begin(model, at->patch, corner);
+    while (fan_next(model, &fan))
+        if (!presses_on(model, fan.patch, u, load_n)) return 0;
+    return 1;
+}
+
+/* Once the god-object of a tick rests: returns 1 when the finger is outside of the body, as the nearest point around
+ * the god-object tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to
+ * be pulled: its energy is still stored. A slide that met the limit keeps it too. */
 static int has_left(struct walk* walk, struct point* here, struct haptable_contact* nearest,
                     struct haptable_counters* counters) {
-    const int rests = slide(walk, here);
     int found;
-    if (!rests) ++counters->walk_limits;
-    if ((uint32_t)walk->steps > counters->most_energies) counters->most_energies = (uint32_t)walk->steps;
     if (surely_presses(walk->model, here, walk->x_m)) return 0;
     *nearest = here->at;
     found = contact_slide(walk->model, walk->x_m, nearest, &walk->nearest_steps);
@@ -302,14 +465,23 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
     return found && surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
+/* To where the god-object of a tick rests. */
+static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
+    here->at = servo->contact;
+    if ((is_new || !is_known(servo->lead_per_m) || !follow(walk, servo->lead_per_m, servo->finger_m, here)) &&
+        !slide(walk, here))
+        ++servo->counters.walk_limits;
+    find_lead(here, servo->lead_per_m);
+    if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
+}
+
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no way down.
  * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
  *       HAPTABLE_SLIDES queries of the spatial index. */
-void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_contact* contact,
-                                      struct haptable_way* way, const float x_m[3],
-                                      struct haptable_counters* counters) {
+void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
+                                      const float x_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
     struct walk walk;
-    struct point here;
     struct haptable_contact nearest;
     int slides;
     walk.model = model;
@@ -317,14 +489,15 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     walk.nearest_steps = 0;
     walk.x_m = x_m;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        if (contact->patch == HAPTABLE_NONE && !surface_enter(model, x_m, way, contact, counters)) return;
-        int left;
-        here.at = *contact;
-        left = has_left(&walk, &here, &nearest, counters);
+        const int is_new = contact->patch == HAPTABLE_NONE;
+        struct point here;
+        if (is_new && !surface_enter(model, x_m, &servo->way, contact, &servo->counters)) return;
+        settle(&walk, servo, is_new, &here);
         *contact = here.at;
-        if (!left) return;
-        surface_way(nearest.god_object_m, x_m, nearest.patch, way);
+        vec_copy(here.energy.load_n, contact->load_n);
+        if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
+        surface_way(nearest.god_object_m, x_m, nearest.patch, &servo->way);
         contact->patch = HAPTABLE_NONE;
     }
-    ++counters->slide_limits;
+    ++servo->counters.slide_limits;
 }

@@ -44,8 +44,9 @@ static int between(const struct haptable_model* model, const struct haptable_con
 /* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
  * cost: the frictionless one, HALVINGS + 1 forces, and slides of at most HELD_STEPS + HAPTABLE_WALK_STEPS + 13 steps;
  *       where they end at that limit, which is counted, the god-object slips farther than it would. */
-void haptable_god_object_rough(const struct haptable_model* model, struct haptable_contact* contact,
-                               struct haptable_way* way, const float x_m[3], struct haptable_counters* counters) {
+void haptable_god_object_rough(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
+    struct haptable_counters* counters = &servo->counters;
     const struct haptable_contact held = *contact;
     const uint32_t contacts = counters->contacts;
     struct haptable_contact freed;
@@ -53,10 +54,12 @@ void haptable_god_object_rough(const struct haptable_model* model, struct haptab
     float far = 1.0f;
     int steps = 0;
     int i;
-    model->frictionless(model, contact, way, x_m, counters);
+    model->frictionless(model, servo, x_m);
     contact->slips = 0;
     if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || counters->contacts != contacts) return;
     freed = *contact;
+    vec_zero(servo->lead_per_m[0]); /* is that of a god-object at rest */
+    vec_zero(servo->lead_per_m[1]);
     if (in_cone(model, &held, x_m, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;

@@ -91,7 +91,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
         vec_copy(finger_m, servo->way.to_m);
         servo->way.unfinished = 0;
     }
-    model->god_object(model, &servo->contact, &servo->way, finger_m, &servo->counters);
+    model->god_object(model, servo, finger_m);
     if (finishes) vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, way_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;

@@ -18,6 +18,7 @@ namespace haptable::test::reference {
 #define haptable_force_interpolated reference_force_interpolated
 #define haptable_force_consistent reference_force_consistent
 #define haptable_force_pressure_mask reference_force_pressure_mask
+#define haptable_force_of_least_energy reference_force_of_least_energy
 #define haptable_energy_interpolated reference_energy_interpolated
 #define haptable_energy_consistent reference_energy_consistent
 #define haptable_energy_pressure_mask reference_energy_pressure_mask
@@ -69,6 +70,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_force_interpolated
 #undef haptable_force_consistent
 #undef haptable_force_pressure_mask
+#undef haptable_force_of_least_energy
 #undef haptable_energy_interpolated
 #undef haptable_energy_consistent
 #undef haptable_energy_pressure_mask
@@ -142,6 +144,10 @@ struct ReferenceServo::State {
         } else if (m.force == haptable_force_pressure_mask) {
             model.force = reference::reference_force_pressure_mask;
             model.energy = reference::reference_energy_pressure_mask;
+        } else if (m.force == haptable_force_of_least_energy) {
+            model.force = reference::reference_force_of_least_energy;
+            model.energy = m.compliance->degree == 2 ? reference::reference_energy_consistent
+                                                     : reference::reference_energy_pressure_mask;
         } else {
             throw std::logic_error("the reference does not know this force");
         }
@@ -188,7 +194,7 @@ ReferenceServo::Energy ReferenceServo::energy(int patch, const Vector3d& alpha, 
     for (int c = 0; c < 3; ++c) contact.alpha[c] = alpha[c];
     reference::place(&state_->model, &contact);
     reference::haptable_energy e{};
-    state_->model.energy(&state_->model, &contact, finger.data(), &e);
+    state_->model.energy(&state_->model, &contact, finger.data(), reference::HAPTABLE_LOOK_WHOLE, &e);
     Energy energy;
     energy.energy = e.energy_j;
     energy.load = Eigen::Map<const Vector3d>(e.load_n);

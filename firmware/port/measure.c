@@ -95,6 +95,7 @@ static void name_functions(const struct model_head* head) {
         model.god_object = haptable_god_object_rough;
     }
     model.force = force[head->force];
+    if (head->force > 0 && head->god_object == 1 && !head->is_rough) model.force = haptable_force_of_least_energy;
     model.energy = energy[head->force];
     if (head->has_release) model.release = haptable_release_slew;
     if (head->has_passivity) model.passivity = haptable_passivity_control;

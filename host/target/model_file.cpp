@@ -41,6 +41,12 @@ std::uint32_t unpack_of(const haptable_model& model) {
     return number_of(model.unpack, choices);
 }
 
+/// The force whose tables the model has; what gives the least-energy god-object's load is chosen with it, there.
+haptable_force_fn* table_force(const haptable_model& model) {
+    if (model.force != haptable_force_of_least_energy) return model.force;
+    return model.compliance->degree == 2 ? haptable_force_consistent : haptable_force_pressure_mask;
+}
+
 void add_functions(const haptable_model& model, Words& words) {
     haptable_god_object_fn* const gods[] = {haptable_god_object_nearest, haptable_god_object_least_energy};
     haptable_force_fn* const forces[] = {haptable_force_interpolated, haptable_force_consistent,
@@ -48,7 +54,7 @@ void add_functions(const haptable_model& model, Words& words) {
     const bool rough = model.god_object == haptable_god_object_rough;
     words.add(number_of(rough ? model.frictionless : model.god_object, gods));
     words.add(std::uint32_t{rough});
-    words.add(number_of(model.force, forces));
+    words.add(number_of(table_force(model), forces));
     words.add(unpack_of(model));
     words.add(std::uint32_t{model.release != nullptr});
     words.add(std::uint32_t{model.passivity != nullptr});

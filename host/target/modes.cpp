@@ -31,6 +31,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
     model.god_object = least ? haptable_god_object_least_energy : haptable_god_object_nearest;
     model.energy = least ? energy_of(model.force) : nullptr;
     model.frictionless = nullptr;
+    if (least && mode.more != "friction" && model.compliance != nullptr) model.force = haptable_force_of_least_energy;
     if (mode.more == "friction") {
         model.frictionless = model.god_object;
         model.god_object = haptable_god_object_rough;
@@ -47,7 +48,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
 TickCost cost_of(const Mode& mode) {
     const bool consistent = mode.force == "consistent", mask = mode.force == "pressure-mask";
     const std::uint64_t force = mask ? 2300 : consistent ? 400 : 200;
-    const std::uint64_t energy = mask ? 4050 : consistent ? 2350 : 1350;
+    const std::uint64_t energy = mask ? 3400 : consistent ? 2350 : 1350;
     TickCost cost{2200 + force, 65, 280, mode.god_object == "least-energy" ? energy : 0};
     // Nine looks into the cone: a force and the normals of up to 32 patches around a vertex.
     if (mode.more == "friction") cost.rest += 9 * (2000 + force);

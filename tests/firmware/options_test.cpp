@@ -165,6 +165,7 @@ TEST(Friction, TakesEnergyInClosedLoops) {
     haptable_model model = body.model("least-energy");
     model.frictionless = model.god_object;
     model.god_object = haptable_god_object_rough;
+    model.force = haptable_force_consistent;
     model.static_friction = model.kinetic_friction = 0.3F;
     std::mt19937 random(8);
     std::uniform_real_distribution<double> over(0.008, 0.022);
@@ -258,7 +259,7 @@ std::string linked_names(const Tables& tables, const ServoModel& servo) {
 TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const ElasticBody paper(cube_scene(5, 0.3), "interpolated"), exact(cube_scene(5, 0.3), "consistent");
     const std::string plain = linked_names(paper.tables(), paper.servo());
-    for (const char* name : {"compliance_solve", "haptable_god_object_least_energy", "haptable_force_consistent",
+    for (const char* name : {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
                              "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_rough"})
         EXPECT_EQ(plain.find(name), std::string::npos) << name;
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
@@ -266,9 +267,10 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     tables.god_object = "least-energy";
     tables.release_n_per_ms = 0.1;
     const std::string other = linked_names(tables, exact.servo());
-    for (const char* name : {"compliance_solve", "haptable_god_object_least_energy", "haptable_release_slew"})
+    for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew"})
         EXPECT_NE(other.find(name), std::string::npos) << name;
-    for (const char* name : {"haptable_force_interpolated", "stiffness_n_per_m", "haptable_god_object_rough"})
+    for (const char* name : {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
+                             "haptable_god_object_rough"})
         EXPECT_EQ(other.find(name), std::string::npos) << name;
 }
 
