@@ -7,12 +7,28 @@
 #include "vector.h"
 
 /* The largest change of a contact's force over the finger's way that is no jump, as a multiple of its stiffness. */
-#define JUMP 4.0f
+#define JUMP 2.0f
 
-/* 1 where the force changed by more than the finger's way explains. */
-static int has_jumped(const struct haptable_model* model, const float change_n[3], const float way_m[3]) {
-    const float most = JUMP * model->stiffness_limit_n_per_m;
-    return vec_dot(change_n, change_n) > most * most * vec_dot(way_m, way_m) + model->release_n * model->release_n;
+/* The square of the stiffness that the contact shows, |F| / |u|. before: contact. */
+static float shown_stiffness2(const struct haptable_model* model, const struct haptable_servo* servo,
+                              const float force_n[3]) {
+    const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
+    float u[3];
+    float u2;
+    float force2;
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    u2 = vec_dot(u, u);
+    force2 = vec_dot(force_n, force_n);
+    return u2 > 0.0f && force2 < most2 * u2 ? force2 / u2 : most2;
+}
+
+/* 1 where the force changed by more than the finger's way explains; without contact, where it has ended. */
+static int has_jumped(const struct haptable_model* model, const struct haptable_servo* servo, const float force_n[3],
+                      const float change_n[3], const float way_m[3]) {
+    const float change2 = vec_dot(change_n, change_n);
+    if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;
+    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, force_n) * vec_dot(way_m, way_m) +
+                         model->release_n * model->release_n;
 }
 
 /* Shortens R by release_n. */
@@ -41,7 +57,7 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
     float change[3];
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
-    if ((servo->contact.patch == HAPTABLE_NONE && vec_dot(change, change) > 0.0f) || has_jumped(model, change, way_m)) {
+    if (has_jumped(model, servo, force_n, change, way_m)) {
         ++servo->counters.jumps;
         vec_add_scaled(1.0f, change, servo->released_n);
     }

@@ -56,6 +56,7 @@ sh tests/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firm
 # ---- form ---------------------------------------------------------------------------------------------------------
 # shellcheck disable=SC2046 # file names of ours hold no spaces
 clang-format --dry-run -Werror $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp') || complain "run make format"
+! git grep -nE '^(<<<<<<<|>>>>>>>) ' || complain "a merge was not finished"
 for file in $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp' '*.sh'); do
     case $file in
     *.sh) ;;

@@ -12,14 +12,15 @@ set output "docs/pictures/contact-line.png"
 set multiplot layout 3,1 title "Normal stiffness felt along a line over the top of the 30 mm cube, 1 mm deep, nu = 0.3"
 set grid
 set ylabel "N/m"
+set xlabel "mm along the line"
 set key outside
+array force[3] = ["interpolated", "consistent", "pressure mask of 5 mm"]
 do for [f=0:2] {
-  set title word("interpolated consistent pressure-mask,5mm", f + 1)
+  set title force[f + 1]
   set yrange [0:*]
   plot for [m=0:2] "$BUILD/contact/line.dat" using 1:(column(2 + 3 * m + f)) with lines linewidth 2 \
        title word("9 13 17", m + 1)." nodes a side"
 }
-set xlabel "mm along the line"
 unset multiplot
 reset
 set terminal pngcairo size 900,480 font "DejaVu Sans,10"
@@ -41,7 +42,7 @@ set ylabel "N"
 set xlabel "ms"
 plot "$BUILD/contact/edge.dat" using 1:2 with lines linewidth 2 title "nearest", \
      "" using 1:3 with lines linewidth 2 title "nearest, release 0.01 N/ms", \
-     "" using 1:4 with lines linewidth 2 title "least energy"
+     "" using 1:4 with lines linewidth 2 title "least energy, release 0.01 N/ms"
 PLOT
 awk -v table="$BUILD/contact/steps.md" '
     /<!-- steps -->/ { print; while ((getline line < table) > 0) print line; skip = 1; next }

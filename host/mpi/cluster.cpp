@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -59,10 +59,25 @@ std::vector<Want> entries_of(std::span<const NodePair> wanted) {
     return want;
 }
 
-/// A file at its full size, values 0.
+/// A file at its full size; one of this shape keeps its values.
 template <typename T>
-void make_file(const std::string& path, std::size_t nodes, std::size_t rows) {
-    const WritableNpy<T> file(path, {nodes, rows, 3, 3});
+void make_file(const std::filesystem::path& path, std::size_t nodes, std::size_t rows) {
+    const WritableNpy<T> file(path, {nodes, rows, 3, 3}, true);
+}
+
+/// Of one column as it is in the file. A group's is the exclusive or of its columns', whoever wrote which.
+std::uint64_t hash_column(const void* bytes, std::size_t size, std::int32_t place) {
+    return XXH3_64bits_withSeed(bytes, size, static_cast<XXH64_hash_t>(place));
+}
+
+/// The same from the file.
+template <typename T>
+std::uint64_t hash_columns(const std::filesystem::path& path, std::span<const std::int32_t> place, std::size_t rows) {
+    const MappedNpy<T> file(path);
+    std::uint64_t hash = 0;
+    for (std::int32_t i : place)
+        hash ^= hash_column(&file.values()[9 * rows * static_cast<std::size_t>(i)], 9 * rows * sizeof(T), i);
+    return hash;
 }
 
 }  // namespace
@@ -120,6 +135,9 @@ void Cluster::take_part(Task task) {
             break;
         case Task::kInvert:
             mumps_.invert(none);
+            break;
+        case Task::kBlocks:
+            write_slice({}, 0, {});
             break;
         case Task::kOpen:
             open_columns({}, {}, {});
@@ -185,8 +203,7 @@ void Cluster::factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) 
     summary.fill = mumps_.fill();
     summary.flops = mumps_.flops();
     summary.memory.stiffness = static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
-    summary.memory.factor = mumps_.foreseen_bytes();                                 // of rank 0
-    summary.checks.smallest_pivot_ratio = std::numeric_limits<double>::quiet_NaN();  // MUMPS does not tell
+    summary.memory.factor = mumps_.foreseen_bytes();  // of rank 0
     summary.threads = 1;
 }
 
@@ -242,39 +259,98 @@ std::vector<std::int32_t> Cluster::order_along_tree(std::span<const std::int32_t
     return order;
 }
 
-void Cluster::write_columns(const ColumnTask& task, Progress& progress) {
+/// The file, and all that ranks must know to fill it.
+void Cluster::make_columns(const ColumnTask& task) {
+    std::error_code failed;
+    std::filesystem::create_directories(task.folder, failed);
+    if (failed) throw Error(fmt::format("{}: cannot be written: {}", task.folder.string(), failed.message()));
+    const std::filesystem::path file = task.folder / "columns.npy";
     if (task.format.half)
-        make_file<Half>(task.file.string(), task.node_count, task.row.size());
+        make_file<Half>(file, task.node_count, task.row.size());
     else
-        make_file<float>(task.file.string(), task.node_count, task.row.size());
+        make_file<float>(file, task.node_count, task.row.size());
     const std::size_t value_bytes = task.format.half ? sizeof(Half) : sizeof(float);
     row_count_ = task.row.size();
     header_bytes_ =
-        static_cast<MPI_Offset>(std::filesystem::file_size(task.file) - 9 * value_bytes * task.node_count * row_count_);
+        static_cast<MPI_Offset>(std::filesystem::file_size(file) - 9 * value_bytes * task.node_count * row_count_);
     std::vector<std::int32_t> place_of_row(static_cast<std::size_t>(size()), -1);
     for (std::size_t k = 0; k < task.row.size(); ++k)
         for (std::size_t c = 0; c < 3; ++c)
             place_of_row[3 * static_cast<std::size_t>(task.row[k]) + c] = static_cast<std::int32_t>(3 * k + c);
     begin(Task::kOpen);
-    open_columns(task.file.string(), std::move(place_of_row), task.format);
+    open_columns(file.string(), std::move(place_of_row), task.format);
+}
+
+std::size_t Cluster::write_columns(const ColumnTask& task, Progress& progress) {
     const std::vector<std::int32_t> order = order_along_tree(task.node);
-    for (std::size_t first = 0; first < order.size(); first += kNodesAtOnce) {
+    // Another number of ranks may order otherwise, and its groups are others.
+    ColumnJournal journal(task.folder / "journal",
+                          XXH3_64bits_withSeed(order.data(), order.size() * sizeof order[0], task.key));
+    make_columns(task);
+    journal.begin();
+    std::size_t kept = 0, group = 0;
+    for (std::size_t first = 0; first < order.size(); first += kNodesAtOnce, ++group) {
         progress.done(static_cast<double>(first) / static_cast<double>(order.size()));
         std::vector<std::int32_t> unknown, place;
         for (std::size_t i = first; i < std::min(order.size(), first + kNodesAtOnce); ++i) {
             unknown.push_back(task.node[static_cast<std::size_t>(order[i])]);
             place.push_back(static_cast<std::int32_t>(task.place[static_cast<std::size_t>(order[i])]));
         }
+        const auto found = journal.found().find(group);
+        const std::filesystem::path file = task.folder / "columns.npy";
+        if (found != journal.found().end() &&
+            found->second == (task.format.half ? hash_columns<Half>(file, place, row_count_)
+                                               : hash_columns<float>(file, place, row_count_))) {
+            journal.add(group, found->second);
+            kept += place.size();
+            continue;
+        }
         begin(Task::kColumns);
-        solve_columns(place, unknown);
+        journal.add(group, solve_columns(place, unknown));
     }
     begin(Task::kClose);
     close_columns();
+    return kept;
 }
+
+// ---- blocks in slices -----------------------------------------------------------------------------------------------
+
+void Cluster::write_blocks(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+                           std::span<const double> values) {
+    { const WritableNpy<double> made(file, shape); }
+    const auto header = static_cast<std::int64_t>(std::filesystem::file_size(file) - values.size_bytes());
+    begin(Task::kBlocks);
+    write_slice(file.string(), header, values);
+}
+
+/// Rank 0's: the file and its values. Whole blocks of nine go to the ranks, as many to each as to the next, or one
+/// more.
+void Cluster::write_slice(std::string path, std::int64_t header_bytes, std::span<const double> values) {
+    share(path, communicator_);
+    std::array<std::int64_t, 2> sizes{header_bytes, static_cast<std::int64_t>(values.size() / 9)};
+    MPI_Bcast(sizes.data(), 2, MPI_INT64_T, 0, communicator_);
+    std::vector<int> count(static_cast<std::size_t>(ranks_));
+    for (int r = 0; r < ranks_; ++r) count[static_cast<std::size_t>(r)] = 9 * nodes_of(r, static_cast<int>(sizes[1]));
+    const std::vector<int> first = begins_of(count);
+    const auto self = static_cast<std::size_t>(rank_);
+    std::vector<double> own(static_cast<std::size_t>(count[self]));
+    MPI_Scatterv(values.data(), count.data(), first.data(), MPI_DOUBLE, own.data(), count[self], MPI_DOUBLE, 0,
+                 communicator_);
+    MPI_File file = MPI_FILE_NULL;
+    const int opened = MPI_File_open(communicator_, path.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL, &file);
+    agree(opened == MPI_SUCCESS ? "" : path + ": cannot be written: do all machines see this folder?");
+    const MPI_Offset at = sizes[0] + static_cast<MPI_Offset>(sizeof(double)) * first[self];
+    const int written = MPI_File_write_at_all(file, at, own.data(), count[self], MPI_DOUBLE, MPI_STATUS_IGNORE);
+    MPI_File_close(&file);
+    agree(written == MPI_SUCCESS ? "" : path + ": cannot be written: is the disk full?");
+}
+
+// ---- one group of columns -------------------------------------------------------------------------------------------
 
 /// One group of columns: solved by all ranks, then each rank gathers and writes the columns of its nodes: every
 /// ranks_-th. Rank 0's: the nodes' places in the table and among the unknowns.
-void Cluster::solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node) {
+/// Returns the hash of what was written.
+std::uint64_t Cluster::solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node) {
     share(place, communicator_);
     const auto count = static_cast<int>(place.size());
     std::vector<std::int32_t> column;
@@ -286,7 +362,10 @@ void Cluster::solve_columns(std::vector<std::int32_t> place, std::span<const std
     std::vector<std::int32_t> own;
     for (auto i = static_cast<std::size_t>(rank_); i < place.size(); i += static_cast<std::size_t>(ranks_))
         own.push_back(place[i]);
+    written_hash_ = 0;
     agree(write(exchange(static_cast<int>(own.size()), count), own));
+    MPI_Allreduce(MPI_IN_PLACE, &written_hash_, 1, MPI_UINT64_T, MPI_BXOR, communicator_);
+    return written_hash_;
 }
 
 /// Which wanted rows each rank holds: the same for every group.
@@ -344,6 +423,7 @@ std::string Cluster::write(std::span<const float> received, std::span<const std:
         const void* bytes = format_.half ? static_cast<const void*>(half.data()) : column.data();
         const std::size_t size = column.size() * (format_.half ? sizeof(Half) : sizeof(float));
         const MPI_Offset at = header_bytes_ + static_cast<MPI_Offset>(size) * own_place[i];
+        written_hash_ ^= hash_column(bytes, size, own_place[i]);
         well &= MPI_File_write_at(file_, at, bytes, static_cast<int>(size), MPI_BYTE, MPI_STATUS_IGNORE) == MPI_SUCCESS;
     }
     return well ? "" : "columns.npy: cannot be written: is the disk full?";

@@ -27,11 +27,13 @@ public:
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;
     void factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) override;
     std::vector<Eigen::Matrix3d> blocks(std::span<const NodePair> wanted) override;
-    void write_columns(const ColumnTask& task, Progress& progress) override;
+    std::size_t write_columns(const ColumnTask& task, Progress& progress) override;
+    void write_blocks(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+                      std::span<const double> values) override;
     void report(Summary& summary) override;
 
 private:
-    enum class Task : int { kAnalyse, kFactorise, kSolve, kInvert, kOpen, kColumns, kClose, kReport, kStop };
+    enum class Task : int { kAnalyse, kFactorise, kSolve, kInvert, kBlocks, kOpen, kColumns, kClose, kReport, kStop };
     /// Nodes of columns that are solved for together.
     static constexpr int kNodesAtOnce = 64;
 
@@ -42,7 +44,9 @@ private:
     double missing_bytes() const;
     std::vector<double> gather(double own) const;
     void open_columns(std::string path, std::vector<std::int32_t> place_of_row, const ColumnFormat& format);
-    void solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node);
+    void write_slice(std::string path, std::int64_t header_bytes, std::span<const double> values);
+    std::uint64_t solve_columns(std::vector<std::int32_t> place, std::span<const std::int32_t> unknown_node);
+    void make_columns(const ColumnTask& task);
     std::vector<std::int32_t> order_along_tree(std::span<const std::int32_t> node) const;
     void find_senders();
     std::vector<float> exchange(int own_nodes, int count) const;
@@ -58,6 +62,7 @@ private:
     ColumnFormat format_;
     MPI_Offset header_bytes_ = 0;
     std::size_t row_count_ = 0;
+    std::uint64_t written_hash_ = 0;          // of the group's own columns
     std::vector<std::int32_t> place_of_row_;  // [unknowns] 3 k + component of a wanted row, or -1
     std::vector<std::int32_t> own_row_;       // places in the local solution of wanted rows
     std::vector<std::int32_t> sent_row_;      // 3 k + component, rank by rank

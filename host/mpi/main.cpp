@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 struct Options {
     fs::path scene;
     fs::path folder;
-    bool force = false;
+    PrecomputeOptions how;
     bool json = false;
     bool quiet = false;
 };
@@ -29,8 +29,7 @@ void run(const Options& options, Cluster& cluster) {
     const Scene scene = read_scene(options.scene);
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
     Progress progress(options.quiet);
-    PrecomputeOptions how;
-    how.force = options.force;
+    PrecomputeOptions how = options.how;
     how.solver = &cluster;
     const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
     if (!options.quiet)
@@ -53,7 +52,11 @@ int lead(int argc, char** argv, Cluster& cluster) {
     Options options;
     app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
     app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
-    app.add_flag("--force", options.force, "compute even where DIR holds the same tables already");
+    app.add_option("--tolerance", options.how.tolerance,
+                   "as of haptable-precompute: met by any value, all is in double")
+        ->check(CLI::Range(0.0, 1e-2));
+    app.add_option("--column-tolerance", options.how.column_tolerance, "the same")->check(CLI::Range(0.0, 1e-2));
+    app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
     app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
     app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
     return run_program(app, argc, argv, [&] { run(options, cluster); });

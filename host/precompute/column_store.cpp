@@ -17,8 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string first_line(std::uint64_t key) { return fmt::format("haptable columns 1 {:016x}", key); }
-
 /// ||column - x|| / ||x||, where value(e) is entry e of a column: [r, 3, 3].
 template <typename Value>
 double distance(const Eigen::MatrixXd& x, Value value) {
@@ -63,44 +61,51 @@ std::span<const std::byte> ColumnFile::bytes_of_block(std::size_t i, std::size_t
     return std::as_bytes(std::span<const float>(single_->values()).subspan(first, 9));
 }
 
+ColumnJournal::ColumnJournal(fs::path file, std::uint64_t key)
+    : file_(std::move(file)), first_line_(fmt::format("haptable columns 1 {:016x}", key)) {
+    std::ifstream in(file_);
+    std::string line;
+    if (!std::getline(in, line) || line != first_line_) return;
+    while (std::getline(in, line)) {
+        std::istringstream words(line);
+        std::size_t group = 0;
+        std::uint64_t hash = 0;
+        if (words >> group >> std::hex >> hash) found_.emplace(group, hash);
+    }
+}
+
+void ColumnJournal::begin() {
+    out_.open(file_, std::ios::trunc);
+    out_ << first_line_ << std::endl;
+}
+
+void ColumnJournal::add(std::size_t group, std::uint64_t hash) {
+    out_ << fmt::format("{} {:016x}\n", group, hash) << std::flush;
+}
+
 ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
                          std::size_t row_count, const ColumnFormat& format, ColumnPlaces places)
-    : folder_(std::move(folder)), solver_(solver), places_(std::move(places)), done_(solver.group_count(), 0) {
+    : folder_(std::move(folder)),
+      solver_(solver),
+      places_(std::move(places)),
+      done_(solver.group_count(), 0),
+      journal_(folder_ / "journal", key) {
     std::error_code failed;
     fs::create_directories(folder_, failed);
     if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), failed.message()));
     file_.emplace(folder_ / "columns.npy", node_count, row_count, format, true);
-    read_journal(key);
-    // Written anew: a line that a crash cut off must not spoil the next one.
-    journal_.open(folder_ / "journal", std::ios::trunc);
-    journal_ << first_line(key) << '\n';
-    for (std::size_t group = 0; group < done_.size(); ++group)
-        if (done_[group]) write_journal(group);
-    journal_.flush();
+    journal_.begin();
+    for (const auto& [group, hash] : journal_.found()) {
+        if (group >= done_.size() || hash_of(group) != hash) continue;
+        done_[group] = 1;
+        ++kept_;
+        journal_.add(group, hash);
+    }
 }
 
 ColumnStore::~ColumnStore() {
     const bool any = std::find(done_.begin(), done_.end(), 1) != done_.end();
     if (!any) discard();
-}
-
-void ColumnStore::read_journal(std::uint64_t key) {
-    std::ifstream file(folder_ / "journal");
-    std::string line;
-    if (!std::getline(file, line) || line != first_line(key)) return;
-    while (std::getline(file, line)) {
-        std::istringstream words(line);
-        std::size_t group = 0;
-        std::uint64_t hash = 0;
-        if (!(words >> group >> std::hex >> hash) || group >= done_.size() || done_[group]) continue;
-        if (hash_of(group) != hash) continue;
-        done_[group] = 1;
-        ++kept_;
-    }
-}
-
-void ColumnStore::write_journal(std::size_t group) {
-    journal_ << fmt::format("{} {:016x}\n", group, hash_of(group)) << std::flush;
 }
 
 /// XXH3 over the group's blocks as they are in the file.
@@ -127,7 +132,7 @@ ColumnSolver::Sink ColumnStore::sink() {
     sink.take = [this](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) { put(c, k, l_ri); };
     sink.have = [this](std::size_t group) { return done_[group] != 0; };
     sink.done = [this](std::size_t group) {
-        write_journal(group);
+        journal_.add(group, hash_of(group));
         done_[group] = 1;
     };
     return sink;

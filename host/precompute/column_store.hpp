@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "host/precompute/column_solver.hpp"
@@ -59,6 +61,24 @@ private:
     std::optional<WritableNpy<Half>> half_;
 };
 
+/// Which groups of columns are done, and the hash of what was written: a text file that a crash cuts off at worst.
+class ColumnJournal {
+public:
+    /// Reads what a run of the same key left; key: of everything that decides the columns.
+    ColumnJournal(std::filesystem::path file, std::uint64_t key);
+    const std::map<std::size_t, std::uint64_t>& found() const { return found_; }
+    /// Begins anew: a line that a crash cut off must not spoil the next one.
+    void begin();
+    void add(std::size_t group, std::uint64_t hash);
+    void close() { out_.close(); }
+
+private:
+    std::filesystem::path file_;
+    std::string first_line_;
+    std::map<std::size_t, std::uint64_t> found_;
+    std::ofstream out_;
+};
+
 /// Where a solver's nodes and rows stand in the table; empty: it has them all, in the table's order.
 struct ColumnPlaces {
     std::vector<std::size_t> node, row;
@@ -92,8 +112,6 @@ private:
     std::size_t row_of(std::size_t k) const { return places_.row.empty() ? k : places_.row[k]; }
     void put(std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri);
     std::uint64_t hash_of(std::size_t group) const;
-    void read_journal(std::uint64_t key);
-    void write_journal(std::size_t group);
 
     std::filesystem::path folder_;
     const ColumnSolver& solver_;
@@ -101,7 +119,7 @@ private:
     std::optional<ColumnFile> file_;
     std::vector<char> done_;  // [groups]
     std::size_t kept_ = 0;
-    std::ofstream journal_;
+    ColumnJournal journal_;
 };
 
 }  // namespace haptable

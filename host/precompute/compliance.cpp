@@ -145,4 +145,14 @@ double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolv
     return largest * inverse_of_smallest;
 }
 
+double least_scaled_eigenvalue(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver) {
+    const Eigen::VectorXd root = k.diagonal().cwiseSqrt();
+    Eigen::MatrixXd scaled;
+    return 1.0 / dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) {
+               scaled = root.asDiagonal() * x;
+               solver.solve(scaled, y);
+               y = root.asDiagonal() * y;
+           });
+}
+
 }  // namespace haptable

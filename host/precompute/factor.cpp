@@ -215,12 +215,12 @@ Supernodes Factor::supernodes() const {
 }
 
 double Factor::bytes() const {
-    constexpr double kPage = 4096.0;
     const cholmod_factor& factor = *state_->factor;
     const Supernodes s = supernodes();
+    constexpr int kPage_entries = 512;
     double unused = 0.0;  // whole pages above the diagonal, which are never written
     for (std::int32_t k = 0; k < s.count(); ++k)
-        for (double j = kPage / sizeof(double); j < s.column_count(k); ++j) unused += j * sizeof(double) - kPage;
+        for (int j = kPage_entries; j < s.column_count(k); ++j) unused += (j - kPage_entries) * sizeof(double);
     return static_cast<double>(factor.xsize) * sizeof(double) - unused +
            static_cast<double>(factor.ssize + 4 * factor.n) * sizeof(int);
 }

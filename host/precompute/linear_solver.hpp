@@ -21,9 +21,10 @@ struct ColumnFormat {
     double unit_m_per_n = 1.0;
 };
 
-/// Columns to be solved for and written.
+/// Columns to be solved for and written into columns.npy of a folder that outlives a run that is cut short.
 struct ColumnTask {
-    std::filesystem::path file;
+    std::filesystem::path folder;
+    std::uint64_t key = 0;               ///< of all that decides the entries; another key's work is thrown away
     std::size_t node_count = 0;          ///< of the table
     std::span<const std::int32_t> node;  ///< unknown nodes that are wanted
     std::span<const std::size_t> place;  ///< theirs in the table
@@ -51,8 +52,12 @@ public:
     virtual void factorize(const Eigen::SparseMatrix<double>& k, Summary& summary) = 0;
     /// L_ij in m/N of pairs of unknown nodes (row i, column j), no pair twice.
     virtual std::vector<Eigen::Matrix3d> blocks(std::span<const NodePair> wanted) = 0;
-    /// Makes columns.npy with the columns of the nodes: L_ri of all rows r. Entries of other nodes are left 0.
-    virtual void write_columns(const ColumnTask& task, Progress& progress) = 0;
+    /// Makes the file with the columns of the nodes: L_ri of all rows r. Entries of other nodes are left open. Returns
+    /// how many columns were there already, finished by a run of the same key.
+    virtual std::size_t write_columns(const ColumnTask& task, Progress& progress) = 0;
+    /// Writes a .npy file of float64, each process its slice. values: product of the shape many, a multiple of 9.
+    virtual void write_blocks(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+                              std::span<const double> values) = 0;
     /// Processor time and peak memory of every process so far.
     virtual void report(Summary& summary) = 0;
 };

@@ -40,7 +40,7 @@ double left_of_group(const char* limit_file, const char* used_file) {
 
 }  // namespace
 
-double MemoryNeed::peak() const { return stiffness + factor + std::max({fronts, columns, solves}); }
+double MemoryNeed::peak() const { return stiffness + factor + std::max({fronts, pairs, columns, solves}); }
 
 double available_memory() {
     const double group_2 = left_of_group("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current");
@@ -53,11 +53,12 @@ void require_memory(const std::string& scene, const MemoryNeed& need, double ava
     if (need.peak() <= available_bytes) return;
     // The factor of a solid body grows with the nodes to the power 4/3 (nested dissection in three dimensions).
     const double fitting = node_count * std::pow(std::max(available_bytes, 0.0) / need.peak(), 0.75);
-    throw Error(fmt::format(
-        "{}: needs {:.3g} GB of memory (factor {:.3g}, inversion {:.3g}, columns {:.3g}) and {:.3g} GB are free: use a "
-        "mesh of about {:.0f} nodes instead of {:.0f}, a smaller touch region, or another machine",
-        scene, need.peak() / 1e9, need.factor / 1e9, need.fronts / 1e9, need.columns / 1e9, available_bytes / 1e9,
-        fitting, node_count));
+    throw Error(
+        fmt::format("{}: needs {:.3g} GB of memory (factor {:.3g}, inversion {:.3g}, mask {:.3g}, columns {:.3g}) and "
+                    "{:.3g} GB are free: use a "
+                    "mesh of about {:.0f} nodes instead of {:.0f}, a smaller touch region, or another machine",
+                    scene, need.peak() / 1e9, need.factor / 1e9, need.fronts / 1e9, need.pairs / 1e9,
+                    need.columns / 1e9, available_bytes / 1e9, fitting, node_count));
 }
 
 }  // namespace haptable

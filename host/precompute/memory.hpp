@@ -11,6 +11,7 @@ struct MemoryNeed {
     double stiffness = 0.0;  ///< K
     double factor = 0.0;     ///< L and the workspace of the factorisation
     double fronts = 0.0;     ///< of the selected inversion
+    double pairs = 0.0;      ///< of the pressure mask's blocks
     double columns = 0.0;    ///< workspace of the pruned solves; columns.npy itself is on the disk
     double solves = 0.0;     ///< workspace of the plain solves that check
 

@@ -3,7 +3,8 @@
 #include "host/precompute/pairs.hpp"
 
 #include <algorithm>
-#include <map>
+#include <memory>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -51,7 +52,6 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
     std::iota(all.begin(), all.end(), std::size_t{0});
     plan_ = plan(all, only);
     flops_ = plan_.flops;
-    bytes_ = plan_.bytes;
     if (only) return;
     // Would selected inversion of what lies in the pattern, and solves for the rest, be cheaper?
     std::vector<NodePair> pairs;
@@ -68,7 +68,6 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
     Plan rest = plan(std::move(outside), {});
     if (inversion.flops() + rest.flops >= flops_) return;
     flops_ = inversion.flops() + rest.flops;
-    bytes_ = std::max(static_cast<double>(inversion.stack_entries()) * sizeof(double), rest.bytes);
     plan_ = std::move(rest);
     inverted_ = std::move(inverted);
     inversion_.emplace(std::move(inversion));
@@ -215,21 +214,36 @@ void CompliancePairs::forward(const Group& group, std::span<const std::int32_t> 
     for (std::int32_t s : group.path) x.forward(s, active(group, s));
 }
 
-void CompliancePairs::by_solves(Progress& progress, std::vector<Eigen::Matrix3d>& block) const {
-    TreeSolver<double> x(factor_, tree_, factor_.value);
-    for (std::size_t g = 0; g < plan_.group.size(); ++g) {
-        progress.done(static_cast<double>(g) / static_cast<double>(plan_.group.size()));
-        const Group& group = plan_.group[g];
-        if (group.pair.empty()) continue;
-        forward(group, group.all, x);
-        for (auto s = group.back.rbegin(); s != group.back.rend(); ++s) x.backward(*s);
-        for (std::size_t u : group.pair) {
-            const std::size_t c = at(plan_.column_of[at(unique_[u].earlier)]);
-            for (std::size_t a = 0; a < 3; ++a) {
-                const double* row = x.row(tree_.place[3 * at(unique_[u].later) + a]) + 3 * c;
-                for (std::size_t b = 0; b < 3; ++b)
-                    block[u](static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = row[b];
-            }
+double CompliancePairs::bytes(int workers) const {
+    const double solves = plan_.bytes * (plan_.way == PairSolve::kSolves ? workers : 1);
+    if (!inversion_) return solves;
+    return std::max(static_cast<double>(inversion_->stack_entries(workers)) * sizeof(double), solves);
+}
+
+void CompliancePairs::by_solves(Progress& progress, Workers& workers, std::vector<Eigen::Matrix3d>& block) const {
+    std::vector<TreeSolver<double>> x;
+    for (int worker = 0; worker < workers.count(); ++worker) x.emplace_back(factor_, tree_, factor_.value);
+    std::mutex mutex;
+    std::size_t begun = 0;
+    workers.for_each(plan_.group.size(), [&](std::size_t g, int worker) {
+        {
+            const std::lock_guard lock(mutex);
+            progress.done(static_cast<double>(begun++) / static_cast<double>(plan_.group.size()));
+        }
+        if (!plan_.group[g].pair.empty()) solve(plan_.group[g], x[static_cast<std::size_t>(worker)], block);
+    });
+}
+
+/// The pairs of one group, by one pruned solve.
+void CompliancePairs::solve(const Group& group, TreeSolver<double>& x, std::vector<Eigen::Matrix3d>& block) const {
+    forward(group, group.all, x);
+    for (auto s = group.back.rbegin(); s != group.back.rend(); ++s) x.backward(*s);
+    for (std::size_t u : group.pair) {
+        const std::size_t c = at(plan_.column_of[at(unique_[u].earlier)]);
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double* row = x.row(tree_.place[3 * at(unique_[u].later) + a]) + 3 * c;
+            for (std::size_t b = 0; b < 3; ++b)
+                block[u](static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = row[b];
         }
     }
 }
@@ -251,34 +265,40 @@ void CompliancePairs::multiply(const Group& a, const TreeSolver<double>& x, std:
     }
 }
 
-void CompliancePairs::by_paths(Progress& progress, std::vector<Eigen::Matrix3d>& block) const {
+/// Forward solutions that a group begins to need are found side by side, then its products are.
+void CompliancePairs::by_paths(Progress& progress, Workers& workers, std::vector<Eigen::Matrix3d>& block) const {
     std::vector<std::vector<std::int32_t>> partners;
     for (const Group& group : plan_.group) partners.push_back(group.partner);
-    std::map<std::size_t, TreeSolver<double>> held;
-    const auto begin = [&](std::size_t g) {
-        const auto [entry, unused] = held.try_emplace(g, factor_, tree_, factor_.value);
-        forward(plan_.group[g], plan_.group[g].path, entry->second);
-    };
+    std::vector<std::unique_ptr<TreeSolver<double>>> held(plan_.group.size());
+    std::vector<std::size_t> begun;
     const auto end = [&](std::size_t g) {
         const Group& group = plan_.group[g];
-        for (std::size_t p = 0; p < group.partner.size(); ++p)
-            multiply(group, held.at(g), p, held.at(at(group.partner[p])), block);
-        held.erase(g);
+        workers.for_each(begun.size(), [&](std::size_t i, int) {
+            auto& x = held[begun[i]] = std::make_unique<TreeSolver<double>>(factor_, tree_, factor_.value);
+            forward(plan_.group[begun[i]], plan_.group[begun[i]].path, *x);
+        });
+        begun.clear();
+        workers.for_each(group.partner.size(),
+                         [&](std::size_t p, int) { multiply(group, *held[g], p, *held[at(group.partner[p])], block); });
+        held[g].reset();
         progress.done(static_cast<double>(g + 1) / static_cast<double>(plan_.group.size()));
     };
-    for_each_life(plan_.group.size(), partners, begin, end);
+    for_each_life(
+        plan_.group.size(), partners, [&](std::size_t g) { begun.push_back(g); }, end);
 }
 
-std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress) const {
+std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress, Workers* workers) const {
+    Workers alone(1);
+    if (workers == nullptr) workers = &alone;
     std::vector<Eigen::Matrix3d> block(unique_.size());
     if (inversion_) {
-        const std::vector<Eigen::Matrix3d> inverted = inversion_->compute<double>(progress);
+        const std::vector<Eigen::Matrix3d> inverted = inversion_->compute<double>(progress, workers);
         for (std::size_t k = 0; k < inverted.size(); ++k) block[inverted_[k]] = inverted[k];
     }
     if (plan_.way == PairSolve::kPaths)
-        by_paths(progress, block);
+        by_paths(progress, *workers, block);
     else
-        by_solves(progress, block);
+        by_solves(progress, *workers, block);
     std::vector<Eigen::Matrix3d> answer(unique_of_.size());
     for (std::size_t w = 0; w < answer.size(); ++w) {
         answer[w] = block[unique_of_[w]];
@@ -288,8 +308,8 @@ std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress) const 
 }
 
 std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress) {
-    return CompliancePairs(factor.supernodes(), wanted).compute(progress);
+                                              Progress& progress, Workers* workers) {
+    return CompliancePairs(factor.supernodes(), wanted).compute(progress, workers);
 }
 
 }  // namespace haptable

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/base/progress.hpp"
+#include "host/base/workers.hpp"
 #include "host/precompute/factor.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/solve/tree_solver.hpp"
@@ -30,11 +31,12 @@ public:
     /// all of them (for tests and measurements).
     CompliancePairs(const Supernodes& factor, std::span<const NodePair> wanted, std::optional<PairSolve> only = {});
 
-    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double.
-    std::vector<Eigen::Matrix3d> compute(Progress& progress) const;
+    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double. The number of workers
+    /// changes no bit.
+    std::vector<Eigen::Matrix3d> compute(Progress& progress, Workers* workers = nullptr) const;
 
     double flops() const { return flops_; }  ///< multiplications and additions of compute()
-    double bytes() const { return bytes_; }  ///< workspace of compute(), beside the factor and the answer
+    double bytes(int workers = 1) const;     ///< workspace of compute(), beside the factor and the answer
     std::string method() const;              ///< "selected inversion", "path solves", "selected inversion and ..."
 
 private:
@@ -60,7 +62,8 @@ private:
         std::vector<Group> group;
         std::vector<std::int32_t> group_of, column_of;  // [unknown nodes] or -1
         PairSolve way = PairSolve::kSolves;
-        double flops = 0.0, bytes = 0.0;
+        double flops = 0.0;
+        double bytes = 0.0;  // of one worker's solves, or of all groups' paths that are held at once
     };
     void find_unique(std::span<const NodePair> wanted);
     Plan plan(std::vector<std::size_t> solved, std::optional<PairSolve> only) const;
@@ -72,8 +75,9 @@ private:
     double columns_of(std::span<const std::int32_t> supernodes) const;
     double forward_flops(const Group& group) const;
     void forward(const Group& group, std::span<const std::int32_t> room, TreeSolver<double>& x) const;
-    void by_solves(Progress& progress, std::vector<Eigen::Matrix3d>& block) const;
-    void by_paths(Progress& progress, std::vector<Eigen::Matrix3d>& block) const;
+    void by_solves(Progress& progress, Workers& workers, std::vector<Eigen::Matrix3d>& block) const;
+    void solve(const Group& group, TreeSolver<double>& x, std::vector<Eigen::Matrix3d>& block) const;
+    void by_paths(Progress& progress, Workers& workers, std::vector<Eigen::Matrix3d>& block) const;
     void multiply(const Group& a, const TreeSolver<double>& x, std::size_t partner, const TreeSolver<double>& y,
                   std::vector<Eigen::Matrix3d>& block) const;
 
@@ -85,11 +89,11 @@ private:
     std::vector<std::size_t> inverted_;   // unique pairs by selected inversion
     std::optional<SelectedInversion> inversion_;
     Plan plan_;
-    double flops_ = 0.0, bytes_ = 0.0;
+    double flops_ = 0.0;
 };
 
 /// L_ij in m/N for every wanted pair of unknown nodes (row i, column j), in the order asked for.
 std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress);
+                                              Progress& progress, Workers* workers = nullptr);
 
 }  // namespace haptable

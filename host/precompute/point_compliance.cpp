@@ -44,19 +44,35 @@ public:
         }
         partners_.resize(control_.size());
         for (auto& [pair, m] : product_) partners_[pair[1]].push_back({pair[0], &m});
-        for (const auto& [node, controls] : under_) node_.push_back(node);
     }
 
-    const std::vector<std::int32_t>& nodes() const { return node_; }  ///< unknowns under any mask, ascending
+    /// Pairs whose L_ij the products need, each once, lower node first, ascending.
+    std::vector<NodePair> pairs() const {
+        std::vector<NodePair> pairs;
+        for (const auto& [node, controls] : under_)
+            for (std::int32_t row : rows_of(controls)) pairs.push_back({std::min(row, node), std::max(row, node)});
+        std::sort(pairs.begin(), pairs.end(), before);
+        const auto same = [](const NodePair& a, const NodePair& b) { return !before(a, b) && !before(b, a); };
+        pairs.erase(std::unique(pairs.begin(), pairs.end(), same), pairs.end());
+        return pairs;
+    }
 
-    /// x = L[:, node of the list], three columns: adds what this column gives to every product.
-    void take(std::size_t n, const Eigen::Ref<const Eigen::MatrixXd>& x) {
-        for (const auto& [k, weight] : under_.at(node_[n]))
-            for (const auto& [j, sum] : partners_[k]) {
-                Matrix3d block = Matrix3d::Zero();
-                for (const auto& [row, w] : control_[j]) block += w * x.middleRows<3>(Eigen::Index{3} * row);
-                *sum += weight * block;
+    /// Adds what each node's column of L gives to every product; l_ij: blocks of pairs().
+    void take(std::span<const Matrix3d> l_ij) {
+        const std::vector<NodePair> pair = pairs();
+        std::map<std::int32_t, Matrix3d> column;  // of one node, at the rows that meet it
+        for (const auto& [node, controls] : under_) {
+            column.clear();
+            for (std::int32_t row : rows_of(controls)) {
+                const NodePair wanted{std::min(row, node), std::max(row, node)};
+                const auto found = std::lower_bound(pair.begin(), pair.end(), wanted, before);
+                const Matrix3d& block = l_ij[static_cast<std::size_t>(found - pair.begin())];
+                column[row] = row <= node ? block : Matrix3d(block.transpose());
             }
+            for (const auto& [k, weight] : controls)
+                for (const auto& [j, sum] : partners_[k])
+                    for (const auto& [row, w] : control_[j]) *sum += weight * w * column.at(row);
+        }
     }
 
     /// The symmetric part of M_JK.
@@ -67,6 +83,24 @@ public:
 
 private:
     static Pair key(std::size_t j, std::size_t k) { return {std::min(j, k), std::max(j, k)}; }
+    static bool before(const NodePair& a, const NodePair& b) {
+        return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+    }
+    using Weighted = std::vector<std::pair<std::size_t, double>>;  // controls, weights
+    /// The nodes under any control that meets one of these, ascending.
+    std::vector<std::int32_t> rows_of(const Weighted& controls) const {
+        std::vector<std::size_t> met;
+        for (const auto& [k, weight] : controls)
+            for (const Partner& partner : partners_[k]) met.push_back(partner.control);
+        std::sort(met.begin(), met.end());
+        met.erase(std::unique(met.begin(), met.end()), met.end());
+        std::vector<std::int32_t> rows;
+        for (std::size_t j : met)
+            for (const auto& [row, weight] : control_[j]) rows.push_back(row);
+        std::sort(rows.begin(), rows.end());
+        rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+        return rows;
+    }
     void add_control(const NodeWeights& weights, std::span<const std::int32_t> unknown) {
         std::vector<std::pair<std::int32_t, double>> rows;
         for (std::size_t i = 0; i < weights.node.size(); ++i) {
@@ -82,25 +116,24 @@ private:
         std::size_t control;
         Matrix3d* sum;
     };
-    std::vector<std::vector<std::pair<std::int32_t, double>>> control_;          // unknown, weight
-    std::map<std::int32_t, std::vector<std::pair<std::size_t, double>>> under_;  // unknown -> controls, weights
+    std::vector<std::vector<std::pair<std::int32_t, double>>> control_;  // unknown, weight
+    std::map<std::int32_t, Weighted> under_;                             // unknown -> controls, weights
     std::map<Pair, Matrix3d> product_;
     std::vector<std::vector<Partner>> partners_;
-    std::vector<std::int32_t> node_;
 };
 
 }  // namespace
 
-MaskCompliance compute_mask_compliance(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                                       const Masks& masks, std::span<const Patch> patch,
-                                       std::span<const std::int32_t> unknown, Progress& progress) {
+std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const Patch> patch,
+                                 std::span<const std::int32_t> unknown) {
+    return Products(masks, patch, unknown).pairs();
+}
+
+MaskCompliance compute_mask_compliance(const Masks& masks, std::span<const Patch> patch,
+                                       std::span<const std::int32_t> unknown, std::span<const Matrix3d> l_ij) {
     Products m(masks, patch, unknown);
+    m.take(l_ij);
     MaskCompliance c;
-    c.largest_residual =
-        solve_columns(solver, k, m.nodes(), progress, [&](std::size_t first, const Eigen::MatrixXd& x) {
-            for (Eigen::Index column = 0; column < x.cols(); column += 3)
-                m.take(first + static_cast<std::size_t>(column / 3), x.middleCols<3>(column));
-        });
     for (std::size_t v = 0; v < masks.vertex_id.size(); ++v) c.vertex.push_back(m.at(v, v));
     for (std::size_t i = 0; i < masks.edge_id.size(); ++i) {
         const std::size_t v = place_in(masks.vertex_id, masks.edge_id[i][0]);

@@ -2,14 +2,14 @@
 // C(g) of a contact point or mask, as the polynomial on every patch that the servo evaluates.
 #pragma once
 
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "host/precompute/compliance.hpp"
 #include "host/precompute/mask.hpp"
+#include "host/precompute/selected_inversion.hpp"
 
 namespace haptable {
 
@@ -19,13 +19,17 @@ struct MaskCompliance {
     std::vector<Eigen::Matrix3d> vertex;                ///< [t] exponent 4 at the vertex
     std::vector<std::array<Eigen::Matrix3d, 3>> edge;   ///< [e] exponents 31, 22, 13 from the lower node
     std::vector<std::array<Eigen::Matrix3d, 3>> patch;  ///< [p] exponent 2 at corner 0, 1, 2 and 1 at the others
-    double largest_residual = 0.0;                      ///< of the solves
 };
 
-/// C = w^T L w with the masks' w, from solves for every node that is under a mask. A fixed node adds no compliance.
+/// Pairs of unknown nodes whose L_ij the masks need: those that are under one patch's control masks. Each pair once,
+/// ascending. A fixed node adds no compliance.
 ///   unknown [N] place of a mesh node among the unknowns, -1 where it is held
-MaskCompliance compute_mask_compliance(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                                       const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
-                                       std::span<const std::int32_t> unknown, Progress& progress);
+std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
+                                 std::span<const std::int32_t> unknown);
+
+/// C = w^T L w with the masks' w.
+///   l_ij  blocks of mask_pairs(), in that order, m/N
+MaskCompliance compute_mask_compliance(const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
+                                       std::span<const std::int32_t> unknown, std::span<const Eigen::Matrix3d> l_ij);
 
 }  // namespace haptable

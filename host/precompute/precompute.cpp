@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 #include <span>
@@ -22,6 +23,7 @@
 #include "host/precompute/earlier_tables.hpp"
 #include "host/precompute/mask.hpp"
 #include "host/precompute/numeric.hpp"
+#include "host/precompute/pairs.hpp"
 #include "host/precompute/point_compliance.hpp"
 #include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
@@ -69,13 +71,18 @@ void require_servo(const Scene& scene, const Body& body) {
     }
 }
 
+[[noreturn]] void refuse_loose(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                               const std::string& what) {
+    Nodes loose = find_softest_nodes(k);
+    for (std::int32_t& node : loose) node = body.free_node[static_cast<std::size_t>(node)];
+    throw Error(fmt::format("{}: fixed: {} to rounding: {}", scene.file.string(), what, describe_loose(loose, body)));
+}
+
 void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k, const Factor& factor) {
     const Factor::Pivot weakest = factor.weakest_pivot();
     if (weakest.ratio > kZeroPivot) return;
-    Nodes loose = find_softest_nodes(k);
-    for (std::int32_t& node : loose) node = body.free_node[static_cast<std::size_t>(node)];
-    throw Error(fmt::format("{}: fixed: the pivot of node {} is zero to rounding: {}", scene.file.string(),
-                            body.free_node[static_cast<std::size_t>(weakest.row / 3)], describe_loose(loose, body)));
+    const std::int32_t node = body.free_node[static_cast<std::size_t>(weakest.row / 3)];
+    refuse_loose(scene, body, k, fmt::format("the pivot of node {} is zero", node));
 }
 
 Nodes unknowns_of(const Nodes& mesh_nodes, const Body& body) {
@@ -275,20 +282,11 @@ void write_position(const fs::path& path, const std::vector<Eigen::Vector3d>& po
     writer.close();
 }
 
-/// S is symmetric: its columns are its rows.
-void write_stiffness(const fs::path& path, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m) {
-    NpyWriter<double> writer(path, {stiffness_n_per_m.size(), 3, 3});
-    for (const Eigen::Matrix3d& s : stiffness_n_per_m) writer.append(std::span<const double>(s.data(), 9));
-    writer.close();
-}
-
-void write_tables(const Scene& scene, const Body& body, const std::vector<Eigen::Matrix3d>& stiffness_n_per_m,
-                  const fs::path& folder) {
+void write_tables(const Scene& scene, const Body& body, const fs::path& folder) {
     write_position(folder / "position.npy", body.mesh.position_m);
     write_rows(folder / "surface.npy", body.surface.patch);
     write_rows(folder / "patch.npy", body.touch_patch);
     write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
-    write_stiffness(folder / "stiffness.npy", stiffness_n_per_m);
     if (drawing_of(scene, body) != Drawing::kNone) {
         const Nodes& rows = rows_of(scene, body);
         write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
@@ -307,14 +305,23 @@ std::vector<std::string> optional_files() {
 }
 
 /// 3x3 blocks, row by row.
-void write_blocks(const fs::path& path, const std::vector<std::size_t>& shape,
-                  const std::vector<Eigen::Matrix3d>& blocks) {
-    NpyWriter<double> writer(path, shape);
-    for (const Eigen::Matrix3d& block : blocks) {
-        const Eigen::Matrix3d rows = block.transpose();
-        writer.append(std::span<const double>(rows.data(), 9));
-    }
-    writer.close();
+using Blocks = std::vector<Eigen::Matrix3d>;
+/// Writes blocks, row by row, as an array of that shape.
+using WriteBlocks = std::function<void(const fs::path&, const std::vector<std::size_t>& shape, const Blocks&)>;
+
+/// Here, or by the processes that the solver is spread over.
+WriteBlocks writer_of(SpreadSolver* solver) {
+    return [solver](const fs::path& path, const std::vector<std::size_t>& shape, const Blocks& blocks) {
+        std::vector<double> values;
+        for (const Eigen::Matrix3d& block : blocks) {
+            const Eigen::Matrix3d rows = block.transpose();
+            values.insert(values.end(), rows.data(), rows.data() + 9);
+        }
+        if (solver == nullptr)
+            write_npy<double>(path, shape, values);
+        else
+            solver->write_blocks(path, shape, values);
+    };
 }
 
 template <std::size_t group>
@@ -326,7 +333,7 @@ std::vector<Eigen::Matrix3d> flat(const std::vector<std::array<Eigen::Matrix3d, 
 
 /// L_ij of every touchable edge; 0 where an end is fixed.
 void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const std::vector<Eigen::Matrix3d>& l_ij,
-                 const Body& body, const fs::path& folder) {
+                 const Body& body, const fs::path& folder, const WriteBlocks& write) {
     const auto edges = edges_of(body.touch_patch);
     std::vector<Eigen::Matrix3d> blocks;
     std::size_t next = 0;
@@ -335,7 +342,7 @@ void write_edges(const std::vector<std::array<std::int32_t, 2>>& coupled, const 
         blocks.push_back(has ? l_ij[next++] : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
     }
     write_rows(folder / "edge_id.npy", edges);
-    write_blocks(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
+    write(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
 }
 
 /// How loads on the masks' control points spread over nodes: vertices first, then edges.
@@ -354,18 +361,16 @@ void write_spread(const Masks& masks, const fs::path& folder) {
 }
 
 /// The tables of the pressure mask.
-void compute_mask(const Scene& scene, const Body& body, const LinearSolver& solver,
-                  const Eigen::SparseMatrix<double>& k, const fs::path& folder, Progress& progress, Summary& summary) {
-    const Masks masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
-    const MaskCompliance c = compute_mask_compliance(solver, k, masks, body.touch_patch, body.unknown, progress);
+void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& folder, const WriteBlocks& write,
+                Summary& summary) {
     summary.mask_most_nodes = masks.most_nodes;
     summary.mask_widened = masks.widened;
     summary.mask_places = masks.vertex_id.size() + masks.edge_id.size();
     write_npy<std::int32_t>(folder / "vertex_id.npy", {masks.vertex_id.size()}, masks.vertex_id);
     write_rows(folder / "edge_id.npy", masks.edge_id);
-    write_blocks(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
-    write_blocks(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
-    write_blocks(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
+    write(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
+    write(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
+    write(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
     write_spread(masks, folder);
 }
 
@@ -485,6 +490,7 @@ public:
         const Beside beside(folder_);
         make_folder(beside.path(), folder_);
         plan();
+        find_mask_pairs();
         if (is_complete())
             take_over(beside.path());
         else if (options_.solver != nullptr)
@@ -500,10 +506,11 @@ private:
     /// A factor that is spread over processes cannot be left for the viewer.
     void leave_out_columns() {
         drawing_ = Drawing::kNone;
-        result_.body.mesh.notes.push_back(
-            fmt::format("columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
-                        "draw; raise it or touch a smaller region",
-                        column_bytes(scene_, body_) / 1e9));
+        result_.body.mesh.notes.push_back(fmt::format(
+            "columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
+            "draw (the factor that a viewer could solve with is haptable-precompute's, on one machine); raise it "
+            "or touch a smaller region",
+            column_bytes(scene_, body_) / 1e9));
     }
 
     void identify() {
@@ -619,13 +626,14 @@ private:
         describe_factor(factor, summary_);
         clock_.end("factor");
         // 4. Checks that need K, which can go then.
-        const Sample sample = check(factor, *k, node, row, beside);
+        const Sample sample = check(factor, *k, node, row);
         k.reset();
         factor.release_workspace();
         clock_.end("check");
         // 5. Blocks and columns of L.
         progress_.stage("blocks");
         const std::vector<Eigen::Matrix3d> l_ii = take_blocks(missing_blocks(factor, workers), sample, beside);
+        make_mask([&] { return find_mask_blocks(factor, workers); }, beside);
         if (drawing_ == Drawing::kColumns) make_columns(factor, node, row, l_ii, sample, workers, beside);
         if (drawing_ == Drawing::kSolves) write_factor(factor.supernodes(), Nodes(body_.free_node), beside);
         clock_.end("columns");
@@ -641,25 +649,27 @@ private:
         if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
         progress_.stage("factor");
         solver.factorize(*k, summary_);
+        summary_.checks.smallest_pivot_ratio = least_scaled_eigenvalue(*k, solver);
+        if (!(summary_.checks.smallest_pivot_ratio > kZeroPivot)) refuse_loose(scene_, body_, *k, "K is singular");
         clock_.end("factor");
-        const Sample sample = check(solver, *k, node, row, beside);
+        const Sample sample = check(solver, *k, node, row);
         k.reset();
         clock_.end("check");
         progress_.stage("blocks");
         const std::vector<Eigen::Matrix3d> l_ii = take_blocks(solver.blocks(block_work()), sample, beside);
+        make_mask([&] { return solver.blocks(mask_pair_); }, beside);
         if (drawing_ == Drawing::kColumns) write_columns(solver, node, row, l_ii, sample, beside);
         solver.report(summary_);
     }
 
     /// Condition, solves of a sample and what else needs K.
-    Sample check(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const Nodes& node, const Nodes& row,
-                 const fs::path& beside) {
+    Sample check(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const Nodes& node,
+                 const Nodes& row) {
         progress_.stage("check");
         summary_.checks.condition_estimate = estimate_condition(k, solver);
         clock_.end("condition");
         Sample sample = solve_sample(scene_, k, solver, node, drawing_ == Drawing::kColumns ? row : Nodes(), progress_,
                                      summary_.checks);
-        if (scene_.contact.force == "pressure-mask") make_masks_tables(solver, k, beside);
         return sample;
     }
 
@@ -677,7 +687,7 @@ private:
         const std::vector<std::size_t> fresh = missing(block_place_);
         const auto diagonal_end = found.begin() + static_cast<std::ptrdiff_t>(fresh.size());
         if (scene_.contact.force == "consistent")
-            write_edges(coupled_edges(scene_, body_), {diagonal_end, found.end()}, body_, beside);
+            write_edges(coupled_edges(scene_, body_), {diagonal_end, found.end()}, body_, beside, write_blocks_);
         const std::vector<Eigen::Matrix3d> held = earlier_.compliance();
         std::vector<Eigen::Matrix3d> l_ii;
         for (std::size_t i = 0, next = 0; i < block_place_.size(); ++i)
@@ -698,10 +708,14 @@ private:
         summary_.column_precision = "double";
         summary_.column_format = scene_.tables.column_precision;
         summary_.column_unit_m_per_n = format.unit_m_per_n;
-        const fs::path file = beside / "columns.npy";
+        const fs::path file = beside / "columns.npy", folder = work_folder(folder_);
         const ColumnWork work = column_work(node, row);
         summary_.reused_columns = node.size() - work.node.size();
-        solver.write_columns({file, node.size(), work.node, work.place.node, row, format}, progress_);
+        const std::uint64_t key = hash_work(scene_, summary_, work.node, row);
+        summary_.resumed_columns =
+            solver.write_columns({folder, key, node.size(), work.node, work.place.node, row, format}, progress_);
+        fs::rename(folder / "columns.npy", file);
+        fs::remove_all(folder);
         if (summary_.reused_columns > 0) {
             ColumnFile columns(file, node.size(), row.size(), format, true);
             earlier_.copy_columns(body_.touch_node, column_place_, rows_of(scene_, body_), columns);
@@ -713,16 +727,39 @@ private:
         clock_.end("columns");
     }
 
-    void make_masks_tables(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k, const fs::path& beside) {
-        clock_.end("check");
+    bool has_mask() const { return scene_.contact.force == "pressure-mask"; }
+
+    void find_mask_pairs() {
+        if (!has_mask()) return;
+        masks_ = make_masks(body_.mesh.position_m, body_.touch_patch, scene_.contact.mask_radius_m);
+        mask_pair_ = mask_pairs(masks_, body_.touch_patch, body_.unknown);
+        clock_.end("masks");
+    }
+
+    /// The pressure mask's tables. find: the blocks of pairs.
+    template <typename Find>
+    void make_mask(Find find, const fs::path& beside) {
+        if (!has_mask()) return;
         progress_.stage("mask");
-        compute_mask(scene_, body_, solver, k, beside, progress_, summary_);
+        summary_.mask_pairs = mask_pair_.size();
+        write_mask(masks_, compute_mask_compliance(masks_, body_.touch_patch, body_.unknown, find()), beside,
+                   write_blocks_, summary_);
         clock_.end("mask");
+    }
+
+    std::vector<Eigen::Matrix3d> find_mask_blocks(const Factor& factor, Workers& workers) {
+        const CompliancePairs pairs(factor.supernodes(), mask_pair_);
+        summary_.mask_method = pairs.method();
+        summary_.mask_flops = pairs.flops();
+        return pairs.compute(progress_, &workers);
     }
 
     void before_factor(const Factor& symbolic, const Eigen::SparseMatrix<double>& k, const Nodes& node,
                        const Nodes& row, const Workers& workers, const fs::path& beside) {
         summary_.memory = foresee(symbolic, k, block_work(), workers);
+        if (has_mask())
+            summary_.memory.pairs = CompliancePairs(symbolic.supernodes(), mask_pair_).bytes(workers.count()) +
+                                    2.0 * static_cast<double>(mask_pair_.size()) * sizeof(Eigen::Matrix3d);
         if (drawing_ == Drawing::kColumns) {
             const ColumnWork work = column_work(node, row);
             const ColumnSolver columns(symbolic.supernodes(), work.node, work.row);
@@ -770,7 +807,8 @@ private:
     /// The other tables; the tables as C; then the summary again, with sizes and times.
     void write(const fs::path& beside) {
         progress_.stage("write");
-        write_tables(scene_, body_, stiffness_, beside);
+        write_tables(scene_, body_, beside);
+        write_blocks_(beside / "stiffness.npy", {stiffness_.size(), 3, 3}, stiffness_);
         write_file(beside / "summary.json", to_json(scene_, body_, summary_));
         clock_.end("write");
         progress_.stage("codegen");
@@ -793,6 +831,9 @@ private:
     StageClock clock_{summary_};
     Drawing drawing_ = Drawing::kNone;
     std::vector<Eigen::Matrix3d> stiffness_;
+    WriteBlocks write_blocks_ = writer_of(options_.solver);
+    Masks masks_;
+    std::vector<NodePair> mask_pair_;
     EarlierTables earlier_;
     Nodes block_place_, column_place_;  // [n] of the table's nodes in the earlier one, -1 where that has not got it
 };

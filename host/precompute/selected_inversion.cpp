@@ -263,6 +263,15 @@ private:
     std::vector<Own> own_;
 };
 
+/// Where the two unknowns of entry 0 to 8 of a pair's block, column by column, stand in the factor.
+std::pair<std::int32_t, std::int32_t> places_of(const std::vector<std::int32_t>& place, const NodePair& pair,
+                                                int entry) {
+    const auto at = [&](std::int32_t node, int axis) {
+        return place[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(axis)];
+    };
+    return {at(pair.row, entry % 3), at(pair.column, entry / 3)};
+}
+
 }  // namespace
 
 std::vector<char> find_in_pattern(const Supernodes& factor, std::span<const NodePair> wanted) {
@@ -271,8 +280,7 @@ std::vector<char> find_in_pattern(const Supernodes& factor, std::span<const Node
     for (const NodePair& pair : wanted) {
         bool all = true;
         for (int entry = 0; entry < 9; ++entry) {
-            const std::int32_t p = place[static_cast<std::size_t>(3 * pair.row + entry % 3)];
-            const std::int32_t q = place[static_cast<std::size_t>(3 * pair.column + entry / 3)];
+            const auto [p, q] = places_of(place, pair, entry);
             const std::int32_t s = owner[static_cast<std::size_t>(std::min(p, q))];
             all = all && find_row(factor.rows(s), std::max(p, q)) >= 0;
         }
@@ -293,8 +301,7 @@ void SelectedInversion::find_picks(std::span<const NodePair> wanted) {
     const std::vector<std::int32_t> place = factor_.places(), owner = factor_.owners();
     for (std::size_t w = 0; w < wanted.size(); ++w)
         for (int entry = 0; entry < 9; ++entry) {
-            const std::int32_t p = place[static_cast<std::size_t>(3 * wanted[w].row + entry % 3)];
-            const std::int32_t q = place[static_cast<std::size_t>(3 * wanted[w].column + entry / 3)];
+            const auto [p, q] = places_of(place, wanted[w], entry);
             const std::int32_t s = owner[static_cast<std::size_t>(std::min(p, q))];
             const std::int32_t row = find_row(factor_.rows(s), std::max(p, q));
             if (row < 0)
@@ -431,14 +438,14 @@ private:
             const std::int32_t root = subtree_[at(order[i])];
             std::size_t end = i + 1;
             while (root >= 0 && end < order.size() && subtree_[at(order[end])] == root) ++end;
-            if (root >= 0) small_[static_cast<std::size_t>(plan_.parent_[at(order[i])] + 1)].push_back({i, end});
+            if (root >= 0) small_[at(plan_.parent_[at(order[i])] + 1)].push_back({i, end});
             i = end;
         }
     }
 
     /// All small subtrees right below s (-1: whole trees), side by side.
     void below(std::int32_t s) {
-        const std::vector<Range>& ranges = small_[static_cast<std::size_t>(s + 1)];
+        const std::vector<Range>& ranges = small_[at(s + 1)];
         workers_.for_each(ranges.size(), [&](std::size_t r, int worker) {
             Workers alone(1);
             for (std::size_t i = ranges[r].begin; i < ranges[r].end; ++i) {

@@ -135,6 +135,7 @@ nlohmann::ordered_json memory(const Summary& summary) {
             {"stiffness_bytes", need.stiffness},
             {"factor_bytes", need.factor},
             {"inversion_bytes", need.fronts},
+            {"mask_bytes", need.pairs},
             {"columns_bytes", need.columns},
             {"checks_bytes", need.solves},
             {"peak_bytes", summary.peak_bytes.empty() ? 0.0 : summary.peak_bytes.back().second},
@@ -359,6 +360,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["reused"] = summary.reused;
     json["reused_blocks"] = summary.reused_blocks;
     json["reused_columns"] = summary.reused_columns;
+    if (!summary.rank_cpu_s.empty()) json["resumed_columns"] = summary.resumed_columns;
     json["threads"] = summary.threads;
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
@@ -372,6 +374,9 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     if (scene.contact.mask_radius_m > 0.0)
         json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
                                    {"most_nodes", summary.mask_most_nodes},
+                                   {"pairs", summary.mask_pairs},
+                                   {"method", summary.mask_method},
+                                   {"flops", summary.mask_flops},
                                    {"widened", summary.mask_widened},
                                    {"places", summary.mask_places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n},

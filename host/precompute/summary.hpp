@@ -33,8 +33,9 @@ struct Checks {
 
 struct Summary {
     std::uint64_t model_hash = 0;
-    std::uint64_t body_hash = 0;  ///< of what decides the factor: mesh, held nodes, material
-    bool reused = false;          ///< all blocks and columns come from an earlier run of the same body
+    std::uint64_t body_hash = 0;      ///< of what decides the factor: mesh, held nodes, material
+    bool reused = false;              ///< all blocks and columns come from an earlier run of the same body
+    std::size_t resumed_columns = 0;  ///< of a run that was cut short, where a SpreadSolver worked
     std::size_t reused_blocks = 0, reused_columns = 0;  ///< nodes whose L_ii, whose columns do
     int threads = 1;
     std::string drawing;  ///< "columns", "solves" (columns are over the budget, the factor is kept) or "none"
@@ -48,10 +49,13 @@ struct Summary {
     double fill = 0.0;   ///< nonzeros of the factor
     double flops = 0.0;  ///< of the factorisation
     std::string block_method = "selected inversion";
-    double block_flops = 0.0;                                   ///< of the selected inversion
-    std::string block_precision;                                ///< it was computed in: "double" or "float"
-    double column_flops = 0.0;                                  ///< of the pruned solves; 0 without columns
-    double column_flops_done = 0.0;                             ///< in this run: less where it went on from another
+    double block_flops = 0.0;        ///< of the selected inversion
+    std::string block_precision;     ///< it was computed in: "double" or "float"
+    double column_flops = 0.0;       ///< of the pruned solves; 0 without columns
+    double column_flops_done = 0.0;  ///< in this run: less where it went on from another
+    std::size_t mask_pairs = 0;      ///< blocks under masks; 0 without
+    std::string mask_method;         ///< how they were found; empty under MPI
+    double mask_flops = 0.0;
     std::size_t mask_most_nodes = 0;                            ///< under a pressure mask; 0 without
     std::size_t mask_widened = 0;                               ///< vertices and edges with only their own nodes
     std::size_t mask_places = 0;                                ///< vertices and edges

@@ -358,6 +358,10 @@ void read_coupling(const Section& section, ContactOptions& contact) {
         contact.coupling_n_per_m = section.positive("coupling");
 }
 
+/// N/ms by which a jump of the least-energy god-object is brought down where the scene does not say: a step of 10 mN is
+/// hardly felt, and a force of 1 N is gone in a tenth of a second.
+constexpr double kReleaseOfJumps = 0.01;
+
 ContactOptions read_contact(const Section& root) {
     const Section section = root.section("contact",
                                          {"force", "god_object", "rigid_stiffness", "mask_radius", "friction",
@@ -372,7 +376,8 @@ ContactOptions read_contact(const Section& root) {
     else if (section.has("mask_radius"))
         section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     read_friction(section, contact);
-    contact.release_n_per_ms = section.not_negative("release_slew", 0.0);
+    const bool jumps = contact.god_object == "least-energy";  // from one minimum to another
+    contact.release_n_per_ms = section.not_negative("release_slew", jumps ? kReleaseOfJumps : 0.0);
     contact.passivity = section.flag("passivity", false);
     read_coupling(section, contact);
     return contact;

@@ -225,6 +225,7 @@ WritableNpy<T>::~WritableNpy() {
 }
 
 template class WritableNpy<float>;
+template class WritableNpy<double>;
 template class WritableNpy<Half>;
 template class NpyWriter<std::int32_t>;
 template class NpyWriter<Half>;

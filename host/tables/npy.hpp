@@ -49,7 +49,7 @@ private:
 template <typename T>
 class WritableNpy {
 public:
-    /// T: float, Half. `keep`: a file of the same type and shape keeps its values.
+    /// T: float, double, Half. `keep`: a file of the same type and shape keeps its values.
     WritableNpy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, bool keep = false);
     ~WritableNpy();
     WritableNpy(const WritableNpy&) = delete;

@@ -279,6 +279,60 @@ TEST(NearestGodObject, IsTheTrueNearestPointOfConvexShapes) {
     }
 }
 
+/// How much deeper x lies behind some patch's plane than behind the given one's; negative: that one is the nearest.
+double deeper_than_any(const TestModel& model, int patch, const Vector3d& x) {
+    const auto depth = [&](int p) {
+        const Vector3d a = model.corner(p, 0);
+        return -(model.corner(p, 1) - a).cross(model.corner(p, 2) - a).normalized().dot(x - a);
+    };
+    double least = HUGE_VAL;
+    for (int p = 0; p < int(model.servo().patch.size()); ++p) least = std::min(least, depth(p));
+    return depth(patch) - least;
+}
+
+/// Slowly in through a random patch and along under it, as long as no other side is nearer. Returns the ticks inside.
+int slow_way(const TestModel& model, double deep_m, Finger& finger, std::mt19937& random) {
+    std::uniform_int_distribution<int> any(0, int(model.servo().patch.size()) - 1);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    const int patch = any(random);
+    Vector3d alpha(uniform(random), uniform(random), uniform(random));
+    alpha /= alpha.sum();
+    const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
+    const Vector3d n = (b - a).cross(c - a).normalized(), on = alpha[0] * a + alpha[1] * b + alpha[2] * c;
+    const Vector3d along = (random_direction(random).cross(n)).normalized();
+    const double depth = deep_m * uniform(random);
+    int inside = 0;
+    finger.begin();
+    for (int tick = 0; tick <= 400; ++tick) {
+        const double in = std::min(tick / 100.0, 1.0), aside = std::max(0.0, tick / 100.0 - 1.0);
+        const Vector3d out = on + (5e-5 - in * (depth + 5e-5)) * n + 0.003 * aside * along;
+        const Vector3d x = out.cast<float>().cast<double>();
+        finger.to(x);
+        if (deeper_than_any(model, patch, x) > 1e-9) break;
+        if (!finger.touches()) continue;
+        ++inside;
+        EXPECT_LT((finger.god() - model.nearest(x)).norm(), 1e-6 * model.size()) << patch << " " << tick;
+    }
+    return inside;
+}
+
+// A slow finger that came from outside through one side and has that side nearest has its god-object at the nearest
+// point of the whole surface. Next to a convex edge it ends where another side is nearer: there the god-object stays
+// on its own side until its foot leaves that.
+TEST(NearestGodObject, IsTheNearestPointUnderTheSideThatItCameThrough) {
+    for (const Solid& solid : solids()) {
+        const std::string& name = solid.shape.name;
+        if (name != "box" && name != "thin plate" && name != "sphere" && name != "wedge" && name != "needle") continue;
+        const TestModel model(solid.shape);
+        Finger finger(*model.get());
+        std::mt19937 random(6);
+        int ticks = 0;
+        for (int way = 0; way < 60; ++way) ticks += slow_way(model, 0.002, finger, random);
+        EXPECT_GT(ticks, 2000) << name;
+        printf("%s: the nearest point in %d ticks\n", name.c_str(), ticks);
+    }
+}
+
 /// Every point of the surface as stiff as a spring of 500 N/m.
 class EvenBlocks {
 public:

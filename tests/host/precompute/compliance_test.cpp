@@ -87,6 +87,17 @@ TEST_F(Blocks, TheResidualSeesAWrongFactor) {
     EXPECT_GT(residual, 1e-9);
 }
 
+TEST_F(Blocks, NoPivotIsBelowTheLeastScaledEigenvalue) {
+    const Eigen::MatrixXd root = k_.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd scaled = root * Eigen::MatrixXd(k_) * root;
+    const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues()[0];
+    const Factor factor(k_);
+    const double least = least_scaled_eigenvalue(k_, factor);
+    EXPECT_GE(least, exact * (1.0 - 1e-12));
+    EXPECT_LT(least, 1.05 * exact);
+    EXPECT_LE(exact, factor.weakest_pivot().ratio);
+}
+
 TEST_F(Blocks, StiffnessIsTheInverseOfTheDiagonalBlock) {
     NodeStiffness stiffness;
     for (std::int32_t node : node_) stiffness.add(node, l_.block<3, 3>(3 * node, 3 * node));

@@ -102,6 +102,22 @@ TEST_F(Pairs, InAndOutsideThePatternAtOnce) {
     EXPECT_LT(error(pairs, wanted), 1e-12);
 }
 
+TEST_F(Pairs, TheNumberOfThreadsChangesNoBit) {
+    std::vector<NodePair> wanted = some(2000);
+    for (std::int32_t i = 0; i < 648; ++i) wanted.push_back({i, i});
+    for (auto only :
+         {std::optional<PairSolve>(), std::optional(PairSolve::kPaths), std::optional(PairSolve::kSolves)}) {
+        const CompliancePairs pairs(factor_.supernodes(), wanted, only);
+        const auto alone = pairs.compute(progress_);
+        for (int threads : {2, 5}) {
+            Workers workers(threads);
+            const auto shared = pairs.compute(progress_, &workers);
+            for (std::size_t p = 0; p < wanted.size(); ++p) ASSERT_EQ(shared[p], alone[p]);
+        }
+        EXPECT_GE(pairs.bytes(5), pairs.bytes(1));
+    }
+}
+
 TEST_F(Pairs, OfNothingIsNothing) {
     const std::vector<NodePair> none;
     EXPECT_TRUE(compliance_pairs(factor_, none, progress_).empty());

@@ -147,6 +147,19 @@ TEST_F(SceneFile, ContactOptionsAreChecked) {
     expect_error("[device]", "passivity = 1\n[device]", 15, "contact.passivity: must be true or false");
 }
 
+// A least-energy god-object jumps from one minimum to another: no click unless the scene asks for it.
+TEST_F(SceneFile, JumpsAreBroughtDownUnlessTheSceneSaysOtherwise) {
+    const auto release_of = [&](const std::string& lines) {
+        std::string text = kGood;
+        text.insert(text.find("[device]"), lines);
+        return read(text).contact.release_n_per_ms;
+    };
+    EXPECT_EQ(release_of(""), 0.0);
+    EXPECT_EQ(release_of("god_object = \"least-energy\"\n"), 0.01);
+    EXPECT_EQ(release_of("god_object = \"least-energy\"\nrelease_slew = 0\n"), 0.0);
+    EXPECT_EQ(release_of("release_slew = 0.2\n"), 0.2);
+}
+
 TEST_F(SceneFile, WrongTypesAreErrors) {
     expect_error("\"a\"", "3", 1, "name: must be a text");
     expect_error("1000", "\"soft\"", 7, "material.young: must be a number, not a text");

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// How the force changes from tick to tick: no step of the algorithm's own, and jumps that are brought down.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "tests/bodies.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+/// Forces of a finger that slides 18 mm over the cube's top at 100 mm/s, every `share` of a millisecond; [N].
+struct Slide {
+    std::vector<Vector3d> force;
+    double stiffness = 0.0;  // N/m, normal, mean
+    double taken_j = 0.0;    // work of the finger
+
+    /// Largest change of the tangential force from one to the next, in units of k v dt.
+    double worst_tangential() const {
+        double worst = 0.0;
+        for (std::size_t i = 1; i < force.size(); ++i)
+            worst = std::max(worst, (force[i] - force[i - 1]).head<2>().norm());
+        return worst / (stiffness * 1.044e-4);
+    }
+    double worst_n() const {
+        double worst = 0.0;
+        for (std::size_t i = 1; i < force.size(); ++i) worst = std::max(worst, (force[i] - force[i - 1]).norm());
+        return worst;
+    }
+};
+
+Slide slide(const haptable_model& model, double depth_m, int ticks_per_ms = 1) {
+    haptable_servo servo;
+    haptable_output out;
+    haptable_init(&servo);
+    const auto to = [&](const Vector3d& x) {
+        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+        haptable_step(&model, &servo, finger, 0, &out);
+        return to_vector(out.force_n);
+    };
+    const Vector3d begin(0.006, 0.011, 0.03 - depth_m);
+    for (int i = 100; i >= 0; --i) to(begin + Vector3d(0, 0, depth_m * i / 99.0));
+    Slide result;
+    Vector3d x = begin, last = to(begin);
+    result.force.push_back(last);
+    for (int i = 1; i <= 180 * ticks_per_ms; ++i) {
+        const double ms = double(i) / ticks_per_ms;
+        const Vector3d next = begin + ms * Vector3d(1e-4, 0.3e-4, 0), force = to(next);
+        EXPECT_EQ(out.state, HAPTABLE_CONTACT);
+        result.taken_j -= 0.5 * (force + last).dot(next - x);
+        x = next;
+        last = force;
+        if (i % ticks_per_ms == 0) result.force.push_back(force);
+    }
+    for (const Vector3d& f : result.force) result.stiffness += f.z() / depth_m / double(result.force.size());
+    return result;
+}
+
+double radius_of(const std::string& force, double radius_m) { return force == "pressure-mask" ? radius_m : 0.0; }
+
+// The god-object has settled when a tick ends: had the servo ticked twenty times as often, the force would be the same.
+TEST(Continuity, NothingSettlesOverSeveralTicks) {
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"})
+        for (const char* god : {"nearest", "least-energy"}) {
+            const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
+            const Slide coarse = slide(body.model(god), 0.002), fine = slide(body.model(god), 0.002, 20);
+            double worst = 0.0;
+            for (std::size_t i = 0; i < coarse.force.size(); ++i)
+                worst = std::max(worst, (coarse.force[i] - fine.force[i]).norm() / fine.force[i].norm());
+            printf("%-14s %-12s at 1 and 20 kHz within %.1e\n", force, god, worst);
+            EXPECT_LT(worst, 1e-4) << force << " " << god;
+        }
+}
+
+// 1 mm deep on a mesh of 9 nodes a side and, for the mask, a radius of two edges; deeper and coarser: docs/CONTACT.md.
+TEST(Continuity, SlidingUnderTheNearestGodObjectIsSmooth) {
+    for (const char* force : {"interpolated", "pressure-mask"}) {
+        const ElasticBody body(cube_scene(9, 0.3), force, radius_of(force, 0.0075));
+        const double worst = slide(body.model("nearest"), 0.001).worst_tangential();
+        printf("%-14s nearest: %.3f of k v dt a tick\n", force, worst);
+        EXPECT_LT(worst, 0.05) << force;
+    }
+}
+
+// On a mesh whose edges are not much longer than the finger is deep, the consistent force makes the god-object jump.
+TEST(Continuity, AJumpIsBroughtDownAtItsSlewAndOnlyTakesEnergy) {
+    const ElasticBody body(cube_scene(9, 0.3), "consistent");
+    haptable_model model = body.model("least-energy");
+    const Slide click = slide(model, 0.002);
+    EXPECT_GT(click.worst_n(), 0.05) << "the test must have a jump";
+    model.release = haptable_release_slew;
+    model.release_n = 0.01F;
+    const Slide soft = slide(model, 0.002);
+    printf("consistent, least energy, 2 mm: %.1f mN in a tick, with 0.01 N/ms %.1f mN\n", 1e3 * click.worst_n(),
+           1e3 * soft.worst_n());
+    EXPECT_LT(soft.worst_n(), 0.01 + 2.0 * 1.5 * soft.stiffness * 1.044e-4);
+    EXPECT_GT(soft.taken_j, click.taken_j);
+}
+
+}  // namespace
+}  // namespace haptable::test
