@@ -465,13 +465,19 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
     return found && surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
-/* To where the god-object of a tick rests. */
+/* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
+    const int rested = !is_new && is_known(servo->lead_per_m);
     here->at = servo->contact;
-    if ((is_new || !is_known(servo->lead_per_m) || !follow(walk, servo->lead_per_m, servo->finger_m, here)) &&
-        !slide(walk, here))
+    vec_copy(servo->contact.load_n, here->energy.load_n);
+    if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
+    if ((rested && follow(walk, servo->lead_per_m, servo->finger_m, here)) || slide(walk, here)) {
+        find_lead(here, servo->lead_per_m);
+    } else {
         ++servo->counters.walk_limits;
-    find_lead(here, servo->lead_per_m);
+        vec_zero(servo->lead_per_m[0]);
+        vec_zero(servo->lead_per_m[1]);
+    }
     if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
 
