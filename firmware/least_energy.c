@@ -128,9 +128,10 @@ static float way_from_vertex(const struct point* point, int vertex, float d[3]) 
     int turn;
     vec_zero(d);
     for (turn = 1; turn <= 2; ++turn) {
-        const int other = vertex + turn > 2 ? vertex + turn - 3 : vertex + turn;
+        const int other = turn == 1 ? next_corner(vertex) : previous_corner(vertex);
         float along[3];
         const float fall = way_along(&point->energy, vertex, other, along);
+        /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): a corner is 0, 1 or 2 */
         if (along[other] <= 0.0f || fall <= best) continue;
         best = fall;
         vec_copy(along, d);
@@ -300,7 +301,7 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
 
 /* Downhill to where E has no way down. Returns 0 where it met the limit. */
 static int slide(struct walk* walk, struct point* here) {
-    float d[3];
+    float d[3] = {0.0f, 0.0f, 0.0f};
     evaluate(walk, here);
     while (walk->steps < HAPTABLE_ENERGY_STEPS && find_way(walk, here, d) && advance(walk, d, here)) {
     }

@@ -259,8 +259,9 @@ std::string linked_names(const Tables& tables, const ServoModel& servo) {
 TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const ElasticBody paper(cube_scene(5, 0.3), "interpolated"), exact(cube_scene(5, 0.3), "consistent");
     const std::string plain = linked_names(paper.tables(), paper.servo());
-    for (const char* name : {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
-                             "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_rough"})
+    for (const char* name :
+         {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
+          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_rough"})
         EXPECT_EQ(plain.find(name), std::string::npos) << name;
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
     Tables tables = exact.tables();
@@ -269,8 +270,8 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const std::string other = linked_names(tables, exact.servo());
     for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew"})
         EXPECT_NE(other.find(name), std::string::npos) << name;
-    for (const char* name : {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
-                             "haptable_god_object_rough"})
+    for (const char* name :
+         {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m", "haptable_god_object_rough"})
         EXPECT_EQ(other.find(name), std::string::npos) << name;
 }
 
