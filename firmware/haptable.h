@@ -48,7 +48,7 @@ extern "C" {
 
 /* The most points of the surface at which a tick of the least-energy god-object takes the energy, for the last look
  * around a vertex at most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
-#define HAPTABLE_ENERGY_STEPS 64
+#define HAPTABLE_ENERGY_STEPS 32
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u

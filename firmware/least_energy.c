@@ -23,6 +23,7 @@ struct walk {
     const struct haptable_model* model;
     const float* x_m;
     int steps; /* evaluations so far */
+    int most;  /* evaluations that the tick has */
     int nearest_steps;
 };
 
@@ -220,7 +221,7 @@ static int way_on_vertex(struct walk* walk, int corner, struct point* here, floa
             vec_copy(way, d);
             *here = next;
         }
-    } while (walk->steps < HAPTABLE_ENERGY_STEPS && fan_next(walk->model, &fan));
+    } while (walk->steps < walk->most && fan_next(walk->model, &fan));
     if (best <= 0.0f) return 0;
     if (way_inwards(walk->model, here, inside)) vec_copy(inside, d);
     return 1;
@@ -285,7 +286,7 @@ static int is_down(const struct haptable_energy* from, const struct haptable_ene
 static int advance(struct walk* walk, const float d[3], struct point* here) {
     float t = 1.0f;
     int tries;
-    for (tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
+    for (tries = 0; tries < 8 && walk->steps < walk->most; ++tries) {
         struct point next;
         const float gone = move_by(walk->model, &here->at, d, t, &next.at);
         evaluate(walk, &next);
@@ -303,9 +304,9 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
 static int slide(struct walk* walk, struct point* here) {
     float d[3] = {0.0f, 0.0f, 0.0f};
     evaluate(walk, here);
-    while (walk->steps < HAPTABLE_ENERGY_STEPS && find_way(walk, here, d) && advance(walk, d, here)) {
+    while (walk->steps < walk->most && find_way(walk, here, d) && advance(walk, d, here)) {
     }
-    return walk->steps < HAPTABLE_ENERGY_STEPS;
+    return walk->steps < walk->most;
 }
 
 /* ---- following ------------------------------------------------------------------------------------------------ */
@@ -466,10 +467,14 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
     return found && surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
+/* Boxes that cost as much as an evaluation at the most: what a tick's search took, its slide has not. */
+#define BOXES_OF_ENERGY 8
+
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->lead_per_m);
     here->at = servo->contact;
+    walk->most = HAPTABLE_ENERGY_STEPS - servo->way.boxes / BOXES_OF_ENERGY;
     vec_copy(servo->contact.load_n, here->energy.load_n);
     if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
     if ((rested && follow(walk, servo->lead_per_m, servo->finger_m, here)) || slide(walk, here)) {
@@ -483,8 +488,8 @@ static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, 
 }
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no way down.
- * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, the walk of the nearest god-object, and
- *       HAPTABLE_SLIDES queries of the spatial index. */
+ * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, one less for every BOXES_OF_ENERGY boxes that
+ *       the tick's searches took, and the walk of the nearest god-object. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
                                       const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;

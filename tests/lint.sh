@@ -18,7 +18,7 @@ arrow() { # FOLDER ALLOWED...: prefixes of includes
     [ -z "$found" ] || complain "$folder may include only $*:
 $found"
 }
-arrow firmware haptable.h contact.h compliance.h surface.h force.h block.h vector.h frame.h model.h port.h semihosting.h line.h deformation.h display.h
+arrow firmware haptable.h ticks.h contact.h compliance.h surface.h force.h block.h vector.h frame.h model.h port.h semihosting.h line.h deformation.h display.h
 arrow host/base host/base
 arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/target/modes.hpp"
 
+#include <algorithm>
+
 namespace haptable {
 
 namespace {
@@ -10,6 +12,9 @@ constexpr std::uint32_t kLastLook = 13;
 
 /// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
 constexpr std::uint32_t kLastLeaf = 20;
+
+/// What a tick's search took, its slide has not: an energy less for so many boxes (firmware/least_energy.c).
+constexpr std::uint32_t kBoxesOfEnergy = 8;
 
 haptable_energy_fn* energy_of(haptable_force_fn* force) {
     if (force == haptable_force_consistent) return haptable_energy_consistent;
@@ -45,15 +50,24 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
     return model;
 }
 
-TickCost cost_of(const Mode& mode) {
+TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     const bool consistent = mode.force == "consistent", mask = mode.force == "pressure-mask";
-    const std::uint64_t force = mask ? 2300 : consistent ? 400 : 200;
-    const std::uint64_t energy = mask ? 3400 : consistent ? 2350 : 1350;
-    TickCost cost{2200 + force, 65, 280, mode.god_object == "least-energy" ? energy : 0};
-    // Nine looks into the cone: a force and the normals of up to 32 patches around a vertex.
-    if (mode.more == "friction") cost.rest += 9 * (2000 + force);
+    const bool least = mode.god_object == "least-energy";
+    const std::uint64_t force = mask ? 2000 : consistent ? 400 : 200;
+    const std::uint64_t energy = mask ? 3400 : consistent ? 2300 : 1350;
+    constexpr std::uint64_t kNormal = 280, kPressed = 60;  // of a patch around a vertex, and its angle
+    TickCost cost{900 + force, 65, 280, least ? energy : 0};
+    cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
+    if (mode.more == "friction") cost.rest += 9 * (100 + fan * kNormal + force);  // looks into the cone
     if (mode.more == "passivity") cost.rest += 300;
     return cost;
+}
+
+std::uint64_t most_patches_around_a_vertex(const haptable_model& model) {
+    std::vector<std::uint64_t> around(model.vertex_count);
+    for (int patch = 0; patch < model.patch_count; ++patch)
+        for (const std::uint16_t vertex : model.patch[patch]) ++around[vertex];
+    return *std::max_element(around.begin(), around.end());
 }
 
 std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
@@ -61,13 +75,15 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
            each.energy * tick.most_energies;
 }
 
-std::uint64_t most_cost(const Mode& mode) {
+std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) {
     haptable_counters most{};
     most.most_steps = HAPTABLE_WALK_STEPS + kLastLook;
     if (mode.more == "friction") most.most_held_steps = 3U * HAPTABLE_WALK_STEPS + kLastLook;
-    most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
     if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2U * HAPTABLE_SLIDES;
-    return cost(cost_of(mode), most);
+    const std::uint64_t without_search = cost(cost_of(mode, fan), most);
+    most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
+    if (mode.god_object == "least-energy") most.most_energies -= HAPTABLE_TICK_BOXES / kBoxesOfEnergy;
+    return std::max(without_search, cost(cost_of(mode, fan), most));
 }
 
 }  // namespace haptable

@@ -29,12 +29,18 @@ haptable_model in_mode(haptable_model model, const Mode& mode);
 struct TickCost {
     std::uint64_t rest, step, box, energy;
 };
-TickCost cost_of(const Mode& mode);
+
+/// `fan`: the most patches around a vertex of the model, whose normals tell inside from outside after each of a tick's
+/// `slides`.
+TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides = HAPTABLE_SLIDES);
+
+/// At most HAPTABLE_FAN_PATCHES.
+std::uint64_t most_patches_around_a_vertex(const haptable_model& model);
 
 /// The work of one tick, as the servo counted it.
 std::uint64_t cost(const TickCost& each, const haptable_counters& tick);
 
 /// The most that a tick can cost: the limits of haptable.h times the cost of each.
-std::uint64_t most_cost(const Mode& mode);
+std::uint64_t most_cost(const Mode& mode, std::uint64_t fan);
 
 }  // namespace haptable
