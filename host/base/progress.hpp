@@ -19,13 +19,15 @@ public:
     void stage(const std::string& name);
     /// Says which share of the stage is done, 0 to 1, and stops the work here when Ctrl-C has come
     /// (throws Interrupted).
-    void done(double share);
+    void done(double share) { done(share, ""); }
+    /// The same, with what was counted: "3,400 nodes".
+    void done(double share, const std::string& detail);
     /// Takes the bar off the terminal.
     void clear();
 
 private:
     using Clock = std::chrono::steady_clock;
-    void draw(double share, Clock::time_point now);
+    void draw(double share, const std::string& detail, Clock::time_point now);
 
     bool on_;
     bool drawn_ = false;

@@ -41,6 +41,41 @@ using Triangulation = CGAL::Mesh_triangulation_3<Domain>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::Corner_index, Domain::Curve_index>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
+/// A criterion of the refinement that counts the nodes there are whenever it is asked.
+template <typename Base>
+class Counting : public Base {
+public:
+    Counting(const Base& base, ChildCount& count) : Base(base), count_(&count) {}
+    template <typename Part>
+    auto operator()(const Triangulation& triangulation, const Part& part) const {
+        count_->done = triangulation.number_of_vertices();
+        return Base::operator()(triangulation, part);
+    }
+
+private:
+    ChildCount* count_;
+};
+
+/// The criteria, counting.
+class CountingCriteria {
+public:
+    using Edge_criteria = Criteria::Edge_criteria;
+    using Facet_criteria = Counting<Criteria::Facet_criteria>;
+    using Cell_criteria = Counting<Criteria::Cell_criteria>;
+    CountingCriteria(const Criteria& criteria, ChildCount& count)
+        : edge_(criteria.edge_criteria_object()),
+          facet_(criteria.facet_criteria_object(), count),
+          cell_(criteria.cell_criteria_object(), count) {}
+    const Edge_criteria& edge_criteria_object() const { return edge_; }
+    const Facet_criteria& facet_criteria_object() const { return facet_; }
+    const Cell_criteria& cell_criteria_object() const { return cell_; }
+
+private:
+    Edge_criteria edge_;
+    Facet_criteria facet_;
+    Cell_criteria cell_;
+};
+
 constexpr double kCrease_deg = 75.0;
 constexpr double kFlattest_deg = 10.0;  // dihedral angles below this are mended as far as it goes
 constexpr double kFacetAngle_deg = 25.0;
@@ -109,12 +144,13 @@ std::map<Triangulation::Vertex_handle, std::size_t> number_vertices(const Comple
     return number;
 }
 
-Complex refine(const Domain& domain, double edge) {
+Complex refine(const Domain& domain, double edge, ChildCount& count) {
     CGAL::get_default_random() = CGAL::Random(0);  // same input, same mesh
     const Criteria criteria(parameters::edge_size = 1.5 * edge, parameters::facet_angle = kFacetAngle_deg,
                             parameters::facet_size = kFacetSize * edge, parameters::facet_distance = kDistance * edge,
                             parameters::cell_radius_edge_ratio = kShape, parameters::cell_size = kFacetSize * edge);
-    return CGAL::make_mesh_3<Complex>(domain, criteria, parameters::no_perturb(), parameters::no_exude());
+    return CGAL::make_mesh_3<Complex>(domain, CountingCriteria(criteria, count), parameters::no_perturb(),
+                                      parameters::no_exude());
 }
 
 /// How far a mesh is from the count of nodes: below 1 where it is too coarse. A length is met as it is.
@@ -124,7 +160,7 @@ double miss(const Complex& complex, const FillTarget& target) {
 }
 
 /// Refines at a size and, for a count of nodes, measures and mends the size.
-Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTarget& target) {
+Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTarget& target, ChildCount& count) {
     const double volume = pmp::volume(surface);
     double edge = target.edge_length;
     if (edge <= 0.0) edge = std::cbrt(kNodesPerVolume * volume / static_cast<double>(target.node_count));
@@ -139,7 +175,8 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
     double least = std::numeric_limits<double>::infinity();
     double too_short = 0.0, too_long = 0.0;  // edges; 0: none yet
     for (int tries = 0; tries < kTries && 3.0 * least > std::log(1.0 + kClose); ++tries) {
-        Complex complex = refine(domain, edge);
+        count.expected = static_cast<std::uint64_t>(kNodesPerVolume * volume / (edge * edge * edge));
+        Complex complex = refine(domain, edge, count);
         if (complex.number_of_cells_in_complex() == 0) break;
         const double factor = miss(complex, target);
         if (std::abs(std::log(factor)) < least) {
@@ -206,22 +243,26 @@ RawMesh unpack(std::string_view bytes, std::size_t triangles) {
 
 }  // namespace
 
-RawMesh fill_surface(const fs::path& file, const RawMesh& raw, const FillTarget& target) {
+RawMesh fill_surface(const fs::path& file, const RawMesh& raw, const FillTarget& target, const WatchFill& watch) {
     Soup soup;
     const std::size_t dropped = to_soup(raw, soup), triangles = soup.triangle.size();
     const BadEdges bad = find_bad_edges(soup);
     require_closed(file, bad);
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& p : soup.point) centre += p / static_cast<double>(soup.point.size());
-    RawMesh filled = unpack(run_in_child(file.string(), kLimits,
-                                         [&] {
-                                             SurfaceMesh surface = to_surface_mesh(file, soup, centre);
-                                             require_apart(file, surface, centre);
-                                             pmp::orient_to_bound_a_volume(surface);
-                                             const Complex complex = refine_to(file, surface, target);
-                                             require_volumes(file, complex);
-                                             return pack(complex, centre);
-                                         }),
+    RawMesh filled = unpack(run_in_child(
+                                file.string(), kLimits,
+                                [&](ChildCount& count) {
+                                    SurfaceMesh surface = to_surface_mesh(file, soup, centre);
+                                    require_apart(file, surface, centre);
+                                    pmp::orient_to_bound_a_volume(surface);
+                                    const Complex complex = refine_to(file, surface, target, count);
+                                    require_volumes(file, complex);
+                                    return pack(complex, centre);
+                                },
+                                [&](const ChildCount& count) {
+                                    if (watch) watch(count.done, count.expected);
+                                }),
                             triangles);
     if (dropped > 0) filled.notes.push_back(fmt::format("left out {} triangles without area", dropped));
     if (bad.flipped > 0)

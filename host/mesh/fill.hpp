@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "host/mesh/raw_mesh.hpp"
 
@@ -15,11 +16,15 @@ struct FillTarget {
     bool given() const { return edge_length > 0.0 || node_count > 0; }
 };
 
+/// Called now and then while a surface is filled, with nodes so far and about how many there will be.
+using WatchFill = std::function<void(std::size_t nodes, std::size_t expected)>;
+
 /// Meshes the inside of raw.triangle by Delaunay refinement (CGAL's Mesh_3; Jamin, Alliez, Yvinec and Boissonnat 2015);
 /// the surface is meshed anew, within a tenth of an edge of the given one, and keeps its creases of more than 75
 /// degrees. Same input, same mesh. Triangles that are turned inside out are turned, with a note.
 /// Throws Error that counts the bad edges and says where the first is: open or non-manifold ones, or triangles that
 /// intersect.
-RawMesh fill_surface(const std::filesystem::path& file, const RawMesh& raw, const FillTarget& target);
+RawMesh fill_surface(const std::filesystem::path& file, const RawMesh& raw, const FillTarget& target,
+                     const WatchFill& watch = {});
 
 }  // namespace haptable

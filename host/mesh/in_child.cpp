@@ -2,6 +2,8 @@
 #include "host/mesh/in_child.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -13,6 +15,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <new>
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
@@ -74,7 +77,8 @@ bool write_all(int to, const char* bytes, std::size_t count) {
 }
 
 /// The child's whole life: it ends without destructors or atexit, which belong to the parent.
-[[noreturn]] void live(int to, const ChildLimits& limits, const std::function<std::string()>& work) {
+[[noreturn]] void live(int to, const ChildLimits& limits, ChildCount& count,
+                       const std::function<std::string(ChildCount&)>& work) {
     for (int signal : {SIGINT, SIGTERM, SIGSEGV, SIGABRT}) std::signal(signal, SIG_DFL);
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for the work of a parent that was killed
     std::setlocale(LC_ALL, "C");       // libraries read numbers by the locale
@@ -85,7 +89,7 @@ bool write_all(int to, const char* bytes, std::size_t count) {
     char kind = kDone;
     std::string bytes;
     try {
-        bytes = work();
+        bytes = work(count);
     } catch (const Error& error) {
         kind = kFailed;
         bytes = error.what();
@@ -100,17 +104,40 @@ bool write_all(int to, const char* bytes, std::size_t count) {
     _exit(write_all(to, &kind, 1) && write_all(to, bytes.data(), bytes.size()) ? 0 : 1);
 }
 
-std::string read_all(int from) {
+std::string read_all(int from, const ChildCount& child, const WatchChild& watch) {
+    constexpr int kLook_ms = 100;
     std::string bytes;
     char block[65536];
     for (;;) {
         stop_if_interrupted();
+        pollfd ready{from, POLLIN, 0};
+        if (watch && poll(&ready, 1, kLook_ms) == 0) {
+            watch(child);
+            continue;
+        }
         const ssize_t count = read(from, block, sizeof block);
         if (count < 0 && errno == EINTR) continue;
         if (count <= 0) return bytes;
         bytes.append(block, static_cast<std::size_t>(count));
     }
 }
+
+/// A count in memory that a forked child shares.
+class SharedCount {
+public:
+    SharedCount() : map_(mmap(nullptr, sizeof(ChildCount), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
+        if (map_ == MAP_FAILED) throw std::bad_alloc();
+        count_ = new (map_) ChildCount();
+    }
+    ~SharedCount() { munmap(map_, sizeof(ChildCount)); }
+    SharedCount(const SharedCount&) = delete;
+    SharedCount& operator=(const SharedCount&) = delete;
+    ChildCount& operator*() const { return *count_; }
+
+private:
+    void* map_;
+    ChildCount* count_ = nullptr;
+};
 
 /// Closes a descriptor at the end.
 struct Descriptor {
@@ -120,7 +147,9 @@ struct Descriptor {
 
 }  // namespace
 
-std::string run_in_child(const std::string& what, const ChildLimits& limits, const std::function<std::string()>& work) {
+std::string run_in_child(const std::string& what, const ChildLimits& limits,
+                         const std::function<std::string(ChildCount&)>& work, const WatchChild& watch) {
+    const SharedCount count;
     int ends[2];
     if (pipe(ends) != 0) throw Error(fmt::format("{}: no pipe: {}", what, std::strerror(errno)));
     std::fflush(nullptr);
@@ -132,12 +161,12 @@ std::string run_in_child(const std::string& what, const ChildLimits& limits, con
     }
     if (pid == 0) {
         close(ends[0]);
-        live(ends[1], limits, work);
+        live(ends[1], limits, *count, work);
     }
     close(ends[1]);
     const Descriptor from{ends[0]};
     Child child(pid);
-    std::string bytes = read_all(from.fd);
+    std::string bytes = read_all(from.fd, *count, watch);
     const int status = child.wait();
     if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
         throw Error(fmt::format("{}: gave up after {} s of work or out of memory; the file is damaged, or too large",

@@ -294,7 +294,7 @@ TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
     if (!raw.tet.empty() || !raw.other.empty())
         fail(file, "is a volume mesh, which is not filled; remove edge_length and node_count from [mesh]");
     if (raw.triangle.empty()) fail(file, "has no triangles to fill; give a closed surface");
-    return make_tet_mesh(file, fill_surface(file, raw, options.fill), options);
+    return make_tet_mesh(file, fill_surface(file, raw, options.fill, options.watch), options);
 }
 
 std::vector<fs::path> mesh_files(const fs::path& file) {

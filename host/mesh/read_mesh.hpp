@@ -12,6 +12,7 @@ struct ReadOptions {
     double scale_m = 1.0;    ///< metres per unit of the file
     bool linearize = false;  ///< take second-order tetrahedra by their corners
     FillTarget fill;         ///< how to fill a closed surface; belongs to a file without tetrahedra
+    WatchFill watch{};       ///< while it is filled
 };
 
 /// Reads a tetrahedral mesh whose format its content tells: Gmsh .msh (1, 2.2, 4.1; text or binary), VTK legacy and
@@ -21,7 +22,7 @@ struct ReadOptions {
 /// formats) is filled. Throws Error that names the file and the node or element, by its number in the file.
 TetMesh read_mesh(const std::filesystem::path& file, const ReadOptions& options);
 inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
-    return read_mesh(file, ReadOptions{scale_m, false, {}});
+    return read_mesh(file, ReadOptions{scale_m, false, {}, {}});
 }
 
 /// The files that are read for it: two for TetGen's pair.

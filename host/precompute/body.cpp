@@ -214,10 +214,10 @@ std::string describe(const Eigen::AlignedBox3d& box_m) {
                        box_m.min().z(), box_m.max().x(), box_m.max().y(), box_m.max().z());
 }
 
-TetMesh make_mesh(const MeshSource& source) {
+TetMesh make_mesh(const MeshSource& source, const WatchFill& watch) {
     if (source.generate == "cube") return make_cube(source.nodes_per_side, source.side_m);
     const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count};
-    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill});
+    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill, watch});
 }
 
 Body make_body(const Scene& scene, TetMesh mesh) {

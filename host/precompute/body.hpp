@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "host/mesh/fill.hpp"
 #include "host/mesh/mesh.hpp"
 #include "host/mesh/surface.hpp"
 #include "host/scene/scene.hpp"
@@ -29,7 +30,7 @@ struct Body {
 std::string describe(const Eigen::AlignedBox3d& box_m);
 
 /// The mesh that the scene names or describes.
-TetMesh make_mesh(const MeshSource& source);
+TetMesh make_mesh(const MeshSource& source, const WatchFill& watch = {});
 
 /// Applies the scene's [[region]], [[fixed]] and [[touch]] to a mesh. Throws Error with the scene's line where a box or
 /// group holds nothing, where two regions share a tetrahedron, and where nothing is left to touch.

@@ -444,6 +444,12 @@ int threads_for(const PrecomputeOptions& options, const Body& body) {
     return body.free_node.size() < kSmall ? 1 : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
+/// The share is an estimate, and a second try may follow: never quite done.
+void show_filling(std::size_t nodes, std::size_t expected, Progress& progress) {
+    const double share = expected > 0 ? static_cast<double>(nodes) / static_cast<double>(expected) : 0.0;
+    progress.done(std::min(share, 0.99), fmt::format("filling the surface: {} of about {} nodes", nodes, expected));
+}
+
 void describe_factor(const Factor& factor, Summary& summary) {
     summary.ordering = factor.ordering();
     summary.fill = factor.fill();
@@ -475,7 +481,9 @@ public:
     void compute() {
         // 1. The mesh, and what of it is held and touched. Is it held still? The mesh alone can tell.
         progress_.stage("mesh");
-        result_.body = make_body(scene_, make_mesh(scene_.mesh));
+        result_.body = make_body(scene_, make_mesh(scene_.mesh, [&](std::size_t nodes, std::size_t expected) {
+                                     show_filling(nodes, expected, progress_);
+                                 }));
         summary_.audit = audit_mesh(body_.mesh, body_.surface);
         require_held(scene_, body_, summary_);
         require_servo(scene_, body_);

@@ -99,6 +99,24 @@ TEST_F(Fill, ABallOfEveryFormatIsABall) {
     }
 }
 
+TEST_F(Fill, ItTellsHowFarItIs) {
+    write_file(folder_.path() / "a.off", to_off(sphere_shape(4, 1.0)));
+    std::vector<std::size_t> nodes;
+    std::size_t expected = 0;
+    const WatchFill watch = [&](std::size_t now, std::size_t about) {
+        nodes.push_back(now);
+        expected = about;
+    };
+    const TetMesh mesh = read_mesh(folder_.path() / "a.off", ReadOptions{1.0, false, {0.08, 0}, watch});
+    const std::size_t count = mesh.position_m.size();
+    ASSERT_FALSE(nodes.empty()) << "a second of work, looked at ten times a second";
+    EXPECT_TRUE(std::is_sorted(nodes.begin(), nodes.end()));
+    EXPECT_GT(nodes.back(), 0U);
+    EXPECT_LT(nodes.back(), 2 * count);
+    EXPECT_GT(expected, count / 2);
+    EXPECT_LT(expected, 2 * count);
+}
+
 TEST_F(Fill, TheSizeIsWhatWasAskedFor) {
     const Shape ball = sphere_shape(4, 1.0);
     double sum = 0.0, count = 0.0;
