@@ -27,7 +27,8 @@ static inline void gather(const struct haptable_model* model, const struct compl
     net->count = form->degree == 4 ? COMPLIANCE_CONTROLS : 6;
     for (corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
-        const float(*edge)[6] = &c->edge[c->patch_edge[patch][corner] * per_edge];
+        const int first = c->patch_edge[patch][corner] * per_edge;
+        const float(*edge)[6] = &c->edge[first];
         int i;
         net->block[form->vertex[corner]] = c->vertex[v[corner]];
         for (i = 0; i < per_edge; ++i) net->block[form->edge[corner][i]] = edge[forward ? i : per_edge - 1 - i];
@@ -241,7 +242,7 @@ static void vary(int degree, float linear[3][6], const float f[3], int lifted, s
         int i;
         for (i = 0; i < 6; ++i) block[i] = first * (linear[b + 1][i] - linear[0][i]);
         if (lifted) without_trace(block);
-        vec_symmetric_product(block, f, v->first[b]);
+        vec_symmetric_product(block, f, v->first[b]); /* cppcheck-suppress uninitvar ; it is written here */
     }
 }
 
@@ -294,7 +295,6 @@ void compliance_energy(const struct haptable_model* model, const struct complian
     struct net net;
     float linear[3][6];
     float c[6];
-    float u[3];
     float e[2][3];
     float normal[3];
     struct factored factored;
@@ -306,6 +306,7 @@ void compliance_energy(const struct haptable_model* model, const struct complian
     evaluate_c(linear, contact->alpha, c);
     lifted = lift(model, fixed_share(model, contact), c);
     if (whole) {
+        float u[3];
         vec_sub(finger_m, contact->god_object_m, u);
         factored = factor(c);
         solve(&factored, u, f);

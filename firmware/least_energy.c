@@ -129,9 +129,10 @@ static float way_from_vertex(const struct point* point, int vertex, float d[3]) 
     int turn;
     vec_zero(d);
     for (turn = 1; turn <= 2; ++turn) {
-        const int other = vertex + turn > 2 ? vertex + turn - 3 : vertex + turn;
+        const int other = turn == 1 ? next_corner(vertex) : previous_corner(vertex);
         float along[3];
         const float fall = way_along(&point->energy, vertex, other, along);
+        /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): a corner is 0, 1 or 2 */
         if (along[other] <= 0.0f || fall <= best) continue;
         best = fall;
         vec_copy(along, d);
@@ -301,7 +302,7 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
 
 /* Downhill to where E has no way down. Returns 0 where it met the limit. */
 static int slide(struct walk* walk, struct point* here) {
-    float d[3];
+    float d[3] = {0.0f, 0.0f, 0.0f};
     evaluate(walk, here);
     while (walk->steps < walk->most && find_way(walk, here, d) && advance(walk, d, here)) {
     }
@@ -469,14 +470,20 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
 /* Boxes that cost as much as an evaluation at the most: what a tick's search took, its slide has not. */
 #define BOXES_OF_ENERGY 8
 
-/* To where the god-object of a tick rests. */
+/* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
+    const int rested = !is_new && is_known(servo->lead_per_m);
     here->at = servo->contact;
     walk->most = HAPTABLE_ENERGY_STEPS - servo->way.boxes / BOXES_OF_ENERGY;
-    if ((is_new || !is_known(servo->lead_per_m) || !follow(walk, servo->lead_per_m, servo->finger_m, here)) &&
-        !slide(walk, here))
+    vec_copy(servo->contact.load_n, here->energy.load_n);
+    if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
+    if ((rested && follow(walk, servo->lead_per_m, servo->finger_m, here)) || slide(walk, here)) {
+        find_lead(here, servo->lead_per_m);
+    } else {
         ++servo->counters.walk_limits;
-    find_lead(here, servo->lead_per_m);
+        vec_zero(servo->lead_per_m[0]);
+        vec_zero(servo->lead_per_m[1]);
+    }
     if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
 

@@ -27,6 +27,7 @@ static int has_jumped(const struct haptable_model* model, const struct haptable_
                       const float change_n[3], const float way_m[3]) {
     const float change2 = vec_dot(change_n, change_n);
     if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;
+    if (change2 <= model->release_n * model->release_n) return 0; /* most ticks */
     return change2 > JUMP * JUMP * shown_stiffness2(model, servo, force_n) * vec_dot(way_m, way_m) +
                          model->release_n * model->release_n;
 }

@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <random>
 
 #include "tests/bodies.hpp"
 
@@ -75,6 +77,34 @@ TEST(Continuity, NothingSettlesOverSeveralTicks) {
                 worst = std::max(worst, (coarse.force[i] - fine.force[i]).norm() / fine.force[i].norm());
             printf("%-14s %-12s at 1 and 20 kHz within %.1e\n", force, god, worst);
             EXPECT_LT(worst, 1e-4) << force << " " << god;
+        }
+}
+
+// A finger that stays where it is feels one force to the last bit: nothing alternates from tick to tick.
+TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"})
+        for (const char* god : {"nearest", "least-energy"}) {
+            const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
+            const haptable_model model = body.model(god);
+            std::mt19937 random(3);
+            std::uniform_real_distribution<float> over(0.004F, 0.026F), deep(0.0002F, 0.003F);
+            for (int press = 0; press < 100; ++press) {
+                haptable_servo servo;
+                haptable_output out, then;
+                haptable_init(&servo);
+                float finger[3] = {over(random), over(random), 0.0301F};
+                const float end = 0.03F - deep(random), step = (finger[2] - end) / 20.0F;
+                haptable_step(&model, &servo, finger, 0, &out);
+                for (int tick = 0; tick < 20; ++tick, finger[2] -= step, finger[0] += 1e-5F)
+                    haptable_step(&model, &servo, finger, 0, &out);
+                for (int tick = 0; tick < 4; ++tick) haptable_step(&model, &servo, finger, 0, &out);
+                EXPECT_EQ(out.state, HAPTABLE_CONTACT);
+                for (int tick = 0; tick < 20; ++tick) {
+                    haptable_step(&model, &servo, finger, 0, &then);
+                    ASSERT_EQ(std::memcmp(out.force_n, then.force_n, sizeof out.force_n), 0) << force << " " << god;
+                    ASSERT_EQ(std::memcmp(out.alpha, then.alpha, sizeof out.alpha), 0) << force << " " << god;
+                }
+            }
         }
 }
 
