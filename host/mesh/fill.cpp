@@ -175,7 +175,7 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
     double least = std::numeric_limits<double>::infinity();
     double too_short = 0.0, too_long = 0.0;  // edges; 0: none yet
     for (int tries = 0; tries < kTries && 3.0 * least > std::log(1.0 + kClose); ++tries) {
-        count.expected = static_cast<std::uint64_t>(kNodesPerVolume * volume / (edge * edge * edge));
+        count.expected = target.node_count > 0 ? target.node_count : static_cast<std::uint64_t>(nodes);
         Complex complex = refine(domain, edge, count);
         if (complex.number_of_cells_in_complex() == 0) break;
         const double factor = miss(complex, target);
