@@ -85,6 +85,14 @@ void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMat
     refuse_loose(scene, body, k, fmt::format("the pivot of node {} is zero", node));
 }
 
+/// What a spread solver does not tell of its pivots.
+double least_pivot_of(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                      const LinearSolver& solver) {
+    const double least = least_scaled_eigenvalue(k, solver);
+    if (!(least > kZeroPivot)) refuse_loose(scene, body, k, "K is singular");
+    return least;
+}
+
 Nodes unknowns_of(const Nodes& mesh_nodes, const Body& body) {
     Nodes unknowns;
     for (std::int32_t node : mesh_nodes) unknowns.push_back(body.unknown[static_cast<std::size_t>(node)]);
@@ -657,8 +665,7 @@ private:
         if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
         progress_.stage("factor");
         solver.factorize(*k, summary_);
-        summary_.checks.smallest_pivot_ratio = least_scaled_eigenvalue(*k, solver);
-        if (!(summary_.checks.smallest_pivot_ratio > kZeroPivot)) refuse_loose(scene_, body_, *k, "K is singular");
+        summary_.checks.smallest_pivot_ratio = least_pivot_of(scene_, body_, *k, solver);
         clock_.end("factor");
         const Sample sample = check(solver, *k, node, row);
         k.reset();
