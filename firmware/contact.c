@@ -263,13 +263,14 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
  *
  * before: contact->patch is HAPTABLE_NONE, or contact holds a point of the surface; positions are finite and within
  *         reach_m of the body.
- * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its way was searched, or 0 <= alpha <= 1,
- * sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a limit was met: counted).
+ * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its way was searched, or
+ *         0 <= alpha <= 1, sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a
+ *         limit was met: counted).
  * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last look, each at most 65 instructions of a
- *         Cortex-M or rv32imafc, and after each the normals of the patches around a vertex, at most 280 each; searches:
- *         at most HAPTABLE_TICK_BOXES boxes and 20 in the last leaf, each at most 280 with its patches; checks and force
- *         1,700: with 8 patches around a vertex 76,945 in all. host/target/modes.cpp has the same for every mode, and
- *         tests hold every tick to it. */
+ *         Cortex-M or rv32imafc, and after each the normals of the patches around a vertex, at most 280 each;
+ *         searches: at most HAPTABLE_TICK_BOXES boxes and 20 in the last leaf, each at most 280 with its patches;
+ *         checks and force: 1,700. With 8 patches around a vertex 76,945 in all. host/target/modes.cpp has the same for
+ *         every mode, and tests hold every tick to it. */
 void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct haptable_way* way = &servo->way;

@@ -82,6 +82,11 @@ Scene cube_scene(int nodes_per_side, double poisson, bool top_only) {
     return scene;
 }
 
+Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson) {
+    const Scene scene = cube_scene(nodes_per_side, poisson);
+    return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+}
+
 Scene mouse_scene(bool front_only) {
     Scene scene = read_scene("meshes/mouse.toml");
     if (front_only) scene.touch.push_back({std::array<double, 6>{-1, -1, -1, 0.03, 1, 1}, "", 1});

@@ -3,7 +3,7 @@
 // agree with: L from plain solves, in double.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <functional>
 #include <memory>
 #include <string>
@@ -18,6 +18,8 @@ namespace haptable::test {
 
 /// The paper's cube: its bottom held still. `top_only`: only the middle 22 mm of its top may be touched.
 Scene cube_scene(int nodes_per_side, double poisson, bool top_only = false);
+/// K of that cube's free nodes: n n (n - 1) of them, three rows each, N/m.
+Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson);
 /// The mouse; `front_only`: only where x < 30 mm.
 Scene mouse_scene(bool front_only = false);
 

@@ -7,14 +7,13 @@
 #include <random>
 
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 
 namespace haptable::test {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
 
 Vector3d random_alpha(std::mt19937& random) {
     std::exponential_distribution<double> e;

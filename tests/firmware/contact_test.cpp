@@ -7,36 +7,13 @@
 #include <numbers>
 #include <random>
 
+#include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 
 namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-/// A servo and its clock.
-class Finger {
-public:
-    explicit Finger(const TestModel& model) : model_(model) { haptable_init(&servo_); }
-
-    const haptable_output& to(const Vector3d& x) {
-        const float finger[3] = {static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())};
-        haptable_step(model_.get(), &servo_, finger, time_us_ += 1000, &out_);
-        return out_;
-    }
-    const haptable_output& out() const { return out_; }
-    const haptable_counters& counters() const { return servo_.counters; }
-    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
-    Vector3d god() const { return vector(out_.god_object_m); }
-    Vector3d force() const { return vector(out_.force_n); }
-    static Vector3d vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
-
-private:
-    const TestModel& model_;
-    haptable_servo servo_{};
-    haptable_output out_{};
-    std::uint32_t time_us_ = 0;
-};
 
 std::vector<Shape> convex_shapes() {
     return {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(3, 0.05), box_shape(3, Vector3d(0.1, 0.02, 0.005))};
@@ -60,7 +37,7 @@ class Wander {
 public:
     Wander(const TestModel& model, double step_m, unsigned seed) : step_m_(step_m), random_(seed) {
         for (const auto& x : model.servo().vertex_m) {
-            const Vector3d p = Finger::vector(x.data());
+            const Vector3d p = to_vector(x.data());
             low_ = low_.cwiseMin(p);
             high_ = high_.cwiseMax(p);
         }
@@ -95,7 +72,7 @@ void expect_valid(const TestModel& model, const haptable_output& out) {
         on_patch += alpha * model.corner(out.patch, c);
     }
     ASSERT_NEAR(sum, 1.0, 1e-6);
-    ASSERT_LT((on_patch - Finger::vector(out.god_object_m)).norm(), 1e-6 * model.size());
+    ASSERT_LT((on_patch - to_vector(out.god_object_m)).norm(), 1e-6 * model.size());
 }
 
 TEST(Contact, AlphaIsInItsBoundsAndTheGodObjectOnItsPatch) {
@@ -111,7 +88,7 @@ TEST(Contact, AlphaIsInItsBoundsAndTheGodObjectOnItsPatch) {
 /// The nearest point to x of all patches that hold the god-object: those with every vertex that it lies on.
 Vector3d nearest_around(const TestModel& model, const haptable_output& out, const Vector3d& x) {
     const auto& patches = model.servo().patch;
-    Vector3d best = Finger::vector(out.god_object_m);
+    Vector3d best = to_vector(out.god_object_m);
     for (std::size_t p = 0; p < patches.size(); ++p) {
         bool holds = true;
         for (int c = 0; c < 3; ++c)

@@ -9,13 +9,12 @@
 #include <random>
 
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 
 namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
 
 /// Forces of a finger that slides 18 mm over the cube's top at 100 mm/s, every `share` of a millisecond; [N].
 struct Slide {

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 #include "tests/reference_servo.hpp"
 #include "tests/shapes.hpp"
 
@@ -17,34 +18,6 @@ namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
-
-class Finger {
-public:
-    explicit Finger(const haptable_model& model) : model_(model) { begin(); }
-    void begin() {
-        const haptable_counters kept = servo_.counters;
-        haptable_init(&servo_);
-        servo_.counters = kept;
-    }
-    const haptable_output& to(const Vector3d& x) {
-        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
-        haptable_step(&model_, &servo_, finger, time_us_ += 1000, &out_);
-        return out_;
-    }
-    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
-    Vector3d god() const { return to_vector(out_.god_object_m); }
-    Vector3d force() const { return to_vector(out_.force_n); }
-    const haptable_output& out() const { return out_; }
-    const haptable_counters& counters() const { return servo_.counters; }
-
-private:
-    haptable_model model_;
-    haptable_servo servo_{};
-    haptable_output out_{};
-    std::uint32_t time_us_ = 0;
-};
 
 /// A shape and how deep a point lies in it at the least, m; negative outside.
 struct Solid {

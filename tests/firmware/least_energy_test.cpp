@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 #include "tests/reference_servo.hpp"
 
 namespace haptable::test {
@@ -18,8 +19,6 @@ using Eigen::Vector3d;
 constexpr const char* kForces[] = {"interpolated", "consistent", "pressure-mask"};
 
 double radius_of(const std::string& force, double radius_m) { return force == "pressure-mask" ? radius_m : 0.0; }
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
 
 Vector3d random_alpha(std::mt19937& random) {
     std::exponential_distribution<double> e;
@@ -52,32 +51,11 @@ TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
     }
 }
 
-/// A servo in float along a path.
-class Finger {
-public:
-    explicit Finger(const haptable_model& model) : model_(model) {
-        model_.max_force_n = 1e6F;  // the work of a clamped force is another matter
-        haptable_init(&servo_);
-    }
-    const haptable_output& to(const Vector3d& x) {
-        for (int c = 0; c < 3; ++c) finger_[c] = float(x[c]);
-        haptable_step(&model_, &servo_, finger_, 0, &out_);
-        return out_;
-    }
-    void begin() { haptable_init(&servo_); }
-    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
-    Vector3d finger() const { return to_vector(finger_); }
-    Vector3d force() const { return to_vector(out_.force_n); }
-    double energy() const { return touches() ? -0.5 * force().dot(finger() - to_vector(out_.god_object_m)) : 0.0; }
-    const haptable_output& out() const { return out_; }
-    const haptable_counters& counters() const { return servo_.counters; }
-
-private:
-    haptable_model model_;
-    haptable_servo servo_{};
-    haptable_output out_{};
-    float finger_[3] = {};
-};
+/// The work of a clamped force is another matter.
+haptable_model unclamped(haptable_model model) {
+    model.max_force_n = 1e6F;
+    return model;
+}
 
 /// In along a patch's normal, straight to under another point, out along the normal there, and how that went.
 struct Loop {
@@ -94,13 +72,13 @@ Loop run_loop(Finger& finger, const LoopPath& path, double step_m) {
     Loop loop;
     finger.begin();
     finger.to(path.above);
-    Vector3d at = finger.finger(), force = finger.force();
+    Vector3d at = finger.at(), force = finger.force();
     const auto go = [&](const Vector3d& from, const Vector3d& to) {
         const int steps = std::max(1, int((to - from).norm() / step_m));
         for (int i = 1; i <= steps; ++i) {
             finger.to(from + (to - from) * i / steps);
-            loop.given += 0.5 * (finger.force() + force).dot(finger.finger() - at);
-            at = finger.finger();
+            loop.given += 0.5 * (finger.force() + force).dot(finger.at() - at);
+            at = finger.at();
             force = finger.force();
             loop.deepest = std::max(loop.deepest, finger.energy());
         }
@@ -120,7 +98,7 @@ struct Loops {
 };
 
 Loops run_loops(const ElasticBody& body, const std::string& god_object, int count, double deep_m, double wide_m) {
-    Finger finger(body.model(god_object));
+    Finger finger(unclamped(body.model(god_object)));
     std::mt19937 random(11);
     std::uniform_int_distribution<int> any(0, body.patches() - 1);
     std::uniform_real_distribution<double> uniform(0.3, 1.0);
@@ -176,7 +154,7 @@ TEST(LeastEnergy, TheGodObjectRestsAtAMinimum) {
         const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.008));
         const haptable_model model = body.model("least-energy");
         const ReferenceServo reference(model);
-        Finger finger(model);
+        Finger finger(unclamped(model));
         std::mt19937 random(5);
         std::uniform_real_distribution<double> over(0.004, 0.026), deep(0.0005, 0.004);
         std::normal_distribution<double> normal;
@@ -186,7 +164,7 @@ TEST(LeastEnergy, TheGodObjectRestsAtAMinimum) {
             const Vector3d in(over(random), over(random), 0.030 - deep(random));
             for (int tick = 0; tick < 3; ++tick) finger.to(in);  // a slide of 2 cm may need more than one
             if (!finger.touches()) continue;
-            const Vector3d x = finger.finger(), g = to_vector(finger.out().god_object_m);
+            const Vector3d x = finger.at(), g = to_vector(finger.out().god_object_m);
             const double here = reference.energy(finger.out().patch, to_vector(finger.out().alpha), x).energy;
             // Beyond the next edge another minimum may be lower.
             double reach = 3e-5;

@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 #include "tests/process.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
@@ -20,30 +21,6 @@ namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
-
-/// A servo on a model that may be changed first.
-class Finger {
-public:
-    explicit Finger(const haptable_model& model) : model_(model) { haptable_init(&servo_); }
-    void to(const Vector3d& x) {
-        for (int c = 0; c < 3; ++c) finger_[c] = float(x[c]);
-        haptable_step(&model_, &servo_, finger_, time_us_ += 1000, &out_);
-    }
-    Vector3d at() const { return to_vector(finger_); }
-    Vector3d force() const { return to_vector(out_.force_n); }
-    Vector3d god() const { return to_vector(out_.god_object_m); }
-    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
-    const haptable_servo& servo() const { return servo_; }
-
-private:
-    haptable_model model_;
-    haptable_servo servo_{};
-    haptable_output out_{};
-    float finger_[3] = {};
-    std::uint32_t time_us_ = 0;
-};
 
 /// A cube whose every point is a spring of 500 N/m.
 class SpringBox {

@@ -80,7 +80,7 @@ struct Row {
     double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
     double double_error = NAN, float_error = 0.0;  ///< against the solves
     double columns_double_s = NAN, columns_float_s = NAN, columns_bytes = 0.0;
-    double columns_error = NAN;  ///< largest ||float - double|| / ||double|| of a column
+    double columns_error = NAN;                 ///< largest ||float - double|| / ||double|| of a column
     double frame_s = NAN, plain_frame_s = NAN;  ///< one patch's loads: pruned to paths and rows in float, by CHOLMOD
 };
 
@@ -278,7 +278,8 @@ void print_times(const std::vector<Row>& rows) {
 void print_solves(const std::vector<Row>& rows) {
     fmt::print(
         "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
-        "error double | error float | columns GB | pruned double s | float s | float against double | solves / pruned | frame ms: pruned, "
+        "error double | error float | columns GB | pruned double s | float s | float against double | solves / pruned "
+        "| frame ms: pruned, "
         "float | by CHOLMOD |\n|{:-<3}|",
         kBlockNodes, "");
     for (int c = 0; c < 14; ++c) fmt::print("---|");
@@ -287,8 +288,9 @@ void print_solves(const std::vector<Row>& rows) {
             "\n| {} | {:.0f} | {:.3g} | {:.3g} % | {:.3g} | {:.3g} | {:.2g} | {:.2g} | {:.3g} | {:.3g} | {:.3g} | "
             "{:.2g} | {:.3g}, {:.3g} | {:.3g} | {:.3g} |",
             r.name, r.blocks, r.solves_s, 100.0 * r.sampled, r.solves_s / r.double_s, r.solves_s / r.float_s,
-            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s, r.columns_error,
-            r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s, 1e3 * r.frame_s, 1e3 * r.plain_frame_s);
+            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s,
+            r.columns_error, r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s, 1e3 * r.frame_s,
+            1e3 * r.plain_frame_s);
     fmt::print("\n\n");
 }
 

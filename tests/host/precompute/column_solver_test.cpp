@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-#include "host/precompute/precompute.hpp"
+#include "tests/bodies.hpp"
 
 namespace haptable {
 
@@ -16,15 +16,7 @@ using Nodes = std::vector<std::int32_t>;
 /// A cube with its bottom held: 8 x 8 x 7 unknown nodes, enough for three groups of columns.
 class Columns : public testing::Test {
 protected:
-    static Eigen::SparseMatrix<double> stiffness() {
-        Scene scene;
-        scene.mesh.generate = "cube";
-        scene.mesh.nodes_per_side = 8;
-        scene.mesh.side_m = 0.03;
-        scene.material = {1e4, 0.49};
-        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
-        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
-    }
+    static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(8, 0.49); }
     static Nodes every(std::int32_t step, std::int32_t first = 0) {
         Nodes nodes;
         for (std::int32_t i = first; i < 448; i += step) nodes.push_back(i);

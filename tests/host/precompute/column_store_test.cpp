@@ -7,6 +7,7 @@
 
 #include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
+#include "tests/bodies.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -19,15 +20,7 @@ using Nodes = std::vector<std::int32_t>;
 /// A cube of 9 nodes a side, its bottom held: columns of all 648 unknown nodes, six groups.
 class Store : public testing::Test {
 protected:
-    static Eigen::SparseMatrix<double> stiffness() {
-        Scene scene;
-        scene.mesh.generate = "cube";
-        scene.mesh.nodes_per_side = 9;
-        scene.mesh.side_m = 0.03;
-        scene.material = {1e4, 0.3};
-        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
-        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
-    }
+    static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(9, 0.3); }
     static Nodes every(std::int32_t step) {
         Nodes nodes;
         for (std::int32_t i = 0; i < 648; i += step) nodes.push_back(i);

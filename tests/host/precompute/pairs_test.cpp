@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "host/precompute/precompute.hpp"
+#include "tests/bodies.hpp"
 
 namespace haptable {
 
@@ -15,15 +15,7 @@ namespace {
 /// A cube of 9 nodes a side, its bottom held: 648 unknown nodes, six groups.
 class Pairs : public testing::Test {
 protected:
-    static Eigen::SparseMatrix<double> stiffness() {
-        Scene scene;
-        scene.mesh.generate = "cube";
-        scene.mesh.nodes_per_side = 9;
-        scene.mesh.side_m = 0.03;
-        scene.material = {1e4, 0.49};
-        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
-        return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
-    }
+    static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(9, 0.49); }
     static std::vector<NodePair> some(std::size_t count, std::int32_t nodes = 648) {
         std::mt19937 random(3);
         std::uniform_int_distribution<std::int32_t> node(0, nodes - 1);

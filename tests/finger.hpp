@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A finger that a test moves by hand, one position a tick, and what the servo makes of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "firmware/haptable.h"
+#include "tests/shapes.hpp"
+
+namespace haptable::test {
+
+inline Eigen::Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+class Finger {
+public:
+    /// The tables that the model points to must outlive the finger.
+    explicit Finger(const haptable_model& model) : model_(model) { haptable_init(&servo_); }
+    explicit Finger(const TestModel& model) : Finger(*model.get()) {}
+
+    /// A new session; the counters go on.
+    void begin() {
+        const haptable_counters kept = servo_.counters;
+        haptable_init(&servo_);
+        servo_.counters = kept;
+    }
+    /// One tick of a millisecond: the finger is at x, m, rounded to float.
+    const haptable_output& to(const Eigen::Vector3d& x) {
+        for (int c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x[c]);
+        servo_.counters.most_boxes = 0;  // of this tick alone
+        haptable_step(&model_, &servo_, finger_m_, time_us_ += 1000, &out_);
+        return out_;
+    }
+
+    Eigen::Vector3d at() const { return to_vector(finger_m_); }  ///< as the servo saw it, m
+    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
+    Eigen::Vector3d god() const { return to_vector(out_.god_object_m); }  ///< m
+    Eigen::Vector3d force() const { return to_vector(out_.force_n); }     ///< N
+    /// 1/2 u . f, J, where the force was not cut; 0 without contact.
+    double energy() const { return touches() ? -0.5 * force().dot(at() - god()) : 0.0; }
+    const haptable_output& out() const { return out_; }
+    const haptable_servo& servo() const { return servo_; }
+    const haptable_counters& counters() const { return servo_.counters; }
+
+private:
+    haptable_model model_;
+    haptable_servo servo_{};
+    haptable_output out_{};
+    float finger_m_[3] = {};
+    std::uint32_t time_us_ = 0;
+};
+
+}  // namespace haptable::test
