@@ -202,7 +202,7 @@ void CompliancePairs::choose(Plan& plan, std::optional<PairSolve> only) const {
 }
 
 std::string CompliancePairs::method() const {
-    const std::string solves = plan_.way == PairSolve::kPaths ? "path solves" : "pruned solves";
+    std::string solves = plan_.way == PairSolve::kPaths ? "path solves" : "pruned solves";
     if (!inversion_) return solves;
     return plan_.solved.empty() ? "selected inversion" : "selected inversion and " + solves;
 }
@@ -260,8 +260,10 @@ void CompliancePairs::multiply(const Group& a, const TreeSolver<double>& x, std:
     }
     for (std::size_t p = a.pair_begin[partner]; p < a.pair_begin[partner + 1]; ++p) {
         const Unique& pair = unique_[a.pair[p]];
-        block[a.pair[p]] =
-            product.block<3, 3>(3 * plan_.column_of[at(pair.earlier)], 3 * plan_.column_of[at(pair.later)]).transpose();
+        block[a.pair[p]] = product
+                               .block<3, 3>(Eigen::Index{3} * plan_.column_of[at(pair.earlier)],
+                                            Eigen::Index{3} * plan_.column_of[at(pair.later)])
+                               .transpose();
     }
 }
 

@@ -85,6 +85,14 @@ void require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMat
     refuse_loose(scene, body, k, fmt::format("the pivot of node {} is zero", node));
 }
 
+/// What a spread solver does not tell of its pivots.
+double least_pivot_of(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                      const LinearSolver& solver) {
+    const double least = least_scaled_eigenvalue(k, solver);
+    if (!(least > kZeroPivot)) refuse_loose(scene, body, k, "K is singular");
+    return least;
+}
+
 Nodes unknowns_of(const Nodes& mesh_nodes, const Body& body) {
     Nodes unknowns;
     for (std::int32_t node : mesh_nodes) unknowns.push_back(body.unknown[static_cast<std::size_t>(node)]);
@@ -649,25 +657,29 @@ private:
 
     /// The same by a solver that is spread over processes; this one leads.
     void solve_spread(SpreadSolver& solver, const fs::path& beside) {
-        progress_.stage("assembly");
-        std::optional<Eigen::SparseMatrix<double>> k = assemble_free(scene_, body_);
-        clock_.end("assembly");
         const Nodes node = unknowns_of(body_.touch_node, body_);
         const Nodes row = drawing_ == Drawing::kNone ? Nodes() : unknowns_of(rows_of(scene_, body_), body_);
-        if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
-        progress_.stage("factor");
-        solver.factorize(*k, summary_);
-        summary_.checks.smallest_pivot_ratio = least_scaled_eigenvalue(*k, solver);
-        if (!(summary_.checks.smallest_pivot_ratio > kZeroPivot)) refuse_loose(scene_, body_, *k, "K is singular");
-        clock_.end("factor");
-        const Sample sample = check(solver, *k, node, row);
-        k.reset();
-        clock_.end("check");
+        const Sample sample = factorize_spread(solver, node, row, beside);
         progress_.stage("blocks");
         const std::vector<Eigen::Matrix3d> l_ii = take_blocks(solver.blocks(block_work()), sample, beside);
         make_mask([&] { return solver.blocks(mask_pair_); }, beside);
         if (drawing_ == Drawing::kColumns) write_columns(solver, node, row, l_ii, sample, beside);
         solver.report(summary_);
+    }
+
+    /// K, which goes to the processes, and the checks that need it here.
+    Sample factorize_spread(SpreadSolver& solver, const Nodes& node, const Nodes& row, const fs::path& beside) {
+        progress_.stage("assembly");
+        const Eigen::SparseMatrix<double> k = assemble_free(scene_, body_);
+        clock_.end("assembly");
+        if (drawing_ == Drawing::kColumns) require_room("columns.npy", column_bytes(scene_, body_), beside);
+        progress_.stage("factor");
+        solver.factorize(k, summary_);
+        summary_.checks.smallest_pivot_ratio = least_pivot_of(scene_, body_, k, solver);
+        clock_.end("factor");
+        Sample sample = check(solver, k, node, row);
+        clock_.end("check");
+        return sample;
     }
 
     /// Condition, solves of a sample and what else needs K.
