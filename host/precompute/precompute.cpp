@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <set>
 #include <span>
 #include <thread>
@@ -629,21 +628,21 @@ private:
         summary_.threads = workers.count();
         // 2. K of the free nodes.
         progress_.stage("assembly");
-        std::optional<Eigen::SparseMatrix<double>> k = assemble_free(scene_, body_);
+        Eigen::SparseMatrix<double> k = assemble_free(scene_, body_);
         clock_.end("assembly");
         // 3. Its Cholesky factor. What the mesh could not tell, the pivots do.
         const Nodes node = unknowns_of(body_.touch_node, body_);
         const Nodes row = drawing_ == Drawing::kNone ? Nodes() : unknowns_of(rows_of(scene_, body_), body_);
         progress_.stage("ordering");
         const Factor factor(
-            *k, [&](const Factor& symbolic) { before_factor(symbolic, *k, node, row, workers, beside); }, &workers,
+            k, [&](const Factor& symbolic) { before_factor(symbolic, k, node, row, workers, beside); }, &workers,
             &progress_);
-        require_pivots(scene_, body_, *k, factor);
+        require_pivots(scene_, body_, k, factor);
         describe_factor(factor, summary_);
         clock_.end("factor");
         // 4. Checks that need K, which can go then.
-        const Sample sample = check(factor, *k, node, row);
-        k.reset();
+        const Sample sample = check(factor, k, node, row);
+        Eigen::SparseMatrix<double>().swap(k);
         factor.release_workspace();
         clock_.end("check");
         // 5. Blocks and columns of L.
