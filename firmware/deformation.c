@@ -4,11 +4,13 @@
  */
 #include "deformation.h"
 
+#include <stddef.h>
+
 #include "vector.h"
 
 void haptable_column_float32(const struct haptable_deformation* deformation, uint16_t vertex, const float force_n[3],
                              float (*displacement_m)[3]) {
-    const float(*block)[9] = &deformation->column_m_per_n[(uint32_t)vertex * deformation->row_count];
+    const float(*block)[9] = &deformation->column_m_per_n[(size_t)vertex * deformation->row_count];
     uint16_t row;
     for (row = 0; row < deformation->row_count; ++row) {
         displacement_m[row][0] += vec_dot(&block[row][0], force_n);
@@ -23,7 +25,7 @@ static float packed_dot(const int16_t a[3], const float b[3]) {
 
 void haptable_column_int16(const struct haptable_deformation* deformation, uint16_t vertex, const float force_n[3],
                            float (*displacement_m)[3]) {
-    const int16_t(*block)[9] = &deformation->packed[(uint32_t)vertex * deformation->row_count];
+    const int16_t(*block)[9] = &deformation->packed[(size_t)vertex * deformation->row_count];
     float scaled[3];
     uint16_t row;
     vec_zero(scaled);
