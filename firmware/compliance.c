@@ -79,22 +79,21 @@ static inline void add_block(float w, const float b[6], float out[6]) {
 
 /* The net of degree 1 at alpha (the last but one step of de Casteljau's scheme): C = sum alpha_a linear_a,
  * dC/d alpha_b - dC/d alpha_0 = degree (linear_b - linear_0). */
-static inline void linear_net(const struct net* net, int degree, const float alpha[3], float linear[3][6]) {
-    float sum[3][6] = {{0.0f}}; /* of its own: stays in registers */
+static inline void linear_net(const struct net* net, int degree, const float alpha[3], float (*restrict linear)[6]) {
     float w[10];
     int n = 0;
     int r;
     int k;
+    for (r = 0; r < 3; ++r)
+        for (k = 0; k < 6; ++k) linear[r][k] = 0.0f;
     bernstein(degree, alpha, w);
     for (r = 0; r < degree; ++r)
         for (k = 0; k <= r; ++k, ++n) {
             if (w[n] == 0.0f) continue; /* on edges and vertices most are */
-            add_block(w[n], net->block[n], sum[0]);
-            add_block(w[n], net->block[n + r + 1], sum[1]);
-            add_block(w[n], net->block[n + r + 2], sum[2]);
+            add_block(w[n], net->block[n], linear[0]);
+            add_block(w[n], net->block[n + r + 1], linear[1]);
+            add_block(w[n], net->block[n + r + 2], linear[2]);
         }
-    for (r = 0; r < 3; ++r)
-        for (k = 0; k < 6; ++k) linear[r][k] = sum[r][k];
 }
 
 static inline void evaluate_c(float linear[3][6], const float alpha[3], float c[6]) {
@@ -227,14 +226,8 @@ static void without_trace(float b[6]) {
     for (i = 0; i < 3; ++i) b[i] -= third;
 }
 
-/* What the derivatives of C do to a load f: C_b f (b = 1, 2), and f^T C_bc f (11, 12, 22). */
-struct variation {
-    float first[2][3];
-    float second[3];
-};
-
-/* C_b f from the net of degree 1 (Farin). */
-static void vary(int degree, float linear[3][6], const float f[3], int lifted, struct variation* v) {
+/* C_b f (b = 1, 2) of a load f from the net of degree 1 (Farin). */
+static void vary(int degree, float linear[3][6], const float f[3], int lifted, float first_m[2][3]) {
     const float first = (float)degree;
     int b;
     for (b = 0; b < 2; ++b) {
@@ -242,13 +235,13 @@ static void vary(int degree, float linear[3][6], const float f[3], int lifted, s
         int i;
         for (i = 0; i < 6; ++i) block[i] = first * (linear[b + 1][i] - linear[0][i]);
         if (lifted) without_trace(block);
-        vec_symmetric_product(block, f, v->first[b]); /* cppcheck-suppress uninitvar ; it is written here */
+        vec_symmetric_product(block, f, first_m[b]); /* cppcheck-suppress uninitvar ; it is written here */
     }
 }
 
-/* f^T C_bc f from the net of degree 2: 200 110 101 020 011 002. */
+/* f^T C_bc f (11, 12, 22) from the net of degree 2: 200 110 101 020 011 002. */
 static void vary_twice(const struct net* net, int degree, const float alpha[3], const float f[3], int lifted,
-                       struct variation* v) {
+                       float second_j[3]) {
     const float second = (float)(degree * (degree - 1));
     float q[COMPLIANCE_CONTROLS];
     square_net(net, f, lifted, q);
@@ -256,27 +249,26 @@ static void vary_twice(const struct net* net, int degree, const float alpha[3], 
         reduce(4, alpha, q);
         reduce(3, alpha, q);
     }
-    v->second[0] = second * (q[3] - 2.0f * q[1] + q[0]);
-    v->second[1] = second * (q[4] - q[1] - q[2] + q[0]);
-    v->second[2] = second * (q[5] - 2.0f * q[2] + q[0]);
+    second_j[0] = second * (q[3] - 2.0f * q[1] + q[0]);
+    second_j[1] = second * (q[4] - q[1] - q[2] + q[0]);
+    second_j[2] = second * (q[5] - 2.0f * q[2] + q[0]);
 }
 
 /* The lifted diagonal's own slope: that of the fixed share's compliance, times f. */
-static void vary_share(const struct haptable_model* model, uint16_t patch, const float f[3], struct variation* v) {
+static void vary_share(const struct haptable_model* model, uint16_t patch, const float f[3], float first_m[2][3]) {
     const uint16_t* vertex = model->patch[patch];
     const float compliance = 1.0f / model->rigid_stiffness_n_per_m;
     const int fixed0 = vertex[0] >= model->free_count;
-    vec_add_scaled(compliance * (float)((vertex[1] >= model->free_count) - fixed0), f, v->first[0]);
-    vec_add_scaled(compliance * (float)((vertex[2] >= model->free_count) - fixed0), f, v->first[1]);
+    vec_add_scaled(compliance * (float)((vertex[1] >= model->free_count) - fixed0), f, first_m[0]);
+    vec_add_scaled(compliance * (float)((vertex[2] >= model->free_count) - fixed0), f, first_m[1]);
 }
 
-/* Curvature and the load's slope: r_b = e_b + C_b f. */
-static void bend(const struct factored* factored, float e[2][3], const struct variation* v,
-                 struct haptable_energy* energy) {
+/* Curvature and the load's slope: r_b = e_b + C_b f. before: curvature_j is f^T C_bc f. */
+static void bend(const struct factored* factored, float e[2][3], float first_m[2][3], struct haptable_energy* energy) {
     float s_r[2][3];
     int b;
     for (b = 0; b < 2; ++b) {
-        vec_add_scaled(1.0f, v->first[b], e[b]);
+        vec_add_scaled(1.0f, first_m[b], e[b]);
         solve(factored, e[b], s_r[b]);
         vec_zero(energy->load_slope_n[b]);
         vec_add_scaled(-1.0f, s_r[b], energy->load_slope_n[b]);
@@ -284,7 +276,7 @@ static void bend(const struct factored* factored, float e[2][3], const struct va
     energy->lower_bound_j[0] = vec_dot(e[0], s_r[0]);
     energy->lower_bound_j[1] = vec_dot(e[0], s_r[1]);
     energy->lower_bound_j[2] = vec_dot(e[1], s_r[1]);
-    for (b = 0; b < 3; ++b) energy->curvature_j[b] = energy->lower_bound_j[b] - 0.5f * v->second[b];
+    for (b = 0; b < 3; ++b) energy->curvature_j[b] = energy->lower_bound_j[b] - 0.5f * energy->curvature_j[b];
 }
 
 void compliance_energy(const struct haptable_model* model, const struct compliance_form* form,
@@ -293,30 +285,34 @@ void compliance_energy(const struct haptable_model* model, const struct complian
     const int whole = look == HAPTABLE_LOOK_WHOLE;
     float* f = energy->load_n;
     struct net net;
-    float linear[3][6];
-    float c[6];
-    float e[2][3];
-    float normal[3];
     struct factored factored;
-    struct variation v;
+    float first_m[2][3];
     int lifted;
-    int b;
     gather(model, form, contact->patch, &net);
-    linear_net(&net, form->degree, contact->alpha, linear);
-    evaluate_c(linear, contact->alpha, c);
-    lifted = lift(model, fixed_share(model, contact), c);
-    if (whole) {
-        float u[3];
-        vec_sub(finger_m, contact->god_object_m, u);
-        factored = factor(c);
-        solve(&factored, u, f);
-        energy->energy_j = 0.5f * vec_dot(u, f);
+    { /* what a scope ends with, the next one's stack is made of */
+        float linear[3][6];
+        float c[6];
+        linear_net(&net, form->degree, contact->alpha, linear);
+        evaluate_c(linear, contact->alpha, c);
+        lifted = lift(model, fixed_share(model, contact), c);
+        if (whole) {
+            float u[3];
+            vec_sub(finger_m, contact->god_object_m, u);
+            factored = factor(c);
+            solve(&factored, u, f);
+            energy->energy_j = 0.5f * vec_dot(u, f);
+        }
+        vary(form->degree, linear, f, lifted, first_m);
     }
-    vary(form->degree, linear, f, lifted, &v);
-    if (lifted) vary_share(model, contact->patch, f, &v);
-    patch_frame(model, contact->patch, e[0], e[1], normal);
-    for (b = 0; b < 2; ++b) energy->slope_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, v.first[b]);
-    if (!whole) return;
-    vary_twice(&net, form->degree, contact->alpha, f, lifted, &v);
-    bend(&factored, e, &v, energy);
+    if (lifted) vary_share(model, contact->patch, f, first_m);
+    if (whole) vary_twice(&net, form->degree, contact->alpha, f, lifted, energy->curvature_j);
+    {
+        const float* origin = vertex_of(model, contact->patch, 0);
+        float e[2][3];
+        int b;
+        vec_sub(vertex_of(model, contact->patch, 1), origin, e[0]);
+        vec_sub(vertex_of(model, contact->patch, 2), origin, e[1]);
+        for (b = 0; b < 2; ++b) energy->slope_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
+        if (whole) bend(&factored, e, first_m, energy);
+    }
 }

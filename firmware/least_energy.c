@@ -203,27 +203,38 @@ static int falls_along_edge(const struct point* point, int corner) {
  * down: the one that is foreseen to lead lowest, and from it into the patch where that is better. */
 static int way_on_vertex(struct walk* walk, int corner, struct point* here, float d[3]) {
     struct fan fan = fan_begin(walk->model, here->at.patch, corner);
-    const struct point start = *here;
+    uint16_t patch = here->at.patch;
     float best = 0.0f;
-    float inside[3];
+    struct point next;
     do {
-        struct point next = start;
+        const struct point* seen = here;
         float way[3];
         float fall;
-        if (fan.patch != start.at.patch) {
-            see_from(walk, &start, fan.patch, &next);
+        if (fan.patch != here->at.patch) {
+            see_from(walk, here, fan.patch, &next);
             if (!falls_along_edge(&next, fan.corner)) continue;
             evaluate(walk, &next);
+            seen = &next;
         }
-        fall = way_from_vertex(&next, fan.corner, way);
+        fall = way_from_vertex(seen, fan.corner, way);
         if (fall > best && is_long(walk->model, fan.patch, way)) {
             best = fall;
             vec_copy(way, d);
-            *here = next;
+            patch = fan.patch;
         }
     } while (walk->steps < walk->most && fan_next(walk->model, &fan));
     if (best <= 0.0f) return 0;
-    if (way_inwards(walk->model, here, inside)) vec_copy(inside, d);
+    if (patch != here->at.patch) { /* again: a copy of the best one would lie on the stack through every tick */
+        if (next.at.patch != patch) {
+            see_from(walk, here, patch, &next);
+            evaluate(walk, &next);
+        }
+        *here = next;
+    }
+    {
+        float inside[3];
+        if (way_inwards(walk->model, here, inside)) vec_copy(inside, d);
+    }
     return 1;
 }
 
@@ -494,7 +505,6 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
                                       const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct walk walk;
-    struct haptable_contact nearest;
     int slides;
     walk.model = model;
     walk.steps = 0;
@@ -507,8 +517,11 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
         settle(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);
-        if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
-        surface_way(nearest.god_object_m, x_m, nearest.patch, &servo->way);
+        {
+            struct haptable_contact nearest;
+            if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
+            surface_way(nearest.god_object_m, x_m, nearest.patch, &servo->way);
+        }
         contact->patch = HAPTABLE_NONE;
     }
     ++servo->counters.slide_limits;

@@ -26,7 +26,8 @@ bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort 
 [ -z "$bad" ] || { echo "size.sh: $elf holds what the firmware must not use: $bad" >&2; exit 1; }
 
 # ---- worst-case stack: the deepest way through the call graph that gcc wrote beside each object ----------------------
-# A call through a pointer is one of the functions that the tables name, none of which is already on the way.
+# A call through a pointer is one of the functions that the tables name, none of which is already on the way; out of a
+# force or an energy it is one that unpacks blocks.
 named=$("${CROSS}nm" "$folder/model.o" | awk '$1 == "U" { print $2 }' | tr '\n' ' ')
 stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     function bare(title) { sub(/^.*:/, "", title); return title }
@@ -36,12 +37,18 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
         if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
     }
     /^edge:/ { split($0, part, "\""); edges[bare(part[2])] = edges[bare(part[2])] " " bare(part[4]) }
-    function deepest(names, direct,   list, n, i, d, most) {
+    function reached_from(name,   list, n, i, names) {
+        if (name !~ /^haptable_(force|energy)_/) return named
+        n = split(named, list, " ")
+        for (i = 1; i <= n; ++i) if (list[i] ~ /^haptable_unpack_/) names = names " " list[i]
+        return names
+    }
+    function deepest(names, direct, caller,   list, n, i, d, most) {
         n = split(names, list, " ")
         most = 0
         for (i = 1; i <= n; ++i) {
             if (!direct && on_way[list[i]]) continue
-            d = list[i] == "__indirect_call" ? deepest(named, 0) : depth(list[i])
+            d = list[i] == "__indirect_call" ? deepest(reached_from(caller), 0) : depth(list[i])
             if (d > most) most = d
         }
         return most
@@ -49,7 +56,7 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     function depth(name,   most) {
         if (on_way[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
         on_way[name] = 1
-        most = deepest(edges[name], 1)
+        most = deepest(edges[name], 1, name)
         on_way[name] = 0
         return most + bytes[name]
     }

@@ -29,6 +29,7 @@ namespace haptable::test::reference {
 #define haptable_passivity_control reference_passivity_control
 #undef HAPTABLE_H
 #define float double
+#define restrict
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -63,6 +64,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 // clang-format on
 #pragma GCC diagnostic pop
 #undef float
+#undef restrict
 #undef haptable_init
 #undef haptable_step
 #undef haptable_god_object_nearest
