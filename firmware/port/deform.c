@@ -14,16 +14,12 @@ static struct haptable_servo servo_state;
 static float displacement_m[HAPTABLE_DISPLAY_ROWS][3];
 
 int port_main(void) {
-    static char text[512];
-    const char* word[3] = {0, 0, 0};
     float position_m[3];
     uint32_t now_us = 0;
     int in;
     int out_file;
-    if (semihosting_words(text, sizeof text, word, 3) != 3) return 64;
-    in = semihosting_open(word[1], SEMIHOSTING_READ);
-    out_file = semihosting_open(word[2], SEMIHOSTING_WRITE);
-    if (in < 0 || out_file < 0) return 66;
+    const int status = semihosting_files(&in, &out_file);
+    if (status != 0) return status;
     haptable_init(&servo_state);
     for (; semihosting_read(in, position_m, sizeof position_m) == sizeof position_m; now_us += 1000u) {
         struct haptable_output out;

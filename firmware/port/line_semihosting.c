@@ -8,14 +8,7 @@
 static int in_file;
 static int out_file;
 
-int line_open(void) {
-    static char text[512];
-    const char* word[3] = {0, 0, 0};
-    if (semihosting_words(text, sizeof text, word, 3) != 3) return 64;
-    in_file = semihosting_open(word[1], SEMIHOSTING_READ);
-    out_file = semihosting_open(word[2], SEMIHOSTING_WRITE);
-    return in_file < 0 || out_file < 0 ? 66 : 0;
-}
+int line_open(void) { return semihosting_files(&in_file, &out_file); }
 
 int line_read(uint8_t* byte) {
     /* A pipe gives what it has, up to so many: a call to the debugger costs more than a tick. */

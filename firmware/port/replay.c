@@ -9,14 +9,10 @@
 #include "ticks.h"
 
 int port_main(void) {
-    static char text[512];
-    const char* word[3] = {0, 0, 0};
     int in;
     int out;
-    if (semihosting_words(text, sizeof text, word, 3) != 3) return 64;
-    in = semihosting_open(word[1], SEMIHOSTING_READ);
-    out = semihosting_open(word[2], SEMIHOSTING_WRITE);
-    if (in < 0 || out < 0) return 66;
+    const int status = semihosting_files(&in, &out);
+    if (status != 0) return status;
     ticks_replay(&HAPTABLE_MODEL, in, out);
     return 0;
 }

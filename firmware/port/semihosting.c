@@ -19,7 +19,10 @@ static uint32_t length_of(const char* text) {
     return length;
 }
 
-int semihosting_open(const char* name, enum semihosting_mode mode) {
+enum mode { READ = 1, WRITE = 5 }; /* "rb", "wb" */
+
+/* A file handle, or -1. */
+static int open_file(const char* name, enum mode mode) {
     uint32_t block[3];
     block[0] = word_of(name);
     block[1] = (uint32_t)mode;
@@ -50,7 +53,9 @@ void semihosting_exit(int status) {
     semihosting_call(SYS_EXIT_EXTENDED, block);
 }
 
-int semihosting_words(char* text, uint32_t size, const char** word, int most) {
+/* Copies the command line, words separated by blanks, and puts a 0 after each. Returns the number of words, 0 when
+ * there is none or it does not fit; word[i] points into `text`. */
+static int words_of(char* text, uint32_t size, const char** word, int most) {
     uint32_t block[2];
     int words = 0;
     char before = ' ';
@@ -64,4 +69,13 @@ int semihosting_words(char* text, uint32_t size, const char** word, int most) {
         if (*c == ' ') *c = 0;
     }
     return words;
+}
+
+int semihosting_files(int* in, int* out) {
+    static char text[512];
+    const char* word[3] = {0, 0, 0};
+    if (words_of(text, sizeof text, word, 3) != 3) return 64;
+    *in = open_file(word[1], READ);
+    *out = open_file(word[2], WRITE);
+    return *in < 0 || *out < 0 ? 66 : 0;
 }

@@ -8,13 +8,12 @@
 
 #include <stdint.h>
 
-enum semihosting_mode { SEMIHOSTING_READ = 1, SEMIHOSTING_WRITE = 5 }; /* "rb", "wb" */
-
 /* One call to the debugger: the operation's number and its block of words. Assembly, one file a family. */
 uint32_t semihosting_call(uint32_t operation, const void* block);
 
-/* A file handle, or -1. */
-int semihosting_open(const char* name, enum semihosting_mode mode);
+/* Opens the files, which may be named pipes, that the command line names: IMAGE IN OUT, with blanks between. Returns 0,
+ * 64 where it has not these three words, 66 where one of the files cannot be opened (BSD's sysexits.h). */
+int semihosting_files(int* in, int* out);
 
 /* Reads up to `count` bytes, waiting for them. Returns how many came; 0 at the end of the file. */
 uint32_t semihosting_read(int file, void* bytes, uint32_t count);
@@ -24,9 +23,5 @@ uint32_t semihosting_write(int file, const void* bytes, uint32_t count);
 
 /* Ends the image; `status` becomes QEMU's own. */
 void semihosting_exit(int status);
-
-/* Copies the command line, words separated by blanks, and puts a 0 after each. Returns the number of words, 0 when
- * there is none or it does not fit; word[i] points into `text`. */
-int semihosting_words(char* text, uint32_t size, const char** word, int most);
 
 #endif
