@@ -117,8 +117,7 @@ Summary summarise(const BridgeReport& report, const Scene& scene, const Target& 
     summary.add("skipped_bytes", report.skipped_bytes);
     summary.add("foreign_frames", report.foreign_frames);
     summary.add("rejected_forces", report.rejected_forces);
-    summary.add("largest_force_n", report.largest_force_n);
-    for (const auto& [name, energy_j] : report.energy.by_name()) summary.add(name + "_j", energy_j);
+    report.add_to(summary);
     summary.add("round_trip_mean_us", report.round_trip.mean_us());
     summary.add("round_trip_p999_us", report.round_trip.quantile_us(0.999));
     summary.add("round_trip_max_us", report.round_trip.max_us());

@@ -112,9 +112,7 @@ void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
     const double us = to_us(now - first_sent_);
     report_.round_trip.add(us);
     longest_us_ = std::max(longest_us_, us);
-    const float* force_n = output.force_n;
-    report_.largest_force_n = std::max(report_.largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
-    report_.energy.add(to_finger(state_.position_m), output);
+    report_.note(to_finger(state_.position_m), output);
 }
 
 // ---- neither ------------------------------------------------------------------------------------------------------
@@ -139,7 +137,7 @@ void BridgeSession::watch(Clock::time_point now) {
         waiting_ = false;
         output_ = {};
         output_.patch = HAPTABLE_NONE;
-        report_.energy.add(to_finger(state_.position_m), output_);
+        report_.note(to_finger(state_.position_m), output_);
         answer_.publish_force(state_, output_);
         answer_.publish_contact(state_, output_);
         return;

@@ -18,7 +18,7 @@ struct BridgeOptions {
     double patience_s = 10.0;                 ///< without any answer for so long, the target is gone
 };
 
-struct BridgeReport {
+struct BridgeReport : ForceReport {
     std::int64_t ticks = 0;            ///< forces that answered a state
     std::int64_t contact_ticks = 0;    ///< of these, with contact
     std::int64_t lost_states = 0;      ///< gaps in the device's numbering
@@ -30,9 +30,7 @@ struct BridgeReport {
     std::int64_t skipped_bytes = 0;    ///< of the line, that belonged to no frame
     std::int64_t foreign_frames = 0;   ///< whole, but not forces
     std::int64_t rejected_forces = 0;  ///< that no servo of these tables gives: not published
-    double largest_force_n = 0.0;
-    EnergyAccount energy;
-    DurationStatistics round_trip;  ///< from a state's first frame to its answer
+    DurationStatistics round_trip;     ///< from a state's first frame to its answer
 };
 
 /// Single-threaded, like ServoSession: everything happens within connection.handle_until and the calls below.

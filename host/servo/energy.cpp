@@ -33,4 +33,15 @@ void EnergyAccount::add(const std::array<float, 3>& finger_m, const haptable_out
     most_given_j_ = std::max(most_given_j_, given_j_);
 }
 
+void ForceReport::note(const std::array<float, 3>& finger_m, const haptable_output& output) {
+    const float* force_n = output.force_n;
+    largest_force_n = std::max(largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+    energy.add(finger_m, output);
+}
+
+void ForceReport::add_to(Summary& summary) const {
+    summary.add("largest_force_n", largest_force_n);
+    for (const auto& [name, energy_j] : energy.by_name()) summary.add(name + "_j", energy_j);
+}
+
 }  // namespace haptable

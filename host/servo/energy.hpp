@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The energy of a session: what the body stores, and what the forces gave to the user.
+// The forces of a session: the largest, and their energy: what the body stores, and what they gave to the user.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/haptable.h"
+#include "host/link/summary.hpp"
 
 namespace haptable {
 
@@ -46,6 +47,16 @@ private:
     std::optional<Held> last_;
     double stored_j_ = 0.0, most_stored_j_ = 0.0;
     double given_j_ = 0.0, most_given_j_ = 0.0;
+};
+
+/// What a session's forces came to: of a servo, or of the bridge that stands for it.
+struct ForceReport {
+    double largest_force_n = 0.0;
+    EnergyAccount energy;
+
+    /// One tick: where the finger was, and what the servo answered.
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output);
+    void add_to(Summary& summary) const;
 };
 
 }  // namespace haptable

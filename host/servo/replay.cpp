@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/servo/replay.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "host/base/progress.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/finger_path.hpp"
@@ -17,12 +14,6 @@ namespace {
 constexpr std::size_t kProgressEvery_ticks = 4096;
 
 }  // namespace
-
-void ServoReport::note(const std::array<float, 3>& finger_m, const haptable_output& output) {
-    const float* force_n = output.force_n;
-    largest_force_n = std::max(largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
-    energy.add(finger_m, output);
-}
 
 ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
                    bool quiet) {

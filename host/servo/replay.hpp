@@ -11,13 +11,8 @@
 namespace haptable {
 
 /// What happened in a run, by replay or over LCM.
-struct ServoReport {
-    /// One tick: where the finger was, and what the servo answered.
-    void note(const std::array<float, 3>& finger_m, const haptable_output& output);
-
+struct ServoReport : ForceReport {
     haptable_counters counters{};
-    double largest_force_n = 0.0;
-    EnergyAccount energy;
     DurationStatistics step;  ///< of haptable_step alone
 };
 

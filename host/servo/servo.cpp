@@ -53,8 +53,7 @@ void add_report(const ServoReport& report, Summary& summary) {
 #define HAPTABLE_ADD(name) summary.add(#name, std::int64_t{report.counters.name});
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
-    summary.add("largest_force_n", report.largest_force_n);
-    for (const auto& [name, energy_j] : report.energy.by_name()) summary.add(name + "_j", energy_j);
+    report.add_to(summary);
     summary.add("step_mean_us", report.step.mean_us());
     summary.add("step_p999_us", report.step.quantile_us(0.999));
     summary.add("step_max_us", report.step.max_us());
