@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 #
-# Draws the pictures of docs/CONTACT.md and puts the measured table into it. Called by `make bench` from the root.
+# Draws the pictures of docs/FEEL.md and puts the measured table into docs/CONTACT.md. Called by `make bench` from the root.
 set -eu
 BUILD=${BUILD:-build}
 mkdir -p "$BUILD/contact"

@@ -218,9 +218,9 @@ Report make_report(const Timings& timings, std::vector<std::unique_ptr<Case>>& c
 
 constexpr const char* kHead =
     "# Accuracy and speed\n\n"
-    "Made by `make bench`: medians of CPU time on one core of the machine that ran it. A time belongs to that "
-    "machine;\n"
-    "the errors and the ratios of one run do not. The paper's numbers are those of its Table 2.\n\n"
+    "Made by `make bench`: medians of CPU time on one core of the machine that ran it. A time belongs to\n"
+    "that machine; the errors and the ratios of one run do not. The paper's numbers are those of its\n"
+    "Table 2.\n\n"
     "![Times of one tick](accuracy.png)\n\n";
 
 }  // namespace

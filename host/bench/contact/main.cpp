@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-contact: what the contact modes feel like and cost, as data for the plots and tables of docs/CONTACT.md.
+// haptable-contact: what the contact modes feel like and cost, as data for the plots and tables of docs/CONTACT.md and FEEL.md.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-bench-target: instructions of a tick in every mode, on four bodies, on every target, as the tables of
-// docs/MICROCONTROLLER.md.
+// docs/INSTRUCTIONS.md.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -147,7 +147,7 @@ std::string by_target(const Counted& counted) {
 }  // namespace haptable
 
 int main(int argc, char** argv) {
-    CLI::App app("Counts the instructions of a tick in every contact mode, for docs/MICROCONTROLLER.md.",
+    CLI::App app("Counts the instructions of a tick in every contact mode, for docs/INSTRUCTIONS.md.",
                  "haptable-bench-target");
     std::filesystem::path build = "build", out;
     app.add_option("--build", build, "where images and tables are")->capture_default_str();
