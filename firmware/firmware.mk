@@ -105,7 +105,7 @@ $(BUILD)/setup-cross.stamp: host/setup.sh
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
-PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) semihosting memory ticks)))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks)))
 
 $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	$(say) $(TARGET) $<
