@@ -64,6 +64,9 @@ for file in $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp' '*.sh'); do
     esac
 done
 
+# ---- pages ---------------------------------------------------------------------------------------------------------
+sh tests/docs.sh || complain "the pages: mend what is said above"
+
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \
     --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
