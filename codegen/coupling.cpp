@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "codegen/model.hpp"
+#include "firmware/haptable.h"
 
 namespace haptable {
 
@@ -13,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Block = std::array<float, 6>;
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kPeriod_s = HAPTABLE_TICK_US / 1e6;
 // A fast exploring hand. Above it the device's friction no longer covers what the sampled spring gives.
 constexpr double kSpeed_m_s = 0.5;
 
@@ -85,8 +86,8 @@ double largest_of_compliance(const ServoModel& model) {
     for (std::size_t p = 0; p < model.patch.size(); ++p)
         for (int i = 0; i <= kSteps; ++i)
             for (int j = 0; i + j <= kSteps; ++j) {
-                const auto share = [](int n) { return static_cast<double>(n) / kSteps; };
-                const Matrix3d c = compliance_at(model, p, {share(i), share(j), share(kSteps - i - j)});
+                const auto fraction = [](int n) { return static_cast<double>(n) / kSteps; };
+                const Matrix3d c = compliance_at(model, p, {fraction(i), fraction(j), fraction(kSteps - i - j)});
                 largest = std::max(largest, 1.0 / smallest_eigenvalue(c));
             }
     return largest;
@@ -99,12 +100,13 @@ double largest_of_vertices(const ServoModel& model) {
     return largest;
 }
 
-/// A spring K that is sampled every T and held gives at most K s^2 / 2 over a way s of one tick; the device's damping b
-/// takes b s^2 / T (Colgate and Schenkel 1997: K < 2 b / T) and its Coulomb friction c |s|; an encoder step D hides
-/// ways up to D (Diolaiti, Niemeyer, Barbagli and Salisbury 2006: K < 2 c / D). Together, for ways up to v T:
+/// A spring K that is sampled every T and held gives at most K s^2 / 2 over a motion s of one tick; the device's
+/// damping b takes b s^2 / T (Colgate and Schenkel 1997: K < 2 b / T) and its Coulomb friction c |s|; an encoder step D
+/// hides motions up to D (Diolaiti, Niemeyer, Barbagli and Salisbury 2006: K < 2 c / D). Together, for motions up to v
+/// T:
 double stable_stiffness(const Tables& tables) {
-    const double way = std::max(tables.encoder_step_m, kSpeed_m_s * kPeriod_s);
-    return 2.0 * tables.damping_n_s_per_m / kPeriod_s + 2.0 * tables.device_friction_n / way;
+    const double motion_m = std::max(tables.encoder_step_m, kSpeed_m_s * kPeriod_s);
+    return 2.0 * tables.damping_n_s_per_m / kPeriod_s + 2.0 * tables.device_friction_n / motion_m;
 }
 
 void put_in_series(double compliance_m_per_n, ServoModel& model) {

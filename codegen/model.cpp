@@ -16,7 +16,7 @@ namespace haptable {
 namespace {
 
 constexpr float kTolerance = 0x1p-20F;  // of the diagonal: eight times the rounding of a float coordinate
-constexpr float kReach = 20.0F;         // diagonals, and at least one metre: the workspace of any desktop device
+constexpr float kWorkspace = 20.0F;     // diagonals, and at least one metre: the workspace of any desktop device
 
 /// Free touchable nodes in table order, then the fixed ones that their patches touch, ascending.
 std::vector<std::int32_t> vertex_nodes(const Tables& tables) {
@@ -38,7 +38,7 @@ void check_size(std::size_t count, const char* what) {
                         count, what, HAPTABLE_NONE - 1));
 }
 
-/// A look around a vertex must fit into one tick of the servo's walk.
+/// Going around a vertex must fit into one tick of the servo's walk.
 void check_fans(const Tables& tables) {
     std::vector<std::size_t> patches(tables.position.size(), 0);
     for (const auto& corners : tables.patch)
@@ -108,7 +108,7 @@ ServoModel build_model(const Tables& tables) {
     model.neighbour = build_neighbours(model.vertex_m, model.patch);
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
-    model.workspace_limit_m = std::max(1.0F, kReach * size);
+    model.workspace_limit_m = std::max(1.0F, kWorkspace * size);
     model.rigid_stiffness_n_per_m = finite(tables.rigid_stiffness_n_per_m, "rigid_stiffness");
     if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     couple(tables, model);

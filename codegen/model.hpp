@@ -52,7 +52,7 @@ struct ServoStiffness {
 /// How large the spatial index is, and what a search of it takes.
 struct ServoIndex {
     std::size_t boxes = 0;
-    std::size_t fast_way_boxes = 0;  ///< most that a way of HAPTABLE_FAST_SEGMENT_M visits
+    std::size_t fast_way_boxes = 0;  ///< most that a segment of HAPTABLE_FAST_SEGMENT_M visits
 };
 
 /// Bytes of flash of one table.
@@ -93,10 +93,10 @@ void couple(const Tables& tables, ServoModel& model);
 /// A block's six numbers xx yy zz xy yz zx: its symmetric part. Throws Error that names `what` where it is not finite.
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what);
 
-/// The most boxes that the search of any way of up to `way_m` can visit, wherever it lies: an upper bound, which counts
-/// every box that comes within half the way of its middle. Where the finger is slower, a search takes one tick when
-/// this is at most HAPTABLE_TICK_BOXES.
-std::size_t most_boxes(const SpatialIndex& index, double way_m);
+/// The most boxes that the search of any segment of up to `segment_m` can visit, wherever it lies: an upper bound,
+/// which counts every box that comes within half the segment of its middle. Where the finger is slower, a search takes
+/// one tick when this is at most HAPTABLE_TICK_BOXES.
+std::size_t most_boxes(const SpatialIndex& index, double segment_m);
 
 /// Fills in `search`.
 void measure_search(ServoModel& model);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// max over m of the boxes that meet a ball around m: branch and bound over the places m of a way's middle.
+// max over m of the boxes that meet a ball around m: branch and bound over the places m of a segment's middle.
 //
-// A way of length w lies in the ball of radius w/2 around its middle. A cell of middles is bounded by the boxes that
-// come within w/2 of the cell; the cell with the largest bound is halved until it is small against the ball, and then
-// its bound holds for all, as every other cell's is lower.
+// A segment of length w lies in the ball of radius w/2 around its middle. A cell of middles is bounded by the boxes
+// that come within w/2 of the cell; the cell with the largest bound is halved until it is small against the ball, and
+// then its bound holds for all, as every other cell's is lower.
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -15,13 +15,13 @@ namespace haptable {
 
 namespace {
 
-constexpr double kRounding = 1.0;     // grid steps: the servo's own, in the way's ends
+constexpr double kRounding = 1.0;     // grid steps: the servo's own, in the segment's ends
 constexpr double kSmallCell = 0.125;  // of the ball's radius
 constexpr int kMostCells = 20'000;    // then the largest bound so far is given: still one
 
 using Numbers = std::vector<std::uint32_t>;
 
-/// A cube of middles, and the inner boxes that a way from there may meet.
+/// A cube of middles, and the inner boxes that a segment around them may meet.
 struct Cell {
     std::array<double, 3> low;
     double side;
@@ -34,7 +34,7 @@ class MostBoxes {
 public:
     MostBoxes(const std::vector<IndexBox>& boxes, double radius) : boxes_(boxes), radius_(radius + kRounding) {}
 
-    /// The most inner boxes that a way meets.
+    /// The most inner boxes that a segment meets.
     std::size_t find() {
         queue_.push(whole());
         for (int cells = 0; cells < kMostCells && queue_.top().side > kSmallCell * radius_; ++cells) halve();
@@ -83,9 +83,9 @@ private:
 
 }  // namespace
 
-std::size_t most_boxes(const SpatialIndex& index, double way_m) {
+std::size_t most_boxes(const SpatialIndex& index, double segment_m) {
     // The first box, and two more for each inner one that is met.
-    return 1 + 2 * MostBoxes(index.boxes, 0.5 * way_m * static_cast<double>(index.per_m)).find();
+    return 1 + 2 * MostBoxes(index.boxes, 0.5 * segment_m * static_cast<double>(index.per_m)).find();
 }
 
 void measure_search(ServoModel& model) {

@@ -43,12 +43,15 @@ extern "C" {
  * says how many boxes a segment of HAPTABLE_FAST_SEGMENT_M may visit at the most. */
 #define HAPTABLE_TICK_BOXES 192
 
-/* A finger at 5 m/s comes this far in a tick. */
+/* A finger at 5 m/s comes this far in a tick; a hand moves no faster. */
 #define HAPTABLE_FAST_SEGMENT_M 0.005f
 
 /* The most points of the surface at which a tick of the least-energy god-object takes the energy, to finish a vertex at
  * most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
 #define HAPTABLE_ENERGY_STEPS 32
+
+/* A tick, microseconds: the servo is called so often. */
+#define HAPTABLE_TICK_US 1000u
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u

@@ -8,14 +8,12 @@
  */
 #include "haptable_contact.h"
 
+#include "haptable_bounds.h"
 #include "haptable_entry.h"
 #include "haptable_patch.h"
 #include "haptable_surface.h"
 
 /* ---- sliding -------------------------------------------------------------------------------------------------- */
-
-/* Steps of the walk: comparing one edge with the finger is one, a patch's nearest point costs as much as six. */
-enum { STEPS_OF_TWO_EDGES = 2, STEPS_OF_PATCH = 6 };
 
 /* 1 when the neighbour's point lies elsewhere, and so nearer (see the head of this file). */
 static int is_move(const struct haptable_model* model, const struct haptable_contact* from,
@@ -198,11 +196,10 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
  * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its segment was searched, or
  *         0 <= alpha <= 1, sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a
  *         limit was met: counted).
- * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last vertex, each at most 65 instructions of a
- *         Cortex-M or rv32imafc, and after each the normals of the patches around a vertex, at most 280 each;
- *         searches: at most HAPTABLE_TICK_BOXES boxes and 20 in the last leaf, each at most 280 with its patches;
- *         checks and force: 1,700. With 8 patches around a vertex 76,945 in all. host/target/modes.cpp has the same for
- *         every mode, and tests hold every tick to it. */
+ * cost:   slides: at most MOST_STEPS steps, each at most 65 instructions of a Cortex-M or rv32imafc, and after each the
+ *         normals of the patches around a vertex, at most 280 each; searches: at most MOST_BOXES boxes, each at most
+ *         280 with its patches; checks and force: 1,700. With 8 patches around a vertex 76,945 in all.
+ *         host/target/modes.cpp has the same for every mode, and tests hold every tick to it. */
 void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct haptable_segment* segment = &servo->segment;

@@ -4,6 +4,7 @@
  */
 #include "haptable_entry.h"
 
+#include "haptable_bounds.h"
 #include "haptable_patch.h"
 #include "haptable_surface.h"
 
@@ -33,9 +34,6 @@ static int are_around(const struct haptable_model* model, uint16_t patch, uint16
     }
     return 0;
 }
-
-/* What going around the three vertices of a patch costs, in boxes. */
-#define BOXES_OF_FANS 5
 
 /* 1 where the segment may begin at its height over the patch (start) to enter it; heights are times normal's length. */
 static int may_begin(const struct haptable_model* model, struct haptable_segment* segment, uint16_t patch, float start,

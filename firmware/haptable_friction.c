@@ -2,14 +2,9 @@
  *
  * |f_t| <= mu f_n: Coulomb's friction by holding back the god-object
  */
+#include "haptable_bounds.h"
 #include "haptable_contact.h"
 #include "haptable_surface.h"
-
-/* How often the line from stick to slip is halved: to a 256th of the tick's slide. */
-#define HALVINGS 8
-
-/* The most steps of the walk that they take together, not counting the last one's. Most take a patch or two. */
-#define HELD_STEPS (2 * HAPTABLE_WALK_STEPS)
 
 /* 1 where the load at the contact lies within the cone of mu around the inward normal. */
 static int in_cone(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3],
@@ -42,7 +37,7 @@ static int between(const struct haptable_model* model, const struct haptable_con
 }
 
 /* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
- * cost: the frictionless one, HALVINGS + 1 forces, and slides of at most HELD_STEPS + HAPTABLE_WALK_STEPS + 13 steps;
+ * cost: the frictionless one, MOST_FRICTION_FORCES forces, and slides of at most MOST_HELD_STEPS steps;
  *       where they end at that limit, which is counted, the god-object slips farther than it would. */
 void haptable_god_object_friction(const struct haptable_model* model, struct haptable_servo* servo,
                                   const float x_m[3]) {
@@ -66,8 +61,8 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
         contact->slips = 0;
         return;
     }
-    for (i = 0; i < HALVINGS && steps < HELD_STEPS;
-         ++i) { /* the least fraction of the line that brings the load into the cone */
+    /* The least fraction of the line that brings the load into the cone. */
+    for (i = 0; i < HALVINGS && steps < HELD_STEPS; ++i) {
         const float middle = 0.5f * (near + far);
         struct haptable_contact tried;
         steps += between(model, &held, &freed, middle, &tried);

@@ -10,6 +10,7 @@
  * Why no energy is made: with g at a minimum, dE/dx = S u (envelope theorem), and where the minimum ends, g goes to one
  * that is lower.
  */
+#include "haptable_bounds.h"
 #include "haptable_contact.h"
 #include "haptable_entry.h"
 #include "haptable_surface.h"
@@ -485,9 +486,6 @@ static int has_left(struct walk* walk, struct point* here, struct haptable_conta
     return found && haptable_surface_is_outside(walk->model, nearest, walk->x_m);
 }
 
-/* Boxes that cost as much as an evaluation at the most: what a tick's search took, its slide has not. */
-#define BOXES_OF_ENERGY 8
-
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
@@ -506,8 +504,8 @@ static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, 
 }
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where no direction leads down.
- * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, one less for every BOXES_OF_ENERGY boxes that
- *       the tick's searches took, and the walk of the nearest god-object. */
+ * cost: at most MOST_ENERGIES evaluations, one less for every BOXES_OF_ENERGY boxes that the tick's searches took, and
+ * the walk of the nearest god-object. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
                                       const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;

@@ -24,6 +24,9 @@ row() { printf '  %-42s %9s %s\n' "$1" "$2" "${3:-}"; }
 bad=$(awk '{ print $NF }' "$symbols" | grep -E '^(__aeabi_[dfil]*2?[df][a-z0-9]*|__(add|sub|mul|div|neg|cmp|eq|ne|lt|le|gt|ge|unord)[sdt]f[23]|__(fix|float|extend|trunc)[a-z]*[sdt]f.*|malloc|calloc|realloc|free|_?sbrk|printf)$' || true)
 bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort -u || true)"
 [ -z "$bad" ] || { echo "size.sh: $elf holds what the firmware must not use: $bad" >&2; exit 1; }
+# Names that could meet a user's: all but ours, what gcc calls (haptable_memory.c, libgcc) and gp's address.
+short=$("${CROSS}nm" -g "$elf" | awk '{ print $NF }' | grep -vE '^(haptable_|HAPTABLE_|mem(cpy|move|set|cmp)$|__)' || true)
+[ -z "$short" ] || { echo "size.sh: $elf exports names that do not begin with haptable_: $short" >&2; exit 1; }
 
 # ---- worst-case stack: the deepest way through the call graph that gcc wrote beside each object ----------------------
 # A call through a pointer is one of the functions that the tables name, none of which is already on the way; out of a

@@ -28,7 +28,7 @@ public:
     const haptable_output& to(const Eigen::Vector3d& x) {
         for (int c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x[c]);
         servo_.counters.most_boxes = 0;  // of this tick alone
-        haptable_step(&model_, &servo_, finger_m_, time_us_ += 1000, &out_);
+        haptable_step(&model_, &servo_, finger_m_, time_us_ += HAPTABLE_TICK_US, &out_);
         return out_;
     }
 

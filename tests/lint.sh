@@ -30,7 +30,7 @@ arrow host/precompute host/solve host/base host/scene host/mesh host/fem host/ta
 arrow host/mpi host/base host/scene host/tables host/precompute host/mpi
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
-arrow host/target host/base host/tables host/target firmware/haptable.h
+arrow host/target host/base host/tables host/target firmware/haptable.h firmware/haptable_bounds.h
 arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
 arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
@@ -49,6 +49,25 @@ done
 # A cycle in the call graph is a recursion; tsort finds it.
 sed -n 's/^edge: { sourcename: "\([^"]*\)" targetname: "\([^"]*\)".*/\1 \2/p' "$calls"/*.ci | sed 's/[^ ]*:\([a-z]\)/\1/g' >"$calls/edges"
 tsort "$calls/edges" >/dev/null 2>"$calls/cycles" || complain "firmware recurses: $(cat "$calls/cycles")"
+
+# ---- names: what would meet a user's own in a flat include path or at the link -----------------------------------
+# The images' programs (port/) aside, whose names are the images'; size.sh looks at every symbol of an image.
+for file in firmware/*.[ch] firmware/port/*.[chS]; do
+    case $(basename "$file") in
+    haptable.h | haptable_*) ;;
+    *) grep -q '^int haptable_port_main' "$file" || complain "$file: its name must begin with haptable_" ;;
+    esac
+done
+exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_/ { print $3 }')
+[ -z "$exported" ] || complain "firmware exports names that do not begin with haptable_: $exported"
+macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
+[ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
+$macros"
+public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h'
+# shellcheck disable=SC2086 # a list
+types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
+[ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:
+$types"
 
 # ---- MISRA C:2012, as far as cppcheck's addon goes: firmware/misra.txt lists what we deviate from, and why ------------
 sh tests/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firmware/misra.txt"

@@ -21,7 +21,8 @@ int haptable_port_main(void) {
     const int status = haptable_semihosting_files(&in, &out_file);
     if (status != 0) return status;
     haptable_init(&servo_state);
-    for (; haptable_semihosting_read(in, position_m, sizeof position_m) == sizeof position_m; now_us += 1000u) {
+    for (; haptable_semihosting_read(in, position_m, sizeof position_m) == sizeof position_m;
+         now_us += HAPTABLE_TICK_US) {
         struct haptable_output out;
         haptable_step(&HAPTABLE_MODEL, &servo_state, position_m, now_us, &out);
         haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);

@@ -33,7 +33,7 @@ int haptable_port_main(void) {
         float finger_m[3];
         while ((int32_t)(haptable_port_now_us() - next_us) < 0) {
         }
-        next_us += 1000u;
+        next_us += HAPTABLE_TICK_US;
         if (device_read(finger_m))
             haptable_step(&HAPTABLE_MODEL, &servo, finger_m, haptable_port_now_us(), &out);
         else if (!haptable_watch(&servo, haptable_port_now_us(), &out))

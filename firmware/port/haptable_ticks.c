@@ -7,7 +7,6 @@
 #include "haptable_port.h"
 #include "haptable_semihosting.h"
 
-#define TICK_US 1000u
 #define POSITIONS 32 /* read at once: a call to the debugger costs more than a tick */
 
 /* Text on its way out. */
@@ -66,7 +65,7 @@ void haptable_ticks_replay(const struct haptable_model* model, int in, int out) 
     haptable_init(&servo_state);
     while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
         uint32_t i;
-        for (i = 0; i < bytes / sizeof position_m[0]; ++i, now_us += TICK_US) {
+        for (i = 0; i < bytes / sizeof position_m[0]; ++i, now_us += HAPTABLE_TICK_US) {
             struct haptable_output tick;
             haptable_port_count_begin();
             haptable_step(model, &servo_state, position_m[i], now_us, &tick);

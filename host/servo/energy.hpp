@@ -16,11 +16,12 @@ namespace haptable {
 class EnergyAccount {
 public:
     /// One tick: where the finger was (m) and what the servo answered. A force is held until the next tick, so that the
-    /// one before did F . way (Hannaford and Ryu 2002). A position that was rejected, or silence, ends the way.
+    /// one before did F . d over a motion d (Hannaford and Ryu 2002). After a rejected position, or silence, there is
+    /// none.
     void add(const std::array<float, 3>& finger_m, const haptable_output& output);
 
-    /// 1/2 u . f of the last tick, with u the finger's way into the body and f its load before max_force: in the body,
-    /// and in the coupling where the scene has one. J.
+    /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in the
+    /// body, and in the coupling where the scene has one. J.
     double stored_j() const { return stored_j_; }
     /// The largest of stored_j() so far.
     double most_stored_j() const { return most_stored_j_; }

@@ -28,7 +28,8 @@ ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, con
         const std::array<float, 3> finger_m = to_finger(path_m[tick].data());
         haptable_output output;
         const Clock::time_point begin = Clock::now();
-        haptable_step(scene.model, &servo, finger_m.data(), static_cast<std::uint32_t>(tick * 1000), &output);
+        haptable_step(scene.model, &servo, finger_m.data(), static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US,
+                      &output);
         report.step.add(to_us(Clock::now() - begin));
         report.note(finger_m, output);
         record.add(static_cast<std::int64_t>(tick), finger_m, output);

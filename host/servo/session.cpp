@@ -7,6 +7,8 @@
 
 namespace haptable {
 
+static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
+
 ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record)
     : scene_(scene), connection_(connection), record_(record), answer_(scene, connection) {
     haptable_init(&servo_);

@@ -17,7 +17,7 @@ Counts summarise(std::vector<std::uint64_t> values) {
     return {values.size(), values[last / 2], values[(last * 999 + 999) / 1000], values[last]};
 }
 
-double way_m(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) {
+double motion_m(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) {
     if (tick == 0) return 0.0;
     const auto &from = path_m[tick - 1], &to = path_m[tick];
     return std::hypot(double(to[0]) - double(from[0]), double(to[1]) - double(from[1]),
@@ -31,7 +31,7 @@ TickCounts count_ticks(const std::vector<std::array<float, 3>>& path_m, const st
     bool before = false;
     for (std::size_t i = 0; i < ticks.size(); ++i) {
         const bool after = ticks[i].state == HAPTABLE_CONTACT;
-        const bool jump = !(before && after) && way_m(path_m, i) > kLongestWay_m;
+        const bool jump = !(before && after) && motion_m(path_m, i) > static_cast<double>(HAPTABLE_FAST_SEGMENT_M);
         (jump ? jumps : of[before ? 1 : 0][after ? 1 : 0]).push_back(ticks[i].instructions);
         before = after;
     }

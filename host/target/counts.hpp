@@ -18,15 +18,12 @@ struct Counts {
     std::uint64_t worst = 0;
 };
 
-/// A finger at 5 m/s comes this far in a tick. A longer way is a jump of a path, not of a hand.
-inline constexpr double kLongestWay_m = 5e-3;
-
 struct TickCounts {
     Counts free;           ///< no contact before, none after
     Counts first_contact;  ///< contact begun
-    Counts sliding;        ///< contact before and after, jumps too
+    Counts sliding;        ///< contact before and after, of any length
     Counts leaving;        ///< contact before, none after
-    Counts jump;  ///< a way longer than kLongestWay_m that began or ended without contact; in none of the others
+    Counts jump;  ///< farther than HAPTABLE_FAST_SEGMENT_M, as no hand moves, and begun or ended without contact
 };
 
 /// The ticks are those of the path, [ticks, 3] in metres.

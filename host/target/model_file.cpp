@@ -51,9 +51,9 @@ void add_functions(const haptable_model& model, Words& words) {
     haptable_god_object_fn* const gods[] = {haptable_god_object_nearest, haptable_god_object_least_energy};
     haptable_force_fn* const forces[] = {haptable_force_interpolated, haptable_force_consistent,
                                          haptable_force_pressure_mask};
-    const bool rough = model.god_object == haptable_god_object_friction;
-    words.add(number_of(rough ? model.frictionless : model.god_object, gods));
-    words.add(std::uint32_t{rough});
+    const bool friction = model.god_object == haptable_god_object_friction;
+    words.add(number_of(friction ? model.frictionless : model.god_object, gods));
+    words.add(std::uint32_t{friction});
     words.add(number_of(table_force(model), forces));
     words.add(unpack_of(model));
     words.add(std::uint32_t{model.release != nullptr});

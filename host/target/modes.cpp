@@ -3,18 +3,11 @@
 
 #include <algorithm>
 
+#include "firmware/haptable_bounds.h"
+
 namespace haptable {
 
 namespace {
-
-/// Steps that a walk may take after it has met its limit: the last look around a vertex, two edges and two patches.
-constexpr std::uint32_t kLastLook = 13;
-
-/// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
-constexpr std::uint32_t kLastLeaf = 20;
-
-/// What a tick's search took, its slide has not: an energy less for so many boxes (firmware/haptable_least_energy.c).
-constexpr std::uint32_t kBoxesOfEnergy = 8;
 
 haptable_energy_fn* energy_of(haptable_force_fn* force) {
     if (force == haptable_force_consistent) return haptable_energy_consistent;
@@ -58,7 +51,7 @@ TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     constexpr std::uint64_t kNormal = 280, kPressed = 60;  // of a patch around a vertex, and its angle
     TickCost cost{900 + force, 65, 280, least ? energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
-    if (mode.more == "friction") cost.rest += 9 * (100 + fan * kNormal + force);  // looks into the cone
+    if (mode.more == "friction") cost.rest += MOST_FRICTION_FORCES * (100 + fan * kNormal + force);
     if (mode.more == "passivity") cost.rest += 300;
     return cost;
 }
@@ -77,12 +70,12 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
 
 std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) {
     haptable_counters most{};
-    most.most_steps = HAPTABLE_WALK_STEPS + kLastLook;
-    if (mode.more == "friction") most.most_held_steps = 3U * HAPTABLE_WALK_STEPS + kLastLook;
-    if (mode.god_object == "least-energy") most.most_energies = HAPTABLE_ENERGY_STEPS + 2U * HAPTABLE_SLIDES;
+    most.most_steps = MOST_STEPS;
+    if (mode.more == "friction") most.most_held_steps = MOST_HELD_STEPS;
+    if (mode.god_object == "least-energy") most.most_energies = MOST_ENERGIES;
     const std::uint64_t without_search = cost(cost_of(mode, fan), most);
-    most.most_boxes = HAPTABLE_TICK_BOXES + kLastLeaf;
-    if (mode.god_object == "least-energy") most.most_energies -= HAPTABLE_TICK_BOXES / kBoxesOfEnergy;
+    most.most_boxes = MOST_BOXES;
+    if (mode.god_object == "least-energy") most.most_energies -= HAPTABLE_TICK_BOXES / BOXES_OF_ENERGY;
     return std::max(without_search, cost(cost_of(mode, fan), most));
 }
 

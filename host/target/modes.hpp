@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Every way in which a model can be touched, and what a tick of each costs at the most.
+// Every mode in which a model can be touched, and what a tick of each costs at the most.
 #pragma once
 
 #include <string>

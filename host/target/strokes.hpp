@@ -11,12 +11,12 @@ namespace haptable {
 
 /// Strokes of 40 ticks over the touchable surface, [40 strokes, 3] in metres: above a patch, down into it, straight
 /// through the body's near side to another patch not far away (over edges, vertices and creases), out. Between
-/// strokes the finger jumps, so some first contacts have the whole body on their way. The same for the same tables.
+/// strokes the finger jumps, so some first contacts' segments cross the whole body. The same for the same tables.
 std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes);
 
 /// The strokes of the contact tests, [20 strokes, 3] in metres: a position that is none (the servo forgets the finger),
 /// then from just outside of a random patch straight inwards for 10 ticks, then for 9 aside, at 0.01 to 5 m/s, whatever
-/// stands in the way: over edges, through thin parts, in and out. The same for the same tables. No way is longer than
+/// stands in the way: over edges, through thin parts, in and out. The same for the same tables. No step is longer than
 /// 5 mm.
 std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/haptable_bounds.h"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 
@@ -297,7 +298,7 @@ TEST(Contact, StepsOfATickStayWithinTheirBound) {
         Finger finger(model);
         Wander wander(model, 0.05 * model.size(), 13);  // 5 m/s and more
         for (int tick = 0; tick < 20000; ++tick) expect_valid(model, finger.to(wander.next()));
-        EXPECT_LT(finger.counters().most_steps, std::uint32_t{HAPTABLE_WALK_STEPS + 14});
+        EXPECT_LE(finger.counters().most_steps, std::uint32_t{MOST_STEPS});
         EXPECT_LE(finger.counters().most_boxes, model.get()->box_count);
         EXPECT_GT(finger.counters().contacts, 10U);
     }

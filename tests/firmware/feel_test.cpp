@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/haptable_bounds.h"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/reference_servo.hpp"
@@ -163,8 +164,8 @@ void expect_held(const char* god_object) {
         const Strokes s = run_strokes(solid, god_object, 85000);
         EXPECT_EQ(s.lost, 0) << solid.shape.name;
         EXPECT_EQ(s.through, 0) << solid.shape.name;
-        EXPECT_LE(s.most_steps, std::uint32_t{HAPTABLE_WALK_STEPS + 13}) << solid.shape.name;
-        EXPECT_LE(s.most_energies, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES}) << solid.shape.name;
+        EXPECT_LE(s.most_steps, std::uint32_t{MOST_STEPS}) << solid.shape.name;
+        EXPECT_LE(s.most_energies, std::uint32_t{MOST_ENERGIES}) << solid.shape.name;
         EXPECT_EQ(s.slide_limits, 0U) << solid.shape.name;
         printf(
             "%-10s %-12s %d strokes, %d ticks inside, %d lost, %d through, at most %u steps, %u energies, %u at a "

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "firmware/haptable_bounds.h"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/reference_servo.hpp"
@@ -134,7 +135,7 @@ void expect_passive(const ElasticBody& body, int count, double deep_m, double wi
            body.tables().force.c_str(), least.worst, least.median, nearest.worst, least.most_steps);
     EXPECT_LT(least.worst, 1e-3) << body.name() << " " << body.tables().force;
     EXPECT_GT(nearest.worst, 0.02) << "the loops must be able to show it";
-    EXPECT_LE(least.most_steps, std::uint32_t{HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES});
+    EXPECT_LE(least.most_steps, std::uint32_t{MOST_ENERGIES});
 }
 
 TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheCube) {

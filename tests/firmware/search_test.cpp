@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The search of a finger's way by the spatial index: how many boxes it takes, and what becomes of one that takes more
-// than a tick has.
+// The search of a finger's segment by the spatial index: how many boxes it takes, and what becomes of one that takes
+// more than a tick has.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A plate of 2 mm with 25,000 patches: a way along its top meets hundreds of boxes.
+/// A plate of 2 mm with 25,000 patches: a segment along its top meets hundreds of boxes.
 const TestModel& plate() {
     static const TestModel model(box_shape(46, Vector3d(0.1, 0.1, 0.002)));
     return model;
@@ -40,7 +40,7 @@ TEST(Search, GoesOnAtTheNextTickWhereATicksBoxesDoNotReach) {
     EXPECT_EQ(finger.counters().contacts, 1U);
 }
 
-// While a long way over the plate is still searched the finger goes in and comes out, on ways of their own.
+// While a long segment over the plate is still searched the finger goes in and comes out, on segments of their own.
 TEST(Search, MissesNothingThatHappensMeanwhile) {
     Finger finger(plate());
     finger.to({0.001, 0.002, 0.0020001});
@@ -82,7 +82,7 @@ TEST(Search, LateEntriesAreEntries) {
     EXPECT_GT(limits, 30U);
 }
 
-// What codegen states: no way of up to 5 mm visits more boxes; and it states not much more than there are.
+// What codegen states: no segment of up to 5 mm visits more boxes; and it states not much more than there are.
 TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
     for (const Shape& shape : {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(4, 0.03),
                                torus_shape(48, 24, 0.05, 0.02), box_shape(20, Vector3d(0.03, 0.03, 0.001))}) {

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "codegen/in_memory.hpp"
+#include "firmware/haptable_bounds.h"
 #include "firmware/haptable_frame.h"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
@@ -184,7 +185,7 @@ TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
         most_steps = std::max(most_steps, servo.counters.most_steps);
         if (was_in_contact && out.state == HAPTABLE_CONTACT) worst = std::max(worst, ticks[i].instructions);
     }
-    const std::uint32_t limit = HAPTABLE_WALK_STEPS + 13;  // the last look at a vertex: two edges and two patches
+    const std::uint32_t limit = MOST_STEPS;
     EXPECT_LE(most_steps, limit);
     EXPECT_LT(worst, slide.rest + slide.step * limit);
     EXPECT_LT(slide.rest + slide.step * limit, 14000U);

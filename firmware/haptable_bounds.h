@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a tick's work is counted in, and the most of each that one tick does.
+ *
+ * The servo counts by these numbers; the host bounds a tick's instructions by them (host/target/modes.cpp), and tests
+ * hold every tick to that. The limits that they come from are those of haptable.h.
+ */
+#ifndef HAPTABLE_BOUNDS_H
+#define HAPTABLE_BOUNDS_H
+
+#include "haptable.h"
+
+/* Steps of the walk: comparing one edge with the finger is one, a patch's nearest point costs as much as six. A walk at
+ * its last step still finishes a trial around a vertex: two edges, the patch between them, that of the steepest edge.
+ */
+enum {
+    STEPS_OF_TWO_EDGES = 2,
+    STEPS_OF_PATCH = 6,
+    MOST_STEPS = HAPTABLE_WALK_STEPS - 1 + STEPS_OF_TWO_EDGES + 2 * STEPS_OF_PATCH /* counter most_steps */
+};
+
+/* Boxes of the index: going around the three vertices of a patch costs as much as five, which a search at its last box
+ * may do for every patch of a leaf. */
+enum {
+    BOXES_OF_FANS = 5,
+    MOST_BOXES = HAPTABLE_TICK_BOXES + HAPTABLE_LEAF * BOXES_OF_FANS /* counter most_boxes */
+};
+
+/* Evaluations of the energy: one costs at most as much as eight boxes, and what a tick's search took, its slides have
+ * not. Each slide may finish a trial across an edge with two more. */
+enum {
+    BOXES_OF_ENERGY = 8,
+    MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES /* counter most_energies */
+};
+
+/* Friction: the line from stick to slip is halved so often, to a 256th of the tick's slide, each time by a walk and a
+ * force, after the force at the point where it sticks. No walk begins once the walks took HELD_STEPS: most end after a
+ * patch or two. */
+enum {
+    HALVINGS = 8,
+    HELD_STEPS = 2 * HAPTABLE_WALK_STEPS,
+    MOST_HELD_STEPS = HELD_STEPS + MOST_STEPS, /* counter most_held_steps */
+    MOST_FRICTION_FORCES = 1 + HALVINGS
+};
+
+#endif
