@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "host/base/error.hpp"
-#include "host/precompute/memory.hpp"
-#include "host/precompute/selected_inversion.hpp"
+#include "host/inverse/memory.hpp"
+#include "host/inverse/selected_inversion.hpp"
 #include "host/precompute/summary.hpp"
 #include "host/tables/npy.hpp"
 

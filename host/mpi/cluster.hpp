@@ -6,9 +6,9 @@
 
 #include <string>
 
+#include "host/inverse/inverse.hpp"
 #include "host/mpi/mumps.hpp"
 #include "host/precompute/column_store.hpp"
-#include "host/precompute/linear_solver.hpp"
 
 namespace haptable {
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {

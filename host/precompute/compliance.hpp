@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "host/base/progress.hpp"
-#include "host/precompute/factor.hpp"
-#include "host/precompute/linear_solver.hpp"
+#include "host/inverse/factor.hpp"
+#include "host/inverse/inverse.hpp"
 
 namespace haptable {
 

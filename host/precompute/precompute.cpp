@@ -15,16 +15,16 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/folder_lock.hpp"
-#include "host/fem/elasticity.hpp"
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
+#include "host/inverse/numeric.hpp"
+#include "host/inverse/pairs.hpp"
+#include "host/inverse/selected_inversion.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/precompute/column_store.hpp"
 #include "host/precompute/compliance.hpp"
 #include "host/precompute/earlier_tables.hpp"
 #include "host/precompute/mask.hpp"
-#include "host/precompute/numeric.hpp"
-#include "host/precompute/pairs.hpp"
 #include "host/precompute/point_compliance.hpp"
-#include "host/precompute/selected_inversion.hpp"
 #include "host/precompute/vtu.hpp"
 #include "host/solve/factor_file.hpp"
 #include "host/tables/npy.hpp"
@@ -463,20 +463,6 @@ void describe_factor(const Factor& factor, Summary& summary) {
     summary.flops = factor.flops();
     summary.checks.smallest_pivot_ratio = factor.weakest_pivot().ratio;
 }
-
-}  // namespace
-
-Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body) {
-    const auto lame = [](const Material& m) { return Lame::from_young(m.young_pa, m.poisson); };
-    std::vector<Lame> material;
-    for (std::int32_t region : body.region)
-        material.push_back(
-            lame(region < 0 ? scene.material : scene.regions[static_cast<std::size_t>(region)].material));
-    return assemble_stiffness(body.mesh.position_m, body.mesh.tet, material, body.unknown,
-                              static_cast<std::int32_t>(body.free_node.size()));
-}
-
-namespace {
 
 /// One run: its scene, its folder, what it has found so far.
 class Run {

@@ -2,18 +2,14 @@
 // scene + mesh -> K -> factor -> blocks and columns of L -> tables -> C
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <filesystem>
 
 #include "host/base/progress.hpp"
+#include "host/inverse/inverse.hpp"
 #include "host/precompute/body.hpp"
-#include "host/precompute/linear_solver.hpp"
 #include "host/precompute/summary.hpp"
 
 namespace haptable {
-
-/// K of the body's free nodes, N/m: three rows a node in the order of body.free_node, both triangles stored.
-Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body);
 
 /// What a run worked on and what it found.
 struct Result {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "codegen/codegen.hpp"
+#include "host/inverse/memory.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/body.hpp"
 #include "host/precompute/loose.hpp"
-#include "host/precompute/memory.hpp"
 
 namespace haptable {
 

@@ -18,11 +18,11 @@
 
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
+#include "host/inverse/pairs.hpp"
+#include "host/inverse/selected_inversion.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/precompute/pairs.hpp"
-#include "host/precompute/precompute.hpp"
-#include "host/precompute/selected_inversion.hpp"
 #include "host/solve/frame_solver.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
 
 #include <gtest/gtest.h>
 

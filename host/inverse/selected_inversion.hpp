@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host/base/progress.hpp"
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 
 namespace haptable {
 

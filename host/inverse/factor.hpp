@@ -12,7 +12,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/linear_solver.hpp"
+#include "host/inverse/inverse.hpp"
 #include "host/solve/supernodes.hpp"
 
 namespace haptable {

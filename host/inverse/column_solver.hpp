@@ -10,7 +10,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 #include "host/solve/tree_solver.hpp"
 
 namespace haptable {

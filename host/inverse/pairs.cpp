@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // L_ij = (L^-1 E_i)^T (L^-1 E_j)   or   L^T X_j = L^-1 E_j at row i   (L with blocks: K^-1; alone: the factor)
-#include "host/precompute/pairs.hpp"
+#include "host/inverse/pairs.hpp"
 
 #include <algorithm>
 #include <memory>

@@ -11,8 +11,8 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/factor.hpp"
-#include "host/precompute/selected_inversion.hpp"
+#include "host/inverse/factor.hpp"
+#include "host/inverse/selected_inversion.hpp"
 #include "host/solve/tree_solver.hpp"
 
 namespace haptable {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // P K P^T = L L^T
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 
 #include <cholmod.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "host/base/error.hpp"
-#include "host/precompute/numeric.hpp"
+#include "host/inverse/numeric.hpp"
 
 extern "C" void openblas_set_num_threads(int threads);  // declared in OpenBLAS's own cblas.h only
 

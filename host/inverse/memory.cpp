@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/memory.hpp"
+#include "host/inverse/memory.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // L^-1 E up the tree along the paths of a group's nodes, L^-T of it down again to the wanted rows
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
 
 #include <algorithm>
 #include <mutex>

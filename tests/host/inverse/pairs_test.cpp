@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/pairs.hpp"
+#include "host/inverse/pairs.hpp"
 
 #include <gtest/gtest.h>
 
