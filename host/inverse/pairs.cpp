@@ -309,9 +309,4 @@ std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress, Worker
     return answer;
 }
 
-std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress, Workers* workers) {
-    return CompliancePairs(factor.supernodes(), wanted).compute(progress, workers);
-}
-
 }  // namespace haptable

@@ -92,8 +92,4 @@ private:
     double flops_ = 0.0;
 };
 
-/// L_ij in m/N for every wanted pair of unknown nodes (row i, column j), in the order asked for.
-std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress, Workers* workers = nullptr);
-
 }  // namespace haptable

@@ -54,6 +54,8 @@ void Mumps::require(const char* what) const {
 
 void Mumps::analyse(const Eigen::SparseMatrix<double>& k) {
     id_.n = static_cast<MUMPS_INT>(k.rows());
+    row_ = column_ = {};
+    value_ = {};
     const auto most = static_cast<std::size_t>((k.nonZeros() + k.rows()) / 2);
     row_.reserve(most);
     column_.reserve(most);

@@ -112,7 +112,7 @@ TEST_F(Pairs, TheNumberOfThreadsChangesNoBit) {
 
 TEST_F(Pairs, OfNothingIsNothing) {
     const std::vector<NodePair> none;
-    EXPECT_TRUE(compliance_pairs(factor_, none, progress_).empty());
+    EXPECT_TRUE(CompliancePairs(factor_.supernodes(), none).compute(progress_).empty());
 }
 
 }  // namespace
