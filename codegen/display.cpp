@@ -61,7 +61,7 @@ std::vector<std::vector<std::string>> literals(std::span<const std::array<float,
 
 std::string header_text() {
     return "/* The display's tables of this scene: see model.h for where they come from. */\n"
-           "#ifndef HAPTABLE_DISPLAY_H\n#define HAPTABLE_DISPLAY_H\n\n#include \"deformation.h\"\n\n";
+           "#ifndef HAPTABLE_DISPLAY_H\n#define HAPTABLE_DISPLAY_H\n\n#include \"haptable_deformation.h\"\n\n";
 }
 
 std::string source_text(const Tables& tables, const Display& display) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The columns of chosen rows for a target with a display: firmware/deformation.h.
+// The columns of chosen rows for a target with a display: firmware/haptable_deformation.h.
 #pragma once
 
 #include <filesystem>
 
 #include "codegen/model.hpp"
-#include "firmware/deformation.h"
+#include "firmware/haptable_deformation.h"
 
 namespace haptable {
 

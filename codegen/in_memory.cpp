@@ -34,7 +34,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.max_force_n = static_cast<float>(tables.max_force_n);
     model.rigid_stiffness_n_per_m = servo.rigid_stiffness_n_per_m;
     model.tolerance_m = servo.tolerance_m;
-    model.reach_m = servo.reach_m;
+    model.workspace_limit_m = servo.workspace_limit_m;
     std::copy(servo.index.origin_m.begin(), servo.index.origin_m.end(), model.grid_origin_m);
     model.grid_per_m = servo.index.per_m;
     model.vertex_count = static_cast<std::uint16_t>(servo.vertex_m.size());

@@ -108,7 +108,7 @@ ServoModel build_model(const Tables& tables) {
     model.neighbour = build_neighbours(model.vertex_m, model.patch);
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
-    model.reach_m = std::max(1.0F, kReach * size);
+    model.workspace_limit_m = std::max(1.0F, kReach * size);
     model.rigid_stiffness_n_per_m = finite(tables.rigid_stiffness_n_per_m, "rigid_stiffness");
     if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     couple(tables, model);

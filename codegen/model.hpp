@@ -52,7 +52,7 @@ struct ServoStiffness {
 /// How large the spatial index is, and what a search of it takes.
 struct ServoIndex {
     std::size_t boxes = 0;
-    std::size_t fast_way_boxes = 0;  ///< most that a way of HAPTABLE_FAST_WAY_M visits
+    std::size_t fast_way_boxes = 0;  ///< most that a way of HAPTABLE_FAST_SEGMENT_M visits
 };
 
 /// Bytes of flash of one table.
@@ -77,7 +77,7 @@ struct ServoModel {
     ServoStiffness stiffness;
     float rigid_stiffness_n_per_m = 0.0F;
     float tolerance_m = 0.0F;
-    float reach_m = 0.0F;
+    float workspace_limit_m = 0.0F;
 };
 
 /// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.

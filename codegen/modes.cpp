@@ -60,7 +60,7 @@ Modes modes_of(const Tables& tables) {
     }
     if (tables.static_friction > 0.0) {
         modes.frictionless = modes.god_object;
-        modes.god_object = HAPTABLE_NAMED(haptable_god_object_rough);
+        modes.god_object = HAPTABLE_NAMED(haptable_god_object_friction);
     }
     if (tables.release_n_per_ms > 0.0) modes.release = HAPTABLE_NAMED(haptable_release_slew);
     if (tables.passivity) modes.passivity = HAPTABLE_NAMED(haptable_passivity_control);

@@ -89,7 +89,7 @@ std::size_t most_boxes(const SpatialIndex& index, double way_m) {
 }
 
 void measure_search(ServoModel& model) {
-    model.search = {model.index.boxes.size(), most_boxes(model.index, static_cast<double>(HAPTABLE_FAST_WAY_M))};
+    model.search = {model.index.boxes.size(), most_boxes(model.index, static_cast<double>(HAPTABLE_FAST_SEGMENT_M))};
 }
 
 }  // namespace haptable

@@ -88,7 +88,7 @@ std::string banner(const Tables& tables, const ServoModel& model) {
         " */\n",
         kVersion, tables.scene_file, tables.force, tables.god_object, tables.precision, model.node.size(),
         model.free_count, model.patch.size(), model.index.boxes.size(), flash_bytes(model),
-        1e3 * static_cast<double>(HAPTABLE_FAST_WAY_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
+        1e3 * static_cast<double>(HAPTABLE_FAST_SEGMENT_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
 }
 
 std::string header_text(const Tables& tables, const ServoModel& model) {
@@ -199,7 +199,7 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     field("max_force_n", literal(static_cast<float>(tables.max_force_n)));
     field("rigid_stiffness_n_per_m", literal(model.rigid_stiffness_n_per_m));
     field("tolerance_m", literal(model.tolerance_m));
-    field("reach_m", literal(model.reach_m));
+    field("workspace_limit_m", literal(model.workspace_limit_m));
     field("grid_origin_m", row(model.index.origin_m));
     field("grid_per_m", literal(model.index.per_m));
     field("vertex_count", macro + "_VERTICES");

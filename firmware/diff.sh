@@ -14,11 +14,11 @@ awk '
         if (NR == FNR) before[name] = value; else after[name] = value
     }
     END {
-        printf "%-38s %9s %9s %9s\n", "bytes", "then", "now", "change"
+        printf "%-44s %9s %9s %9s\n", "bytes", "then", "now", "change"
         for (i = 1; i <= rows; ++i) {
             name = order[i]
             change = after[name] - before[name]
-            share = before[name] > 0 && change != 0 ? sprintf("%+.1f %%", 100 * change / before[name]) : ""
-            printf "%-38s %9d %9d %9s %s\n", name, before[name], after[name], change == 0 ? "" : sprintf("%+d", change), share
+            percent = before[name] > 0 && change != 0 ? sprintf("%+.1f %%", 100 * change / before[name]) : ""
+            printf "%-44s %9d %9d %9s %s\n", name, before[name], after[name], change == 0 ? "" : sprintf("%+d", change), percent
         }
     }' "$1" "$2"

@@ -18,10 +18,10 @@ CROSS_cortex-m33 = $(ARM)
 CROSS_rv32       = $(RISCV)
 CORE_cortex-m4  = -mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 CORE_cortex-m7  = -mthumb -mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard
-UART_cortex-m4  = uart_cmsdk.c
-UART_cortex-m7  = uart_cmsdk.c
-UART_cortex-m33 = uart_cmsdk.c
-UART_rv32       = uart_16550.c
+UART_cortex-m4  = haptable_uart_cmsdk.c
+UART_cortex-m7  = haptable_uart_cmsdk.c
+UART_cortex-m33 = haptable_uart_cmsdk.c
+UART_rv32       = haptable_uart_16550.c
 UART_AT_cortex-m4  = 0x40004000u
 UART_AT_cortex-m7  = 0x40004000u
 UART_AT_cortex-m33 = 0x40200000u
@@ -30,20 +30,20 @@ UART_IRQ_cortex-m4  = 0u
 UART_IRQ_cortex-m7  = 0u
 UART_IRQ_cortex-m33 = 32u
 UART_IRQ_rv32       = 0u
-CORE_cortex-m33 = -mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard -DPORT_CLOCK_HZ=20000000u
+CORE_cortex-m33 = -mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard -DHAPTABLE_PORT_CLOCK_HZ=20000000u
 CORE_rv32       = -march=rv32imafc -mabi=ilp32f -mcmodel=medany
-PORT_cortex-m4  = cortex_m.c
-PORT_cortex-m7  = cortex_m.c
-PORT_cortex-m33 = cortex_m.c
-PORT_rv32       = riscv.c riscv_start.S
+PORT_cortex-m4  = haptable_cortex_m.c
+PORT_cortex-m7  = haptable_cortex_m.c
+PORT_cortex-m33 = haptable_cortex_m.c
+PORT_rv32       = haptable_riscv.c haptable_riscv_start.S
 
 TARGET_CC = $(CCACHE) $(CROSS_$(TARGET))gcc
 # -ffp-contract=off: the host's bits. No C library: only the compiler's own <stdint.h> and <stddef.h>.
 TARGET_CFLAGS = $(CORE_$(TARGET)) -std=c99 -ffreestanding $(TARGET_OPT) $(FP) -fno-math-errno \
     -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su \
-    $(C_WARN) -Ifirmware -Ifirmware/port -DPORT_UART=$(UART_AT_$(TARGET)) -DPORT_UART_IRQ=$(UART_IRQ_$(TARGET)) -MMD -MP
+    $(C_WARN) -Ifirmware -Ifirmware/port -DHAPTABLE_PORT_UART=$(UART_AT_$(TARGET)) -DHAPTABLE_PORT_UART_IRQ=$(UART_IRQ_$(TARGET)) -MMD -MP
 TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings -Lfirmware/port \
-    -Wl,--defsym=PORT_FLASH=$(FLASH) -Wl,--defsym=PORT_RAM=$(RAM) -Wl,--defsym=PORT_STACK=$(STACK) \
+    -Wl,--defsym=HAPTABLE_PORT_FLASH=$(FLASH) -Wl,--defsym=HAPTABLE_PORT_RAM=$(RAM) -Wl,--defsym=HAPTABLE_PORT_STACK=$(STACK) \
     -T firmware/port/$(TARGET).ld
 
 # firmware: the servo of one scene for a microcontroller, with its size (make firmware SCENE=... TARGET=cortex-m7)
@@ -105,7 +105,7 @@ $(BUILD)/setup-cross.stamp: host/setup.sh
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
-PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) semihosting memory ticks)))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks)))
 
 $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	$(say) $(TARGET) $<
@@ -150,7 +150,7 @@ $(IMAGE)/%.elf: $(IMAGE)/port/%.o $(IN_EVERY_IMAGE)
 	$(link_image)
 
 # The same loop behind two kinds of line.
-$(IMAGE)/loop.elf: $(IMAGE)/port/line_semihosting.o
+$(IMAGE)/loop.elf: $(IMAGE)/port/haptable_line_semihosting.o
 $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
 	$(link_image)
 

@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 3
+#define HAPTABLE_TABLE_VERSION 4
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -32,7 +32,7 @@ extern "C" {
  * counted (walk_limits). */
 #define HAPTABLE_WALK_STEPS 128
 
-/* The most patches around one vertex, so that a look around it fits into a tick. Codegen refuses more. */
+/* The most patches around one vertex, so that going around it fits into a tick. Codegen refuses more. */
 #define HAPTABLE_FAN_PATCHES 32
 
 /* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
@@ -40,14 +40,14 @@ extern "C" {
 
 /* The most boxes of the spatial index that the searches of one tick visit together. A search that needs more goes on at
  * the next tick where it stopped, and is counted (box_limits): it is late, but misses no entry. The generated model.h
- * says how many boxes a way of HAPTABLE_FAST_WAY_M may visit at the most. */
+ * says how many boxes a segment of HAPTABLE_FAST_SEGMENT_M may visit at the most. */
 #define HAPTABLE_TICK_BOXES 192
 
 /* A finger at 5 m/s comes this far in a tick. */
-#define HAPTABLE_FAST_WAY_M 0.005f
+#define HAPTABLE_FAST_SEGMENT_M 0.005f
 
-/* The most points of the surface at which a tick of the least-energy god-object takes the energy, for the last look
- * around a vertex at most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
+/* The most points of the surface at which a tick of the least-energy god-object takes the energy, to finish a vertex at
+ * most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
 #define HAPTABLE_ENERGY_STEPS 32
 
 /* No position for this long (microseconds): the force goes to zero. */
@@ -79,13 +79,13 @@ struct haptable_compliance {
 
 struct haptable_model;
 struct haptable_contact;
-struct haptable_way;
+struct haptable_segment;
 struct haptable_counters;
 struct haptable_servo;
 
 /* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without
- * contact, servo->way.to_m is the last position up to which the finger's way was searched, or the end of a search that
- * is not finished; way.boxes is 0. */
+ * contact, servo->segment.to_m is the last position up to which the finger's segment was searched, or the end of a
+ * search that is not finished; segment.boxes is 0. */
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                     const float x_m[3]);
 
@@ -99,23 +99,25 @@ typedef void haptable_force_fn(const struct haptable_model* model, const struct 
 /* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
  * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
 struct haptable_energy {
-    float energy_j;           /* E = 1/2 u^T S u */
-    float load_n[3];          /* S u, on the body */
-    float slope_j[2];         /* dE by alpha_1, alpha_2 */
-    float curvature_j[3];     /* second derivatives 11 12 22 */
-    float lower_bound_j[3];   /* their part that is never negative: 11 12 22 */
-    float load_slope_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the slope by the finger */
+    float energy_j;              /* E = 1/2 u^T S u */
+    float load_n[3];             /* S u, on the body */
+    float gradient_j[2];         /* dE by alpha_1, alpha_2 */
+    float hessian_j[3];          /* second derivatives 11 12 22 */
+    float gauss_newton_j[3];     /* their Gauss-Newton part, positive semidefinite: 11 12 22 */
+    float load_gradient_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the gradient by the finger */
 };
 
-/* What is asked for: all of it, or the slope alone on another patch that has the same point, whose load is known. */
-enum haptable_look { HAPTABLE_LOOK_WHOLE, HAPTABLE_LOOK_AROUND };
+/* What is asked for: all of it, or the gradient alone on another patch that has the same point, whose load is known. */
+enum haptable_energy_terms { HAPTABLE_ENERGY_ALL, HAPTABLE_ENERGY_GRADIENT };
 
 typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], enum haptable_look look, struct haptable_energy* energy);
+                                const float finger_m[3], enum haptable_energy_terms terms,
+                                struct haptable_energy* energy);
 
-/* Changes the force of a tick after it was made and cut to max_force_n: way_m is the finger's since the last tick. */
-typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo, const float way_m[3],
-                                float force_n[3]);
+/* Changes the force of a tick after it was made and cut to max_force_n: motion_m is the finger's since the last tick.
+ */
+typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                                const float motion_m[3], float force_n[3]);
 
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
  * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
@@ -124,7 +126,7 @@ struct haptable_model {
     float max_force_n;             /* the device's limit, > 0 */
     float rigid_stiffness_n_per_m; /* S of a fixed node is this times the identity, > 0 */
     float tolerance_m;             /* 2^-20 of the body's diagonal: points nearer than this are the same */
-    float reach_m;                 /* a finger farther than this from grid_origin_m is absurd */
+    float workspace_limit_m;       /* a finger farther than this from grid_origin_m is refused */
     float grid_origin_m[3];        /* spatial index: lowest corner of the surface */
     float grid_per_m;              /* spatial index: grid steps in a metre */
     uint16_t vertex_count;         /* vertices of touchable patches: free ones first */
@@ -144,9 +146,9 @@ struct haptable_model {
     haptable_force_fn* force;           /* one of those below */
     haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
     const struct haptable_compliance* compliance; /* for a force that needs it; or NULL */
-    haptable_god_object_fn* frictionless;         /* for god_object_rough: the one that it holds back; or NULL */
-    float static_friction;                        /* for god_object_rough: >= kinetic_friction */
-    float kinetic_friction;                       /* for god_object_rough: > 0 */
+    haptable_god_object_fn* frictionless;         /* for god_object_friction: the one that it holds back; or NULL */
+    float static_friction;                        /* for god_object_friction: >= kinetic_friction */
+    float kinetic_friction;                       /* for god_object_friction: > 0 */
     float stiffness_limit_n_per_m;                /* the largest eigenvalue of any point's S */
     haptable_finish_fn* release;                  /* or NULL */
     float release_n;                              /* for release: by how much a force may fall in a tick that lets go */
@@ -193,31 +195,31 @@ struct haptable_contact {
     float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
 };
 
-/* A finger's way that is searched for the first patch that it enters. */
-struct haptable_way {
+/* A segment of the finger's path that is searched for the first patch that it enters. */
+struct haptable_segment {
     float from_m[3];
     float to_m[3];
-    float share;        /* of the way: where it enters `patch` */
+    float fraction;     /* of the segment: where it enters `patch` */
     uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
     uint16_t box;       /* of the index: where the search goes on */
     uint16_t boxes;     /* visited in this tick */
-    uint16_t left;      /* the patch that the god-object has left; HAPTABLE_NONE: the way begins at the finger */
+    uint16_t left;      /* the patch that the god-object has left; HAPTABLE_NONE: it begins at the finger */
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 
 /* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
 struct haptable_servo {
     struct haptable_contact contact;
-    struct haptable_way way;
-    float lead_per_m[2][3]; /* with god_object_least_energy: how alpha_1 and alpha_2 follow the finger; 0: not known */
-    float finger_m[3];      /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known;   /* 0 or 1 */
-    uint8_t state;          /* enum haptable_state */
-    uint32_t position_us;   /* when the last position came; wraps */
-    float felt_n[3];        /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];    /* what release still holds of forces that have ended */
-    float given_n[3];       /* the force of the last tick as it was given */
-    float given_j;          /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    struct haptable_segment segment;
+    float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger, by god_object_least_energy; 0: unknown */
+    float finger_m[3];             /* last accepted position; meaningless unless finger_known */
+    uint8_t finger_known;          /* 0 or 1 */
+    uint8_t state;                 /* enum haptable_state */
+    uint32_t position_us;          /* when the last position came; wraps */
+    float felt_n[3];               /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3];           /* what release still holds of forces that have ended */
+    float given_n[3];              /* the force of the last tick as it was given */
+    float given_j; /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
 };
 
@@ -247,10 +249,11 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
 
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
  * model->energy. By the envelope theorem the force is minus the gradient of E, so moving in closed loops gains nothing.
- * least_energy.c has its conditions. */
+ * haptable_least_energy.c has its conditions. */
 haptable_god_object_fn haptable_god_object_least_energy;
 
-/* god_object: the nearest point of the rest surface (Zilles and Salisbury 1995). contact.c has its conditions. */
+/* god_object: the nearest point of the rest surface (Zilles and Salisbury 1995). haptable_contact.c has its conditions.
+ */
 haptable_god_object_fn haptable_god_object_nearest;
 
 /* force: nodal forces F_i = alpha_i S_i u on the contact's patch (eq. 9, 10), u = finger - god-object, and the reaction
@@ -261,12 +264,12 @@ haptable_energy_fn haptable_energy_interpolated;
 
 /* force: F = -C^-1 u with the compliance C of the contact point (model->compliance, degree 2), nodal forces
  * alpha_i C^-1 u: the body's surface, so loaded, meets the finger. A fixed vertex adds no compliance; where that would
- * leave the point stiffer than its share of rigid_stiffness, it is lifted to that (compliance.h). */
+ * leave the point stiffer than its fraction of rigid_stiffness, it is lifted to that (haptable_compliance.h). */
 haptable_force_fn haptable_force_consistent;
 haptable_energy_fn haptable_energy_consistent;
 
 /* force: the same for a contact of finite size (degree 4). The nodal forces are those of the whole load by alpha;
- * the load's spread over the nodes under the mask is in the host's tables. */
+ * the load's distribution over the nodes under the mask is in the host's tables. */
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
 
@@ -276,7 +279,7 @@ haptable_force_fn haptable_force_of_least_energy;
 
 /* god_object: with friction. It holds the god-object back where it was as long as the force there lies in the cone of
  * static friction, and lets it follow the frictionless one just so far that it lies in the cone of kinetic friction. */
-haptable_god_object_fn haptable_god_object_rough;
+haptable_god_object_fn haptable_god_object_friction;
 
 /* release: when contact ends, or the god-object jumps, the difference of the forces is not dropped but brought down by
  * release_n a tick, and only its part that takes energy from the finger. */

@@ -18,7 +18,7 @@ bytes_of() {
         kept && /^ \.text/ { if (NF == 1) { getline; size = $2; from = $3 } else { size = $3; from = $4 } if (from == object) print size }' \
         "$folder/$2.map" | { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
 }
-row() { printf '  %-36s %9s %s\n' "$1" "$2" "${3:-}"; }
+row() { printf '  %-42s %9s %s\n' "$1" "$2" "${3:-}"; }
 
 # ---- what must not be there -----------------------------------------------------------------------------------------
 bad=$(awk '{ print $NF }' "$symbols" | grep -E '^(__aeabi_[dfil]*2?[df][a-z0-9]*|__(add|sub|mul|div|neg|cmp|eq|ne|lt|le|gt|ge|unord)[sdt]f[23]|__(fix|float|extend|trunc)[a-z]*[sdt]f.*|malloc|calloc|realloc|free|_?sbrk|printf)$' || true)
@@ -69,8 +69,8 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
 
 flash=$("${CROSS}size" -A "$elf" | awk '$1 == ".text" || $1 == ".data" { sum += $2 } END { print sum }')
 ram=$("${CROSS}size" -A "$elf" | awk '$1 == ".data" || $1 == ".bss" || $1 == ".stack" { sum += $2 } END { print sum }')
-flash_has=$(value port_flash_bytes)
-ram_has=$(value port_ram_bytes)
+flash_has=$(value haptable_port_flash_bytes)
+ram_has=$(value haptable_port_ram_bytes)
 code=0
 echo "$elf"
 echo "flash, bytes"

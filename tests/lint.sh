@@ -18,13 +18,13 @@ arrow() { # FOLDER ALLOWED...: prefixes of includes
     [ -z "$found" ] || complain "$folder may include only $*:
 $found"
 }
-arrow firmware haptable.h ticks.h contact.h compliance.h surface.h force.h block.h vector.h frame.h model.h port.h semihosting.h line.h deformation.h display.h
+arrow firmware haptable model.h display.h
 arrow host/base host/base
 arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/fem
-arrow codegen host/base host/tables codegen firmware/haptable.h firmware/deformation.h
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
@@ -33,7 +33,7 @@ arrow host/mpi host/base host/scene host/tables host/inverse host/precompute hos
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
 arrow host/target host/base host/tables host/target firmware/haptable.h
-arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/frame.h firmware/haptable.h haptable/
+arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
 arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
@@ -65,6 +65,9 @@ for file in $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp' '*.sh'); do
     *) head -1 "$file" | grep -q SPDX-License-Identifier || complain "$file: its first line must name its licence" ;;
     esac
 done
+
+# ---- pages ---------------------------------------------------------------------------------------------------------
+sh tests/docs.sh || complain "the pages: mend what is said above"
 
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \

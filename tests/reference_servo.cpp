@@ -22,7 +22,7 @@ namespace haptable::test::reference {
 #define haptable_energy_interpolated reference_energy_interpolated
 #define haptable_energy_consistent reference_energy_consistent
 #define haptable_energy_pressure_mask reference_energy_pressure_mask
-#define haptable_god_object_rough reference_god_object_rough
+#define haptable_god_object_friction reference_god_object_friction
 #define haptable_unpack_float16 reference_unpack_float16
 #define haptable_unpack_int16 reference_unpack_int16
 #define haptable_release_slew reference_release_slew
@@ -37,30 +37,24 @@ namespace haptable::test::reference {
 // clang-format off
 #include "firmware/haptable.h"
 #define vec_inverse_root vec_inverse_root_of_floats
-#include "firmware/vector.h"
+#include "firmware/haptable_vector.h"
 #undef vec_inverse_root
 static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
-#include "firmware/surface.c"
-#include "firmware/entry.c"
-#include "firmware/contact.c"
+#include "firmware/haptable_surface.c"
+#include "firmware/haptable_patch.c"
+#include "firmware/haptable_entry.c"
+#include "firmware/haptable_contact.c"
 
-#include "firmware/least_energy.c"
+#include "firmware/haptable_least_energy.c"
 
-#include "firmware/force.c"
-#include "firmware/force_interpolated.c"
-#include "firmware/energy_interpolated.c"
-#include "firmware/compliance.c"
+#include "firmware/haptable_force.c"
+#include "firmware/haptable_force_interpolated.c"
+#include "firmware/haptable_energy_interpolated.c"
+#include "firmware/haptable_compliance.c"
 
-#define form form_consistent
-#include "firmware/force_consistent.c"
-
-#undef form
-
-#define form form_mask
-#include "firmware/force_mask.c"
-
-#undef form
-#include "firmware/servo.c"
+#include "firmware/haptable_force_consistent.c"
+#include "firmware/haptable_force_mask.c"
+#include "firmware/haptable_servo.c"
 // clang-format on
 #pragma GCC diagnostic pop
 #undef float
@@ -76,7 +70,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_energy_interpolated
 #undef haptable_energy_consistent
 #undef haptable_energy_pressure_mask
-#undef haptable_god_object_rough
+#undef haptable_god_object_friction
 #undef haptable_unpack_float16
 #undef haptable_unpack_int16
 #undef haptable_release_slew
@@ -117,7 +111,7 @@ struct ReferenceServo::State {
         model.max_force_n = double(m.max_force_n);
         model.rigid_stiffness_n_per_m = double(m.rigid_stiffness_n_per_m);
         model.tolerance_m = double(m.tolerance_m);
-        model.reach_m = double(m.reach_m);
+        model.workspace_limit_m = double(m.workspace_limit_m);
         for (int i = 0; i < 3; ++i) model.grid_origin_m[i] = double(m.grid_origin_m[i]);
         model.grid_per_m = double(m.grid_per_m);
         model.vertex_count = m.vertex_count;
@@ -196,13 +190,13 @@ ReferenceServo::Energy ReferenceServo::energy(int patch, const Vector3d& alpha, 
     for (int c = 0; c < 3; ++c) contact.alpha[c] = alpha[c];
     reference::place(&state_->model, &contact);
     reference::haptable_energy e{};
-    state_->model.energy(&state_->model, &contact, finger.data(), reference::HAPTABLE_LOOK_WHOLE, &e);
+    state_->model.energy(&state_->model, &contact, finger.data(), reference::HAPTABLE_ENERGY_ALL, &e);
     Energy energy;
     energy.energy = e.energy_j;
     energy.load = Eigen::Map<const Vector3d>(e.load_n);
-    energy.slope = Eigen::Map<const Eigen::Vector2d>(e.slope_j);
-    energy.curvature << e.curvature_j[0], e.curvature_j[1], e.curvature_j[1], e.curvature_j[2];
-    energy.lower_bound << e.lower_bound_j[0], e.lower_bound_j[1], e.lower_bound_j[1], e.lower_bound_j[2];
+    energy.gradient = Eigen::Map<const Eigen::Vector2d>(e.gradient_j);
+    energy.hessian << e.hessian_j[0], e.hessian_j[1], e.hessian_j[1], e.hessian_j[2];
+    energy.gauss_newton << e.gauss_newton_j[0], e.gauss_newton_j[1], e.gauss_newton_j[1], e.gauss_newton_j[2];
     return energy;
 }
 

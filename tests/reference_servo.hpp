@@ -30,8 +30,8 @@ public:
     struct Energy {
         double energy;
         Eigen::Vector3d load;
-        Eigen::Vector2d slope;
-        Eigen::Matrix2d curvature, lower_bound;
+        Eigen::Vector2d gradient;
+        Eigen::Matrix2d hessian, gauss_newton;
     };
     /// At a point of a patch, which need not be the god-object. Needs a model with an energy.
     Energy energy(int patch, const Eigen::Vector3d& alpha, const Eigen::Vector3d& finger) const;

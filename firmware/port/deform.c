@@ -4,28 +4,28 @@
  *
  * The image that shows that a target computes the host's displacements. Its words: deform IN OUT, files by semihosting.
  */
-#include "deformation.h"
 #include "display.h"
+#include "haptable_deformation.h"
+#include "haptable_port.h"
+#include "haptable_semihosting.h"
 #include "model.h"
-#include "port.h"
-#include "semihosting.h"
 
 static struct haptable_servo servo_state;
 static float displacement_m[HAPTABLE_DISPLAY_ROWS][3];
 
-int port_main(void) {
+int haptable_port_main(void) {
     float position_m[3];
     uint32_t now_us = 0;
     int in;
     int out_file;
-    const int status = semihosting_files(&in, &out_file);
+    const int status = haptable_semihosting_files(&in, &out_file);
     if (status != 0) return status;
     haptable_init(&servo_state);
-    for (; semihosting_read(in, position_m, sizeof position_m) == sizeof position_m; now_us += 1000u) {
+    for (; haptable_semihosting_read(in, position_m, sizeof position_m) == sizeof position_m; now_us += 1000u) {
         struct haptable_output out;
         haptable_step(&HAPTABLE_MODEL, &servo_state, position_m, now_us, &out);
         haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);
-        semihosting_write(out_file, displacement_m, sizeof displacement_m);
+        haptable_semihosting_write(out_file, displacement_m, sizeof displacement_m);
     }
     return 0;
 }

@@ -4,8 +4,8 @@
  * device by yours.
  */
 #include "haptable.h"
+#include "haptable_port.h"
 #include "model.h"
-#include "port.h"
 
 /* Your encoders and your motors. Here: a finger that is pressed 2 mm deep into the first vertex. */
 static int device_read(float finger_m[3]) {
@@ -22,21 +22,21 @@ static void device_write(const float force_n[3]) {
     for (axis = 0; axis < 3; ++axis) motor_n[axis] = force_n[axis];
 }
 
-int port_main(void) {
+int haptable_port_main(void) {
     static struct haptable_servo servo;
     uint32_t next_us;
-    port_init();
+    haptable_port_init();
     haptable_init(&servo);
-    next_us = port_now_us();
+    next_us = haptable_port_now_us();
     for (;;) {
         struct haptable_output out;
         float finger_m[3];
-        while ((int32_t)(port_now_us() - next_us) < 0) {
+        while ((int32_t)(haptable_port_now_us() - next_us) < 0) {
         }
         next_us += 1000u;
         if (device_read(finger_m))
-            haptable_step(&HAPTABLE_MODEL, &servo, finger_m, port_now_us(), &out);
-        else if (!haptable_watch(&servo, port_now_us(), &out))
+            haptable_step(&HAPTABLE_MODEL, &servo, finger_m, haptable_port_now_us(), &out);
+        else if (!haptable_watch(&servo, haptable_port_now_us(), &out))
             continue; /* still in time: the last force stays */
         device_write(out.force_n);
     }

@@ -6,24 +6,24 @@
  * UART. Time is that of the frames. A state that comes twice is answered twice and stepped once: a host that has lost
  * an answer asks again, and nothing changes.
  */
-#include "frame.h"
 #include "haptable.h"
-#include "line.h"
+#include "haptable_frame.h"
+#include "haptable_line.h"
+#include "haptable_port.h"
 #include "model.h"
-#include "port.h"
 
 static struct haptable_servo servo_state;
 static struct haptable_output output;
-static struct frame_reader reader;
+static struct haptable_frame_reader reader;
 
-static void answer(const struct frame* frame) {
+static void answer(const struct haptable_frame* frame) {
     static uint32_t last_sequence;
     static uint32_t last_time_us;
     static int answered;
-    struct frame_state state;
-    uint8_t bytes[FRAME_BYTES];
+    struct haptable_frame_state state;
+    uint8_t bytes[HAPTABLE_FRAME_BYTES];
     uint32_t length;
-    if (!frame_take_state(frame, &state)) return;
+    if (!haptable_frame_take_state(frame, &state)) return;
     if (!answered || frame->sequence != last_sequence || state.time_us != last_time_us) {
         /* A gap in time drops the contact, as silence does. */
         haptable_watch(&servo_state, state.time_us, &output);
@@ -32,19 +32,19 @@ static void answer(const struct frame* frame) {
     answered = 1;
     last_sequence = frame->sequence;
     last_time_us = state.time_us;
-    length = frame_write_force(frame->sequence, HAPTABLE_MODEL.hash, &output, bytes);
-    line_write(bytes, length);
+    length = haptable_frame_write_force(frame->sequence, HAPTABLE_MODEL.hash, &output, bytes);
+    haptable_line_write(bytes, length);
 }
 
-int port_main(void) {
-    const int status = line_open();
+int haptable_port_main(void) {
+    const int status = haptable_line_open();
     uint8_t byte;
     if (status != 0) return status;
     haptable_init(&servo_state);
-    frame_reader_init(&reader);
-    while (line_read(&byte)) {
-        struct frame frame;
-        if (frame_read(&reader, byte, &frame)) answer(&frame);
+    haptable_frame_reader_init(&reader);
+    while (haptable_line_read(&byte)) {
+        struct haptable_frame frame;
+        if (haptable_frame_read(&reader, byte, &frame)) answer(&frame);
     }
     return 0;
 }

@@ -6,14 +6,14 @@
  * it.
  */
 #include "haptable.h"
-#include "port.h"
-#include "semihosting.h"
-#include "ticks.h"
+#include "haptable_port.h"
+#include "haptable_semihosting.h"
+#include "haptable_ticks.h"
 
 /* The file's first words. */
 struct model_head {
     uint32_t god_object; /* 0 nearest, 1 least-energy */
-    uint32_t is_rough;
+    uint32_t has_friction;
     uint32_t force;  /* 0 interpolated, 1 consistent, 2 pressure-mask */
     uint32_t unpack; /* 0: float32, 1: float16, 2: int16 */
     uint32_t has_release;
@@ -27,7 +27,7 @@ struct model_head {
     float max_force_n;
     float rigid_stiffness_n_per_m;
     float tolerance_m;
-    float reach_m;
+    float workspace_limit_m;
     float grid_origin_m[3];
     float grid_per_m;
     float static_friction;
@@ -47,7 +47,7 @@ static void* take(int in, uint32_t bytes) {
     const uint32_t words = (bytes + 3u) / 4u;
     uint32_t* table = &arena[used];
     if (words > sizeof arena / sizeof arena[0] - used) return 0;
-    if (words > 0 && semihosting_read(in, table, 4u * words) != 4u * words) return 0;
+    if (words > 0 && haptable_semihosting_read(in, table, 4u * words) != 4u * words) return 0;
     used += words;
     return table;
 }
@@ -90,12 +90,12 @@ static void name_functions(const struct model_head* head) {
     static haptable_energy_fn* const energy[] = {haptable_energy_interpolated, haptable_energy_consistent,
                                                  haptable_energy_pressure_mask};
     model.god_object = god_object[head->god_object];
-    if (head->is_rough) {
+    if (head->has_friction) {
         model.frictionless = model.god_object;
-        model.god_object = haptable_god_object_rough;
+        model.god_object = haptable_god_object_friction;
     }
     model.force = force[head->force];
-    if (head->force > 0 && head->god_object == 1 && !head->is_rough) model.force = haptable_force_of_least_energy;
+    if (head->force > 0 && head->god_object == 1 && !head->has_friction) model.force = haptable_force_of_least_energy;
     model.energy = energy[head->force];
     if (head->has_release) model.release = haptable_release_slew;
     if (head->has_passivity) model.passivity = haptable_passivity_control;
@@ -106,7 +106,7 @@ static void take_numbers(const struct model_head* head) {
     model.max_force_n = head->max_force_n;
     model.rigid_stiffness_n_per_m = head->rigid_stiffness_n_per_m;
     model.tolerance_m = head->tolerance_m;
-    model.reach_m = head->reach_m;
+    model.workspace_limit_m = head->workspace_limit_m;
     for (axis = 0; axis < 3; ++axis) model.grid_origin_m[axis] = head->grid_origin_m[axis];
     model.grid_per_m = head->grid_per_m;
     model.vertex_count = (uint16_t)head->vertex_count;
@@ -121,7 +121,7 @@ static void take_numbers(const struct model_head* head) {
 
 static int take_model(int in) {
     struct model_head head;
-    if (semihosting_read(in, &head, sizeof head) != sizeof head) return 0;
+    if (haptable_semihosting_read(in, &head, sizeof head) != sizeof head) return 0;
     if (head.god_object > 1 || head.force > 2 || head.unpack > 2) return 0;
     name_functions(&head);
     take_numbers(&head);
@@ -129,12 +129,12 @@ static int take_model(int in) {
     return head.degree == 0 ? take_stiffness(in, &head) : take_compliance(in, &head);
 }
 
-int port_main(void) {
+int haptable_port_main(void) {
     int in;
     int out;
-    const int status = semihosting_files(&in, &out);
+    const int status = haptable_semihosting_files(&in, &out);
     if (status != 0) return status;
     if (!take_model(in)) return 65;
-    ticks_replay(&model, in, out);
+    haptable_ticks_replay(&model, in, out);
     return 0;
 }

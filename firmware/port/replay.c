@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
  * The image that shows that a target computes what the host computes. Its words: replay IN OUT, files by semihosting:
- * a path in, ticks out (ticks.h).
+ * a path in, ticks out (haptable_ticks.h).
  */
+#include "haptable_port.h"
+#include "haptable_semihosting.h"
+#include "haptable_ticks.h"
 #include "model.h"
-#include "port.h"
-#include "semihosting.h"
-#include "ticks.h"
 
-int port_main(void) {
+int haptable_port_main(void) {
     int in;
     int out;
-    const int status = semihosting_files(&in, &out);
+    const int status = haptable_semihosting_files(&in, &out);
     if (status != 0) return status;
-    ticks_replay(&HAPTABLE_MODEL, in, out);
+    haptable_ticks_replay(&HAPTABLE_MODEL, in, out);
     return 0;
 }

@@ -8,7 +8,7 @@
 #include <memory>
 
 extern "C" {
-#include "firmware/contact.h"
+#include "firmware/haptable_patch.h"
 }
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -72,7 +72,7 @@ void search_all(benchmark::State& state, Case& with) {
     for (auto _ : state) {
         for (std::uint16_t patch = 0; patch < model.patch_count; ++patch) {
             haptable_contact nearest;
-            contact_nearest(&model, patch, with.sliding[tick].data(), &nearest);
+            haptable_patch_nearest(&model, patch, with.sliding[tick].data(), &nearest);
             benchmark::DoNotOptimize(nearest);
         }
         tick = tick + 1 == with.sliding.size() ? 0 : tick + 1;

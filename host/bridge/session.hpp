@@ -70,10 +70,10 @@ private:
     ServoRecord* record_;
     Answer answer_;
     haptable_output output_{};
-    device_state state_{};      ///< the last one
-    frame_state asked_{};       ///< as the target gets it
-    std::uint32_t number_ = 0;  ///< of that frame; counts on over sessions of devices
-    bool waiting_ = false;      ///< for its answer
+    device_state state_{};          ///< the last one
+    haptable_frame_state asked_{};  ///< as the target gets it
+    std::uint32_t number_ = 0;      ///< of that frame; counts on over sessions of devices
+    bool waiting_ = false;          ///< for its answer
     bool has_states_ = false;
     Clock::time_point last_state_ = Clock::now();
     Clock::time_point first_sent_, last_sent_;  ///< that frame

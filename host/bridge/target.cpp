@@ -3,9 +3,9 @@
 
 namespace haptable {
 
-void Target::send(std::uint32_t sequence, const frame_state& state) {
-    std::array<std::uint8_t, FRAME_BYTES> bytes{};
-    line_.write(std::span(bytes.data(), frame_write_state(sequence, &state, bytes.data())));
+void Target::send(std::uint32_t sequence, const haptable_frame_state& state) {
+    std::array<std::uint8_t, HAPTABLE_FRAME_BYTES> bytes{};
+    line_.write(std::span(bytes.data(), haptable_frame_write_state(sequence, &state, bytes.data())));
 }
 
 std::optional<TargetForce> Target::take() {
@@ -15,12 +15,12 @@ std::optional<TargetForce> Target::take() {
             end_ = line_.read(buffer_);
             if (end_ == 0) return std::nullopt;
         }
-        frame whole{};
-        if (frame_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
+        haptable_frame whole{};
+        if (haptable_frame_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
         TargetForce force;
         force.sequence = whole.sequence;
         force.output.patch = HAPTABLE_NONE;
-        if (frame_take_force(&whole, &force.model_hash, &force.output) != 0) return force;
+        if (haptable_frame_take_force(&whole, &force.model_hash, &force.output) != 0) return force;
         ++foreign_frames_;
     }
 }

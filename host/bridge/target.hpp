@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "firmware/frame.h"
+#include "firmware/haptable_frame.h"
 #include "host/bridge/line.hpp"
 
 namespace haptable {
@@ -20,9 +20,9 @@ struct TargetForce {
 
 class Target {
 public:
-    explicit Target(Line line) : line_(std::move(line)) { frame_reader_init(&reader_); }
+    explicit Target(Line line) : line_(std::move(line)) { haptable_frame_reader_init(&reader_); }
 
-    void send(std::uint32_t sequence, const frame_state& state);
+    void send(std::uint32_t sequence, const haptable_frame_state& state);
     /// The next whole force of those that have come, without waiting. Garbage before it is skipped and counted.
     std::optional<TargetForce> take();
 
@@ -32,7 +32,7 @@ public:
 
 private:
     Line line_;
-    frame_reader reader_{};
+    haptable_frame_reader reader_{};
     std::array<std::uint8_t, 512> buffer_{};
     std::size_t begin_ = 0, end_ = 0;  ///< of what of the buffer is unread
     std::uint64_t foreign_frames_ = 0;

@@ -485,12 +485,12 @@ toml::table parse(const fs::path& file) {
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
-        throw Error(fmt::format("{}:{}: {} (column {}); see the scene's description in README.md", file.string(),
+        throw Error(fmt::format("{}:{}: {} (column {}); docs/SCENE.md has every key", file.string(),
                                 error.source().begin.line, error.description(), error.source().begin.column));
     } catch (const std::logic_error&) {
         throw Error(file.string() +
-                    ": is not TOML: a table's header or a key has no name; see the scene's description "
-                    "in README.md");
+                    ": is not TOML: a table's header or a key has no name; docs/SCENE.md has every "
+                    "key");
     }
 }
 

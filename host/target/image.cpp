@@ -104,9 +104,10 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
                                      const std::string& more_of_plugin, std::string& out) const {
     const Scratch scratch;
     write_file(scratch / "in", bytes);
-    const std::string plugin = fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
-                                           address_of(image, "port_count_begin"), address_of(image, "port_count_end"),
-                                           (scratch / "counts").string(), more_of_plugin);
+    const std::string plugin =
+        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
+                    address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"),
+                    (scratch / "counts").string(), more_of_plugin);
     const std::string command =
         fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
                     (folder_ / (image + ".elf")).string(), (scratch / "in").string(), (scratch / "out").string());

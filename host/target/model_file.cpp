@@ -51,7 +51,7 @@ void add_functions(const haptable_model& model, Words& words) {
     haptable_god_object_fn* const gods[] = {haptable_god_object_nearest, haptable_god_object_least_energy};
     haptable_force_fn* const forces[] = {haptable_force_interpolated, haptable_force_consistent,
                                          haptable_force_pressure_mask};
-    const bool rough = model.god_object == haptable_god_object_rough;
+    const bool rough = model.god_object == haptable_god_object_friction;
     words.add(number_of(rough ? model.frictionless : model.god_object, gods));
     words.add(std::uint32_t{rough});
     words.add(number_of(table_force(model), forces));
@@ -62,9 +62,9 @@ void add_functions(const haptable_model& model, Words& words) {
 
 void add_numbers(const haptable_model& model, Words& words) {
     for (const float number :
-         {model.max_force_n, model.rigid_stiffness_n_per_m, model.tolerance_m, model.reach_m, model.grid_origin_m[0],
-          model.grid_origin_m[1], model.grid_origin_m[2], model.grid_per_m, model.static_friction,
-          model.kinetic_friction, model.stiffness_limit_n_per_m, model.release_n})
+         {model.max_force_n, model.rigid_stiffness_n_per_m, model.tolerance_m, model.workspace_limit_m,
+          model.grid_origin_m[0], model.grid_origin_m[1], model.grid_origin_m[2], model.grid_per_m,
+          model.static_friction, model.kinetic_friction, model.stiffness_limit_n_per_m, model.release_n})
         words.add(number);
 }
 

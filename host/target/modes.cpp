@@ -13,7 +13,7 @@ constexpr std::uint32_t kLastLook = 13;
 /// Boxes beyond the limit that the last leaf may take: four patches with a look around their vertices each.
 constexpr std::uint32_t kLastLeaf = 20;
 
-/// What a tick's search took, its slide has not: an energy less for so many boxes (firmware/least_energy.c).
+/// What a tick's search took, its slide has not: an energy less for so many boxes (firmware/haptable_least_energy.c).
 constexpr std::uint32_t kBoxesOfEnergy = 8;
 
 haptable_energy_fn* energy_of(haptable_force_fn* force) {
@@ -39,7 +39,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
     if (least && mode.more != "friction" && model.compliance != nullptr) model.force = haptable_force_of_least_energy;
     if (mode.more == "friction") {
         model.frictionless = model.god_object;
-        model.god_object = haptable_god_object_rough;
+        model.god_object = haptable_god_object_friction;
         model.static_friction = 0.5F;
         model.kinetic_friction = 0.4F;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Equation 8 on the target: against the columns of the tables in double, and against the host's bits under QEMU.
-#include "firmware/deformation.h"
+#include "firmware/haptable_deformation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Frames of the serial line: whole ones come through, garbage does not, and costs no more than what it destroyed.
-#include "firmware/frame.h"
+#include "firmware/haptable_frame.h"
 
 #include <gtest/gtest.h>
 
@@ -14,21 +14,21 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 Bytes state_frame(std::uint32_t sequence) {
-    const frame_state state{sequence * 1000, {0.001F * static_cast<float>(sequence % 100), 0.02F, -0.03F}};
-    Bytes bytes(FRAME_BYTES);
-    bytes.resize(frame_write_state(sequence, &state, bytes.data()));
+    const haptable_frame_state state{sequence * 1000, {0.001F * static_cast<float>(sequence % 100), 0.02F, -0.03F}};
+    Bytes bytes(HAPTABLE_FRAME_BYTES);
+    bytes.resize(haptable_frame_write_state(sequence, &state, bytes.data()));
     return bytes;
 }
 
 class FrameReaderTest : public testing::Test {
 protected:
-    FrameReaderTest() { frame_reader_init(&reader); }
+    FrameReaderTest() { haptable_frame_reader_init(&reader); }
     /// Sequence numbers of the frames in the bytes; each frame must be a state as it was sent.
     std::vector<std::uint32_t> read(const Bytes& bytes) {
         std::vector<std::uint32_t> sequences;
         for (std::uint8_t byte : bytes) {
-            frame got{};
-            if (frame_read(&reader, byte, &got) == 0) continue;
+            haptable_frame got{};
+            if (haptable_frame_read(&reader, byte, &got) == 0) continue;
             const Bytes sent = state_frame(got.sequence);
             EXPECT_EQ(Bytes(got.payload, got.payload + got.length), Bytes(sent.begin() + 8, sent.end() - 4));
             sequences.push_back(got.sequence);
@@ -36,14 +36,14 @@ protected:
         return sequences;
     }
 
-    frame_reader reader;
+    haptable_frame_reader reader;
 };
 
 // Byte for byte as documented, with the CRC that zlib's crc32 gives for these bytes.
 TEST_F(FrameReaderTest, WritesTheDocumentedBytes) {
-    const frame_state state{0x01020304, {1.0F, 0.0F, -2.0F}};
-    Bytes bytes(FRAME_BYTES);
-    ASSERT_EQ(frame_write_state(7, &state, bytes.data()), 28U);
+    const haptable_frame_state state{0x01020304, {1.0F, 0.0F, -2.0F}};
+    Bytes bytes(HAPTABLE_FRAME_BYTES);
+    ASSERT_EQ(haptable_frame_write_state(7, &state, bytes.data()), 28U);
     const Bytes want{0xA5, 0x5A, 16, 1, 7, 0, 0, 0, 4, 3,    2,    1,    0,    0,
                      0x80, 0x3F, 0,  0, 0, 0, 0, 0, 0, 0xC0, 0xC8, 0x21, 0x1D, 0x0A};
     EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 28), want);
@@ -59,14 +59,14 @@ TEST_F(FrameReaderTest, ReturnsAForceAsItWas) {
         sent.alpha[c] = 0.25F * static_cast<float>(c);
         for (int a = 0; a < 3; ++a) sent.nodal_force_n[c][a] = static_cast<float>(3 * c + a);
     }
-    Bytes bytes(FRAME_BYTES);
-    bytes.resize(frame_write_force(9, 0x0123456789abcdefULL, &sent, bytes.data()));
-    frame whole{};
+    Bytes bytes(HAPTABLE_FRAME_BYTES);
+    bytes.resize(haptable_frame_write_force(9, 0x0123456789abcdefULL, &sent, bytes.data()));
+    haptable_frame whole{};
     int frames = 0;
-    for (std::uint8_t byte : bytes) frames += frame_read(&reader, byte, &whole);
+    for (std::uint8_t byte : bytes) frames += haptable_frame_read(&reader, byte, &whole);
     std::uint64_t hash = 0;
     ASSERT_EQ(frames, 1);
-    ASSERT_EQ(frame_take_force(&whole, &hash, &got), 1);
+    ASSERT_EQ(haptable_frame_take_force(&whole, &hash, &got), 1);
     EXPECT_EQ(hash, 0x0123456789abcdefULL);
     EXPECT_EQ(got.state, sent.state);
     EXPECT_EQ(std::memcmp(got.vertex, sent.vertex, sizeof sent.vertex), 0);
@@ -78,7 +78,7 @@ TEST_F(FrameReaderTest, ReturnsAForceAsItWas) {
 
 // A false begin right before a frame must not swallow it.
 TEST_F(FrameReaderTest, FindsAFrameInsideAFalseOne) {
-    Bytes bytes{0xA5, 0x5A, FRAME_PAYLOAD, 1, 0xA5, 0xA5, 0x5A};
+    Bytes bytes{0xA5, 0x5A, HAPTABLE_FRAME_PAYLOAD, 1, 0xA5, 0xA5, 0x5A};
     std::vector<std::uint32_t> want;
     for (std::uint32_t sequence = 0; sequence < 8; ++sequence) {
         const Bytes one = state_frame(sequence);
@@ -99,7 +99,7 @@ TEST_F(FrameReaderTest, LosesOnlyTheDamagedFrame) {
             bytes.insert(bytes.end(), one.begin(), one.end());
         }
         bytes[length + at] ^= 0x10;
-        frame_reader_init(&reader);
+        haptable_frame_reader_init(&reader);
         EXPECT_EQ(read(bytes), (std::vector<std::uint32_t>{0, 2, 3, 4, 5})) << "byte " << at;
     }
 }

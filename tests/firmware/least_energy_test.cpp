@@ -39,14 +39,14 @@ TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
             const auto at = [&](double b, double c) { return servo.energy(patch, alpha + Vector3d(-b - c, b, c), x); };
             const auto e = at(0, 0);
             const double h = 1e-5;
-            const Vector2d slope((at(h, 0).energy - at(-h, 0).energy) / (2 * h),
-                                 (at(0, h).energy - at(0, -h).energy) / (2 * h));
-            Eigen::Matrix2d curvature;
-            curvature.col(0) = (at(h, 0).slope - at(-h, 0).slope) / (2 * h);
-            curvature.col(1) = (at(0, h).slope - at(0, -h).slope) / (2 * h);
-            EXPECT_LT((slope - e.slope).norm(), 1e-6 * (e.slope.norm() + e.energy)) << force;
-            EXPECT_LT((curvature - e.curvature).norm(), 1e-6 * (e.curvature.norm() + e.energy)) << force;
-            EXPECT_GT(e.lower_bound.determinant(), 0.0);
+            const Vector2d gradient((at(h, 0).energy - at(-h, 0).energy) / (2 * h),
+                                    (at(0, h).energy - at(0, -h).energy) / (2 * h));
+            Eigen::Matrix2d hessian;
+            hessian.col(0) = (at(h, 0).gradient - at(-h, 0).gradient) / (2 * h);
+            hessian.col(1) = (at(0, h).gradient - at(0, -h).gradient) / (2 * h);
+            EXPECT_LT((gradient - e.gradient).norm(), 1e-6 * (e.gradient.norm() + e.energy)) << force;
+            EXPECT_LT((hessian - e.hessian).norm(), 1e-6 * (e.hessian.norm() + e.energy)) << force;
+            EXPECT_GT(e.gauss_newton.determinant(), 0.0);
         }
     }
 }

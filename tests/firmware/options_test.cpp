@@ -106,7 +106,7 @@ TEST(Release, OnlyBrakesOnRandomWays) {
 TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     const SpringBox box;
     haptable_model model = box.model();
-    model.god_object = haptable_god_object_rough;
+    model.god_object = haptable_god_object_friction;
     model.frictionless = haptable_god_object_nearest;
     model.static_friction = 0.4F;
     model.kinetic_friction = 0.3F;
@@ -141,7 +141,7 @@ TEST(Friction, TakesEnergyInClosedLoops) {
     const ElasticBody body(cube_scene(5, 0.3), "consistent");
     haptable_model model = body.model("least-energy");
     model.frictionless = model.god_object;
-    model.god_object = haptable_god_object_rough;
+    model.god_object = haptable_god_object_friction;
     model.force = haptable_force_consistent;
     model.static_friction = model.kinetic_friction = 0.3F;
     std::mt19937 random(8);
@@ -238,7 +238,7 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const std::string plain = linked_names(paper.tables(), paper.servo());
     for (const char* name :
          {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
-          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_rough"})
+          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_friction"})
         EXPECT_EQ(plain.find(name), std::string::npos) << name;
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
     Tables tables = exact.tables();
@@ -247,8 +247,8 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const std::string other = linked_names(tables, exact.servo());
     for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew"})
         EXPECT_NE(other.find(name), std::string::npos) << name;
-    for (const char* name :
-         {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m", "haptable_god_object_rough"})
+    for (const char* name : {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
+                             "haptable_god_object_friction"})
         EXPECT_EQ(other.find(name), std::string::npos) << name;
 }
 

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "codegen/in_memory.hpp"
-#include "firmware/frame.h"
+#include "firmware/haptable_frame.h"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
@@ -82,10 +82,10 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
     const auto path_m = stroke_path(host_tables, 20);
     std::mt19937 random(1);
     std::string line;
-    std::uint8_t bytes[FRAME_BYTES];
+    std::uint8_t bytes[HAPTABLE_FRAME_BYTES];
     const auto send = [&](std::uint32_t i) {
-        frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}};
-        line.append(reinterpret_cast<const char*>(bytes), frame_write_state(i, &state, bytes));
+        haptable_frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}};
+        line.append(reinterpret_cast<const char*>(bytes), haptable_frame_write_state(i, &state, bytes));
     };
     for (std::uint32_t i = 0; i < path_m.size(); ++i) {
         if (i % 8 == 3) {  // a damaged copy, and noise
@@ -96,21 +96,21 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
         send(i);
         if (i % 16 == 5) send(i);  // asked again
     }
-    line.append(FRAME_BYTES, '\0');  // an end that a false begin cannot cover
+    line.append(HAPTABLE_FRAME_BYTES, '\0');  // an end that a false begin cannot cover
     const ServoModel built = build_model(host_tables);
     const haptable_model model = model_in_memory(host_tables, built);
     haptable_servo servo;
     haptable_init(&servo);
     haptable_output out{};
-    frame_reader reader;
-    frame_reader_init(&reader);
+    haptable_frame_reader reader;
+    haptable_frame_reader_init(&reader);
     std::uint32_t next = 0, contacts = 0;
     for (const char byte : image.loop(line)) {
-        frame answer{};
+        haptable_frame answer{};
         haptable_output got{};
         std::uint64_t hash = 0;
-        if (frame_read(&reader, static_cast<std::uint8_t>(byte), &answer) == 0) continue;
-        ASSERT_EQ(frame_take_force(&answer, &hash, &got), 1);
+        if (haptable_frame_read(&reader, static_cast<std::uint8_t>(byte), &answer) == 0) continue;
+        ASSERT_EQ(haptable_frame_take_force(&answer, &hash, &got), 1);
         EXPECT_EQ(hash, model.hash);
         if (answer.sequence == next) {
             haptable_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);

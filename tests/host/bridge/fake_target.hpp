@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-#include "firmware/frame.h"
+#include "firmware/haptable_frame.h"
 #include "host/bridge/line.hpp"
 #include "tests/loop/helpers.hpp"
 
@@ -111,16 +111,17 @@ class FakeTarget {
 public:
     FakeTarget(const haptable_model* model, const Line& line) : model_(model), line_(line) {
         haptable_init(&servo_);
-        frame_reader_init(&reader_);
+        haptable_frame_reader_init(&reader_);
     }
 
     /// How many states it has found among the bytes that have come.
     int answer() {
         int states = 0;
         for (const std::uint8_t byte : line_.take()) {
-            frame whole{};
-            frame_state state{};
-            if (frame_read(&reader_, byte, &whole) == 0 || frame_take_state(&whole, &state) == 0) continue;
+            haptable_frame whole{};
+            haptable_frame_state state{};
+            if (haptable_frame_read(&reader_, byte, &whole) == 0 || haptable_frame_take_state(&whole, &state) == 0)
+                continue;
             ++states;
             if (whole.sequence != last_ || states_ == 0) {
                 haptable_watch(&servo_, state.time_us, &output_);
@@ -128,8 +129,8 @@ public:
             }
             ++states_;
             last_ = whole.sequence;
-            Bytes bytes(FRAME_BYTES);
-            bytes.resize(frame_write_force(whole.sequence, hash, &output_, bytes.data()));
+            Bytes bytes(HAPTABLE_FRAME_BYTES);
+            bytes.resize(haptable_frame_write_force(whole.sequence, hash, &output_, bytes.data()));
             line_.put(bytes);
         }
         return states;
@@ -144,7 +145,7 @@ private:
     const Line& line_;
     haptable_servo servo_{};
     haptable_output output_{};
-    frame_reader reader_{};
+    haptable_frame_reader reader_{};
     std::uint32_t last_ = 0;
     int states_ = 0;
 };

@@ -133,15 +133,16 @@ TEST_F(BridgeSessionTest, RefusesATargetWithOtherTables) {
 TEST_F(BridgeSessionTest, GatesForces) {
     publish(0);
     haptable_output wild{};
-    Bytes bytes(FRAME_BYTES);
+    Bytes bytes(HAPTABLE_FRAME_BYTES);
     for (const float force_n : {2.0F * box.scene().model->max_force_n, std::nanf("")}) {
         wild.force_n[1] = force_n;
-        pipes.put(Bytes(bytes.begin(), bytes.begin() + frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
+        pipes.put(
+            Bytes(bytes.begin(), bytes.begin() + haptable_frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
     }
     wild.force_n[1] = 0.0F;
     wild.state = HAPTABLE_CONTACT;
     wild.vertex[2] = 60000;
-    pipes.put(Bytes(bytes.begin(), bytes.begin() + frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
+    pipes.put(Bytes(bytes.begin(), bytes.begin() + haptable_frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
     session.take_answers();
     handle_all(connection);
     EXPECT_TRUE(forces.empty());

@@ -84,6 +84,15 @@ TEST_F(SceneFile, ExampleScenesAreRead) {
     EXPECT_EQ(read_scene("meshes/mouse.toml").name, "mouse");
 }
 
+TEST_F(SceneFile, TheReadmesSceneIsRead) {
+    const std::string page = read_file("README.md"), begin = "```toml\n";
+    const std::size_t from = page.find(begin) + begin.size();
+    const Scene scene = read(page.substr(from, page.find("```", from) - from));
+    EXPECT_EQ(scene.name, "duck");
+    EXPECT_EQ(scene.tables.precision, "float32") << "a copier wants the defaults";
+    EXPECT_EQ(scene.tables.flash_budget, 0U);
+}
+
 TEST_F(SceneFile, AMissingFileIsAnErrorThatNamesIt) {
     try {
         read_scene(path_);

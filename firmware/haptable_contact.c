@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * g = argmin |x - g| over the surface, by descent from patch to neighbouring patch
+ *
+ * Why the walk ends: with g on a patch and q the point of that patch nearest to the finger x, |x - q|^2 <=
+ * |x - g|^2 - |q - g|^2, because a triangle is convex. Every move to a neighbour therefore brings the god-object
+ * nearer by more than tolerance_m squared, and no patch is visited twice.
+ */
+#include "haptable_contact.h"
+
+#include "haptable_entry.h"
+#include "haptable_patch.h"
+#include "haptable_surface.h"
+
+/* ---- sliding -------------------------------------------------------------------------------------------------- */
+
+/* Steps of the walk: comparing one edge with the finger is one, a patch's nearest point costs as much as six. */
+enum { STEPS_OF_TWO_EDGES = 2, STEPS_OF_PATCH = 6 };
+
+/* 1 when the neighbour's point lies elsewhere, and so nearer (see the head of this file). */
+static int is_move(const struct haptable_model* model, const struct haptable_contact* from,
+                   const struct haptable_contact* to) {
+    return gap2(from->god_object_m, to->god_object_m) > model->tolerance_m * model->tolerance_m;
+}
+
+/* Tries the patch across the edge. Returns 1 when the god-object moved on to it. */
+static int cross_edge(const struct haptable_model* model, int corner, const float x_m[3],
+                      struct haptable_contact* contact, int* steps) {
+    const uint16_t across = model->neighbour[contact->patch][corner];
+    struct haptable_contact next;
+    if (across == HAPTABLE_NONE) return 0;
+    *steps += STEPS_OF_PATCH;
+    haptable_patch_nearest(model, across, x_m, &next);
+    if (!is_move(model, contact, &next)) return 0;
+    *contact = next;
+    return 1;
+}
+
+/* An edge at the vertex v that the god-object is on. */
+struct edge {
+    float along[3]; /* e, to the edge's other vertex */
+    float rise;     /* (x - v) . e: positive where the edge leads nearer to the finger x */
+    float length2;  /* e . e */
+};
+
+static inline struct edge edge_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
+                                  const float to_x[3]) {
+    struct edge edge;
+    vec_sub(model->vertex_m[vertex], at_m, edge.along);
+    edge.rise = vec_dot(to_x, edge.along);
+    edge.length2 = vec_dot(edge.along, edge.along);
+    return edge;
+}
+
+/* Long slides go from vertex to neighbouring vertex, at a tenth of the cost of a patch. Goes to the one that is nearest
+ * to x, if that is by more than a quarter of the edge nearer, squared: rounding cannot send it back. On the straight
+ * line there the distance to x is never more than at its begin, so this is a slide, if a coarse one. Returns 1 when the
+ * god-object moved. */
+static int step_along_edge(const struct haptable_model* model, int* corner, const float x_m[3],
+                           struct haptable_contact* contact, int* steps) {
+    struct fan fan = fan_begin(model, contact->patch, *corner);
+    const float* at_m = model->vertex_m[fan.vertex];
+    float to_x[3];
+    float most = 0.0f;
+    uint16_t best = HAPTABLE_NONE;
+    vec_sub(x_m, at_m, to_x);
+    do {
+        const uint16_t* v = model->patch[fan.patch];
+        const uint16_t other = v[next_corner(fan.corner)];
+        const struct edge edge = edge_to(model, other, at_m, to_x);
+        const float nearer2 = 2.0f * edge.rise - edge.length2;
+        ++*steps;
+        if (nearer2 <= most || edge.rise <= 2.0f * edge.length2) continue;
+        most = nearer2;
+        best = other;
+        contact->patch = fan.patch;
+    } while (*steps < HAPTABLE_WALK_STEPS && fan_next(model, &fan));
+    if (best == HAPTABLE_NONE) return 0;
+    vec_zero(contact->alpha);
+    *corner = corner_of(model, contact->patch, best);
+    contact->alpha[*corner] = 1.0f;
+    vec_copy(model->vertex_m[best], contact->god_object_m);
+    return 1;
+}
+
+/* 1 when the nearest point to x of the plane of two edges lies between them: normal equations, solved by Cramer. */
+static inline int leads_between(const struct edge* one, const struct edge* two) {
+    const float both = vec_dot(one->along, two->along);
+    return one->rise * two->length2 > two->rise * both && two->rise * one->length2 > one->rise * both;
+}
+
+/* Where one can go from a vertex. */
+struct leaving {
+    struct haptable_contact at_vertex;
+    float gap2; /* of the best patch's point to x, squared: there the god-object is, once it has moved */
+    int moved;
+    float most;        /* what the steepest edge brings nearer to x, squared */
+    uint16_t steepest; /* a patch with that edge; HAPTABLE_NONE: no edge leads nearer */
+};
+
+/* Takes the patch's nearest point when it is a move, and nearer to x than that of the patches before. */
+static void try_patch(const struct haptable_model* model, uint16_t patch, const float x_m[3], struct leaving* leaving,
+                      struct haptable_contact* contact) {
+    struct haptable_contact next;
+    float gap;
+    haptable_patch_nearest(model, patch, x_m, &next);
+    gap = gap2(next.god_object_m, x_m);
+    if (!is_move(model, &leaving->at_vertex, &next) || (leaving->moved && gap >= leaving->gap2)) return;
+    leaving->gap2 = gap;
+    leaving->moved = 1;
+    *contact = next;
+}
+
+static inline void note_edge(const struct edge* edge, uint16_t patch, struct leaving* leaving) {
+    if (edge->rise <= 0.0f || edge->rise * edge->rise <= leaving->most * edge->length2) return;
+    leaving->most = edge->rise * edge->rise / edge->length2;
+    leaving->steepest = patch;
+}
+
+/* Leaves the vertex for the patch around it that comes nearest to x, as far as the budget goes; returns 0 when none
+ * comes nearer. A patch's nearest point lies on one of the two edges at the vertex, of which the steepest is enough, or
+ * between them; only then is its nearest point to be found. */
+static int cross_vertex(const struct haptable_model* model, int corner, const float x_m[3],
+                        struct haptable_contact* contact, int* steps) {
+    struct fan fan = fan_begin(model, contact->patch, corner);
+    const float* at_m = model->vertex_m[fan.vertex];
+    struct leaving leaving = {*contact, 0.0f, 0, 0.0f, HAPTABLE_NONE};
+    float to_x[3];
+    vec_sub(x_m, at_m, to_x);
+    do {
+        const uint16_t* v = model->patch[fan.patch];
+        const struct edge one = edge_to(model, v[next_corner(fan.corner)], at_m, to_x);
+        const struct edge two = edge_to(model, v[previous_corner(fan.corner)], at_m, to_x);
+        *steps += STEPS_OF_TWO_EDGES;
+        note_edge(&one, fan.patch, &leaving);
+        note_edge(&two, fan.patch, &leaving);
+        if (!leads_between(&one, &two)) continue;
+        *steps += STEPS_OF_PATCH;
+        try_patch(model, fan.patch, x_m, &leaving, contact);
+    } while (*steps < HAPTABLE_WALK_STEPS && fan_next(model, &fan));
+    if (leaving.steepest == HAPTABLE_NONE || (leaving.moved && leaving.gap2 < vec_dot(to_x, to_x) - leaving.most))
+        return leaving.moved;
+    *steps += STEPS_OF_PATCH;
+    try_patch(model, leaving.steepest, x_m, &leaving, contact);
+    return leaving.moved;
+}
+
+/* From a vertex along edges as far as that goes, then into a patch. */
+static int leave_vertex(const struct haptable_model* model, int corner, const float x_m[3],
+                        struct haptable_contact* contact, int* steps) {
+    while (*steps < HAPTABLE_WALK_STEPS)
+        if (!step_along_edge(model, &corner, x_m, contact, steps))
+            return *steps < HAPTABLE_WALK_STEPS && cross_vertex(model, corner, x_m, contact, steps);
+    return 0;
+}
+
+/* See haptable_contact_slide. */
+static int slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact, int* steps) {
+    int moving = 1;
+    *steps += STEPS_OF_PATCH;
+    haptable_patch_nearest(model, contact->patch, x_m, contact);
+    while (moving && *steps < HAPTABLE_WALK_STEPS) {
+        int corner = 0;
+        const enum place_on_patch feature = feature_of(contact->alpha, &corner);
+        moving = 0;
+        if (feature == ON_EDGE) moving = cross_edge(model, corner, x_m, contact, steps);
+        if (feature == ON_VERTEX) moving = leave_vertex(model, corner, x_m, contact, steps);
+    }
+    return *steps < HAPTABLE_WALK_STEPS;
+}
+
+/* For the other god-objects; where the nearest one is alone, it is not linked. */
+int haptable_contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                           int* steps) {
+    return slide(model, x_m, contact, steps);
+}
+
+/* ---- one tick ------------------------------------------------------------------------------------------------- */
+
+/* One slide of a tick. Returns 1 when the god-object rests and the finger is on the outer side of it. A slide that met
+ * the limit does not tell the sides apart: the contact holds until it is finished. */
+static int has_left(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
+                    int* steps, struct haptable_counters* counters) {
+    const int rests = slide(model, x_m, contact, steps);
+    if (!rests) ++counters->walk_limits;
+    if ((uint32_t)*steps > counters->most_steps) counters->most_steps = (uint32_t)*steps;
+    return rests && haptable_surface_is_outside(model, contact, x_m);
+}
+
+/* Moves the god-object of one tick.
+ *
+ * In contact it slides on the surface towards the finger at x_m and lets go when the finger is outside; from there, or
+ * from where the finger was when there was no contact, its segment is searched for the first patch that it crosses
+ * inwards, where contact begins.
+ *
+ * before: contact->patch is HAPTABLE_NONE, or contact holds a point of the surface; positions are finite and within
+ *         the workspace limit.
+ * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its segment was searched, or
+ *         0 <= alpha <= 1, sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a
+ *         limit was met: counted).
+ * cost:   slides: at most HAPTABLE_WALK_STEPS steps and 13 to finish the last vertex, each at most 65 instructions of a
+ *         Cortex-M or rv32imafc, and after each the normals of the patches around a vertex, at most 280 each;
+ *         searches: at most HAPTABLE_TICK_BOXES boxes and 20 in the last leaf, each at most 280 with its patches;
+ *         checks and force: 1,700. With 8 patches around a vertex 76,945 in all. host/target/modes.cpp has the same for
+ *         every mode, and tests hold every tick to it. */
+void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
+    struct haptable_segment* segment = &servo->segment;
+    int steps = 0;
+    int slides;
+    for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
+        if (contact->patch == HAPTABLE_NONE && !haptable_surface_enter(model, x_m, segment, contact, &servo->counters))
+            return;
+        if (!has_left(model, x_m, contact, &steps, &servo->counters)) return;
+        haptable_surface_leave(x_m, segment, contact);
+    }
+    ++servo->counters.slide_limits;
+}

@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The first patch that a finger's segment crosses from outside to inside, by a tree of boxes
+ */
+#include "haptable_entry.h"
+
+#include "haptable_patch.h"
+#include "haptable_surface.h"
+
+/* Six times the signed volume of the segment and one edge: on which side of the edge the segment passes. Taken with the
+ * lower vertex first, it is the same number, with the opposite sign, for both patches of an edge: no segment slips
+ * between. */
+static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16_t j, const float from_m[3],
+                          const float along[3]) {
+    float a[3];
+    float b[3];
+    float normal[3];
+    vec_sub(model->vertex_m[i < j ? i : j], from_m, a);
+    vec_sub(model->vertex_m[i < j ? j : i], from_m, b);
+    vec_cross(a, b, normal);
+    return i < j ? vec_dot(along, normal) : -vec_dot(along, normal);
+}
+
+/* 1 when one can go from a patch to the other around a vertex that both have. */
+static int are_around(const struct haptable_model* model, uint16_t patch, uint16_t other) {
+    int corner;
+    for (corner = 0; corner < 3; ++corner) {
+        struct fan fan = fan_begin(model, patch, corner);
+        int patches = 0;
+        do
+            if (fan.patch == other) return 1;
+        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+    }
+    return 0;
+}
+
+/* What going around the three vertices of a patch costs, in boxes. */
+#define BOXES_OF_FANS 5
+
+/* 1 where the segment may begin at its height over the patch (start) to enter it; heights are times normal's length. */
+static int may_begin(const struct haptable_model* model, struct haptable_segment* segment, uint16_t patch, float start,
+                     float end, const float normal[3]) {
+    const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
+    const int is_near = start * start <= near2;
+    if (segment->left == HAPTABLE_NONE || !is_near) return start >= 0.0f || is_near;
+    if (end * end <= near2) return 0;
+    segment->boxes += BOXES_OF_FANS;
+    return !are_around(model, segment->left, patch);
+}
+
+/* 1 when the segment crosses the patch from outside to inside; *fraction is where, 0 to 1 of the segment. */
+static int enters(const struct haptable_model* model, uint16_t patch, struct haptable_segment* segment,
+                  float* fraction) {
+    const uint16_t* v = model->patch[patch];
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float offset[3];
+    float along[3];
+    float start;
+    float end;
+    patch_frame(model, patch, edge1, edge2, normal);
+    vec_sub(segment->from_m, model->vertex_m[v[0]], offset);
+    start = vec_dot(normal, offset);
+    vec_sub(segment->to_m, model->vertex_m[v[0]], offset);
+    end = vec_dot(normal, offset);
+    if (end >= 0.0f || end >= start) return 0;
+    vec_sub(segment->to_m, segment->from_m, along);
+    if (side_of_edge(model, v[0], v[1], segment->from_m, along) > 0.0f) return 0;
+    if (side_of_edge(model, v[1], v[2], segment->from_m, along) > 0.0f) return 0;
+    if (side_of_edge(model, v[2], v[0], segment->from_m, along) > 0.0f) return 0;
+    if (!may_begin(model, segment, patch, start, end, normal)) return 0;
+    *fraction = start > 0.0f ? start / (start - end) : 0.0f;
+    return 1;
+}
+
+static float magnitude(float x) { return x < 0.0f ? -x : x; }
+
+/* A segment in grid steps: its middle and half its extent, and the magnitudes of that half. */
+struct grid_segment {
+    float middle[3];
+    float half[3];
+    float size[3];
+};
+
+static struct grid_segment to_grid(const struct haptable_model* model, const struct haptable_segment* segment) {
+    struct grid_segment grid;
+    int axis;
+    for (axis = 0; axis < 3; ++axis) {
+        const float a = (segment->from_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
+        const float b = (segment->to_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
+        grid.middle[axis] = 0.5f * (a + b);
+        grid.half[axis] = 0.5f * (b - a);
+        grid.size[axis] = magnitude(grid.half[axis]);
+    }
+    return grid;
+}
+
+/* Separating axes of a segment and a box: the box's three, then the three that are square to both. Codegen made the
+ * boxes at least two steps too large on every side, which covers the rounding here. */
+static int meets_box(const struct grid_segment* grid, const struct haptable_box* box) {
+    float offset[3];
+    float half[3];
+    int i;
+    for (i = 0; i < 3; ++i) {
+        half[i] = 0.5f * ((float)box->high[i] - (float)box->low[i]);
+        offset[i] = grid->middle[i] - (float)box->low[i] - half[i];
+        if (magnitude(offset[i]) > half[i] + grid->size[i]) return 0;
+    }
+    for (i = 0; i < 3; ++i) {
+        const int j = i == 2 ? 0 : i + 1;
+        const int k = i == 0 ? 2 : i - 1;
+        const float distance = magnitude(offset[j] * grid->half[k] - offset[k] * grid->half[j]);
+        if (distance > half[j] * grid->size[k] + half[k] * grid->size[j] + grid->size[j] + grid->size[k]) return 0;
+    }
+    return 1;
+}
+
+/* Takes the leaf's patch that the segment enters first, if it comes before the one that was found. */
+static void enter_leaf(const struct haptable_model* model, uint16_t first, struct haptable_segment* segment) {
+    const int left = (int)model->patch_count - (int)first;
+    const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
+    int i;
+    for (i = 0; i < count; ++i) {
+        const uint16_t candidate = (uint16_t)(first + i);
+        float here;
+        if (!enters(model, candidate, segment, &here) || here >= segment->fraction) continue;
+        segment->fraction = here;
+        segment->patch = candidate;
+    }
+}
+
+/* Searches the segment with what is left of the tick's boxes: depth first, so that one index is all that a search which
+ * goes on later has to keep. */
+static void search(const struct haptable_model* model, struct haptable_segment* segment) {
+    const struct grid_segment grid = to_grid(model, segment);
+    uint16_t box = segment->box;
+    while (box < model->box_count && segment->boxes < HAPTABLE_TICK_BOXES) {
+        const struct haptable_box* here = &model->box[box];
+        ++segment->boxes;
+        if (!meets_box(&grid, here)) {
+            box = here->skip;
+            continue;
+        }
+        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, segment);
+        ++box;
+    }
+    segment->box = box;
+    segment->unfinished = box < model->box_count;
+}
+
+void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t left,
+                            struct haptable_segment* segment) {
+    vec_copy(from_m, segment->from_m);
+    vec_copy(to_m, segment->to_m);
+    segment->left = left;
+    segment->fraction = 2.0f; /* beyond the segment's end */
+    segment->patch = HAPTABLE_NONE;
+    segment->box = 0;
+    segment->unfinished = 1;
+}
+
+static void enter(const struct haptable_model* model, const struct haptable_segment* segment,
+                  struct haptable_contact* contact, struct haptable_counters* counters) {
+    float entry[3];
+    float along[3];
+    vec_copy(segment->from_m, entry);
+    vec_sub(segment->to_m, segment->from_m, along);
+    vec_add_scaled(segment->fraction, along, entry);
+    haptable_patch_nearest(model, segment->patch, entry, contact);
+    ++counters->contacts;
+}
+
+int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
+                           struct haptable_contact* contact, struct haptable_counters* counters) {
+    do {
+        if (!segment->unfinished) haptable_segment_begin(segment->to_m, x_m, HAPTABLE_NONE, segment);
+        search(model, segment);
+        if (segment->boxes > counters->most_boxes) counters->most_boxes = segment->boxes;
+        if (segment->unfinished) {
+            ++counters->box_limits;
+            return 0;
+        }
+    } while (segment->patch == HAPTABLE_NONE && gap2(segment->to_m, x_m) > 0.0f); /* that was an earlier tick's */
+    if (segment->patch == HAPTABLE_NONE) return 0;
+    enter(model, segment, contact, counters);
+    return 1;
+}
+
+void haptable_surface_leave(const float x_m[3], struct haptable_segment* segment, struct haptable_contact* contact) {
+    haptable_segment_begin(contact->god_object_m, x_m, contact->patch, segment);
+    contact->patch = HAPTABLE_NONE;
+}

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * CRC-32 (ISO-HDLC): remainder of the bytes by x^32 + x^26 + x^23 + ... + 1, reflected, begun and ended with ones
+ */
+#include "haptable_frame.h"
+
+#define SYNC_0 0xA5u
+#define SYNC_1 0x5Au
+#define HEAD 8u /* bytes before the payload */
+#define TAIL 4u /* bytes after it */
+
+/* Four bits at a time: a table of 16 words instead of 256. */
+static uint32_t crc_of(const uint8_t* bytes, uint32_t count) {
+    static const uint32_t nibble[16] = {0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
+                                        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+                                        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu};
+    uint32_t crc = 0xffffffffu;
+    uint32_t i;
+    for (i = 0; i < count; ++i) {
+        crc ^= bytes[i];
+        crc = (crc >> 4) ^ nibble[crc & 15u];
+        crc = (crc >> 4) ^ nibble[crc & 15u];
+    }
+    return ~crc;
+}
+
+/* ---- numbers, little-endian on every machine ------------------------------------------------------------------- */
+
+static uint8_t* put_word(uint8_t* to, uint32_t word) {
+    to[0] = (uint8_t)word;
+    to[1] = (uint8_t)(word >> 8);
+    to[2] = (uint8_t)(word >> 16);
+    to[3] = (uint8_t)(word >> 24);
+    return to + 4;
+}
+
+static uint32_t word_at(const uint8_t* from) {
+    return (uint32_t)from[0] | ((uint32_t)from[1] << 8) | ((uint32_t)from[2] << 16) | ((uint32_t)from[3] << 24);
+}
+
+union number {
+    float value;
+    uint32_t bits;
+};
+
+static uint8_t* put_floats(uint8_t* to, const float values[3]) {
+    int i;
+    for (i = 0; i < 3; ++i) {
+        union number number;
+        number.value = values[i];
+        to = put_word(to, number.bits);
+    }
+    return to;
+}
+
+static const uint8_t* take_floats(const uint8_t* from, float values[3]) {
+    int i;
+    for (i = 0; i < 3; ++i, from += 4) {
+        union number number;
+        number.bits = word_at(from);
+        values[i] = number.value;
+    }
+    return from;
+}
+
+/* ---- reading --------------------------------------------------------------------------------------------------- */
+
+void haptable_frame_reader_init(struct haptable_frame_reader* reader) {
+    reader->count = 0;
+    reader->frames = 0;
+    reader->skipped_bytes = 0;
+}
+
+/* Forgets the first bytes: count is small, and this happens once a frame or once a byte of garbage. */
+static void drop(struct haptable_frame_reader* reader, uint8_t bytes) {
+    uint8_t i;
+    reader->count = (uint8_t)(reader->count - bytes);
+    for (i = 0; i < reader->count; ++i) reader->byte[i] = reader->byte[i + bytes];
+}
+
+/* What the bytes so far are: the begin of a frame (0), a whole frame (1), or neither (-1). */
+static int judge(const struct haptable_frame_reader* reader) {
+    const uint8_t* byte = reader->byte;
+    uint32_t whole;
+    if (reader->count > 0 && byte[0] != SYNC_0) return -1;
+    if (reader->count > 1 && byte[1] != SYNC_1) return -1;
+    if (reader->count > 2 && byte[2] > HAPTABLE_FRAME_PAYLOAD) return -1;
+    if (reader->count < 3) return 0;
+    whole = HEAD + byte[2] + TAIL;
+    if (reader->count < whole) return 0;
+    return crc_of(byte + 2, whole - 2u - TAIL) == word_at(byte + whole - TAIL) ? 1 : -1;
+}
+
+int haptable_frame_read(struct haptable_frame_reader* reader, uint8_t byte, struct haptable_frame* frame) {
+    int verdict;
+    /* The frame that was handed out stands at the begin until now. */
+    if (reader->count > 0 && judge(reader) == 1) drop(reader, (uint8_t)(HEAD + reader->byte[2] + TAIL));
+    reader->byte[reader->count++] = byte;
+    while ((verdict = judge(reader)) < 0) {
+        ++reader->skipped_bytes;
+        drop(reader, 1);
+    }
+    if (verdict == 0) return 0;
+    ++reader->frames;
+    frame->length = reader->byte[2];
+    frame->type = reader->byte[3];
+    frame->sequence = word_at(reader->byte + 4);
+    frame->payload = reader->byte + HEAD;
+    return 1;
+}
+
+int haptable_frame_take_state(const struct haptable_frame* frame, struct haptable_frame_state* state) {
+    if (frame->type != HAPTABLE_FRAME_STATE || frame->length != HAPTABLE_FRAME_STATE_PAYLOAD) return 0;
+    state->time_us = word_at(frame->payload);
+    take_floats(frame->payload + 4, state->position_m);
+    return 1;
+}
+
+int haptable_frame_take_force(const struct haptable_frame* frame, uint64_t* model_hash, struct haptable_output* out) {
+    const uint8_t* from = frame->payload;
+    int corner;
+    if (frame->type != HAPTABLE_FRAME_FORCE || frame->length != HAPTABLE_FRAME_FORCE_PAYLOAD) return 0;
+    *model_hash = word_at(from) | ((uint64_t)word_at(from + 4) << 32);
+    out->state = from[8];
+    for (corner = 0; corner < 3; ++corner)
+        out->vertex[corner] = (uint16_t)(from[10 + 2 * corner] | (from[11 + 2 * corner] << 8));
+    from = take_floats(from + 16, out->force_n);
+    from = take_floats(from, out->god_object_m);
+    from = take_floats(from, out->alpha);
+    for (corner = 0; corner < 3; ++corner) from = take_floats(from, out->nodal_force_n[corner]);
+    return 1;
+}
+
+/* ---- writing --------------------------------------------------------------------------------------------------- */
+
+static uint8_t* begin_frame(uint8_t type, uint8_t length, uint32_t sequence, uint8_t* bytes) {
+    bytes[0] = SYNC_0;
+    bytes[1] = SYNC_1;
+    bytes[2] = length;
+    bytes[3] = type;
+    return put_word(bytes + 4, sequence);
+}
+
+static uint32_t end_frame(uint8_t* bytes) {
+    const uint32_t before_crc = HEAD + bytes[2];
+    put_word(bytes + before_crc, crc_of(bytes + 2, before_crc - 2u));
+    return before_crc + TAIL;
+}
+
+uint32_t haptable_frame_write_state(uint32_t sequence, const struct haptable_frame_state* state,
+                                    uint8_t bytes[HAPTABLE_FRAME_BYTES]) {
+    uint8_t* to = begin_frame(HAPTABLE_FRAME_STATE, HAPTABLE_FRAME_STATE_PAYLOAD, sequence, bytes);
+    to = put_word(to, state->time_us);
+    put_floats(to, state->position_m);
+    return end_frame(bytes);
+}
+
+uint32_t haptable_frame_write_force(uint32_t sequence, uint64_t model_hash, const struct haptable_output* out,
+                                    uint8_t bytes[HAPTABLE_FRAME_BYTES]) {
+    uint8_t* to = begin_frame(HAPTABLE_FRAME_FORCE, HAPTABLE_FRAME_FORCE_PAYLOAD, sequence, bytes);
+    int corner;
+    to = put_word(to, (uint32_t)model_hash);
+    to = put_word(to, (uint32_t)(model_hash >> 32));
+    *to++ = out->state;
+    *to++ = 0;
+    for (corner = 0; corner < 3; ++corner) {
+        *to++ = (uint8_t)out->vertex[corner];
+        *to++ = (uint8_t)(out->vertex[corner] >> 8);
+    }
+    to = put_floats(to, out->force_n);
+    to = put_floats(to, out->god_object_m);
+    to = put_floats(to, out->alpha);
+    for (corner = 0; corner < 3; ++corner) to = put_floats(to, out->nodal_force_n[corner]);
+    return end_frame(bytes);
+}

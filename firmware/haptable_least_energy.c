@@ -1,0 +1,535 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * g = argmin E(g) over the surface, E(g) = 1/2 u^T S(g) u, u = x - g, downhill from where g was
+ *
+ * A tick first follows: g at a minimum goes with the finger as the minimum does, to first order, and Newton's step
+ * corrects that. Where it does not do, g slides: Newton's steps with E's own second derivatives, with their positive
+ * part where they are not positive definite, cut at the patch's border and halved until E does not grow. At an edge the
+ * patch across is asked, at a vertex the edges around it; all of them have the same load, so that only the gradient
+ * is taken there.
+ * Why no energy is made: with g at a minimum, dE/dx = S u (envelope theorem), and where the minimum ends, g goes to one
+ * that is lower.
+ */
+#include "haptable_contact.h"
+#include "haptable_entry.h"
+#include "haptable_surface.h"
+
+/* A point of the surface and the energy there. */
+struct point {
+    struct haptable_contact at;
+    struct haptable_energy energy;
+};
+
+/* The walk of one tick. */
+struct walk {
+    const struct haptable_model* model;
+    const float* x_m;
+    int steps; /* evaluations so far */
+    int most;  /* evaluations that the tick has */
+    int nearest_steps;
+};
+
+static void evaluate(struct walk* walk, struct point* point) {
+    ++walk->steps;
+    walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_ENERGY_ALL, &point->energy);
+}
+
+/* The gradient alone. before: the load is known. */
+static void evaluate_gradient(struct walk* walk, struct point* point) {
+    ++walk->steps;
+    walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_ENERGY_GRADIENT, &point->energy);
+}
+
+/* ---- search directions within one patch
+ * ------------------------------------------------------------------------------------ */
+
+/* dE by alpha_c and the second derivatives, alpha_0 taken as the one that gives way. */
+static float slope_of(const struct haptable_energy* e, int c) { return c == 0 ? 0.0f : e->gradient_j[c - 1]; }
+static float second_of(const float h[3], int c, int d) { return c == 0 || d == 0 ? 0.0f : h[c + d - 2]; }
+
+/* H^-1 11 12 22; 0 where H is not positive definite beyond rounding. */
+static int invert(const float h[3], float inverse[3]) {
+    const float determinant = h[0] * h[2] - h[1] * h[1];
+    float scale;
+    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
+    scale = 1.0f / determinant;
+    inverse[0] = h[2] * scale;
+    inverse[1] = -h[1] * scale;
+    inverse[2] = h[0] * scale;
+    return 1;
+}
+
+/* d = -H^-1 slope; 0 where H is not positive definite beyond rounding. */
+static int newton(const float h[3], const float slope[2], float d[3]) {
+    float inverse[3];
+    if (!invert(h, inverse)) return 0;
+    d[1] = -(inverse[0] * slope[0] + inverse[1] * slope[1]);
+    d[2] = -(inverse[1] * slope[0] + inverse[2] * slope[1]);
+    d[0] = -d[1] - d[2];
+    return 1;
+}
+
+/* Where E bends downwards its positive part alone would give short steps: they are made this much longer. */
+#define STRIDE 8.0f
+
+/* A search direction in the patch's plane, downhill, as a change of the area coordinates. */
+static void direction_in_plane(const struct haptable_energy* e, float d[3]) {
+    if (newton(e->hessian_j, e->gradient_j, d)) return;
+    if (newton(e->gauss_newton_j, e->gradient_j, d)) {
+        int c;
+        for (c = 0; c < 3; ++c) d[c] *= STRIDE;
+        return;
+    }
+    /* A sliver: each coordinate on its own. */
+    d[1] = e->gauss_newton_j[0] > 0.0f ? -0.5f * e->gradient_j[0] / e->gauss_newton_j[0] : 0.0f;
+    d[2] = e->gauss_newton_j[2] > 0.0f ? -0.5f * e->gradient_j[1] / e->gauss_newton_j[2] : 0.0f;
+    d[0] = -d[1] - d[2];
+}
+
+/* The second derivative along the edge from corner a to corner b. */
+static float second_along(const float h[3], int a, int b) {
+    return second_of(h, a, a) - 2.0f * second_of(h, a, b) + second_of(h, b, b);
+}
+
+/* The direction along the edge from corner a to corner b, forwards or backwards, to the minimum of E there. Returns by
+ * how much E is foreseen to fall. */
+static float direction_along(const struct haptable_energy* e, int a, int b, float d[3]) {
+    const float slope = slope_of(e, b) - slope_of(e, a);
+    const float least = second_along(e->gauss_newton_j, a, b) / STRIDE;
+    float second = second_along(e->hessian_j, a, b);
+    if (second < least) second = least;
+    vec_zero(d);
+    if (second <= 0.0f) return 0.0f;
+    d[b] = -slope / second;
+    d[a] = -d[b];
+    return 0.5f * slope * slope / second;
+}
+
+/* 1 where the direction keeps every coordinate that is zero from falling below. */
+static int stays_inside(const float alpha[3], const float d[3]) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (alpha[c] == 0.0f && d[c] < 0.0f) return 0;
+    return 1;
+}
+
+/* 1 where d is longer than the tolerance. */
+static int is_long(const struct haptable_model* model, uint16_t patch, const float d[3]) {
+    float edge1[3];
+    float edge2[3];
+    float step[3] = {0.0f, 0.0f, 0.0f};
+    vec_sub(vertex_of(model, patch, 1), vertex_of(model, patch, 0), edge1);
+    vec_sub(vertex_of(model, patch, 2), vertex_of(model, patch, 0), edge2);
+    vec_add_scaled(d[1], edge1, step);
+    vec_add_scaled(d[2], edge2, step);
+    return vec_dot(step, step) > model->tolerance_m * model->tolerance_m;
+}
+
+/* From a vertex (the corner where alpha is 1) along one of the patch's two edges there, where that leads down. Returns
+ * by how much E is foreseen to fall, 0 where neither does. */
+static float direction_from_vertex(const struct point* point, int vertex, float d[3]) {
+    float best = 0.0f;
+    int turn;
+    vec_zero(d);
+    for (turn = 1; turn <= 2; ++turn) {
+        const int other = turn == 1 ? next_corner(vertex) : previous_corner(vertex);
+        float along[3];
+        const float fall = direction_along(&point->energy, vertex, other, along);
+        /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): a corner is 0, 1 or 2 */
+        if (along[other] <= 0.0f || fall <= best) continue;
+        best = fall;
+        vec_copy(along, d);
+    }
+    return best;
+}
+
+/* ---- search directions over edges and around vertices
+ * ---------------------------------------------------------------------- */
+
+/* The same point seen from another patch that shares its edge or vertex, with the gradient there. */
+static void see_from(struct walk* walk, const struct point* from, uint16_t patch, struct point* to) {
+    const struct haptable_model* model = walk->model;
+    int corner;
+    to->at.patch = patch;
+    vec_zero(to->at.alpha);
+    for (corner = 0; corner < 3; ++corner)
+        if (from->at.alpha[corner] > 0.0f)
+            to->at.alpha[corner_of(model, patch, model->patch[from->at.patch][corner])] = from->at.alpha[corner];
+    vec_copy(from->at.god_object_m, to->at.god_object_m);
+    vec_copy(from->energy.load_n, to->energy.load_n);
+    evaluate_gradient(walk, to);
+}
+
+/* 1 where a direction leads down within the point's own patch, off its edge or vertex or in its plane. */
+static int direction_inwards(const struct haptable_model* model, const struct point* point, float d[3]) {
+    direction_in_plane(&point->energy, d);
+    return stays_inside(point->at.alpha, d) && is_long(model, point->at.patch, d);
+}
+
+/* E's slope from the point towards a corner of its patch. */
+static float slope_towards(const struct point* point, int corner) {
+    const float* alpha = point->at.alpha;
+    const struct haptable_energy* e = &point->energy;
+    return slope_of(e, corner) - alpha[1] * e->gradient_j[0] - alpha[2] * e->gradient_j[1];
+}
+
+/* The point on the edge opposite to `corner` as the patch across sees it. Returns 1 where E falls into that patch. */
+static int falls_across(struct walk* walk, int corner, const struct point* here, struct point* other) {
+    const uint16_t across = walk->model->neighbour[here->at.patch][corner];
+    int opposite = 0;
+    if (across == HAPTABLE_NONE) return 0;
+    see_from(walk, here, across, other);
+    (void)feature_of(other->at.alpha, &opposite);
+    return slope_towards(other, opposite) < 0.0f;
+}
+
+/* On the edge opposite to `corner`: into this patch, into the one across, or along the edge. */
+static int direction_on_edge(struct walk* walk, int corner, struct point* here, float d[3]) {
+    struct point other;
+    if (direction_inwards(walk->model, here, d)) return 1;
+    if (falls_across(walk, corner, here, &other)) {
+        evaluate(walk, &other);
+        if (direction_inwards(walk->model, &other, d)) {
+            *here = other;
+            return 1;
+        }
+    }
+    direction_along(&here->energy, next_corner(corner), previous_corner(corner), d);
+    return is_long(walk->model, here->at.patch, d);
+}
+
+/* 1 where one of the patch's edges at the corner, where the point is, leads down. */
+static int falls_along_edge(const struct point* point, int corner) {
+    return slope_towards(point, next_corner(corner)) < 0.0f || slope_towards(point, previous_corner(corner)) < 0.0f;
+}
+
+/* E's slope is linear on each patch's cone at the vertex, so there is a direction down exactly where one of the edges
+ * leads down: the one that is foreseen to lead lowest, and from it into the patch where that is better. */
+static int direction_on_vertex(struct walk* walk, int corner, struct point* here, float d[3]) {
+    struct fan fan = fan_begin(walk->model, here->at.patch, corner);
+    uint16_t patch = here->at.patch;
+    float best = 0.0f;
+    struct point next;
+    do {
+        const struct point* seen = here;
+        float along[3];
+        float fall;
+        if (fan.patch != here->at.patch) {
+            see_from(walk, here, fan.patch, &next);
+            if (!falls_along_edge(&next, fan.corner)) continue;
+            evaluate(walk, &next);
+            seen = &next;
+        }
+        fall = direction_from_vertex(seen, fan.corner, along);
+        if (fall > best && is_long(walk->model, fan.patch, along)) {
+            best = fall;
+            vec_copy(along, d);
+            patch = fan.patch;
+        }
+    } while (walk->steps < walk->most && fan_next(walk->model, &fan));
+    if (best <= 0.0f) return 0;
+    if (patch != here->at.patch) { /* again: a copy of the best one would lie on the stack through every tick */
+        if (next.at.patch != patch) {
+            see_from(walk, here, patch, &next);
+            evaluate(walk, &next);
+        }
+        *here = next;
+    }
+    {
+        float inside[3];
+        if (direction_inwards(walk->model, here, inside)) vec_copy(inside, d);
+    }
+    return 1;
+}
+
+/* Finds a direction down from the point, which may change the patch it is seen from. 0 at a minimum. */
+static int find_direction(struct walk* walk, struct point* here, float d[3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    if (feature == ON_EDGE) return direction_on_edge(walk, corner, here, d);
+    if (feature == ON_VERTEX) return direction_on_vertex(walk, corner, here, d);
+    return direction_inwards(walk->model, here, d);
+}
+
+/* ---- the slide ------------------------------------------------------------------------------------------------ */
+
+/* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. Returns how much of d
+ * was gone. */
+static float move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
+                     struct haptable_contact* to) {
+    int ends = -1;
+    int c;
+    int largest = 0;
+    for (c = 0; c < 3; ++c)
+        if (from->alpha[c] + t * d[c] <= 0.0f && d[c] < 0.0f && from->alpha[c] > 0.0f) {
+            t = from->alpha[c] / -d[c];
+            ends = c;
+        }
+    *to = *from;
+    for (c = 0; c < 3; ++c) {
+        to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
+        if (c == ends) to->alpha[c] = 0.0f;
+        if (to->alpha[c] > to->alpha[largest]) largest = c;
+    }
+    to->alpha[largest] = 1.0f - to->alpha[largest == 0 ? 1 : 0] - to->alpha[largest == 2 ? 1 : 2];
+    place(model, to);
+    return t;
+}
+
+/* Changes of E below this fraction of it are lost in its rounding: there the slope decides, so that g settles where the
+ * slope is 0 and not where E's digits end. */
+#define ENERGY_ROUNDING 4e-6f
+
+/* dE along d. */
+static float slope_along(const struct haptable_energy* e, const float d[3]) {
+    return e->gradient_j[0] * d[1] + e->gradient_j[1] * d[2];
+}
+
+/* 1 where a step of t d led down: E fell by more than its rounding; or it can only fall within it, and d still
+ * leads down at the patch's border, or has become half as steep. */
+static int is_down(const struct haptable_energy* from, const struct haptable_energy* to, const float d[3], float t,
+                   int cut) {
+    const float rounding = from->energy_j * ENERGY_ROUNDING;
+    const float before = slope_along(from, d);
+    const float after = slope_along(to, d);
+    if (to->energy_j < from->energy_j - rounding) return 1;
+    if (-0.5f * t * before > rounding) return to->energy_j < from->energy_j;
+    return (cut && after <= 0.0f) || 4.0f * after * after <= before * before;
+}
+
+/* Goes along d, half as far where that does not lead down. Returns 0, and stays, where none of eight tries does. */
+static int advance(struct walk* walk, const float d[3], struct point* here) {
+    float t = 1.0f;
+    int tries;
+    for (tries = 0; tries < 8 && walk->steps < walk->most; ++tries) {
+        struct point next;
+        const float gone = move_by(walk->model, &here->at, d, t, &next.at);
+        evaluate(walk, &next);
+        if (is_down(&here->energy, &next.energy, d, gone, gone < t)) {
+            *here = next;
+            return 1;
+        }
+        t = 0.5f * gone;
+        if (-t * slope_along(&here->energy, d) < here->energy.energy_j * ENERGY_ROUNDING) return 0;
+    }
+    return 0;
+}
+
+/* Downhill to where no direction leads down. Returns 0 where it met the limit. */
+static int slide(struct walk* walk, struct point* here) {
+    float d[3] = {0.0f, 0.0f, 0.0f};
+    evaluate(walk, here);
+    while (walk->steps < walk->most && find_direction(walk, here, d) && advance(walk, d, here)) {
+    }
+    return walk->steps < walk->most;
+}
+
+/* ---- following ------------------------------------------------------------------------------------------------ */
+
+/* Newton's correction may be this much of a patch at the most: its own error is then below a float's rounding. */
+#define CORRECTION 2e-3f
+
+/* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0 where d leads off it. */
+static int move_on(const struct haptable_model* model, const struct haptable_contact* from, const float d[3],
+                   struct haptable_contact* to) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (from->alpha[c] == 0.0f && d[c] != 0.0f) return 0;
+    return move_by(model, from, d, 1.0f, to) == 1.0f;
+}
+
+/* d from alpha_1 and alpha_2. */
+static void direction_of(float d1, float d2, float d[3]) {
+    d[1] = d1;
+    d[2] = d2;
+    d[0] = -(d1 + d2);
+}
+
+/* 1 where E falls into neither patch of the edge opposite to `corner`, and bends upwards along it; d leads to its
+ * minimum there. */
+static int rests_on_edge(struct walk* walk, int corner, const struct point* here, float d[3]) {
+    const int a = next_corner(corner);
+    const int b = previous_corner(corner);
+    struct point other;
+    if (!(second_along(here->energy.hessian_j, a, b) > 0.0f) || slope_towards(here, corner) < 0.0f ||
+        falls_across(walk, corner, here, &other))
+        return 0;
+    direction_along(&here->energy, a, b, d);
+    return 1;
+}
+
+/* Newton's step d to the minimum of E nearby, without leaving the inside or the edge. Returns 0 where E has none
+ * there. */
+static int correction(struct walk* walk, const struct point* here, float d[3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    if (feature == INSIDE) return newton(here->energy.hessian_j, here->energy.gradient_j, d);
+    return feature == ON_EDGE && rests_on_edge(walk, corner, here, d);
+}
+
+/* 1 where the correction is so small that it ends the tick. */
+static int is_small(const float d[3]) {
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (!(d[c] < CORRECTION && d[c] > -CORRECTION)) return 0;
+    return 1;
+}
+
+/* 1 where it is known how the god-object goes with the finger: after a tick within a patch or on an edge, where E bends
+ * upwards. */
+static int is_known(float sensitivity_per_m[2][3]) {
+    return vec_dot(sensitivity_per_m[0], sensitivity_per_m[0]) + vec_dot(sensitivity_per_m[1], sensitivity_per_m[1]) >
+           0.0f;
+}
+
+/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
+static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float from_m[3], struct point* here) {
+    const struct haptable_contact start = here->at;
+    struct haptable_energy* e = &here->energy;
+    struct haptable_contact end;
+    float motion[3];
+    float d[3];
+    vec_sub(walk->x_m, from_m, motion);
+    direction_of(vec_dot(sensitivity_per_m[0], motion), vec_dot(sensitivity_per_m[1], motion), d);
+    if (move_on(walk->model, &start, d, &here->at)) {
+        evaluate(walk, here);
+        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
+            here->at = end;
+            vec_add_scaled(d[1], e->load_gradient_n[0], e->load_n);
+            vec_add_scaled(d[2], e->load_gradient_n[1], e->load_n);
+            return 1;
+        }
+    }
+    here->at = start;
+    return 0;
+}
+
+/* How alpha_1 and alpha_2 of a minimum within a patch go with the finger: H d = -(derivative of the gradient by x) .
+ * dx. */
+static void sensitivity_in_plane(const struct haptable_energy* e, float sensitivity_per_m[2][3]) {
+    float inverse[3];
+    int b;
+    if (!invert(e->hessian_j, inverse)) return;
+    for (b = 0; b < 2; ++b) {
+        vec_add_scaled(-inverse[b], e->load_gradient_n[0], sensitivity_per_m[b]);
+        vec_add_scaled(-inverse[b + 1], e->load_gradient_n[1], sensitivity_per_m[b]);
+    }
+}
+
+/* The same along the edge from corner a to corner b. */
+static void sensitivity_along(const struct haptable_energy* e, int a, int b, float sensitivity_per_m[2][3]) {
+    const float second = second_along(e->hessian_j, a, b);
+    float rate[3] = {0.0f, 0.0f, 0.0f}; /* of alpha_b; that of alpha_a is the opposite */
+    if (!(second > 0.0f)) return;
+    if (a > 0) vec_add_scaled(1.0f / second, e->load_gradient_n[a - 1], rate);
+    if (b > 0) vec_add_scaled(-1.0f / second, e->load_gradient_n[b - 1], rate);
+    if (a > 0) vec_add_scaled(-1.0f, rate, sensitivity_per_m[a - 1]);
+    if (b > 0) vec_add_scaled(1.0f, rate, sensitivity_per_m[b - 1]);
+}
+
+static void find_sensitivity(const struct point* here, float sensitivity_per_m[2][3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
+    vec_zero(sensitivity_per_m[0]);
+    vec_zero(sensitivity_per_m[1]);
+    if (feature == INSIDE) sensitivity_in_plane(&here->energy, sensitivity_per_m);
+    if (feature == ON_EDGE)
+        sensitivity_along(&here->energy, next_corner(corner), previous_corner(corner), sensitivity_per_m);
+}
+
+/* ---- letting go ----------------------------------------------------------------------------------------------- */
+
+/* 1 where the finger is under the patch's plane, not far aside, and pressing on it. */
+static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float depth;
+    patch_frame(model, patch, edge1, edge2, normal);
+    depth = -vec_dot(normal, u);
+    return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
+           vec_dot(normal, load_n) < 0.0f;
+}
+
+/* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
+static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+    const struct haptable_contact* at = &here->at;
+    const float* load_n = here->energy.load_n;
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(at->alpha, &corner);
+    float u[3];
+    struct fan fan;
+    vec_sub(x_m, at->god_object_m, u);
+    if (!presses_on(model, at->patch, u, load_n)) return 0;
+    if (feature == INSIDE) return 1;
+    if (feature == ON_EDGE) {
+        const uint16_t across = model->neighbour[at->patch][corner];
+        return across != HAPTABLE_NONE && presses_on(model, across, u, load_n);
+    }
+    fan = fan_begin(model, at->patch, corner);
+    while (fan_next(model, &fan))
+        if (!presses_on(model, fan.patch, u, load_n)) return 0;
+    return 1;
+}
+
+/* Once the god-object of a tick rests: returns 1 when the finger is outside of the body, as the nearest point around
+ * the god-object tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to
+ * be pulled: its energy is still stored. A slide that met the limit keeps it too. */
+static int has_left(struct walk* walk, struct point* here, struct haptable_contact* nearest,
+                    struct haptable_counters* counters) {
+    int found;
+    if (surely_presses(walk->model, here, walk->x_m)) return 0;
+    *nearest = here->at;
+    found = haptable_contact_slide(walk->model, walk->x_m, nearest, &walk->nearest_steps);
+    if ((uint32_t)walk->nearest_steps > counters->most_steps) counters->most_steps = (uint32_t)walk->nearest_steps;
+    return found && haptable_surface_is_outside(walk->model, nearest, walk->x_m);
+}
+
+/* Boxes that cost as much as an evaluation at the most: what a tick's search took, its slide has not. */
+#define BOXES_OF_ENERGY 8
+
+/* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
+static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
+    const int rested = !is_new && is_known(servo->sensitivity_per_m);
+    here->at = servo->contact;
+    walk->most = HAPTABLE_ENERGY_STEPS - servo->segment.boxes / BOXES_OF_ENERGY;
+    vec_copy(servo->contact.load_n, here->energy.load_n);
+    if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
+    if ((rested && follow(walk, servo->sensitivity_per_m, servo->finger_m, here)) || slide(walk, here)) {
+        find_sensitivity(here, servo->sensitivity_per_m);
+    } else {
+        ++servo->counters.walk_limits;
+        vec_zero(servo->sensitivity_per_m[0]);
+        vec_zero(servo->sensitivity_per_m[1]);
+    }
+    if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
+}
+
+/* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where no direction leads down.
+ * cost: at most HAPTABLE_ENERGY_STEPS + 2 HAPTABLE_SLIDES evaluations, one less for every BOXES_OF_ENERGY boxes that
+ *       the tick's searches took, and the walk of the nearest god-object. */
+void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
+                                      const float x_m[3]) {
+    struct haptable_contact* contact = &servo->contact;
+    struct walk walk;
+    int slides;
+    walk.model = model;
+    walk.steps = 0;
+    walk.nearest_steps = 0;
+    walk.x_m = x_m;
+    for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
+        const int is_new = contact->patch == HAPTABLE_NONE;
+        struct point here;
+        if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
+        settle(&walk, servo, is_new, &here);
+        *contact = here.at;
+        vec_copy(here.energy.load_n, contact->load_n);
+        {
+            struct haptable_contact nearest;
+            if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
+            haptable_segment_begin(nearest.god_object_m, x_m, nearest.patch, &servo->segment);
+        }
+        contact->patch = HAPTABLE_NONE;
+    }
+    ++servo->counters.slide_limits;
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * q = argmin |x - q| over one patch
+ */
+#include "haptable_patch.h"
+
+#include "haptable_surface.h"
+
+/* The best point so far of a patch's border. */
+struct on_border {
+    int corner;     /* opposite to the edge */
+    float fraction; /* of the edge, from the corner after it to the corner before it */
+    float gap2;     /* to the finger, squared; negative: none yet */
+};
+
+/* Takes the nearest point of the edge opposite to `corner`, if it is nearer. */
+static inline void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
+                                   struct on_border* best) {
+    const float* from = vertex_of(model, patch, next_corner(corner));
+    float along[3];
+    float to_x[3];
+    float length2;
+    float fraction;
+    float gap2_here;
+    vec_sub(vertex_of(model, patch, previous_corner(corner)), from, along);
+    vec_sub(x_m, from, to_x);
+    length2 = vec_dot(along, along);
+    fraction = length2 > 0.0f ? vec_clamp01(vec_dot(to_x, along) / length2) : 0.0f;
+    vec_add_scaled(-fraction, along, to_x);
+    gap2_here = vec_dot(to_x, to_x);
+    if (best->gap2 >= 0.0f && gap2_here >= best->gap2) return;
+    best->corner = corner;
+    best->fraction = fraction;
+    best->gap2 = gap2_here;
+}
+
+/* Area coordinates of x's foot on the patch's plane (eq. 11), by triple products with the normal: these keep their
+ * digits on thin patches, where the determinant of the edges' dot products loses them.
+ * A patch without area gives three negative numbers. */
+static void area_coordinates(const struct haptable_model* model, uint16_t patch, const float x_m[3], float alpha[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float to_x[3];
+    float across[3];
+    float area2;
+    patch_frame(model, patch, edge1, edge2, normal);
+    vec_sub(x_m, vertex_of(model, patch, 0), to_x);
+    vec_cross(normal, to_x, across);
+    area2 = vec_dot(normal, normal);
+    alpha[0] = alpha[1] = alpha[2] = -1.0f;
+    if (!(area2 > 0.0f)) return;
+    alpha[1] = vec_dot(across, edge2) / area2;
+    alpha[2] = -vec_dot(across, edge1) / area2;
+    alpha[0] = 1.0f - alpha[1] - alpha[2];
+}
+
+/* The nearest point lies inside, or on an edge whose opposite area coordinate is negative. */
+void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
+                            struct haptable_contact* nearest) {
+    struct on_border best = {0, 0.0f, -1.0f};
+    float alpha[3];
+    area_coordinates(model, patch, x_m, alpha);
+    nearest->patch = patch;
+    if (!(alpha[0] >= 0.0f)) nearest_on_edge(model, patch, 0, x_m, &best);
+    if (!(alpha[1] >= 0.0f)) nearest_on_edge(model, patch, 1, x_m, &best);
+    if (!(alpha[2] >= 0.0f)) nearest_on_edge(model, patch, 2, x_m, &best);
+    if (best.gap2 >= 0.0f) {
+        alpha[best.corner] = 0.0f;
+        alpha[next_corner(best.corner)] = 1.0f - best.fraction;
+        alpha[previous_corner(best.corner)] = best.fraction;
+    }
+    vec_copy(alpha, nearest->alpha);
+    place(model, nearest);
+}

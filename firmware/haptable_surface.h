@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The triangle surface of a model: its patches, the fans around its vertices, inside and outside. What every
+ * god-object needs.
+ */
+#ifndef HAPTABLE_SURFACE_H
+#define HAPTABLE_SURFACE_H
+
+#include "haptable.h"
+#include "haptable_vector.h"
+
+static inline int next_corner(int corner) { return corner == 2 ? 0 : corner + 1; }
+
+static inline int previous_corner(int corner) { return corner == 0 ? 2 : corner - 1; }
+
+static inline const float* vertex_of(const struct haptable_model* model, uint16_t patch, int corner) {
+    return model->vertex_m[model->patch[patch][corner]];
+}
+
+/* The two edges from corner 0, and their cross product: along the outward normal, twice the patch's area long. */
+static inline void patch_frame(const struct haptable_model* model, uint16_t patch, float edge1[3], float edge2[3],
+                               float normal[3]) {
+    const float* origin = vertex_of(model, patch, 0);
+    vec_sub(vertex_of(model, patch, 1), origin, edge1);
+    vec_sub(vertex_of(model, patch, 2), origin, edge2);
+    vec_cross(edge1, edge2, normal);
+}
+
+static inline float gap2(const float a[3], const float b[3]) {
+    float d[3];
+    vec_sub(a, b, d);
+    return vec_dot(d, d);
+}
+
+static inline void place(const struct haptable_model* model, struct haptable_contact* contact) {
+    const float* a = vertex_of(model, contact->patch, 0);
+    const float* b = vertex_of(model, contact->patch, 1);
+    const float* c = vertex_of(model, contact->patch, 2);
+    const float* alpha = contact->alpha;
+    contact->god_object_m[0] = alpha[0] * a[0] + alpha[1] * b[0] + alpha[2] * c[0];
+    contact->god_object_m[1] = alpha[0] * a[1] + alpha[1] * b[1] + alpha[2] * c[1];
+    contact->god_object_m[2] = alpha[0] * a[2] + alpha[1] * b[2] + alpha[2] * c[2];
+}
+
+/* ---- walking around a vertex ---------------------------------------------------------------------------------- */
+
+static inline int corner_of(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
+    const uint16_t* v = model->patch[patch];
+    if (v[0] == vertex) return 0;
+    return v[1] == vertex ? 1 : 2;
+}
+
+/* The patches around one vertex, one after the other: counter-clockwise until the round closes or meets the border of
+ * the touch region, then, from the first patch, clockwise. */
+struct fan {
+    uint16_t vertex;
+    uint16_t first;
+    uint16_t patch;
+    int corner; /* of the patch, where the vertex is */
+    int clockwise;
+};
+
+static inline struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
+    struct fan fan;
+    fan.vertex = model->patch[patch][corner];
+    fan.first = patch;
+    fan.patch = patch;
+    fan.corner = corner;
+    fan.clockwise = 0;
+    return fan;
+}
+
+static inline uint16_t fan_turn(const struct haptable_model* model, const struct fan* fan) {
+    const int across = fan->clockwise ? previous_corner(fan->corner) : next_corner(fan->corner);
+    return model->neighbour[fan->patch][across];
+}
+
+/* Goes on to the next patch of the fan; 0 when all were visited. */
+static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
+    uint16_t next = fan_turn(model, fan);
+    if (next == HAPTABLE_NONE && !fan->clockwise) {
+        fan->clockwise = 1;
+        fan->patch = fan->first;
+        fan->corner = corner_of(model, fan->first, fan->vertex);
+        next = fan_turn(model, fan);
+    }
+    if (next == HAPTABLE_NONE || next == fan->first) return 0;
+    fan->patch = next;
+    fan->corner = corner_of(model, next, fan->vertex);
+    return 1;
+}
+
+/* Where a point of a patch lies: inside, on the edge opposite to `corner`, or on the vertex at `corner`. */
+enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
+
+static inline enum place_on_patch feature_of(const float alpha[3], int* corner) {
+    const int zero0 = alpha[0] == 0.0f;
+    const int zero1 = alpha[1] == 0.0f;
+    const int zeros = zero0 + zero1 + (alpha[2] == 0.0f);
+    if (zeros == 0) return INSIDE;
+    if (zeros == 1) {
+        *corner = zero0 ? 0 : (zero1 ? 1 : 2);
+        return ON_EDGE;
+    }
+    *corner = !zero0 ? 0 : (!zero1 ? 1 : 2);
+    return ON_VERTEX;
+}
+
+/* ---- inside, outside ---------------------------------------------------------------------------------------- */
+
+/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
+ * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
+ * Aanaes 2005); means with other weights do not. */
+void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
+                              float normal[3]);
+
+/* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
+int haptable_surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact,
+                                const float x_m[3]);
+
+#endif
