@@ -47,7 +47,7 @@ void run(const Options& options, DistributedInverse& inverse) {
 int lead(int argc, char** argv, DistributedInverse& inverse) {
     CLI::App app(
         "haptable-precompute on several machines: mpirun -n RANKS haptable-precompute-mpi SCENE -o DIR. The factor is "
-        "spread over the ranks; DIR must be a folder that all of them see.",
+        "distributed over the ranks; only the first one reads SCENE and writes DIR.",
         "haptable-precompute-mpi");
     Options options;
     app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
