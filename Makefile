@@ -44,7 +44,8 @@ FEM        = $(call objects,host/fem) $(BASE)
 FIRMWARE   = $(call objects,firmware)
 SOLVE      = $(call objects,host/solve)
 CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
-PRECOMPUTE = $(call objects,host/precompute) $(SOLVE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
+INVERSE    = $(call objects,host/inverse) $(SOLVE) $(BASE)
+PRECOMPUTE = $(call objects,host/precompute) $(INVERSE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
 LINK       = $(call objects,host/link) $(BASE)
 SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
 BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
@@ -64,7 +65,7 @@ LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 $(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
 
 # Not -I: MPI's headers are not ours to warn about.
-$(BUILD)/host/mpi/%.cpp.o: INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
+$(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o: INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
 # CGAL's exact predicates count on directed rounding.
 $(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
@@ -92,7 +93,7 @@ test: $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
-	@if command -v mpicxx >/dev/null && [ -e /usr/include/dmumps_c.h ]; then $(MAKE) --no-print-directory mpi; fi
+	@if command -v mpicxx >/dev/null && [ -e /usr/include/dmumps_c.h ]; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; fi
 	@BUILD=$(BUILD) sh tests/fuzz/run.sh 3
 	@BUILD=$(BUILD) sh tests/run.sh
 
@@ -192,6 +193,10 @@ $(BUILD)/bin/haptable-precompute: $(BUILD)/host/precompute/main.cpp.o $(PRECOMPU
 $(BUILD)/bin/haptable-precompute-mpi: $(BUILD)/host/mpi/main.cpp.o $(MPI)
 	$(link) $(LIBS_MPI)
 
+# The tests of an Inverse, for ranks of MPI; tests/host/mpi/mpi_test.cpp runs it.
+$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies) $(MPI)
+	$(link) -lgtest $(LIBS_MPI)
+
 $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
 	$(link) $(LIBS_BASE)
 
@@ -219,7 +224,7 @@ $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(BENC
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
+$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 # One scene: `make scene` calls make again with its NAME.

@@ -11,6 +11,8 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
+#include "host/inverse/factor.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
 
 namespace haptable::test {

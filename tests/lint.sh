@@ -26,8 +26,10 @@ arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/fem
 arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h
 arrow host/solve host/base host/tables host/solve
-arrow host/precompute host/solve host/base host/scene host/mesh host/fem host/tables codegen host/precompute
-arrow host/mpi host/base host/scene host/tables host/precompute host/mpi
+# What computes K^-1 knows nothing of scenes, of the report and of the product's files.
+arrow host/inverse host/base host/solve host/inverse
+arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/mpi
 arrow host/link host/base host/link haptable/
 arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
 arrow host/target host/base host/tables host/target firmware/haptable.h firmware/haptable_bounds.h

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "host/precompute/precompute.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {

@@ -9,7 +9,7 @@
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
-#include "host/mpi/cluster.hpp"
+#include "host/mpi/distributed_inverse.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace {
@@ -25,12 +25,12 @@ struct Options {
     bool quiet = false;
 };
 
-void run(const Options& options, Cluster& cluster) {
+void run(const Options& options, DistributedInverse& inverse) {
     const Scene scene = read_scene(options.scene);
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
     Progress progress(options.quiet);
     PrecomputeOptions how = options.how;
-    how.solver = &cluster;
+    how.inverse = &inverse;
     const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
     if (!options.quiet)
         for (const std::string& note : body.mesh.notes) fmt::print(stderr, "haptable-precompute-mpi: note: {}\n", note);
@@ -44,10 +44,10 @@ void run(const Options& options, Cluster& cluster) {
 }
 
 /// Only rank 0 reads the command line and the scene, and speaks.
-int lead(int argc, char** argv, Cluster& cluster) {
+int lead(int argc, char** argv, DistributedInverse& inverse) {
     CLI::App app(
         "haptable-precompute on several machines: mpirun -n RANKS haptable-precompute-mpi SCENE -o DIR. The factor is "
-        "spread over the ranks; DIR must be a folder that all of them see.",
+        "distributed over the ranks; only the first one reads SCENE and writes DIR.",
         "haptable-precompute-mpi");
     Options options;
     app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
@@ -59,14 +59,14 @@ int lead(int argc, char** argv, Cluster& cluster) {
     app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
     app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
     app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
-    return run_program(app, argc, argv, [&] { run(options, cluster); });
+    return run_program(app, argc, argv, [&] { run(options, inverse); });
 }
 
 /// What one rank alone throws would leave the others waiting for ever.
 int work(int argc, char** argv) try {
-    Cluster cluster(MPI_COMM_WORLD);
-    if (cluster.leads()) return lead(argc, argv, cluster);
-    cluster.serve();
+    DistributedInverse inverse(MPI_COMM_WORLD);
+    if (inverse.leads()) return lead(argc, argv, inverse);
+    inverse.serve();
     return 0;
 } catch (const std::exception& error) {
     fmt::print(stderr, "haptable-precompute-mpi: {}\n", error.what());

@@ -83,12 +83,12 @@ void ColumnJournal::add(std::size_t group, std::uint64_t hash) {
     out_ << fmt::format("{} {:016x}\n", group, hash) << std::flush;
 }
 
-ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
+ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const Columns& columns, std::size_t node_count,
                          std::size_t row_count, const ColumnFormat& format, ColumnPlaces places)
     : folder_(std::move(folder)),
-      solver_(solver),
+      columns_(columns),
       places_(std::move(places)),
-      done_(solver.group_count(), 0),
+      done_(columns.group_count(), 0),
       journal_(folder_ / "journal", key) {
     std::error_code failed;
     fs::create_directories(folder_, failed);
@@ -112,7 +112,7 @@ ColumnStore::~ColumnStore() {
 std::uint64_t ColumnStore::hash_of(std::size_t group) const {
     XXH3_state_t* state = XXH3_createState();
     XXH3_64bits_reset(state);
-    solver_.for_each_block(group, [&](std::size_t c, std::size_t k) {
+    columns_.for_each_block(group, [&](std::size_t c, std::size_t k) {
         const std::span<const std::byte> block = file_->bytes_of_block(node_of(c), row_of(k));
         XXH3_64bits_update(state, block.data(), block.size());
     });
@@ -127,8 +127,8 @@ void ColumnStore::put(std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri)
         file_->set(first + e, l_ri(static_cast<Eigen::Index>(e / 3), static_cast<Eigen::Index>(e % 3)));
 }
 
-ColumnSolver::Sink ColumnStore::sink() {
-    ColumnSolver::Sink sink;
+Columns::Sink ColumnStore::sink() {
+    Columns::Sink sink;
     sink.take = [this](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) { put(c, k, l_ri); };
     sink.have = [this](std::size_t group) { return done_[group] != 0; };
     sink.done = [this](std::size_t group) {

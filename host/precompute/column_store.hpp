@@ -13,10 +13,16 @@
 #include <string>
 #include <vector>
 
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/inverse.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
+
+/// What columns.npy holds: entries as float, or as Half in units of `unit_m_per_n`, a power of 2.
+struct ColumnFormat {
+    bool half = false;
+    double unit_m_per_n = 1.0;
+};
 
 /// A finished columns.npy: its entries as floats, m/N.
 class ColumnReader {
@@ -89,7 +95,7 @@ struct ColumnPlaces {
 class ColumnStore {
 public:
     /// folder: where to work; key: of everything that decides the file's bytes. Another key's work is thrown away.
-    ColumnStore(std::filesystem::path folder, std::uint64_t key, const ColumnSolver& solver, std::size_t node_count,
+    ColumnStore(std::filesystem::path folder, std::uint64_t key, const Columns& columns, std::size_t node_count,
                 std::size_t row_count, const ColumnFormat& format, ColumnPlaces places = {});
     /// Leaves the folder where a group is done, for the next run.
     ~ColumnStore();
@@ -97,7 +103,7 @@ public:
     ColumnStore& operator=(const ColumnStore&) = delete;
 
     /// Puts blocks into the file and writes the journal.
-    ColumnSolver::Sink sink();
+    Columns::Sink sink();
     /// Largest ||column - x|| / ||x|| where x is a solved column of node i at the rows: [3 r, 3].
     double difference(std::size_t i, const Eigen::MatrixXd& x) const;
     ColumnFile& file() { return *file_; }
@@ -114,7 +120,7 @@ private:
     std::uint64_t hash_of(std::size_t group) const;
 
     std::filesystem::path folder_;
-    const ColumnSolver& solver_;
+    const Columns& columns_;
     ColumnPlaces places_;
     std::optional<ColumnFile> file_;
     std::vector<char> done_;  // [groups]

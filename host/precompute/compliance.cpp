@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <limits>
 
 #include "host/base/error.hpp"
 
@@ -93,6 +94,12 @@ double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<doubl
     return largest_residual;
 }
 
+double condition_of(const Eigen::Matrix3d& block) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(block, Eigen::EigenvaluesOnly);
+    const double condition = eigen.eigenvalues()[2] / eigen.eigenvalues()[0];
+    return condition > 0.0 ? condition : std::numeric_limits<double>::infinity();
+}
+
 void NodeStiffness::add(std::int32_t mesh_node, const Eigen::Matrix3d& l_ii) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l_ii, Eigen::EigenvaluesOnly);
     const double smallest = eigen.eigenvalues()[0];
@@ -105,15 +112,8 @@ void NodeStiffness::add(std::int32_t mesh_node, const Eigen::Matrix3d& l_ii) {
     const Eigen::Matrix3d inverse = l_ii.llt().solve(Eigen::Matrix3d::Identity());
     smallest_eigenvalue_m_per_n =
         stiffness_n_per_m.empty() ? smallest : std::min(smallest_eigenvalue_m_per_n, smallest);
-    largest_condition = std::max(largest_condition, eigen.eigenvalues()[2] / smallest);
+    largest_condition = std::max(largest_condition, condition_of(l_ii));
     stiffness_n_per_m.emplace_back(0.5 * (inverse + inverse.transpose()));
-}
-
-void BlockDifference::take(std::size_t first, const Eigen::MatrixXd& x) {
-    for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
-        const Eigen::Matrix3d& l_ii = l_ii_[first + c];
-        largest = std::max(largest, (block(x, node_[first + c], c) - l_ii).norm() / l_ii.norm());
-    }
 }
 
 void Asymmetry::compare(std::size_t i, std::size_t j, const Eigen::Matrix3d& l_ij, const Eigen::Matrix3d& l_ji) {

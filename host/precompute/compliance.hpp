@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "host/base/progress.hpp"
-#include "host/precompute/factor.hpp"
-#include "host/precompute/linear_solver.hpp"
+#include "host/inverse/inverse.hpp"
 
 namespace haptable {
 
@@ -29,6 +28,9 @@ using TakeColumns = std::function<void(std::size_t first, const Eigen::MatrixXd&
 double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
                      std::span<const std::int32_t> node, Progress& progress, const TakeColumns& take);
 
+/// Of a symmetric block, 2-norm; infinite where it is not positive definite.
+double condition_of(const Eigen::Matrix3d& block);
+
 /// What the servo needs of L: its 3x3 diagonal blocks, inverted.
 class NodeStiffness {
 public:
@@ -39,21 +41,6 @@ public:
     std::vector<Eigen::Matrix3d> stiffness_n_per_m;  ///< in the order of add(), symmetric to the last bit
     double smallest_eigenvalue_m_per_n = 0.0;        ///< of any L_ii
     double largest_condition = 0.0;                  ///< of any L_ii, 2-norm
-};
-
-/// How far blocks L_ii found one way are from the same blocks in solved columns: ||difference|| / ||L_ii||, largest.
-class BlockDifference {
-public:
-    /// node: [n] places among the unknowns; l_ii: [n] their blocks, m/N.
-    BlockDifference(std::span<const std::int32_t> node, std::span<const Eigen::Matrix3d> l_ii)
-        : node_(node), l_ii_(l_ii) {}
-    void take(std::size_t first, const Eigen::MatrixXd& x);
-
-    double largest = 0.0;
-
-private:
-    std::span<const std::int32_t> node_;
-    std::span<const Eigen::Matrix3d> l_ii_;
 };
 
 /// How far L_ij is from L_ji^T: ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||), largest over the pairs of nodes of one

@@ -36,18 +36,20 @@ void copy_transposed(const ColumnReader& from, std::size_t from_block, ColumnFil
 
 }  // namespace
 
-EarlierTables::EarlierTables(const std::filesystem::path& folder, const Summary& wanted,
+EarlierTables::EarlierTables(const std::filesystem::path& folder, const Identity& wanted,
                              std::span<const std::int32_t> rows, const std::string& column_format)
-    : folder_(folder), summary_(wanted) {
-    if (!restore(folder, summary_)) return;
+    : folder_(folder) {
+    const std::optional<EarlierSummary> earlier = read_earlier(folder, wanted);
+    if (!earlier) return;
+    summary_ = earlier->inverse;
     const Tables tables = read_tables(folder);
     node_id_ = tables.node_id;
     row_id_ = tables.row_id;
     stiffness_ = tables.stiffness;
-    has_blocks_ = summary_.tolerance == wanted.tolerance && stiffness_.size() == node_id_.size();
+    has_blocks_ = earlier->tolerance == wanted.tolerance && stiffness_.size() == node_id_.size();
     has_factor_ = tables.has_factor;
-    const bool fits = summary_.column_format == column_format || summary_.column_format == "float32";
-    has_columns_ = tables.has_columns && fits && summary_.column_tolerance == wanted.column_tolerance &&
+    const bool fits = summary_.columns.format == column_format || summary_.columns.format == "float32";
+    has_columns_ = tables.has_columns && fits && earlier->column_tolerance == wanted.column_tolerance &&
                    std::includes(row_id_.begin(), row_id_.end(), rows.begin(), rows.end());
 }
 
@@ -69,7 +71,7 @@ std::vector<Eigen::Matrix3d> EarlierTables::compliance() const {
 void EarlierTables::copy_columns(std::span<const std::int32_t> node, std::span<const std::int32_t> place,
                                  std::span<const std::int32_t> rows, ColumnFile& to) const {
     const ColumnReader from(folder_ / "columns.npy",
-                            {summary_.column_format == "float16", summary_.column_unit_m_per_n});
+                            {summary_.columns.format == "float16", summary_.columns.unit_m_per_n});
     const std::vector<std::int32_t> earlier_row = places_in(row_id_, rows);
     const std::vector<std::int32_t> row_of_node = places_in(rows, node);             // in the new table
     const std::vector<std::int32_t> earlier_row_of_node = places_in(row_id_, node);  // -1: no such row

@@ -19,15 +19,15 @@ namespace haptable {
 class EarlierTables {
 public:
     EarlierTables() = default;  ///< nothing is held
-    /// wanted: of this run, as far as it is known before the work: body and tolerances.
-    /// rows: [r] mesh nodes whose displacement columns.npy shall give; column_format: as in [tables].
-    EarlierTables(const std::filesystem::path& folder, const Summary& wanted, std::span<const std::int32_t> rows,
+    /// wanted: of this run. rows: [r] mesh nodes whose displacement columns.npy shall give; column_format: as in
+    /// [tables].
+    EarlierTables(const std::filesystem::path& folder, const Identity& wanted, std::span<const std::int32_t> rows,
                   const std::string& column_format);
 
     bool has_blocks() const { return has_blocks_; }
     bool has_columns() const { return has_columns_; }
-    bool has_factor() const { return has_factor_; }      ///< for a viewer that solves
-    const Summary& summary() const { return summary_; }  ///< of the earlier run
+    bool has_factor() const { return has_factor_; }  ///< for a viewer that solves
+    const InverseSummary& summary() const { return summary_; }
 
     /// [nodes] places of mesh nodes in the earlier table, or -1.
     std::vector<std::int32_t> places_of(std::span<const std::int32_t> nodes) const;
@@ -44,7 +44,7 @@ public:
 
 private:
     std::filesystem::path folder_;
-    Summary summary_;
+    InverseSummary summary_;
     bool has_blocks_ = false, has_columns_ = false, has_factor_ = false;
     std::vector<std::int32_t> node_id_, row_id_;
     std::vector<std::array<double, 9>> stiffness_;

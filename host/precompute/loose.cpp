@@ -11,9 +11,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "host/inverse/factor.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/sets.hpp"
-#include "host/precompute/factor.hpp"
 
 namespace haptable {
 

@@ -126,7 +126,7 @@ void run(const Options& options) {
         fmt::print("{}", read_file(folder / "summary.json"));
     else if (unchanged && !options.quiet)
         fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
-                   summary.model_hash, folder.string());
+                   summary.identity.model_hash, folder.string());
     else if (unchanged)
         return;
     else if (options.json)

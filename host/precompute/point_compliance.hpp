@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "host/inverse/selected_inversion.hpp"
 #include "host/precompute/mask.hpp"
-#include "host/precompute/selected_inversion.hpp"
 
 namespace haptable {
 

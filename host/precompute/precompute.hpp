@@ -2,18 +2,14 @@
 // scene + mesh -> K -> factor -> blocks and columns of L -> tables -> C
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <filesystem>
 
 #include "host/base/progress.hpp"
+#include "host/inverse/inverse.hpp"
 #include "host/precompute/body.hpp"
-#include "host/precompute/linear_solver.hpp"
 #include "host/precompute/summary.hpp"
 
 namespace haptable {
-
-/// K of the body's free nodes, N/m: three rows a node in the order of body.free_node, both triangles stored.
-Eigen::SparseMatrix<double> assemble_free(const Scene& scene, const Body& body);
 
 /// What a run worked on and what it found.
 struct Result {
@@ -35,9 +31,9 @@ struct PrecomputeOptions {
     double memory_bytes = 0.0;  ///< most to use; 0: what the machine has free
     /// 0: all processors, one for less than 10,000 nodes. The tables are the same bytes for any number.
     int threads = 0;
-    /// Null: the factor of this process. Else tolerance, memory_bytes and threads are not looked at, all is in double,
-    /// and where columns are over their budget there are none.
-    SpreadSolver* solver = nullptr;
+    /// Null: a CholmodInverse. Of a distributed one all is in double, and where columns are over their budget there are
+    /// none.
+    Inverse* inverse = nullptr;
 };
 
 /// Where columns are worked on, beside the folder; it stays when a run is cut short, and the next one goes on from it.

@@ -2,17 +2,9 @@
 #include "host/precompute/summary.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
-#include <type_traits>
 
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
@@ -21,38 +13,19 @@ namespace haptable {
 
 namespace {
 
-/// XXH3 over values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
-class Hash {
-public:
-    Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
-    ~Hash() { XXH3_freeState(state_); }
-    Hash(const Hash&) = delete;
-    Hash& operator=(const Hash&) = delete;
-
-    template <typename T>
-    void add(std::span<const T> values) {
-        static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, double>);
-        const std::uint64_t count = values.size();
-        XXH3_64bits_update(state_, &count, sizeof count);
-        XXH3_64bits_update(state_, values.data(), values.size_bytes());
-    }
-    void add(const std::string& text) { add(std::span<const char>(text)); }
-    void add(const Material& material) {
-        add(material.young_pa);
-        add(material.poisson);
-    }
-    void add(double value) { add(std::span<const double>(&value, 1)); }
-    std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
-
-private:
-    XXH3_state_t* state_;
-};
-
-template <typename Pairs>
-nlohmann::ordered_json to_object(const Pairs& pairs) {
+/// {name: member} of every item.
+template <typename Item, typename Member>
+nlohmann::ordered_json by_name(const std::vector<Item>& items, Member member) {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
-    for (const auto& [key, value] : pairs) object[key] = value;
+    for (const Item& item : items) object[item.name] = item.*member;
     return object;
+}
+
+template <typename Member>
+nlohmann::ordered_json list_of(const std::vector<ProcessCost>& processes, Member member) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const ProcessCost& process : processes) list.push_back(process.*member);
+    return list;
 }
 
 nlohmann::ordered_json counts(const Body& body) {
@@ -66,38 +39,27 @@ nlohmann::ordered_json counts(const Body& body) {
             {"touchable_patches", body.touch_patch.size()}};
 }
 
-nlohmann::ordered_json checks(const Checks& checks) {
-    return {{"largest_residual", checks.largest_residual},
-            {"largest_block_difference", checks.largest_block_difference},
-            {"largest_column_difference", checks.largest_column_difference},
-            {"solved_nodes", checks.solved_nodes},
-            {"largest_asymmetry", checks.largest_asymmetry},
-            {"smallest_eigenvalue_m_per_n", checks.smallest_eigenvalue_m_per_n},
-            {"largest_block_condition", checks.largest_block_condition},
-            {"condition_estimate", checks.condition_estimate},
-            {"smallest_pivot_ratio", checks.smallest_pivot_ratio}};
+constexpr std::pair<const char*, double Checks::*> kChecks[] = {
+    {"largest_residual", &Checks::largest_residual},
+    {"largest_block_difference", &Checks::largest_block_difference},
+    {"largest_column_difference", &Checks::largest_column_difference},
+    {"largest_asymmetry", &Checks::largest_asymmetry},
+    {"smallest_eigenvalue_m_per_n", &Checks::smallest_eigenvalue_m_per_n},
+    {"largest_block_condition", &Checks::largest_block_condition},
+    {"condition_estimate", &Checks::condition_estimate},
+    {"smallest_pivot_ratio", &Checks::smallest_pivot_ratio}};
+
+nlohmann::ordered_json to_json(const Checks& checks) {
+    nlohmann::ordered_json json{{"solved_nodes", checks.solved_nodes}};
+    for (const auto& [name, member] : kChecks) json[name] = checks.*member;
+    return json;
 }
 
 Checks read_checks(const nlohmann::json& json) {
     Checks checks;
-    json.at("largest_residual").get_to(checks.largest_residual);
-    json.at("largest_block_difference").get_to(checks.largest_block_difference);
-    json.at("largest_column_difference").get_to(checks.largest_column_difference);
     json.at("solved_nodes").get_to(checks.solved_nodes);
-    json.at("largest_asymmetry").get_to(checks.largest_asymmetry);
-    json.at("smallest_eigenvalue_m_per_n").get_to(checks.smallest_eigenvalue_m_per_n);
-    json.at("largest_block_condition").get_to(checks.largest_block_condition);
-    json.at("condition_estimate").get_to(checks.condition_estimate);
-    const nlohmann::json& pivot = json.at("smallest_pivot_ratio");
-    checks.smallest_pivot_ratio = pivot.is_null() ? NAN : pivot.get<double>();  // MUMPS does not tell
+    for (const auto& [name, member] : kChecks) json.at(name).get_to(checks.*member);
     return checks;
-}
-
-/// XXH3 of this program's own bytes: a tool that was built anew may compute otherwise.
-std::string program_hash() {
-    Hash hash;
-    hash.add(read_file("/proc/self/exe"));
-    return fmt::format("{:016x}", hash.digest());
 }
 
 nlohmann::ordered_json to_json(const Material& material) {
@@ -129,8 +91,7 @@ nlohmann::ordered_json flash(const ModelSize& size) {
     return json;
 }
 
-nlohmann::ordered_json memory(const Summary& summary) {
-    const MemoryNeed& need = summary.memory;
+nlohmann::ordered_json memory(const MemoryNeed& need, const std::vector<StageCost>& stages) {
     return {{"foreseen_bytes", need.peak()},
             {"stiffness_bytes", need.stiffness},
             {"factor_bytes", need.factor},
@@ -138,33 +99,12 @@ nlohmann::ordered_json memory(const Summary& summary) {
             {"mask_bytes", need.pairs},
             {"columns_bytes", need.columns},
             {"checks_bytes", need.solves},
-            {"peak_bytes", summary.peak_bytes.empty() ? 0.0 : summary.peak_bytes.back().second},
-            {"peak_bytes_by_stage", to_object(summary.peak_bytes)}};
+            {"peak_bytes", stages.empty() ? 0.0 : stages.back().peak_bytes},
+            {"peak_bytes_by_stage", by_name(stages, &StageCost::peak_bytes)}};
 }
 
-/// What two runs must have in common for one to stand in for the other.
-nlohmann::ordered_json identity(const Scene& scene, const Summary& summary) {
-    return {{"name", scene.name},
-            {"scene", scene.file.filename().string()},
-            {"model_hash", fmt::format("{:016x}", summary.model_hash)},
-            {"haptable_version", kVersion},
-            {"program", program_hash()},
-            {"tolerance", summary.tolerance},
-            {"column_tolerance", summary.column_tolerance},
-            {"drawing", summary.drawing}};
-}
-
-/// CPU seconds of all threads of this process.
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double peak_memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) * 1024.0;
+Precision precision_of(const nlohmann::json& json) {
+    return json.at("precision") == "float" ? Precision::kFloat : Precision::kDouble;
 }
 
 /// summary.json of a folder, where it and all files that it names are as they were written.
@@ -206,129 +146,43 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
 
 }  // namespace
 
-StageClock::StageClock(Summary& summary)
-    : summary_(summary), begin_(std::chrono::steady_clock::now()), cpu_begin_s_(cpu_seconds()) {}
+std::string name_of(Precision precision) { return precision == Precision::kFloat ? "float" : "double"; }
 
-void StageClock::end(const std::string& stage) {
-    const auto now = std::chrono::steady_clock::now();
-    const double cpu_s = cpu_seconds();
-    summary_.time_s.emplace_back(stage, std::chrono::duration<double>(now - begin_).count());
-    summary_.cpu_s.emplace_back(stage, cpu_s - cpu_begin_s_);
-    summary_.peak_bytes.emplace_back(stage, peak_memory());
-    begin_ = now;
-    cpu_begin_s_ = cpu_s;
-}
-
-std::string hash_file(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return {};
-    XXH3_state_t* state = XXH3_createState();
-    XXH3_64bits_reset(state);
-    std::vector<char> piece(std::size_t{1} << 20U);
-    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
-        XXH3_64bits_update(state, piece.data(), static_cast<std::size_t>(file.gcount()));
-    const std::uint64_t hash = XXH3_64bits_digest(state);
-    XXH3_freeState(state);
-    return fmt::format("{:016x}", hash);
-}
-
-std::uint64_t hash_body(const Scene& scene, const Body& body) {
-    Hash hash;
-    hash.add(std::string(kVersion));
-    for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
-    hash.add(std::span<const Tet>(body.mesh.tet));
-    hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
-    hash.add(std::span<const std::int32_t>(body.region));
-    hash.add(scene.material);
-    for (const Region& region : scene.regions) hash.add(region.material);
-    return hash.digest();
-}
-
-std::uint64_t hash_work(const Scene& scene, const Summary& summary, std::span<const std::int32_t> node,
-                        std::span<const std::int32_t> row) {
-    Hash hash;
-    hash.add(identity(scene, summary).dump());
-    hash.add(summary.column_precision);
-    hash.add(summary.column_unit_m_per_n);
-    hash.add(node);
-    hash.add(row);
-    return hash.digest();
-}
-
-std::uint64_t hash_model(const Scene& scene, const Body& body) {
-    Hash hash;
-    hash.add(std::string(kVersion));
-    for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
-    hash.add(std::span<const Tet>(body.mesh.tet));
-    hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the held nodes
-    hash.add(std::span<const Patch>(body.touch_patch));
-    hash.add(std::span<const std::int32_t>(body.region));
-    hash.add(scene.material);
-    for (const Region& region : scene.regions) hash.add(region.material);
-    hash.add(scene.contact.force);
-    hash.add(scene.contact.god_object);
-    hash.add(scene.contact.rigid_stiffness_n_per_m);
-    const ContactOptions& c = scene.contact;
-    // Only where chosen: the hash of a scene without them is what it was.
-    for (const auto& [name, value] : {std::pair{"mask_radius", c.mask_radius_m},
-                                      {"friction", c.static_friction},
-                                      {"kinetic_friction", c.kinetic_friction},
-                                      {"release_slew", c.release_n_per_ms},
-                                      {"coupling", c.coupling_n_per_m},
-                                      {"auto coupling", c.auto_coupling ? 1.0 : 0.0},
-                                      {"passivity", c.passivity ? 1.0 : 0.0}}) {
-        if (value == 0.0) continue;
-        hash.add(std::string(name));
-        hash.add(value);
-    }
-    if (c.auto_coupling)
-        for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
-            hash.add(value);
-    hash.add(scene.device.max_force_n);
-    hash.add(scene.tables.columns);
-    hash.add(scene.tables.column_precision);
-    hash.add(scene.tables.precision);
-    if (!scene.tables.display_rows.empty()) {
-        hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
-        hash.add(scene.tables.display_precision);
-    }
-    return hash.digest();
-}
-
-bool is_current(const std::filesystem::path& folder, const Scene& scene, const Summary& expected) {
+bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity) {
     const auto old = read_intact(folder);
     if (!old) return false;
-    const nlohmann::json wanted = identity(scene, expected);
+    const nlohmann::json wanted = to_json(scene, identity);
     for (const auto& [key, value] : wanted.items())
         if (!old->contains(key) || (*old)[key] != value) return false;
     return true;
 }
 
-bool restore(const std::filesystem::path& folder, Summary& summary) try {
+std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, const Identity& identity) try {
     const auto old = read_intact(folder);
-    if (!old || old->value("body_hash", "") != fmt::format("{:016x}", summary.body_hash) ||
+    if (!old || old->value("body_hash", "") != fmt::format("{:016x}", identity.body_hash) ||
         old->value("program", "") != program_hash())
-        return false;
-    summary.tolerance = old->at("tolerance").get<double>();
-    summary.column_tolerance = old->at("column_tolerance").get<double>();
-    summary.drawing = old->at("drawing").get<std::string>();
-    summary.threads = old->at("threads").get<int>();
-    summary.checks = read_checks(old->at("checks"));
-    const nlohmann::json &factor = old->at("factor"), &blocks = old->at("blocks"), &columns = old->at("columns");
-    summary.ordering = factor.at("ordering").get<std::string>();
-    summary.fill = factor.at("fill").get<double>();
-    summary.flops = factor.at("flops").get<double>();
-    summary.block_method = blocks.at("method").get<std::string>();
-    summary.block_precision = blocks.at("precision").get<std::string>();
-    summary.block_flops = blocks.at("flops").get<double>();
-    summary.column_precision = columns.at("precision").get<std::string>();
-    summary.float_column_error = columns.at("float_error").get<double>();
-    summary.column_format = columns.at("format").get<std::string>();
-    summary.column_unit_m_per_n = columns.at("unit_m_per_n").get<double>();
-    summary.column_flops = columns.at("flops").get<double>();
-    return true;
+        return {};
+    EarlierSummary earlier;
+    auto& [factor, blocks, columns, checks] = earlier.inverse;
+    const nlohmann::json& json = *old;
+    json.at("tolerance").get_to(earlier.tolerance);
+    json.at("column_tolerance").get_to(earlier.column_tolerance);
+    json.at("threads").get_to(factor.threads);
+    json.at("factor").at("ordering").get_to(factor.ordering);
+    json.at("factor").at("fill").get_to(factor.fill);
+    json.at("factor").at("flops").get_to(factor.flops);
+    json.at("blocks").at("method").get_to(blocks.method);
+    blocks.precision = precision_of(json.at("blocks"));
+    json.at("blocks").at("flops").get_to(blocks.flops);
+    columns.facts.precision = precision_of(json.at("columns"));
+    json.at("columns").at("float_error").get_to(columns.float_error);
+    json.at("columns").at("format").get_to(columns.format);
+    json.at("columns").at("unit_m_per_n").get_to(columns.unit_m_per_n);
+    json.at("columns").at("flops").get_to(columns.facts.flops);
+    checks = read_checks(json.at("checks"));
+    return earlier;
 } catch (const nlohmann::json::exception&) {
-    return false;
+    return {};
 }
 
 nlohmann::ordered_json to_json(const std::vector<Hold>& holds) {
@@ -355,13 +209,14 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
 }  // namespace
 
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    nlohmann::ordered_json json = identity(scene, summary);
-    json["body_hash"] = fmt::format("{:016x}", summary.body_hash);
-    json["reused"] = summary.reused;
-    json["reused_blocks"] = summary.reused_blocks;
-    json["reused_columns"] = summary.reused_columns;
-    if (!summary.rank_cpu_s.empty()) json["resumed_columns"] = summary.resumed_columns;
-    json["threads"] = summary.threads;
+    const auto& [factor, blocks, columns, checks] = summary.inverse;
+    nlohmann::ordered_json json = to_json(scene, summary.identity);
+    json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
+    json["reused"] = summary.reused.all;
+    json["reused_blocks"] = summary.reused.blocks;
+    json["reused_columns"] = summary.reused.columns;
+    json["resumed_columns"] = columns.facts.resumed;
+    json["threads"] = factor.threads;
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
     json["mesh"]["body"] = to_json(summary.holds);
@@ -373,12 +228,12 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     add_options(scene.contact, json["contact"]);
     if (scene.contact.mask_radius_m > 0.0)
         json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},
-                                   {"most_nodes", summary.mask_most_nodes},
-                                   {"pairs", summary.mask_pairs},
-                                   {"method", summary.mask_method},
-                                   {"flops", summary.mask_flops},
-                                   {"widened", summary.mask_widened},
-                                   {"places", summary.mask_places}};
+                                   {"most_nodes", summary.mask.most_nodes},
+                                   {"pairs", summary.mask.pairs},
+                                   {"method", summary.mask.blocks.method},
+                                   {"flops", summary.mask.blocks.flops},
+                                   {"widened", summary.mask.widened},
+                                   {"places", summary.mask.places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n},
                       {"damping_n_s_per_m", scene.device.damping_n_s_per_m},
                       {"friction_n", scene.device.friction_n},
@@ -399,29 +254,32 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["index"] = {{"boxes", summary.size.index.boxes},
                      {"fast_way_boxes", summary.size.index.fast_way_boxes},
                      {"tick_boxes", HAPTABLE_TICK_BOXES}};
-    json["checks"] = checks(summary.checks);
-    json["factor"] = {{"ordering", summary.ordering}, {"fill", summary.fill}, {"flops", summary.flops}};
-    json["blocks"] = {
-        {"method", summary.block_method}, {"precision", summary.block_precision}, {"flops", summary.block_flops}};
-    json["columns"] = {{"precision", summary.column_precision}, {"float_error", summary.float_column_error},
-                       {"format", summary.column_format},       {"unit_m_per_n", summary.column_unit_m_per_n},
-                       {"flops", summary.column_flops},         {"flops_done", summary.column_flops_done}};
-    json["memory"] = memory(summary);
-    if (!summary.rank_cpu_s.empty())
-        json["ranks"] = {{"count", summary.rank_cpu_s.size()},
-                         {"cpu_s", summary.rank_cpu_s},
-                         {"peak_bytes", summary.rank_peak_bytes}};
-    json["bytes"] = to_object(summary.bytes);
-    json["hash"] = to_object(summary.hashes);
-    json["time_s"] = to_object(summary.time_s);
-    json["cpu_s"] = to_object(summary.cpu_s);
+    json["checks"] = to_json(checks);
+    json["factor"] = {{"ordering", factor.ordering}, {"fill", factor.fill}, {"flops", factor.flops}};
+    json["blocks"] = {{"method", blocks.method}, {"precision", name_of(blocks.precision)}, {"flops", blocks.flops}};
+    json["columns"] = {{"precision", columns.format.empty() ? "" : name_of(columns.facts.precision)},
+                       {"float_error", columns.float_error},
+                       {"format", columns.format},
+                       {"unit_m_per_n", columns.unit_m_per_n},
+                       {"flops", columns.facts.flops},
+                       {"flops_done", columns.facts.flops_done}};
+    json["memory"] = memory(summary.memory, summary.stages);
+    if (!summary.processes.empty())
+        json["ranks"] = {{"count", summary.processes.size()},
+                         {"cpu_s", list_of(summary.processes, &ProcessCost::cpu_s)},
+                         {"peak_bytes", list_of(summary.processes, &ProcessCost::peak_bytes)}};
+    json["bytes"] = by_name(summary.files, &WrittenFile::bytes);
+    json["hash"] = by_name(summary.files, &WrittenFile::hash);
+    json["time_s"] = by_name(summary.stages, &StageCost::time_s);
+    json["cpu_s"] = by_name(summary.stages, &StageCost::cpu_s);
     json["notes"] = body.mesh.notes;
     return json.dump(2) + "\n";
 }
 
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary) {
-    const Checks& c = summary.checks;
-    std::string text = fmt::format("{} (model {:016x})\n", scene.name, summary.model_hash) + to_table(summary.audit);
+    const Checks& c = summary.inverse.checks;
+    std::string text =
+        fmt::format("{} (model {:016x})\n", scene.name, summary.identity.model_hash) + to_table(summary.audit);
     text +=
         fmt::format("  held {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
                     body.fixed_count(), body.free_surface_node.size(), body.touch_node.size(), body.touch_patch.size());
@@ -434,7 +292,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
         text += fmt::format(
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
             "and the patch's own nodes carry the load\n",
-            scene.contact.mask_radius_m, summary.mask_most_nodes, summary.mask_widened, summary.mask_places);
+            scene.contact.mask_radius_m, summary.mask.most_nodes, summary.mask.widened, summary.mask.places);
     const ServoStiffness& k = summary.size.stiffness;
     text += fmt::format("  largest stiffness of any point {:.3g} N/m; the device renders {:.3g} N/m stably{}\n",
                         k.largest_n_per_m, k.stable_n_per_m,
@@ -454,21 +312,21 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     check("smallest eigenvalue of any L_ii (m/N)", c.smallest_eigenvalue_m_per_n);
     check("largest condition of any L_ii", c.largest_block_condition);
     check("condition of K, estimated", c.condition_estimate);
-    if (!std::isnan(c.smallest_pivot_ratio)) check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
-    if (summary.drawing == "solves")
+    check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    if (summary.identity.drawing == "solves")
         text +=
             "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "
             "frame\n";
-    if (summary.reused) text += "\n  blocks, columns and checks are those of an earlier run of the same body\n";
+    if (summary.reused.all) text += "\n  blocks, columns and checks are those of an earlier run of the same body\n";
     text += flash_table(scene, summary.size);
     text += ("\n  table                size    stage           time\n");
-    for (std::size_t i = 0; i < std::max(summary.bytes.size(), summary.time_s.size()); ++i) {
-        if (i < summary.bytes.size())
-            text += fmt::format("  {:<14} {:>10}", summary.bytes[i].first, human_bytes(summary.bytes[i].second));
+    for (std::size_t i = 0; i < std::max(summary.files.size(), summary.stages.size()); ++i) {
+        if (i < summary.files.size())
+            text += fmt::format("  {:<14} {:>10}", summary.files[i].name, human_bytes(summary.files[i].bytes));
         else
             text += fmt::format("{:28}", "");
-        if (i < summary.time_s.size())
-            text += fmt::format("    {:<10} {:>9.4f} s", summary.time_s[i].first, summary.time_s[i].second);
+        if (i < summary.stages.size())
+            text += fmt::format("    {:<10} {:>9.4f} s", summary.stages[i].name, summary.stages[i].time_s);
         text += '\n';
     }
     return text;

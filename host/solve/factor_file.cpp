@@ -44,6 +44,11 @@ void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknow
     writer.close();
 }
 
+double factor_file_bytes(const Supernodes& s) {
+    return static_cast<double>(s.value_begin.back()) * sizeof(float) +
+           static_cast<double>(s.row.size() + 3 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
+}
+
 FactorFile::FactorFile(const fs::path& folder)
     : first_column_(folder / kFactorFiles[0]),
       row_begin_(folder / kFactorFiles[1]),

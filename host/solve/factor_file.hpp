@@ -20,6 +20,9 @@ inline constexpr std::array<const char*, 7> kFactorFiles{
 void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknown_node,
                   const std::filesystem::path& folder);
 
+/// Bytes of the files.
+double factor_file_bytes(const Supernodes& factor);
+
 /// The files, mapped: of a factor larger than the memory only what is used is read.
 class FactorFile {
 public:

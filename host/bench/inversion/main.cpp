@@ -18,11 +18,11 @@
 
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
+#include "host/inverse/pairs.hpp"
+#include "host/inverse/selected_inversion.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/precompute/pairs.hpp"
-#include "host/precompute/precompute.hpp"
-#include "host/precompute/selected_inversion.hpp"
 #include "host/solve/frame_solver.hpp"
 
 namespace {
@@ -165,21 +165,22 @@ void solve_sample(const Options& options, const Factor& factor, const Nodes& nod
 
 void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
     Progress progress(true);
-    const ColumnSolver solver(factor.supernodes(), node, node);
+    const ColumnSolver in_double_solver(factor.supernodes(), node, node);
+    const ColumnSolver in_float_solver(factor.supernodes(), node, node, Precision::kFloat);
     const std::size_t length = 9 * node.size();
     const auto put_into = [&](std::vector<float>& table) {
         table.resize(length * node.size());
-        ColumnSolver::Sink put;
+        Columns::Sink put;
         put.take = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
             std::copy_n(block.data(), 9, &table[length * i + 9 * k]);
         };
         return put;
     };
     std::vector<float> in_double, in_float;
-    const ColumnSolver::Sink put_double = put_into(in_double), put_float = put_into(in_float);
+    const Columns::Sink put_double = put_into(in_double), put_float = put_into(in_float);
     row.columns_bytes = static_cast<double>(in_double.size()) * sizeof(float);
-    row.columns_double_s = cost_of([&] { solver.compute<double>(progress, put_double); });
-    row.columns_float_s = cost_of([&] { solver.compute<float>(progress, put_float); });
+    row.columns_double_s = cost_of([&] { in_double_solver.compute(progress, put_double); });
+    row.columns_float_s = cost_of([&] { in_float_solver.compute(progress, put_float); });
     row.columns_error = 0.0;
     for (std::size_t i = 0; i < node.size(); ++i) {
         const auto column = [&](const std::vector<float>& table) {
@@ -232,14 +233,16 @@ Row measure(const Options& options, const Scene& scene) {
     row.blocks = static_cast<double>(wanted.size());
     reset_peak();
     // 1. Ordering, analysis and factor.
-    const double begin = cpu_seconds();
-    const Factor factor(k, [&](const Factor&) { row.analysis_s = cpu_seconds() - begin; });
-    row.factor_s = cpu_seconds() - begin - row.analysis_s;
+    Progress progress(true);
+    Workers alone(1);
+    std::optional<Factor> factored;
+    row.analysis_s = cost_of([&] { factored.emplace(k, Factor::kPattern); });
+    row.factor_s = cost_of([&] { factored->factorize(k, alone, progress); });
+    const Factor& factor = *factored;
     row.factor_flops = factor.flops();
     row.factor_bytes = factor.bytes();
     row.factor_peak = peak_bytes();
     // 2. The blocks by selected inversion, both ways.
-    Progress progress(true);
     const SelectedInversion inversion(factor.supernodes(), wanted);
     row.inversion_flops = inversion.flops();
     Blocks in_float, in_double;

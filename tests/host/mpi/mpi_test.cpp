@@ -61,9 +61,10 @@ protected:
         system_of("'" + one_.string() + "' scene.toml -o one --column-tolerance 0 --quiet 2>one.txt");
         return system_of(start() + " 2>many.txt");
     }
-    std::string start() const {
+    std::string start() const { return mpirun() + "'" + many_.string() + "' scene.toml -o many --quiet"; }
+    static std::string mpirun() {
         return "OMPI_MCA_rmaps_base_oversubscribe=1 mpirun --allow-run-as-root --oversubscribe -n " +
-               std::to_string(GetParam()) + " '" + many_.string() + "' scene.toml -o many --quiet";
+               std::to_string(GetParam()) + " ";
     }
     int system_of(const std::string& command) const { return test::run(command, folder_.path()).status; }
     fs::path one(const char* file) const { return folder_.path() / "one" / file; }
@@ -140,6 +141,15 @@ TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {
     const std::string said = read_file(folder_.path() / "many.txt");
     EXPECT_NE(said.find("scene.toml: fixed: 125 of 125 nodes are loose"), std::string::npos) << said;
     EXPECT_FALSE(fs::exists(folder_.path() / "many"));
+}
+
+TEST_P(Mpi, PassesTheTestsOfAnInverse) {
+    const fs::path ranks = test::build_folder() / "tests/ranks";
+    ASSERT_TRUE(fs::exists(ranks)) << "make " << ranks;
+    const test::Outcome outcome = test::run(mpirun() + "'" + fs::absolute(ranks).string() + "' --gtest_brief=1",
+                                            folder_.path(), std::chrono::seconds(300));
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    EXPECT_NE(outcome.out.find("[  PASSED  ]"), std::string::npos) << outcome.out << outcome.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Ranks, Mpi, testing::Values(1, 2, 4));

@@ -6,6 +6,8 @@
 #include <Eigen/Dense>
 
 #include "host/base/file.hpp"
+#include "host/inverse/column_solver.hpp"
+#include "host/inverse/factor.hpp"
 #include "host/precompute/precompute.hpp"
 #include "tests/bodies.hpp"
 #include "tests/temporary_folder.hpp"
@@ -29,7 +31,7 @@ protected:
     /// Computes what is missing, at most `groups` of it, as a crash or Ctrl-C would end it. Returns the operations.
     double compute(ColumnStore& store, std::size_t groups = 1000) {
         struct Stop {};
-        ColumnSolver::Sink sink = store.sink();
+        Columns::Sink sink = store.sink();
         const auto done = sink.done;
         double flops = 0.0;
         sink.done = [&](std::size_t group) {
@@ -39,7 +41,7 @@ protected:
             --groups;
         };
         try {
-            const double told = solver_.compute<double>(progress_, sink);
+            const double told = solver_.compute(progress_, sink).flops_done;
             EXPECT_DOUBLE_EQ(told, flops);
         } catch (const Stop&) {
         }
@@ -127,18 +129,18 @@ TEST_F(Store, PartOfATableKilledGoesOnFromThere) {
     struct Stop {};
     const auto part = [&](std::size_t groups) {
         ColumnStore store(work_, 1, solver, 648, 648, format_, places);
-        ColumnSolver::Sink sink = store.sink();
+        Columns::Sink sink = store.sink();
         const auto done = sink.done;
         sink.done = [&](std::size_t group) {
             if (groups-- == 0) throw Stop();
             done(group);
         };
-        EXPECT_THROW(solver.compute<double>(progress_, sink), Stop);
+        EXPECT_THROW(solver.compute(progress_, sink), Stop);
     };
     part(1);
     ColumnStore store(work_, 1, solver, 648, 648, format_, places);
     EXPECT_EQ(store.kept_groups(), 1U);
-    solver.compute<double>(progress_, store.sink());
+    EXPECT_EQ(solver.compute(progress_, store.sink()).resumed, 128U);
     store.publish(temporary_.path() / "part.npy");
     const std::string whole = columns(temporary_.path() / "whole");
     const MappedNpy<float> all(temporary_.path() / "columns.npy"), some(temporary_.path() / "part.npy");

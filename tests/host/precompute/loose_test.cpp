@@ -8,8 +8,8 @@
 #include <random>
 
 #include "host/fem/elasticity.hpp"
+#include "host/inverse/factor.hpp"
 #include "host/mesh/cube.hpp"
-#include "host/precompute/factor.hpp"
 
 namespace haptable {
 

@@ -117,7 +117,7 @@ TEST_F(PrecomputeRun, ColumnsInDoubleAreThoseOfADenseInverse) {
         Scene scene = cube_scene(4);
         scene.tables.columns = columns;
         const Result result = run(scene, out_, 0.0);
-        EXPECT_EQ(result.summary.column_precision, "double");
+        EXPECT_EQ(result.summary.inverse.columns.facts.precision, Precision::kDouble);
         const Matrix l = dense_compliance(result.body, scene.material);
         const Tables tables = read_tables(out_);
         const MappedNpy<float> file(out_ / "columns.npy");
@@ -138,15 +138,16 @@ TEST_F(PrecomputeRun, ColumnsInDoubleAreThoseOfADenseInverse) {
 TEST_F(PrecomputeRun, ColumnsInFloatAreWithinTheirToleranceOfADenseInverse) {
     struct Case {
         double poisson, tolerance;
-        const char* precision;
+        Precision precision;
     };
     // The factor is in double: nu near 0.5 costs the columns no digits.
-    for (const Case& c : {Case{0.3, 1e-5, "float"}, Case{0.4999, 1e-5, "float"}, Case{0.49, 1e-7, "double"}}) {
+    for (const Case& c : {Case{0.3, 1e-5, Precision::kFloat}, Case{0.4999, 1e-5, Precision::kFloat},
+                          Case{0.49, 1e-7, Precision::kDouble}}) {
         Scene scene = cube_scene();
         scene.material.poisson = c.poisson;
-        const Summary summary = run(scene, out_, c.tolerance).summary;
-        EXPECT_EQ(summary.column_precision, c.precision) << c.poisson;
-        EXPECT_GT(summary.float_column_error, 5e-8) << "this was not computed in float";
+        const ColumnSummary columns = run(scene, out_, c.tolerance).summary.inverse.columns;
+        EXPECT_EQ(columns.facts.precision, c.precision) << c.poisson;
+        EXPECT_GT(columns.float_error, 5e-8) << "this was not computed in float";
         const Matrix l = dense_compliance(make_body(scene, make_mesh(scene.mesh)), scene.material);
         const Tables tables = read_tables(out_);
         const MappedNpy<float> file(out_ / "columns.npy");
@@ -166,7 +167,7 @@ TEST_F(PrecomputeRun, ColumnsInFloatAreWithinTheirToleranceOfADenseInverse) {
 
 TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
     const Result result = run(cube_scene(), out_, 0.0);
-    const Checks& checks = result.summary.checks;
+    const Checks& checks = result.summary.inverse.checks;
     EXPECT_LT(checks.largest_residual, 1e-12);
     EXPECT_GT(checks.largest_residual, 0.0);
     EXPECT_LT(checks.largest_asymmetry, 1e-13);
@@ -258,14 +259,14 @@ TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
 
 TEST_F(PrecomputeRun, AnotherTouchRegionOrPrecisionReusesBlocksAndColumns) {
     const auto tables_of = [&](const Scene& scene, const fs::path& folder, bool reused) {
-        EXPECT_EQ(run(scene, folder).summary.reused, reused);
+        EXPECT_EQ(run(scene, folder).summary.reused.all, reused);
         auto files = contents(folder);
         files.erase("summary.json");
         files.erase("columns.npy");  // solved for in other groups: compared by value
         return files;
     };
     Scene scene = cube_scene();
-    EXPECT_FALSE(run(scene, out_).summary.reused);
+    EXPECT_FALSE(run(scene, out_).summary.reused.all);
     scene.touch.push_back({std::array<double, 6>{-1, -1, 0.0299, 1, 1, 1}, "", 1});  // the top
     scene.device.max_force_n = 3.0;
     const auto fresh = tables_of(scene, temporary_.path() / "fresh", false);
@@ -276,12 +277,12 @@ TEST_F(PrecomputeRun, AnotherTouchRegionOrPrecisionReusesBlocksAndColumns) {
     const float largest = *std::max_element(anew.values.begin(), anew.values.end());
     for (std::size_t i = 0; i < anew.values.size(); ++i) ASSERT_NEAR(reused.values[i], anew.values[i], 1e-6F * largest);
     scene.touch.clear();
-    EXPECT_FALSE(run(scene, out_).summary.reused) << "more nodes than there are blocks of";
+    EXPECT_FALSE(run(scene, out_).summary.reused.all) << "more nodes than there are blocks of";
     scene.tables.columns = "none";
-    EXPECT_TRUE(run(scene, out_).summary.reused);
+    EXPECT_TRUE(run(scene, out_).summary.reused.all);
     EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
     scene.material.poisson = 0.3;
-    EXPECT_FALSE(run(scene, out_).summary.reused) << "another material";
+    EXPECT_FALSE(run(scene, out_).summary.reused.all) << "another material";
 }
 
 /// What two folders hold besides the summary and columns.npy.
@@ -312,14 +313,14 @@ TEST_F(PrecomputeRun, ALargerTouchRegionComputesOnlyWhatIsNew) {
         run(scene, out_, tolerance);
         scene.touch.push_back({std::array<double, 6>{0.0299, -1, -1, 1, 1, 1}, "", 1});  // and a side: 63 more
         const Summary larger = run(scene, out_, tolerance).summary, fresh = run(scene, fresh_folder, tolerance).summary;
-        EXPECT_EQ(larger.reused_blocks, 81U);
-        EXPECT_EQ(larger.reused_columns, 81U);
-        EXPECT_FALSE(larger.reused);
-        EXPECT_LT(larger.block_flops, fresh.block_flops);
-        EXPECT_LT(larger.column_flops_done, 0.5 * fresh.column_flops_done);
+        EXPECT_EQ(larger.reused.blocks, 81U);
+        EXPECT_EQ(larger.reused.columns, 81U);
+        EXPECT_FALSE(larger.reused.all);
+        EXPECT_LT(larger.inverse.blocks.flops, fresh.inverse.blocks.flops);
+        EXPECT_LT(larger.inverse.columns.facts.flops_done, 0.5 * fresh.inverse.columns.facts.flops_done);
         EXPECT_TRUE(same_but_columns(out_, fresh_folder)) << "blocks to the last bit";
         EXPECT_LT(column_distance(out_, fresh_folder), tolerance > 0.0 ? 2e-6 : 1.2e-7);
-        EXPECT_LT(larger.checks.largest_column_difference, tolerance > 0.0 ? 2e-6 : 1.2e-7);
+        EXPECT_LT(larger.inverse.checks.largest_column_difference, tolerance > 0.0 ? 2e-6 : 1.2e-7);
         // L_ij = L_ji^T, whoever of the two was there before.
         const Tables tables = read_tables(out_);
         const MappedNpy<float> columns(out_ / "columns.npy");
@@ -346,16 +347,16 @@ TEST_F(PrecomputeRun, AnotherColumnPrecisionIsConvertedOrSolvedFor) {
     run(scene, out_);
     scene.tables.column_precision = "float16";
     const Summary halved = run(scene, out_).summary;
-    EXPECT_TRUE(halved.reused);
-    EXPECT_EQ(halved.reused_columns, 73U);
+    EXPECT_TRUE(halved.reused.all);
+    EXPECT_EQ(halved.reused.columns, 73U);
     run(scene, fresh);
     EXPECT_TRUE(same_but_columns(out_, fresh));
     EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh / "columns.npy"));
     scene.tables.column_precision = "float32";
     const Summary back = run(scene, out_).summary;
-    EXPECT_EQ(back.reused_blocks, 73U);
-    EXPECT_EQ(back.reused_columns, 0U) << "float16 has lost digits";
-    EXPECT_GT(back.column_flops_done, 0.0);
+    EXPECT_EQ(back.reused.blocks, 73U);
+    EXPECT_EQ(back.reused.columns, 0U) << "float16 has lost digits";
+    EXPECT_GT(back.inverse.columns.facts.flops_done, 0.0);
     run(scene, fresh);
     EXPECT_TRUE(same_but_columns(out_, fresh));
     EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh / "columns.npy"));
@@ -365,8 +366,8 @@ TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
     const auto reused = [&](const Scene& scene, const PrecomputeOptions& options) {
         Progress progress(true);
         const Summary summary = precompute(scene, out_, progress, options).summary;
-        EXPECT_LT(summary.checks.largest_block_difference, 2e-6);
-        return std::pair(summary.reused_blocks, summary.reused_columns);
+        EXPECT_LT(summary.inverse.checks.largest_block_difference, 2e-6);
+        return std::pair(summary.reused.blocks, summary.reused.columns);
     };
     using Counts = std::pair<std::size_t, std::size_t>;
     Scene scene = cube_scene();
@@ -403,7 +404,7 @@ TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
         PrecomputeOptions options;
         options.threads = threads;
         options.force = true;
-        EXPECT_EQ(precompute(scene, out_, progress, options).summary.threads, threads);
+        EXPECT_EQ(precompute(scene, out_, progress, options).summary.inverse.factor.threads, threads);
         auto files = contents(out_);
         files.erase("summary.json");
         if (first.empty()) first = files;
@@ -457,7 +458,7 @@ TEST_F(PrecomputeRun, FloatIsTakenWhereTheToleranceAllowsIt) {
             const Eigen::Matrix3d s = l.block<3, 3>(3 * tables.node_id[i], 3 * tables.node_id[i]).inverse();
             largest = std::max(largest, (block(tables.stiffness[i]) - s).norm() / s.norm());
         }
-        return std::pair{result.summary.block_precision, largest};
+        return std::pair{name_of(result.summary.inverse.blocks.precision), largest};
     };
     EXPECT_EQ(error(0.0).first, "double");
     EXPECT_EQ(error(2e-6).first, "double") << "the condition of its blocks is above 2";

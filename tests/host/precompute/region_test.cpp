@@ -8,7 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/mesh/shells.hpp"
-#include "host/precompute/precompute.hpp"
+#include "host/precompute/assembly.hpp"
 
 namespace haptable {
 

@@ -37,7 +37,7 @@ protected:
 TEST_F(Frames, OverTheBudgetTheViewerSolvesAndSeesTheSame) {
     run(1e9, columns_);
     const Result result = run(1000.0, solves_);
-    EXPECT_EQ(result.summary.drawing, "solves");
+    EXPECT_EQ(result.summary.identity.drawing, "solves");
     EXPECT_NE(to_table(Scene(), result.body, result.summary).find("column_budget"), std::string::npos);
     EXPECT_FALSE(fs::exists(solves_ / "columns.npy"));
     const Tables with = read_tables(columns_), without = read_tables(solves_);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "host/inverse/factor.hpp"
 #include "tests/bodies.hpp"
 
 namespace haptable {
@@ -23,8 +24,8 @@ protected:
         return nodes;
     }
     /// Every block comes exactly once and is that of the dense inverse, to `tolerance` of its column.
-    template <typename T>
-    void expect_columns(const Nodes& node, const Nodes& row, double tolerance) {
+    void expect_columns(const Nodes& node, const Nodes& row, double tolerance,
+                        Precision precision = Precision::kDouble) {
         std::vector<int> seen(node.size() * row.size(), 0);
         double largest = 0.0;
         ColumnSolver::Sink sink;
@@ -34,7 +35,7 @@ protected:
             const double scale = l_.block<3, 3>(3 * node[c], 3 * node[c]).norm();
             largest = std::max(largest, (block.cast<double>() - expected).norm() / scale);
         };
-        ColumnSolver(factor_.supernodes(), node, row).compute<T>(progress_, sink);
+        ColumnSolver(factor_.supernodes(), node, row, precision).compute(progress_, sink);
         EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
         EXPECT_LT(largest, tolerance);
     }
@@ -47,12 +48,12 @@ protected:
 
 constexpr double kFloat32 = 1.2e-7;  // 2^-23: what a float32 can hold
 
-TEST_F(Columns, OfAllNodesAtAllRows) { expect_columns<double>(every(1), every(1), kFloat32); }
-TEST_F(Columns, OfSomeNodesAtMoreRows) { expect_columns<double>(every(3), every(1), kFloat32); }
-TEST_F(Columns, OfMoreNodesThanRows) { expect_columns<double>(every(1), every(5), kFloat32); }
-TEST_F(Columns, OfNodesThatAreNoRows) { expect_columns<double>(every(2), every(2, 1), kFloat32); }
-TEST_F(Columns, OfOneNode) { expect_columns<double>({200}, every(1), kFloat32); }
-TEST_F(Columns, InFloatWithItsRounding) { expect_columns<float>(every(1), every(1), 2e-6); }
+TEST_F(Columns, OfAllNodesAtAllRows) { expect_columns(every(1), every(1), kFloat32); }
+TEST_F(Columns, OfSomeNodesAtMoreRows) { expect_columns(every(3), every(1), kFloat32); }
+TEST_F(Columns, OfMoreNodesThanRows) { expect_columns(every(1), every(5), kFloat32); }
+TEST_F(Columns, OfNodesThatAreNoRows) { expect_columns(every(2), every(2, 1), kFloat32); }
+TEST_F(Columns, OfOneNode) { expect_columns({200}, every(1), kFloat32); }
+TEST_F(Columns, InFloatWithItsRounding) { expect_columns(every(1), every(1), 2e-6, Precision::kFloat); }
 
 TEST_F(Columns, FewerRowsCostFewerOperations) {
     const auto flops = [&](const Nodes& node, const Nodes& row) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/selected_inversion.hpp"
+#include "host/inverse/selected_inversion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/fem/elasticity.hpp"
-#include "host/precompute/precompute.hpp"
+#include "host/precompute/assembly.hpp"
 
 namespace haptable {
 

@@ -7,7 +7,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 
 namespace haptable {
 

@@ -11,8 +11,8 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/factor.hpp"
-#include "host/precompute/selected_inversion.hpp"
+#include "host/inverse/factor.hpp"
+#include "host/inverse/selected_inversion.hpp"
 #include "host/solve/tree_solver.hpp"
 
 namespace haptable {
@@ -91,9 +91,5 @@ private:
     Plan plan_;
     double flops_ = 0.0;
 };
-
-/// L_ij in m/N for every wanted pair of unknown nodes (row i, column j), in the order asked for.
-std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress, Workers* workers = nullptr);
 
 }  // namespace haptable

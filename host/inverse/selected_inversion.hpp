@@ -9,15 +9,9 @@
 #include <vector>
 
 #include "host/base/progress.hpp"
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 
 namespace haptable {
-
-/// Asks for the block L_ij of unknown nodes i (row) and j (column): rows 3 i .. 3 i + 2 of K, columns 3 j .. 3 j + 2.
-struct NodePair {
-    std::int32_t row = 0;
-    std::int32_t column = 0;
-};
 
 /// [wanted] 1 where all nine entries of the block lie in the factor's pattern.
 std::vector<char> find_in_pattern(const Supernodes& factor, std::span<const NodePair> wanted);

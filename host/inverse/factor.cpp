@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // P K P^T = L L^T
-#include "host/precompute/factor.hpp"
+#include "host/inverse/factor.hpp"
 
 #include <cholmod.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "host/base/error.hpp"
-#include "host/precompute/numeric.hpp"
+#include "host/inverse/numeric.hpp"
 
 extern "C" void openblas_set_num_threads(int threads);  // declared in OpenBLAS's own cblas.h only
 
@@ -144,10 +144,10 @@ void for_each_pivot(const cholmod_factor& factor, Visit visit) {
     }
 }
 
-Factor::Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatrix<double>& k) {
+Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatrix<double>& k) {
     const auto* permutation = static_cast<const int*>(factor.Perm);
     if (factor.minor < factor.n) return {permutation[factor.minor], 0.0};
-    Factor::Pivot weakest{0, 2.0};
+    Pivot weakest{0, 2.0};
     for_each_pivot(factor, [&](int j, double pivot) {
         const int row = permutation[j];
         const double ratio = pivot * pivot / k.coeff(row, row);
@@ -158,9 +158,7 @@ Factor::Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatr
 
 }  // namespace
 
-Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before, Workers* workers,
-               Progress* progress)
-    : state_(std::make_unique<State>()) {
+Factor::Factor(const Eigen::SparseMatrix<double>& k, PatternOnly) : state_(std::make_unique<State>()) {
     if (k.rows() % 3 != 0) throw Error(fmt::format("K has {} rows, and three a node are expected", k.rows()));
     openblas_set_num_threads(1);
     cholmod_sparse a = view(k);
@@ -169,15 +167,20 @@ Factor::Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(co
     state_->factor = cholmod_analyze_p(&a, order.data(), nullptr, 0, &state_->common);
     state_->require(state_->factor != nullptr, "analysis of K");
     state_->ordering = "METIS";
-    if (before) before(*this);
+}
+
+Factor::Factor(const Eigen::SparseMatrix<double>& k) : Factor(k, kPattern) {
+    Workers alone(1);
+    Progress silent(true);
+    factorize(k, alone, silent);
+}
+
+void Factor::factorize(const Eigen::SparseMatrix<double>& k, Workers& workers, Progress& progress) {
     // Takes the memory of a numeric factor and leaves its numbers open.
     const int ok = cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, state_->factor, &state_->common);
     state_->require(ok != 0, "factorisation of K");
-    Workers alone(1);
-    Progress silent(true);
     const std::int32_t stopped =
-        factorize(supernodes(), k, static_cast<double*>(state_->factor->x), workers != nullptr ? *workers : alone,
-                  progress != nullptr ? *progress : silent);
+        haptable::factorize(supernodes(), k, static_cast<double*>(state_->factor->x), workers, progress);
     state_->factor->minor = stopped < 0 ? state_->factor->n : at(stopped);
     state_->weakest = find_weakest(*state_->factor, k);
 }
@@ -201,7 +204,7 @@ void Factor::release_workspace() const {
     cholmod_free_dense(&state_->e, &state_->common);
 }
 
-Factor::Pivot Factor::weakest_pivot() const { return state_->weakest; }
+Pivot Factor::weakest_pivot() const { return state_->weakest; }
 const std::string& Factor::ordering() const { return state_->ordering; }
 
 Supernodes Factor::supernodes() const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // L^-1 E up the tree along the paths of a group's nodes, L^-T of it down again to the wanted rows
-#include "host/precompute/column_solver.hpp"
+#include "host/inverse/column_solver.hpp"
 
 #include <algorithm>
 #include <mutex>
@@ -32,8 +32,13 @@ const T* values_in(const Supernodes& factor, std::vector<T>& copy) {
 }  // namespace
 
 ColumnSolver::ColumnSolver(const Supernodes& factor, std::span<const std::int32_t> node,
-                           std::span<const std::int32_t> row)
-    : factor_(factor), tree_(factor), node_(node.begin(), node.end()), row_(row.begin(), row.end()) {
+                           std::span<const std::int32_t> row, Precision precision, Workers* workers)
+    : precision_(precision),
+      workers_(workers),
+      factor_(factor),
+      tree_(factor),
+      node_(node.begin(), node.end()),
+      row_(row.begin(), row.end()) {
     const std::size_t unknowns = tree_.place.size() / 3;
     std::vector<std::int32_t> column(unknowns, -1), row_at(unknowns, -1);
     for (std::size_t c = 0; c < node_.size(); ++c) column[at(node_[c])] = static_cast<std::int32_t>(c);
@@ -106,7 +111,6 @@ double ColumnSolver::count(const Group& group) const {
     return sum;
 }
 
-template <typename T>
 double ColumnSolver::bytes(int workers) const {
     double most = 0.0;
     for (const Group& group : group_) {
@@ -117,8 +121,8 @@ double ColumnSolver::bytes(int workers) const {
         }
         most = std::max(most, (columns + below) * 3.0 * static_cast<double>(group.column.size()));
     }
-    const double copy = std::is_same_v<T, double> ? 0.0 : factor_.value_begin.back();
-    return (most * workers + copy) * sizeof(T);
+    if (precision_ == Precision::kDouble) return most * workers * sizeof(double);
+    return (most * workers + factor_.value_begin.back()) * sizeof(float);
 }
 
 template <typename T>
@@ -131,8 +135,8 @@ void ColumnSolver::solve(const Group& group, TreeSolver<T>& x) const {
     for (auto s = group.back.rbegin(); s != group.back.rend(); ++s) x.backward(*s);
 }
 
-template <typename Visit>
-void ColumnSolver::visit_blocks(const Group& group, Visit visit) const {
+template <typename Each>
+void ColumnSolver::visit_blocks(const Group& group, Each visit) const {
     // A few rows at a time for every column: the file is written in stretches, and X stays in the cache.
     constexpr std::size_t kRows = 64;
     std::vector<std::size_t> rows;
@@ -150,8 +154,7 @@ void ColumnSolver::visit_blocks(const Group& group, Visit visit) const {
         }
 }
 
-void ColumnSolver::for_each_block(std::size_t group,
-                                  const std::function<void(std::size_t c, std::size_t k)>& visit) const {
+void ColumnSolver::for_each_block(std::size_t group, const Visit& visit) const {
     visit_blocks(group_[group], [&](std::size_t k, std::size_t c, bool given) {
         const std::int32_t column = group_[group].column[c];
         visit(at(column), k);
@@ -175,40 +178,42 @@ void ColumnSolver::hand_out(const Group& group, const TreeSolver<T>& x, const Si
 }
 
 template <typename T>
-double ColumnSolver::compute(Progress& progress, const Sink& sink, Workers* workers) const {
+ColumnFacts ColumnSolver::compute_in(Progress& progress, const Sink& sink) const {
     Workers alone(1);
-    if (workers == nullptr) workers = &alone;
+    Workers& workers = workers_ != nullptr ? *workers_ : alone;
+    ColumnFacts facts{precision_, flops_, 0.0, 0};
     std::vector<std::size_t> left;
-    double todo = 0.0, done = 0.0;
+    double begun = flops_;  // operations of what is done already
     for (std::size_t g = 0; g < group_.size(); ++g)
-        if (!sink.have || !sink.have(g)) {
+        if (sink.have && sink.have(g)) {
+            facts.resumed += group_[g].column.size();
+        } else {
             left.push_back(g);
-            todo += group_[g].flops;
+            begun -= group_[g].flops;
         }
-    if (left.empty()) return 0.0;
+    if (left.empty()) return facts;
     std::vector<T> copy;
     const T* value = values_in<T>(factor_, copy);
     std::vector<TreeSolver<T>> x;
-    for (int worker = 0; worker < workers->count(); ++worker) x.emplace_back(factor_, tree_, value);
+    for (int worker = 0; worker < workers.count(); ++worker) x.emplace_back(factor_, tree_, value);
     std::mutex mutex;
-    workers->for_each(left.size(), [&](std::size_t index, int worker) {
+    workers.for_each(left.size(), [&](std::size_t index, int worker) {
         const Group& group = group_[left[index]];
         {
             const std::lock_guard lock(mutex);
-            progress.done((flops_ - todo + done) / flops_);
+            progress.done((begun + facts.flops_done) / flops_);
         }
         solve(group, x[at(worker)]);
         hand_out(group, x[at(worker)], sink);
         const std::lock_guard lock(mutex);
-        done += group.flops;
+        facts.flops_done += group.flops;
         if (sink.done) sink.done(left[index]);
     });
-    return done;
+    return facts;
 }
 
-template double ColumnSolver::compute<double>(Progress&, const Sink&, Workers*) const;
-template double ColumnSolver::compute<float>(Progress&, const Sink&, Workers*) const;
-template double ColumnSolver::bytes<double>(int) const;
-template double ColumnSolver::bytes<float>(int) const;
+ColumnFacts ColumnSolver::compute(Progress& progress, const Sink& sink) const {
+    return precision_ == Precision::kDouble ? compute_in<double>(progress, sink) : compute_in<float>(progress, sink);
+}
 
 }  // namespace haptable

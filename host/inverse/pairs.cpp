@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // L_ij = (L^-1 E_i)^T (L^-1 E_j)   or   L^T X_j = L^-1 E_j at row i   (L with blocks: K^-1; alone: the factor)
-#include "host/precompute/pairs.hpp"
+#include "host/inverse/pairs.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -307,11 +307,6 @@ std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress, Worker
         if (transposed_[w]) answer[w].transposeInPlace();
     }
     return answer;
-}
-
-std::vector<Eigen::Matrix3d> compliance_pairs(const Factor& factor, std::span<const NodePair> wanted,
-                                              Progress& progress, Workers* workers) {
-    return CompliancePairs(factor.supernodes(), wanted).compute(progress, workers);
 }
 
 }  // namespace haptable

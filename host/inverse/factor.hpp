@@ -2,18 +2,10 @@
 // The Cholesky factor of a stiffness matrix. What only solves meets it as a LinearSolver.
 #pragma once
 
-#include <Eigen/SparseCore>
-#include <cstdint>
-#include <functional>
 #include <memory>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
-#include "host/precompute/linear_solver.hpp"
-#include "host/solve/supernodes.hpp"
+#include "host/inverse/inverse.hpp"
 
 namespace haptable {
 
@@ -23,13 +15,17 @@ namespace haptable {
 /// BLAS threads changes the rounding, that of workers does not.
 class Factor : public LinearSolver {
 public:
-    /// k: symmetric with both triangles stored, three rows a node. Throws Error where CHOLMOD runs out of memory or of
-    /// its integers. A k that is not positive definite makes a factor whose weakest_pivot() says so and that cannot
-    /// solve. `before` is called between the analysis, which finds the pattern, and the factorisation, which fills it.
-    /// With `workers` they share the factorisation, and `progress` is told the share that is done.
-    explicit Factor(const Eigen::SparseMatrix<double>& k, const std::function<void(const Factor&)>& before = {},
-                    Workers* workers = nullptr, Progress* progress = nullptr);
+    enum PatternOnly { kPattern };
+    /// The pattern; factorize() fills it.
+    ///   k  symmetric with both triangles stored, three rows a node
+    /// Throws Error where CHOLMOD runs out of memory or of its integers.
+    Factor(const Eigen::SparseMatrix<double>& k, PatternOnly);
+    /// Both at once, on this thread.
+    explicit Factor(const Eigen::SparseMatrix<double>& k);
     ~Factor() override;
+
+    /// A k that is not positive definite makes a factor whose weakest_pivot() says so and that cannot solve.
+    void factorize(const Eigen::SparseMatrix<double>& k, Workers& workers, Progress& progress);
 
     Eigen::Index size() const override;
     /// Needs weakest_pivot().ratio > 0.
@@ -38,11 +34,6 @@ public:
     /// Gives back the memory that solve() keeps from call to call.
     void release_workspace() const;
 
-    /// The least pivot l_jj^2, as a share of k_jj; 0 where the factorisation stopped at that row.
-    struct Pivot {
-        Eigen::Index row = 0;  ///< of k
-        double ratio = 0.0;
-    };
     Pivot weakest_pivot() const;
 
     Supernodes supernodes() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/memory.hpp"
+#include "host/inverse/memory.hpp"
 
 #include <fmt/format.h>
 
@@ -49,16 +49,21 @@ double available_memory() {
     return std::min({kernel_estimate(), group_2, group_1});
 }
 
-void require_memory(const std::string& scene, const MemoryNeed& need, double available_bytes, double node_count) {
-    if (need.peak() <= available_bytes) return;
+double stiffness_bytes(const Eigen::SparseMatrix<double>& k) {
+    return static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
+}
+
+void require_memory(const std::string& scene, const MemoryNeed& need, double node_count) {
+    if (need.peak() <= need.available) return;
     // The factor of a solid body grows with the nodes to the power 4/3 (nested dissection in three dimensions).
-    const double fitting = node_count * std::pow(std::max(available_bytes, 0.0) / need.peak(), 0.75);
+    const double fitting = node_count * std::pow(std::max(need.available, 0.0) / need.peak(), 0.75);
     throw Error(
         fmt::format("{}: needs {:.3g} GB of memory (factor {:.3g}, inversion {:.3g}, mask {:.3g}, columns {:.3g}) and "
                     "{:.3g} GB are free: use a "
-                    "mesh of about {:.0f} nodes instead of {:.0f}, a smaller touch region, or another machine",
+                    "mesh of about {:.0f} nodes instead of {:.0f}, a smaller touch region, or a larger machine; "
+                    "haptable-precompute-mpi takes several",
                     scene, need.peak() / 1e9, need.factor / 1e9, need.fronts / 1e9, need.pairs / 1e9,
-                    need.columns / 1e9, available_bytes / 1e9, fitting, node_count));
+                    need.columns / 1e9, need.available / 1e9, fitting, node_count));
 }
 
 }  // namespace haptable

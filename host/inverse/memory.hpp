@@ -2,6 +2,7 @@
 // What a run will need of the machine's memory, known from the factor's pattern before the long work begins.
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <string>
 
 namespace haptable {
@@ -11,9 +12,10 @@ struct MemoryNeed {
     double stiffness = 0.0;  ///< K
     double factor = 0.0;     ///< L and the workspace of the factorisation
     double fronts = 0.0;     ///< of the selected inversion
-    double pairs = 0.0;      ///< of the pressure mask's blocks
+    double pairs = 0.0;      ///< of blocks that are not in the factor's pattern
     double columns = 0.0;    ///< workspace of the pruned solves; columns.npy itself is on the disk
     double solves = 0.0;     ///< workspace of the plain solves that check
+    double available = 0.0;  ///< what the machine has free
 
     double peak() const;
 };
@@ -22,7 +24,10 @@ struct MemoryNeed {
 /// Infinite where neither can be read.
 double available_memory();
 
-/// Throws Error where the need is more than `available_bytes`, with what would fit.
-void require_memory(const std::string& scene, const MemoryNeed& need, double available_bytes, double node_count);
+double stiffness_bytes(const Eigen::SparseMatrix<double>& k);
+
+/// Throws Error where the need is more than what is available, with what would fit.
+///   scene  named in the error
+void require_memory(const std::string& scene, const MemoryNeed& need, double node_count);
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/pairs.hpp"
+#include "host/inverse/pairs.hpp"
 
 #include <gtest/gtest.h>
 
@@ -112,7 +112,7 @@ TEST_F(Pairs, TheNumberOfThreadsChangesNoBit) {
 
 TEST_F(Pairs, OfNothingIsNothing) {
     const std::vector<NodePair> none;
-    EXPECT_TRUE(compliance_pairs(factor_, none, progress_).empty());
+    EXPECT_TRUE(CompliancePairs(factor_.supernodes(), none).compute(progress_).empty());
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 // factorised as a dense matrix. Beside the factor itself only one product is held. The columns J are cut into panels of
 // a fixed width, and rows into stretches of a fixed length: those are what threads share, so that the sums are the same
 // for any number of them. Small subtrees go to a thread as a whole.
-#include "host/precompute/numeric.hpp"
+#include "host/inverse/numeric.hpp"
 
 #include <algorithm>
 #include <atomic>

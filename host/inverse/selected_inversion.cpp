@@ -5,7 +5,7 @@
 // the columns of one supernode and R its rows below, all of which belong to its ancestors. The sweep is multifrontal:
 // each supernode has a dense front Z_{JR,JR}; its children copy their Z_RR out of it, and the last of them frees it. So
 // Z as a whole never exists, and the fronts of one path of the tree are all that is held.
-#include "host/precompute/selected_inversion.hpp"
+#include "host/inverse/selected_inversion.hpp"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@
 #include <numeric>
 
 #include "host/base/error.hpp"
-#include "host/precompute/buffer.hpp"
-#include "host/precompute/numeric.hpp"
+#include "host/inverse/buffer.hpp"
+#include "host/inverse/numeric.hpp"
 #include "host/solve/blas.hpp"
 
 namespace haptable {

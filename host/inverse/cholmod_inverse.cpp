@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/inverse/cholmod_inverse.hpp"
+
+#include <algorithm>
+#include <thread>
+
+#include "host/inverse/column_solver.hpp"
+#include "host/inverse/numeric.hpp"
+#include "host/inverse/pairs.hpp"
+#include "host/inverse/selected_inversion.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// Below about ten thousand nodes the supernodes are too small to share.
+int threads_for(int wanted, Eigen::Index nodes) {
+    constexpr Eigen::Index kSmall = 10000;
+    if (wanted > 0) return wanted;
+    return nodes < kSmall ? 1 : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+bool CholmodInverse::in_pattern(std::span<const NodePair> wanted) const {
+    const std::vector<char> inside = find_in_pattern(factor_->supernodes(), wanted);
+    return std::count(inside.begin(), inside.end(), 0) == 0;
+}
+
+MemoryNeed CholmodInverse::analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& request) {
+    workers_.emplace(threads_for(threads_, k.rows() / 3));
+    factor_.emplace(k, Factor::kPattern);
+    const Supernodes pattern = factor_->supernodes();
+    const int threads = workers_->count();
+    MemoryNeed need;
+    need.stiffness = stiffness_bytes(k);
+    need.factor = factor_->bytes() + factorize_bytes(pattern, threads);
+    for (const std::span<const NodePair> wanted : request.blocks)
+        if (in_pattern(wanted))  // in double: after a trial in float it may have to be done again
+            need.fronts = std::max(
+                need.fronts,
+                sizeof(double) * static_cast<double>(SelectedInversion(pattern, wanted).stack_entries(threads)));
+        else
+            need.pairs = std::max(need.pairs, CompliancePairs(pattern, wanted).bytes(threads) +
+                                                  2.0 * static_cast<double>(wanted.size()) * sizeof(Eigen::Matrix3d));
+    for (const Precision precision : {Precision::kDouble, Precision::kFloat})
+        if (!request.node.empty() && (precision == Precision::kDouble || request.float_columns))
+            need.columns =
+                std::max(need.columns, ColumnSolver(pattern, request.node, request.row, precision).bytes(threads));
+    need.solves = 4.0 * static_cast<double>(k.rows()) * request.right_sides * sizeof(double);
+    need.available = available_memory();
+    return need;
+}
+
+FactorFacts CholmodInverse::factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) {
+    factor_->factorize(k, *workers_, progress);
+    return {factor_->ordering(), factor_->fill(), factor_->flops(), workers_->count(), factor_->weakest_pivot()};
+}
+
+Blocks CholmodInverse::blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) {
+    factor_->release_workspace();
+    if (!in_pattern(wanted)) {
+        const CompliancePairs pairs(factor_->supernodes(), wanted);
+        return {pairs.compute(progress, &*workers_), {pairs.method(), Precision::kDouble, pairs.flops()}};
+    }
+    const SelectedInversion inversion(factor_->supernodes(), wanted);
+    const BlockFacts facts{"selected inversion", precision, inversion.flops()};
+    if (precision == Precision::kFloat) return {inversion.compute<float>(progress, &*workers_), facts};
+    return {inversion.compute<double>(progress, &*workers_), facts};
+}
+
+std::unique_ptr<Columns> CholmodInverse::columns(std::span<const std::int32_t> node, std::span<const std::int32_t> row,
+                                                 Precision precision) {
+    return std::make_unique<ColumnSolver>(factor_->supernodes(), node, row, precision, &*workers_);
+}
+
+}  // namespace haptable

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/identity.hpp"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "host/base/file.hpp"
+#include "host/base/program.hpp"
+
+namespace haptable {
+
+namespace {
+
+/// XXH3 over values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
+class Hash {
+public:
+    Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
+    ~Hash() { XXH3_freeState(state_); }
+    Hash(const Hash&) = delete;
+    Hash& operator=(const Hash&) = delete;
+
+    template <typename T>
+    void add(std::span<const T> values) {
+        static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, double>);
+        const std::uint64_t count = values.size();
+        XXH3_64bits_update(state_, &count, sizeof count);
+        XXH3_64bits_update(state_, values.data(), values.size_bytes());
+    }
+    void add(const std::string& text) { add(std::span<const char>(text)); }
+    void add(const Material& material) {
+        add(material.young_pa);
+        add(material.poisson);
+    }
+    void add(double value) { add(std::span<const double>(&value, 1)); }
+    std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
+
+private:
+    XXH3_state_t* state_;
+};
+
+/// Version, mesh and fixed nodes.
+void add_mesh(const Body& body, Hash& hash) {
+    hash.add(std::string(kVersion));
+    for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
+    hash.add(std::span<const Tet>(body.mesh.tet));
+    hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the fixed nodes
+}
+
+void add_materials(const Scene& scene, const Body& body, Hash& hash) {
+    hash.add(std::span<const std::int32_t>(body.region));
+    hash.add(scene.material);
+    for (const Region& region : scene.regions) hash.add(region.material);
+}
+
+}  // namespace
+
+std::string program_hash() {
+    Hash hash;
+    hash.add(read_file("/proc/self/exe"));
+    return fmt::format("{:016x}", hash.digest());
+}
+
+std::string hash_file(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return {};
+    XXH3_state_t* state = XXH3_createState();
+    XXH3_64bits_reset(state);
+    std::vector<char> piece(std::size_t{1} << 20U);
+    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
+        XXH3_64bits_update(state, piece.data(), static_cast<std::size_t>(file.gcount()));
+    const std::uint64_t hash = XXH3_64bits_digest(state);
+    XXH3_freeState(state);
+    return fmt::format("{:016x}", hash);
+}
+
+nlohmann::ordered_json to_json(const Scene& scene, const Identity& identity) {
+    return {{"name", scene.name},
+            {"scene", scene.file.filename().string()},
+            {"model_hash", fmt::format("{:016x}", identity.model_hash)},
+            {"haptable_version", kVersion},
+            {"program", program_hash()},
+            {"tolerance", identity.tolerance},
+            {"column_tolerance", identity.column_tolerance},
+            {"drawing", identity.drawing}};
+}
+
+std::uint64_t hash_body(const Scene& scene, const Body& body) {
+    Hash hash;
+    add_mesh(body, hash);
+    add_materials(scene, body, hash);
+    return hash.digest();
+}
+
+std::uint64_t hash_work(const Scene& scene, const Identity& identity, const std::string& precision, double unit_m_per_n,
+                        std::span<const std::int32_t> node, std::span<const std::int32_t> row) {
+    Hash hash;
+    hash.add(to_json(scene, identity).dump());
+    hash.add(precision);
+    hash.add(unit_m_per_n);
+    hash.add(node);
+    hash.add(row);
+    return hash.digest();
+}
+
+std::uint64_t hash_model(const Scene& scene, const Body& body) {
+    Hash hash;
+    add_mesh(body, hash);
+    hash.add(std::span<const Patch>(body.touch_patch));
+    add_materials(scene, body, hash);
+    hash.add(scene.contact.force);
+    hash.add(scene.contact.god_object);
+    hash.add(scene.contact.rigid_stiffness_n_per_m);
+    const ContactOptions& c = scene.contact;
+    // Only where chosen: the hash of a scene without them is what it was.
+    for (const auto& [name, value] : {std::pair{"mask_radius", c.mask_radius_m},
+                                      {"friction", c.static_friction},
+                                      {"kinetic_friction", c.kinetic_friction},
+                                      {"release_slew", c.release_n_per_ms},
+                                      {"coupling", c.coupling_n_per_m},
+                                      {"auto coupling", c.auto_coupling ? 1.0 : 0.0},
+                                      {"passivity", c.passivity ? 1.0 : 0.0}}) {
+        if (value == 0.0) continue;
+        hash.add(std::string(name));
+        hash.add(value);
+    }
+    if (c.auto_coupling)
+        for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
+            hash.add(value);
+    hash.add(scene.device.max_force_n);
+    hash.add(scene.tables.columns);
+    hash.add(scene.tables.column_precision);
+    hash.add(scene.tables.precision);
+    if (!scene.tables.display_rows.empty()) {
+        hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
+        hash.add(scene.tables.display_precision);
+    }
+    return hash.digest();
+}
+
+}  // namespace haptable

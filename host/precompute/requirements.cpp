@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/requirements.hpp"
+
+#include <fmt/format.h>
+
+#include "codegen/codegen.hpp"
+#include "host/base/error.hpp"
+#include "host/precompute/compliance.hpp"
+
+namespace haptable {
+
+namespace {
+
+// A pivot below this fraction of its diagonal entry is zero to rounding: 2.2e-16 times the growth of a few hundred
+// updates. The bodies of the tests that are held keep above 1e-3.
+constexpr double kZeroPivot = 1e-13;
+// Solves with a larger residual than this would be seen in the float32 tables.
+constexpr double kLargestResidual = 1e-6;
+
+}  // namespace
+
+std::vector<Hold> require_held(const Scene& scene, const Body& body) {
+    const std::vector<std::int32_t> loose = find_loose_nodes(body);
+    if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
+    return find_holds(body, loose);
+}
+
+void require_servo(const Scene& scene, const Body& body) {
+    Tables tables;
+    for (const Eigen::Vector3d& p : body.mesh.position_m) tables.position.push_back({p.x(), p.y(), p.z()});
+    tables.patch = body.touch_patch;
+    tables.node_id = body.touch_node;
+    tables.precision = scene.tables.precision;
+    if (scene.contact.force == "interpolated")
+        tables.stiffness.assign(body.touch_node.size(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    try {
+        const ServoModel model = build_model(tables);
+        require_flash(flash_tables(model), model, scene.tables.flash_budget);
+    } catch (const Error& error) {
+        throw Error(scene.file.string() + ": " + error.what());
+    }
+}
+
+double require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                      const LinearSolver& solver, const FactorFacts& facts) {
+    const double least = facts.weakest ? facts.weakest->ratio : least_scaled_eigenvalue(k, solver);
+    if (least > kZeroPivot) return least;
+    const auto mesh_node = [&](std::int32_t unknown) { return body.free_node[static_cast<std::size_t>(unknown)]; };
+    std::vector<std::int32_t> loose = find_softest_nodes(k);
+    for (std::int32_t& node : loose) node = mesh_node(node);
+    const std::string what = facts.weakest ? fmt::format("the pivot of node {} is zero",
+                                                         mesh_node(static_cast<std::int32_t>(facts.weakest->row / 3)))
+                                           : "K is singular";
+    throw Error(fmt::format("{}: fixed: {} to rounding: {}", scene.file.string(), what, describe_loose(loose, body)));
+}
+
+void require_residual(const Scene& scene, double residual) {
+    if (!(residual < kLargestResidual))
+        throw Error(
+            fmt::format("{}: the solves leave a residual of {:.3g}, more than {}: K is too badly conditioned; "
+                        "mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
+                        scene.file.string(), residual, kLargestResidual));
+}
+
+}  // namespace haptable

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a body must have for tables to be made of it. Each throws Error with the scene's name and what to do.
+#pragma once
+
+#include "host/inverse/inverse.hpp"
+#include "host/precompute/loose.hpp"
+
+namespace haptable {
+
+/// No node is loose. Returns how each body is held.
+std::vector<Hold> require_held(const Scene& scene, const Body& body);
+
+/// The servo's indices and the flash budget, before any work is done for an object that is too large. What a force
+/// needs besides the paper's tables is counted when they are written.
+void require_servo(const Scene& scene, const Body& body);
+
+/// No pivot is zero to rounding: what the mesh could not tell. Returns the least as a fraction of K's diagonal; where
+/// the solver does not tell it, a bound from below.
+double require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
+                      const LinearSolver& solver, const FactorFacts& facts);
+
+/// The solves' residual cannot be seen in float32 tables.
+void require_residual(const Scene& scene, double residual);
+
+}  // namespace haptable

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/write_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/precompute/vtu.hpp"
+#include "host/solve/factor_file.hpp"
+#include "host/tables/npy.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+template <typename T, std::size_t k>
+void write_rows(const fs::path& path, const std::vector<std::array<T, k>>& rows) {
+    const T* first = rows.empty() ? nullptr : rows.front().data();
+    write_npy<T>(path, {rows.size(), k}, std::span<const T>(first, k * rows.size()));
+}
+
+void write_position(const fs::path& path, const std::vector<Eigen::Vector3d>& position_m) {
+    NpyWriter<double> writer(path, {position_m.size(), 3});
+    for (const Eigen::Vector3d& p : position_m) writer.append(std::span<const double>(p.data(), 3));
+    writer.close();
+}
+
+/// 3x3 blocks, row by row, as an array of that shape.
+void write_blocks(const fs::path& path, const std::vector<std::size_t>& shape,
+                  const std::vector<Eigen::Matrix3d>& blocks) {
+    NpyWriter<double> writer(path, shape);
+    for (const Eigen::Matrix3d& block : blocks) {
+        const Eigen::Matrix3d rows = block.transpose();
+        writer.append(std::span<const double>(rows.data(), 9));
+    }
+    writer.close();
+}
+
+template <std::size_t group>
+std::vector<Eigen::Matrix3d> flat(const std::vector<std::array<Eigen::Matrix3d, group>>& grouped) {
+    std::vector<Eigen::Matrix3d> blocks;
+    for (const auto& one : grouped) blocks.insert(blocks.end(), one.begin(), one.end());
+    return blocks;
+}
+
+/// How a load on a mask's control point is distributed over nodes: vertices first, then edges.
+void write_mask_weights(const Masks& masks, const fs::path& folder) {
+    std::vector<std::int32_t> begin{0}, node;
+    std::vector<float> weight;
+    for (const auto* list : {&masks.vertex, &masks.edge})
+        for (const NodeWeights& one : *list) {
+            node.insert(node.end(), one.node.begin(), one.node.end());
+            for (double w : one.weight) weight.push_back(static_cast<float>(w));
+            begin.push_back(static_cast<std::int32_t>(node.size()));
+        }
+    write_npy<std::int32_t>(folder / "spread_begin.npy", {begin.size()}, begin);
+    write_npy<std::int32_t>(folder / "spread_node.npy", {node.size()}, node);
+    write_npy<float>(folder / "spread_weight.npy", {weight.size()}, weight);
+}
+
+/// Files that a scene may do without; old ones must go.
+std::vector<std::string> optional_files() {
+    std::vector<std::string> files{"columns.npy",          "row_id.npy",       "edge_id.npy",
+                                   "edge_compliance.npy",  "vertex_id.npy",    "vertex_compliance.npy",
+                                   "patch_compliance.npy", "spread_begin.npy", "spread_node.npy",
+                                   "spread_weight.npy",    "display.h",        "display.c"};
+    for (const char* name : kFactorFiles) files.emplace_back(name);
+    return files;
+}
+
+}  // namespace
+
+void write_tables(const Scene& scene, const Body& body, Drawing drawing,
+                  const std::vector<Eigen::Matrix3d>& stiffness_n_per_m, const fs::path& folder) {
+    write_position(folder / "position.npy", body.mesh.position_m);
+    write_rows(folder / "surface.npy", body.surface.patch);
+    write_rows(folder / "patch.npy", body.touch_patch);
+    write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
+    write_blocks(folder / "stiffness.npy", {stiffness_n_per_m.size(), 3, 3}, stiffness_n_per_m);
+    if (drawing != Drawing::kNone) {
+        const std::vector<std::int32_t>& rows = rows_of(scene, body);
+        write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
+    }
+    write_file(folder / "mesh.vtu", to_vtu(body));
+}
+
+void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Matrix3d> l_ij, const fs::path& folder) {
+    const auto edges = edges_of(body.touch_patch), coupled = coupled_edges(scene, body);
+    std::vector<Eigen::Matrix3d> blocks;
+    std::size_t next = 0;
+    for (const auto& edge : edges) {
+        const bool has = next < coupled.size() && coupled[next] == edge;
+        blocks.push_back(has ? l_ij[next++] : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
+    }
+    write_rows(folder / "edge_id.npy", edges);
+    write_blocks(folder / "edge_compliance.npy", {edges.size(), 1, 3, 3}, blocks);
+}
+
+void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& folder) {
+    write_npy<std::int32_t>(folder / "vertex_id.npy", {masks.vertex_id.size()}, masks.vertex_id);
+    write_rows(folder / "edge_id.npy", masks.edge_id);
+    write_blocks(folder / "vertex_compliance.npy", {c.vertex.size(), 3, 3}, c.vertex);
+    write_blocks(folder / "edge_compliance.npy", {c.edge.size(), 3, 3, 3}, flat(c.edge));
+    write_blocks(folder / "patch_compliance.npy", {c.patch.size(), 3, 3, 3}, flat(c.patch));
+    write_mask_weights(masks, folder);
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (entry.path().filename() != "summary.json") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void publish(const fs::path& beside, const fs::path& folder) {
+    try {
+        fs::create_directories(folder);
+        fs::remove(folder / "summary.json");
+        for (const std::string& optional : optional_files())
+            if (!fs::exists(beside / optional)) fs::remove(folder / optional);
+        for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
+        fs::rename(beside / "summary.json", folder / "summary.json");
+    } catch (const fs::filesystem_error& error) {
+        throw Error(fmt::format("{}: cannot be written: {}", folder.string(), error.code().message()));
+    }
+}
+
+fs::path plain_folder(const fs::path& given) {
+    const fs::path folder = fs::absolute(given).lexically_normal();
+    return folder.has_filename() ? folder : folder.parent_path();
+}
+
+void require_room(const char* file, double needed_bytes, const fs::path& folder) {
+    std::error_code unknown;
+    const fs::space_info space = fs::space(folder, unknown);
+    if (!unknown && needed_bytes > static_cast<double>(space.available))
+        throw Error(
+            fmt::format("{}: {} needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
+                        "smaller region or set columns = \"none\" in [tables]",
+                        folder.string(), file, needed_bytes / 1e9, static_cast<double>(space.available) / 1e9));
+}
+
+void make_folder(const fs::path& beside, const fs::path& folder) {
+    std::error_code failed;
+    if (fs::exists(folder, failed) && !fs::is_directory(folder, failed))
+        throw Error(folder.string() + ": is a file, and a folder is to be written; give another -o");
+    fs::create_directories(beside, failed);
+    if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder.string(), failed.message()));
+}
+
+void touch_summary(const fs::path& folder) {
+    std::error_code ignored;  // a folder that may only be read is no error: nothing was to be written
+    fs::last_write_time(folder / "summary.json", fs::file_time_type::clock::now(), ignored);
+}
+
+}  // namespace haptable

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What every Inverse must do, against the dense inverse of a cube's K; and precompute() by each.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+#include <set>
+
+#include "host/base/error.hpp"
+#include "host/precompute/column_store.hpp"
+#include "host/tables/npy.hpp"
+#include "host/tables/tables.hpp"
+#include "tests/bodies.hpp"
+#include "tests/host/inverse/inverses.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Nodes = std::vector<std::int32_t>;
+using Places = std::set<std::pair<std::size_t, std::size_t>>;
+
+constexpr double kFloat32 = 1.2e-7;  // 2^-23: what a float32 can hold
+
+class InverseOf : public testing::TestWithParam<test::InverseCase> {
+protected:
+    static constexpr std::int32_t kNodes = 7 * 7 * 6;  // more than two groups of columns of either inverse
+
+    static const Eigen::SparseMatrix<double>& stiffness() {
+        static const Eigen::SparseMatrix<double> k = test::cube_stiffness(7, 0.49);
+        return k;
+    }
+    static const Eigen::MatrixXd& dense() {
+        static const Eigen::MatrixXd k(stiffness());
+        static const Eigen::MatrixXd l = k.llt().solve(Eigen::MatrixXd::Identity(k.rows(), k.cols()));
+        return l;
+    }
+    static Nodes every(std::int32_t step, std::int32_t first = 0) {
+        Nodes nodes;
+        for (std::int32_t i = first; i < kNodes; i += step) nodes.push_back(i);
+        return nodes;
+    }
+    static double scale(std::int32_t i, std::int32_t j) {
+        return std::sqrt(dense().block<3, 3>(3 * i, 3 * i).norm() * dense().block<3, 3>(3 * j, 3 * j).norm());
+    }
+    FactorFacts factorize(const Eigen::SparseMatrix<double>& k) {
+        inverse_->analyse(k, {});
+        return inverse_->factorize(k, progress_);
+    }
+    /// Every block that a sink took, and the largest ||block - L_ri|| / sqrt(||L_rr|| ||L_ii||).
+    Places compute(const Columns& columns, const Nodes& node, const Nodes& row, double& error,
+                   Columns::Sink sink = {}) {
+        Places taken;
+        std::mutex mutex;
+        sink.take = [&](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) {
+            const std::lock_guard lock(mutex);
+            EXPECT_TRUE(taken.emplace(c, k).second) << "block " << c << ", " << k << " came twice";
+            const double off = (l_ri.cast<double>() - dense().block<3, 3>(3 * row[k], 3 * node[c])).norm();
+            error = std::max(error, off / scale(row[k], node[c]));
+        };
+        facts_ = columns.compute(progress_, sink);
+        return taken;
+    }
+
+    const std::shared_ptr<Inverse> inverse_ = GetParam().make();
+    ColumnFacts facts_;
+    Progress progress_{true};
+};
+
+TEST_P(InverseOf, TellsOfItsFactorAndSolves) {
+    const MemoryNeed need = inverse_->analyse(stiffness(), {});
+    const FactorFacts facts = inverse_->factorize(stiffness(), progress_);
+    EXPECT_EQ(facts.ordering, "METIS");
+    EXPECT_GE(facts.fill, 0.5 * static_cast<double>(stiffness().nonZeros()));
+    EXPECT_GT(facts.flops, facts.fill);
+    EXPECT_GE(need.factor, 8.0 * facts.fill);
+    EXPECT_GT(need.available, need.peak());
+    ASSERT_EQ(inverse_->size(), stiffness().rows());
+    for (Eigen::Index count : {1, 96, 5}) {
+        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(stiffness().rows(), count);
+        Eigen::MatrixXd x;
+        inverse_->solve(b, x);
+        EXPECT_LT((x - dense() * b).norm() / x.norm(), 1e-10);
+    }
+}
+
+TEST_P(InverseOf, BlocksInAndOutsideTheFactorsPatternAreThoseOfTheDenseInverse) {
+    factorize(stiffness());
+    std::vector<NodePair> wanted;
+    for (std::int32_t i : every(3)) wanted.push_back({i, i});
+    const auto expect_blocks = [&] {
+        const Blocks blocks = inverse_->blocks(wanted, Precision::kDouble, progress_);
+        EXPECT_EQ(blocks.facts.precision, Precision::kDouble);
+        ASSERT_EQ(blocks.l_ij.size(), wanted.size());
+        for (std::size_t p = 0; p < wanted.size(); ++p) {
+            const auto [i, j] = wanted[p];
+            EXPECT_LT((blocks.l_ij[p] - dense().block<3, 3>(3 * i, 3 * j)).norm() / scale(i, j), 1e-10);
+            if (i == j) {
+                EXPECT_EQ(blocks.l_ij[p], blocks.l_ij[p].transpose());
+            }
+        }
+    };
+    expect_blocks();
+    std::mt19937 random(3);
+    std::uniform_int_distribution<std::int32_t> node(0, kNodes - 1);
+    for (int p = 0; p < 300; ++p) wanted.push_back({node(random), node(random)});
+    wanted.push_back(wanted.back());                              // twice,
+    wanted.push_back({wanted.back().column, wanted.back().row});  // and the other way round
+    expect_blocks();
+}
+
+TEST_P(InverseOf, ColumnsAreThoseOfTheDenseInverse) {
+    factorize(stiffness());
+    const std::pair<Nodes, Nodes> cases[] = {
+        {every(1), every(1)}, {every(3), every(1)}, {every(1), every(5)}, {every(2), every(2, 1)}, {{200}, {7}}};
+    for (const auto& [node, row] : cases) {
+        double error = 0.0;
+        const auto columns = inverse_->columns(node, row, Precision::kDouble);
+        EXPECT_EQ(compute(*columns, node, row, error).size(), node.size() * row.size());
+        EXPECT_LT(error, 3.0 * kFloat32);
+        EXPECT_EQ(facts_.precision, Precision::kDouble);
+        EXPECT_EQ(facts_.resumed, 0U);
+    }
+}
+
+TEST_P(InverseOf, GroupsThatTheSinkHasAreNotComputed) {
+    factorize(stiffness());
+    const Nodes node = every(1), row = every(2);
+    const auto columns = inverse_->columns(node, row, Precision::kDouble);
+    ASSERT_GT(columns->group_count(), 2U);
+    Places of_first;
+    columns->for_each_block(0, [&](std::size_t c, std::size_t k) { of_first.emplace(c, k); });
+    Columns::Sink sink;
+    std::set<std::size_t> done;
+    sink.have = [](std::size_t group) { return group == 0; };
+    sink.done = [&](std::size_t group) { done.insert(group); };
+    double error = 0.0;
+    const Places taken = compute(*columns, node, row, error, sink);
+    EXPECT_EQ(done.size(), columns->group_count() - 1);
+    EXPECT_EQ(taken.size() + of_first.size(), node.size() * row.size());
+    for (const auto& place : of_first) EXPECT_FALSE(taken.contains(place));
+    EXPECT_GT(facts_.resumed, 0U);
+    EXPECT_LT(facts_.resumed, node.size());
+}
+
+TEST_P(InverseOf, ColumnsThatWereStoppedGoOnFromTheirStore) {
+    factorize(stiffness());
+    const test::TemporaryFolder folder;
+    const Nodes node = every(1);
+    const auto columns = inverse_->columns(node, node, Precision::kDouble);
+    struct Stop {};
+    {
+        ColumnStore store(folder.path() / "work", 1, *columns, node.size(), node.size(), {});
+        Columns::Sink sink = store.sink();
+        const auto done = sink.done;
+        sink.done = [&, left = 2](std::size_t group) mutable {
+            if (left-- == 0) throw Stop();
+            done(group);
+        };
+        EXPECT_THROW(columns->compute(progress_, sink), Stop);
+    }
+    ColumnStore store(folder.path() / "work", 1, *columns, node.size(), node.size(), {});
+    EXPECT_EQ(store.kept_groups(), 2U);
+    EXPECT_GT(columns->compute(progress_, store.sink()).resumed, 64U);
+    for (std::size_t i = 0; i < node.size(); ++i)
+        EXPECT_LT(store.difference(i, dense().middleCols<3>(3 * static_cast<Eigen::Index>(i))), kFloat32);
+}
+
+TEST_P(InverseOf, AMatrixThatIsNotPositiveDefiniteIsToldOrRefused) {
+    Eigen::SparseMatrix<double> k = stiffness();
+    k.coeffRef(100, 100) = -1.0;
+    try {
+        const FactorFacts facts = factorize(k);
+        ASSERT_TRUE(facts.weakest.has_value());
+        EXPECT_EQ(facts.weakest->ratio, 0.0);
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos) << error.what();
+    }
+    factorize(stiffness());  // and then it takes another
+    Eigen::MatrixXd x;
+    inverse_->solve(Eigen::MatrixXd::Ones(stiffness().rows(), 1), x);
+    EXPECT_LT((x - dense().rowwise().sum()).norm() / x.norm(), 1e-10);
+}
+
+/// Largest difference of two files' entries, as a fraction of the largest entry.
+template <typename T>
+double difference(const std::filesystem::path& a, const std::filesystem::path& b) {
+    const MappedNpy<T> one(a), other(b);
+    EXPECT_EQ(one.shape(), other.shape());
+    double largest = 0.0, most = 0.0;
+    for (std::size_t e = 0; e < std::min(one.values().size(), other.values().size()); ++e) {
+        const auto x = static_cast<double>(one.values()[e]), y = static_cast<double>(other.values()[e]);
+        largest = std::max(largest, std::abs(x - y));
+        most = std::max(most, std::abs(x));
+    }
+    return largest / most;
+}
+
+TEST_P(InverseOf, PrecomputeWritesTheSameTablesByAny) {
+    const test::TemporaryFolder folder;
+    PrecomputeOptions options;
+    options.column_tolerance = 0.0;
+    for (const char* force : {"interpolated", "consistent", "pressure-mask"}) {
+        Scene scene = test::cube_scene(6, 0.49);
+        scene.contact.force = force;
+        if (scene.contact.force == "pressure-mask") scene.contact.mask_radius_m = 0.007;
+        const auto run = [&](Inverse* inverse, const char* name) {
+            options.inverse = inverse;
+            precompute(scene, folder.path() / name, progress_, options);
+        };
+        run(nullptr, "one");
+        run(inverse_.get(), "other");
+        const auto expect_near = [&](auto type, const char* name, double tolerance) {
+            const double off = difference<decltype(type)>(folder.path() / "one" / name, folder.path() / "other" / name);
+            EXPECT_LT(off, tolerance) << force << ": " << name;
+        };
+        expect_near(0.0, "stiffness.npy", 1e-9);
+        expect_near(0.0F, "columns.npy", 2.0 * kFloat32);
+        if (scene.contact.force != "interpolated") expect_near(0.0, "edge_compliance.npy", 1e-9);
+        if (scene.contact.force == "pressure-mask") expect_near(0.0, "vertex_compliance.npy", 1e-9);
+    }
+}
+
+TEST_P(InverseOf, PrecomputeForeseesItsMemoryAndReusesItsTables) {
+    const test::TemporaryFolder folder;
+    PrecomputeOptions options;
+    options.inverse = inverse_.get();
+    Scene scene = test::cube_scene(5, 0.3, true);
+    const Summary top = precompute(scene, folder.path() / "out", progress_, options).summary;
+    EXPECT_EQ(top.processes.empty(), !inverse_->is_distributed());
+    scene = test::cube_scene(5, 0.3);
+    options.memory_bytes = 0.5 * top.memory.factor;
+    try {
+        precompute(scene, folder.path() / "out", progress_, options);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("GB of memory"), std::string::npos) << error.what();
+    }
+    options.memory_bytes = 0.0;
+    const Reused reused = precompute(scene, folder.path() / "out", progress_, options).summary.reused;
+    EXPECT_FALSE(reused.all);
+    EXPECT_GT(reused.blocks, 0U);
+    EXPECT_EQ(reused.columns, reused.blocks);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, InverseOf, testing::ValuesIn(test::inverses()),
+                         [](const auto& one) { return one.param.name; });
+
+}  // namespace
+
+}  // namespace haptable
