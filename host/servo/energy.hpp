@@ -20,8 +20,8 @@ public:
     /// none.
     void add(const std::array<float, 3>& finger_m, const haptable_output& output);
 
-    /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in the
-    /// body, and in the coupling where the scene has one. J.
+    /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in
+    /// the body, and in the coupling where the scene has one. J.
     double stored_j() const { return stored_j_; }
     /// The largest of stored_j() so far.
     double most_stored_j() const { return most_stored_j_; }
