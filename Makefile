@@ -47,44 +47,56 @@ CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
 INVERSE    = $(call objects,host/inverse) $(SOLVE) $(BASE)
 PRECOMPUTE = $(call objects,host/precompute) $(INVERSE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
 LINK       = $(call objects,host/link) $(BASE)
-SERVO      = $(call objects,host/servo) $(LINK) $(FIRMWARE)
-BRIDGE     = $(call objects,host/bridge) $(SERVO) $(CODEGEN)
+SESSION    = $(call objects,host/session) $(LINK) $(FIRMWARE)
+SERVO      = $(call objects,host/servo) $(SESSION)
+BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
-TARGETED   = $(call objects,host/target) $(CODEGEN)
-BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
+REPORT     = $(call objects,host/report) $(BASE)
+TARGETED   = $(call objects,host/target) $(REPORT) $(CODEGEN)
+STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(REPORT) $(PRECOMPUTE)
+BENCH      = $(call objects,host/bench) $(REPORT) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lgmsh -lgmp -lmpfr -lpugixml -lz -lxxhash $(LIBS_BASE)
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz -lxxhash $(LIBS_BASE) $(FIND_MODULES)
+LIBS_STROKES    = $(LIBS_PRECOMPUTE) -lgmp -lmpfr
 LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 
+# What reads meshes by Gmsh and CGAL is loaded where a mesh asks for it, from lib/ beside the program's folder.
+MODULES = $(BUILD)/lib/haptable-cgal.so $(BUILD)/lib/haptable-gmsh.so
+IN_MODULES = $(patsubst %,$(BUILD)/%.o,$(wildcard host/mesh/*/*.cpp))
+FIND_MODULES = -Wl,-rpath,'$$ORIGIN/../lib'
+
 # Equation 8 is a long product: it wants the widest instructions that this machine has.
-$(BUILD)/host/view/deformation.cpp.o: OPT = -O3 -march=native
+$(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 -march=native
 
 # Not -I: MPI's headers are not ours to warn about.
-$(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o: INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
+$(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
 # CGAL's exact predicates count on directed rounding.
-$(BUILD)/host/mesh/fill.cpp.o: FP += -frounding-math
+$(BUILD)/host/mesh/cgal/%.cpp.o: private FP += -frounding-math
+$(BUILD)/host/strokes/solid.cpp.o: private FP += -frounding-math
+$(IN_MODULES): private CXXFLAGS += -fPIC
 
+TESTS = $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*'))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES)
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count haptable-report)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
 # all: every host program (the default)
 .PHONY: all
-all: $(PROGRAMS)
+all: $(MODULES) $(PROGRAMS)
 
 # demo: install what is missing, build, touch the cube over LCM for a few seconds, draw it, say where the pictures are
 .PHONY: demo
-demo: all
-	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
-	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
+demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
+	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
+	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh host/demo.sh
 
 # test: install what is missing, build and run every test
@@ -93,26 +105,37 @@ test: $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
-	@if command -v mpicxx >/dev/null && [ -e /usr/include/dmumps_c.h ]; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; fi
+	@if sh host/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
 	@BUILD=$(BUILD) sh tests/fuzz/run.sh 3
 	@BUILD=$(BUILD) sh tests/run.sh
+
+# test-kernels: the numerical tests under every OpenBLAS kernel that this processor can run, with 1 and 2 threads
+.PHONY: test-kernels
+test-kernels: $(BUILD)/tests/unit $(BUILD)/bin/haptable-precompute
+	@if sh host/setup.sh mpi; then $(MAKE) --no-print-directory mpi; fi
+	@BUILD=$(BUILD) sh tests/kernels.sh $(KERNELS)
 
 # fuzz: the readers that we wrote and the scene file under libFuzzer, ten minutes each (make fuzz SECONDS=600)
 SECONDS ?= 600
 .PHONY: fuzz
-fuzz: $(BUILD)/setup.stamp
+fuzz: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 	@BUILD=$(BUILD) sh tests/fuzz/run.sh $(SECONDS)
 
 # sanitize: every mesh of ../shared, sound and broken, under Address- and UndefinedBehaviorSanitizer
 .PHONY: sanitize
-sanitize: $(BUILD)/setup.stamp
+sanitize: $(BUILD)/setup.stamp $(BUILD)/setup-surface.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= \
-	$(BUILD)/sanitize/bin/haptable-precompute
+	$(addprefix $(BUILD)/sanitize/,bin/haptable-precompute lib/haptable-cgal.so lib/haptable-gmsh.so)
 	@BUILD=$(BUILD) sh tests/sanitize.sh ../shared/meshes ../shared/meshes/bad
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
 scene: all
+	@$(MAKE) --no-print-directory scene-alone
+
+# The same, without the programs that it does not run.
+.PHONY: scene-alone
+scene-alone: $(BUILD)/bin/haptable-precompute
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
 	mkdir -p $(BUILD)/$$name && \
 	{ echo $(SCENE) | cmp -s - $(BUILD)/$$name/scene.path || echo $(SCENE) >$(BUILD)/$$name/scene.path; } && \
@@ -122,32 +145,58 @@ scene: all
 .PHONY: mpi
 mpi:
 	@sh host/setup.sh mpi
-	@$(MAKE) --no-print-directory $(BUILD)/bin/haptable-precompute-mpi
+	@$(MAKE) --no-print-directory $(MODULES) $(BUILD)/bin/haptable-precompute-mpi
 
-# bench: measure speed and error, print them beside the paper's Table 2, write docs/ACCURACY.md and its plots
+# strokes: a million random strokes over every mesh, judged by geometry that is not the servo's (then: make report)
+STROKES_OVER = meshes meshes/hard $(wildcard ../shared/meshes ../shared/contact)
+.PHONY: strokes
+strokes: $(MODULES) $(BUILD)/bin/haptable-strokes
+	@mkdir -p $(BUILD)/report
+	@$(BUILD)/bin/haptable-strokes $(STROKES_OVER) --build $(BUILD)/strokes -o $(BUILD)/report/strokes.json
+
+# bench: measure speed and error, print them beside the paper's Table 2, put every number into its page
 .PHONY: bench
-bench: $(BUILD)/bin/haptable-bench $(BUILD)/bin/haptable-bench-inversion $(BUILD)/bin/haptable-contact $(BUILD)/bin/haptable-bench-target
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-inversion haptable-contact haptable-bench-target haptable-count haptable-report)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
-	@BUILD=$(BUILD) sh host/bench/bench.sh
-	@BUILD=$(BUILD) sh host/bench/contact.sh
-	@$(MAKE) --no-print-directory instructions
-	@BUILD=$(BUILD) sh host/bench/target.sh
-	@$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
+	@$(MAKE) --no-print-directory images
+	@mkdir -p $(BUILD)/report
+	$(BUILD)/bin/haptable-bench meshes/cube.toml meshes/mouse.toml --build $(BUILD) -o $(BUILD)/report/bench.json
+	$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(BUILD)/report/contact.json
+	$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse -o $(BUILD)/report/instructions.json
+	$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(BUILD)/report/modes.json
+	BUILD=$(BUILD) sh host/bench/size.sh $(BUILD)/report/size.json
+	$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
+	@$(MAKE) --no-print-directory report
+
+# report: the newest numbers of $(BUILD)/report into docs/numbers.json, and from there into the pages
+PAGES = README.md CHANGELOG.md $(wildcard docs/*.md docs/design/*.md firmware/*.md)
+.PHONY: report
+report: $(BUILD)/bin/haptable-report
+	@mkdir -p $(BUILD)/report
+	@$(BUILD)/bin/haptable-report --take $(BUILD)/report $(PAGES)
+	@$(BUILD)/bin/haptable-report --check $(PAGES)
+
+# figures: remake every picture of README and docs
+.PHONY: figures
+figures: $(addprefix $(BUILD)/bin/,haptable-view haptable-contact haptable-report)
+	@sh host/setup.sh figures
+	@for scene in cube mouse mouse-mask; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
+	@BUILD=$(BUILD) sh docs/figures/figures.sh
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
 .PHONY: lint
-lint: all $(BUILD)/tests/unit
+lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh tests/lint.sh
 
 # format: put every C and C++ file into the project's form
 .PHONY: format
-format: $(BUILD)/setup.stamp
+format: $(BUILD)/setup-lint.stamp
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp' '*.hpp')
 
-# setup: install the Debian packages that are missing
+# setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
 .PHONY: setup
-setup: $(BUILD)/setup.stamp
+setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lint)
 
 # clean: remove everything that was made
 .PHONY: clean
@@ -169,6 +218,15 @@ $(BUILD)/setup.stamp: host/setup.sh
 	@sh host/setup.sh
 	@mkdir -p $(@D) && touch $@
 
+# What only a part of the project needs is installed with it.
+$(BUILD)/setup-%.stamp: host/setup.sh | $(BUILD)/setup.stamp
+	@sh host/setup.sh $*
+	@mkdir -p $(@D) && touch $@
+
+$(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES)) $(BUILD)/host/strokes/solid.cpp.o: | $(BUILD)/setup-surface.stamp
+$(TESTS): | $(BUILD)/setup-test.stamp
+$(patsubst %,$(BUILD)/%.o,$(shell find host/bench -name '*.cpp')): | $(BUILD)/setup-bench.stamp
+
 $(BUILD)/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES)
 	$(say) C++ $<
 	@mkdir -p $(@D)
@@ -187,6 +245,12 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 
+$(BUILD)/lib/haptable-gmsh.so: $(filter $(BUILD)/host/mesh/gmsh/%,$(IN_MODULES))
+	$(link) -shared -lgmsh $(LIBS_BASE)
+
+$(BUILD)/lib/haptable-cgal.so: $(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES))
+	$(link) -shared -lgmp -lmpfr $(LIBS_BASE)
+
 $(BUILD)/bin/haptable-precompute: $(BUILD)/host/precompute/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
@@ -194,7 +258,7 @@ $(BUILD)/bin/haptable-precompute-mpi: $(BUILD)/host/mpi/main.cpp.o $(MPI)
 	$(link) $(LIBS_MPI)
 
 # The tests of an Inverse, for ranks of MPI; tests/host/mpi/mpi_test.cpp runs it.
-$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies) $(MPI)
+$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies conditioning dense tolerance) $(MPI)
 	$(link) -lgtest $(LIBS_MPI)
 
 $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
@@ -212,20 +276,26 @@ $(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
 $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
+$(BUILD)/bin/haptable-report: $(BUILD)/host/report/main.cpp.o $(REPORT)
+	$(link) $(LIBS_BASE)
+
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(BENCH)
+$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(BENCH)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
+$(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
+	$(link) $(LIBS_STROKES)
+
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/tests/unit: $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*')) $(PRECOMPUTE) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED)
-	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+$(BUILD)/tests/unit: $(TESTS) $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED) | $(MODULES)
+	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_STROKES)
 
 # One scene: `make scene` calls make again with its NAME.
 ifdef NAME

@@ -78,7 +78,7 @@ ServoCompliance build_compliance(const Tables& tables, const ServoModel& model) 
         throw Error(
             fmt::format("the touchable surface has {} edges, more than the servo's {} with force = \"{}\": give "
                         "[[touch]] regions or a coarser mesh",
-                        to.edge_count, HAPTABLE_NONE - 1, tables.force));
+                        to.edge_count, HAPTABLE_NONE - 1, word(tables.force)));
     to.vertex_m_per_n = from.degree == 2 ? consistent_vertices(tables, model) : mask_vertices(from, model);
     std::map<std::int32_t, std::size_t> vertex;
     for (std::size_t v = 0; v < model.node.size(); ++v) vertex[model.node[v]] = v;

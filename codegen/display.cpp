@@ -117,7 +117,7 @@ Display build_display(const std::filesystem::path& folder, const Tables& tables)
             std::copy_n(
                 columns.values().begin() + static_cast<std::ptrdiff_t>(9 * (vertex * tables.row_id.size() + row[r])), 9,
                 blocks[r].begin());
-        if (tables.display_precision == "int16")
+        if (tables.display_precision == Storage::kInt16)
             pack(blocks, display);
         else
             display.column.insert(display.column.end(), blocks.begin(), blocks.end());

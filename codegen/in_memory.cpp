@@ -8,10 +8,11 @@
 
 namespace haptable {
 
-// std::array<T, k> has the layout of T[k], and IndexBox that of struct haptable_box.
+// std::array<T, k> has the layout of T[k], IndexBox that of struct haptable_box, Hinge that of struct haptable_hinge.
 static_assert(sizeof(std::array<float, 3>) == sizeof(float[3]) && sizeof(IndexBox) == sizeof(haptable_box));
 static_assert(offsetof(IndexBox, skip) == offsetof(haptable_box, skip) &&
               offsetof(IndexBox, patch) == offsetof(haptable_box, patch));
+static_assert(sizeof(Hinge) == sizeof(haptable_hinge) && offsetof(Hinge, ring) == offsetof(haptable_hinge, ring));
 
 namespace {
 
@@ -41,6 +42,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.free_count = static_cast<std::uint16_t>(servo.free_count);
     model.patch_count = static_cast<std::uint16_t>(servo.patch.size());
     model.box_count = static_cast<std::uint16_t>(servo.index.boxes.size());
+    model.hinge_count = static_cast<std::uint16_t>(servo.hinge.size());
     model.vertex_m = reinterpret_cast<const float(*)[3]>(servo.vertex_m.data());
     model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(servo.stiffness_n_per_m.data());
     model.packed = reinterpret_cast<const std::uint16_t(*)[6]>(servo.packed.data());
@@ -48,18 +50,10 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.patch = reinterpret_cast<const std::uint16_t(*)[3]>(servo.patch.data());
     model.neighbour = reinterpret_cast<const std::uint16_t(*)[3]>(servo.neighbour.data());
     model.box = reinterpret_cast<const haptable_box*>(servo.index.boxes.data());
-    const Modes modes = modes_of(tables);
-    model.god_object = modes.god_object.function;
-    model.force = modes.force.function;
-    model.energy = modes.energy.function;
-    model.frictionless = modes.frictionless.function;
-    model.static_friction = static_cast<float>(tables.static_friction);
-    model.kinetic_friction = static_cast<float>(tables.kinetic_friction);
+    if (!servo.hinge.empty()) model.hinge = reinterpret_cast<const haptable_hinge*>(servo.hinge.data());
     model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
-    model.release = modes.release.function;
-    model.release_n = static_cast<float>(tables.release_n_per_ms);
-    model.passivity = modes.passivity.function;
-    model.unpack = servo.packed.empty() ? nullptr : modes.unpack.function;
+    model.unpack = servo.packed.empty() ? nullptr : modes_of(tables).unpack.function;
+    set_modes(tables, model);
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
         model.compliance = servo.compliance.in_memory.get();

@@ -106,6 +106,8 @@ ServoModel build_model(const Tables& tables) {
     model.index = build_index(model.vertex_m, patches);
     for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);
     model.neighbour = build_neighbours(model.vertex_m, model.patch);
+    model.hinge = build_hinges(model.vertex_m.size(), model.patch, model.neighbour);
+    check_size(model.hinge.size(), "patches at hinges");
     const float size = diagonal(model.vertex_m);
     model.tolerance_m = size * kTolerance;
     model.workspace_limit_m = std::max(1.0F, kWorkspace * size);

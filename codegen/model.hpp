@@ -21,6 +21,13 @@ struct IndexBox {
     std::uint16_t patch;
 };
 
+/// A patch at a hinge; the same fields as firmware/haptable.h's struct haptable_hinge.
+struct Hinge {
+    std::uint16_t vertex;
+    std::uint16_t patch;
+    std::uint16_t ring;
+};
+
 /// The spatial index over patches: boxes in depth-first order over patches in leaf order.
 struct SpatialIndex {
     std::array<float, 3> origin_m{};
@@ -71,6 +78,7 @@ struct ServoModel {
     std::vector<float> packed_scale_n_per_m;              ///< [1] for float16, [free_count] for int16
     std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
     std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
+    std::vector<Hinge> hinge;                             ///< by vertex; empty on most bodies
     SpatialIndex index;
     ServoIndex search;  ///< what a search of it takes; made by measure_search
     ServoCompliance compliance;
@@ -109,5 +117,10 @@ SpatialIndex build_index(const std::vector<std::array<float, 3>>& vertex_m,
 /// meet at an edge, those are neighbours that bound the same wedge of the body.
 std::vector<std::array<std::uint16_t, 3>> build_neighbours(const std::vector<std::array<float, 3>>& vertex_m,
                                                            const std::vector<std::array<std::uint16_t, 3>>& patch);
+
+/// The patches around every vertex that has more than one ring of them or an edge of more than two; vertices and
+/// rings ascend. A ring is named by its lowest patch. patches and neighbours [p].
+std::vector<Hinge> build_hinges(std::size_t vertices, const std::vector<std::array<std::uint16_t, 3>>& patch,
+                                const std::vector<std::array<std::uint16_t, 3>>& neighbour);
 
 }  // namespace haptable

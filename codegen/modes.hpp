@@ -2,8 +2,6 @@
 // The scene's words for how an object is touched, and the firmware's functions that do it.
 #pragma once
 
-#include <string>
-
 #include "firmware/haptable.h"
 #include "host/tables/tables.hpp"
 
@@ -27,7 +25,9 @@ struct Modes {
     Named<haptable_unpack_fn> unpack;            ///< null for float32
 };
 
-/// Throws Error when the tables ask for a mode that this version does not have.
 Modes modes_of(const Tables& tables);
+
+/// Sets the functions that the tables' options choose, and the numbers that these take; not how blocks are unpacked.
+void set_modes(const Tables& tables, haptable_model& model);
 
 }  // namespace haptable

@@ -92,18 +92,18 @@ Eigen::Matrix3d at(const Blocks& blocks, const std::array<std::uint16_t, 3>& pat
 
 }  // namespace
 
-void pack_blocks(const std::string& precision, ServoModel& model) {
+void pack_blocks(Storage precision, ServoModel& model) {
     model.packed.clear();
     model.packed_scale_n_per_m.clear();
     if (model.stiffness_n_per_m.empty()) return;
-    if (precision == "float16") pack_float16(model);
-    if (precision == "int16") pack_int16(model);
+    if (precision == Storage::kFloat16) pack_float16(model);
+    if (precision == Storage::kInt16) pack_int16(model);
 }
 
 std::vector<PrecisionError> compare_precisions(const Tables& tables, const ServoModel& model) {
     const Blocks exact = coupled(exact_blocks(tables, model), model);
     std::vector<PrecisionError> all;
-    for (const char* precision : {"float32", "float16", "int16"}) {
+    for (const Storage precision : {Storage::kFloat32, Storage::kFloat16, Storage::kInt16}) {
         Tables as = tables;
         ServoModel stored = model;
         as.precision = precision;

@@ -6,13 +6,13 @@
 
 namespace haptable {
 
-/// Packs model.stiffness_n_per_m as tables.precision says: "float32" leaves it, "float16" and "int16" fill
+/// Packs model.stiffness_n_per_m as tables.precision says: float32 leaves it, float16 and int16 fill
 /// model.packed. The floats stay, for comparison: codegen does not write them.
-void pack_blocks(const std::string& precision, ServoModel& model);
+void pack_blocks(Storage precision, ServoModel& model);
 
 /// What one way of storing the blocks costs and gives.
 struct PrecisionError {
-    std::string precision;
+    Storage precision = Storage::kFloat32;
     std::size_t bytes = 0;  ///< of the blocks
     double worst = 0.0;  ///< largest |F - F_double| / |F_double| over patches, points of them and all directions of u
     double mean = 0.0;   ///< over patches and points, of the worst direction there

@@ -51,6 +51,13 @@ std::string boxes(const std::vector<IndexBox>& values) {
     return text;
 }
 
+std::string hinges(const std::vector<Hinge>& values) {
+    std::string text;
+    for (const Hinge& hinge : values)
+        text += fmt::format("    {{{}, {}, {}}},\n", hinge.vertex, hinge.patch, hinge.ring);
+    return text;
+}
+
 std::string numbers(const std::vector<float>& values) {
     std::string text;
     for (float value : values) text += "    " + literal(value) + ",\n";
@@ -86,8 +93,8 @@ std::string banner(const Tables& tables, const ServoModel& model) {
         " * {} vertices ({} free), {} patches, {} boxes: {} bytes of flash\n"
         " * a segment of the finger's path of up to {:g} mm visits at most {} boxes; a tick visits at most {}\n"
         " */\n",
-        kVersion, tables.scene_file, tables.force, tables.god_object, tables.precision, model.node.size(),
-        model.free_count, model.patch.size(), model.index.boxes.size(), flash_bytes(model),
+        kVersion, tables.scene_file, word(tables.force), word(tables.god_object), word(tables.precision),
+        model.node.size(), model.free_count, model.patch.size(), model.index.boxes.size(), flash_bytes(model),
         1e3 * static_cast<double>(HAPTABLE_FAST_SEGMENT_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
 }
 
@@ -158,6 +165,9 @@ std::vector<TableText> tables_of(const ServoModel& model, const std::string& mac
     add_table("uint16_t", "neighbour", macro + "_PATCHES", model.neighbour, tables);
     tables.push_back({"struct haptable_box", "box", "[" + macro + "_BOXES]", boxes(model.index.boxes),
                       model.index.boxes.size() * sizeof(IndexBox)});
+    if (!model.hinge.empty())
+        tables.push_back({"struct haptable_hinge", "hinge", fmt::format("[{}]", model.hinge.size()),
+                          hinges(model.hinge), model.hinge.size() * sizeof(Hinge)});
     add_table("float", "vertex_compliance_m_per_n", macro + "_VERTICES", c.vertex_m_per_n, tables);
     add_table("float", "edge_compliance_m_per_n", fmt::format("{}", c.edge_m_per_n.size()), c.edge_m_per_n, tables);
     add_table("float", "patch_compliance_m_per_n", fmt::format("{}", c.patch_m_per_n.size()), c.patch_m_per_n, tables);
@@ -208,6 +218,10 @@ std::string fields(const Tables& tables, const ServoModel& model, const std::str
     field("box_count", macro + "_BOXES");
     for (const char* name : {"vertex_m", "stiffness_n_per_m", "patch", "neighbour", "box"})
         if (name != std::string("stiffness_n_per_m") || has_stiffness(model)) field(name, name);
+    if (!model.hinge.empty()) {
+        field("hinge_count", fmt::format("{}", model.hinge.size()));
+        field("hinge", "hinge");
+    }
     const Modes modes = modes_of(tables);
     field("god_object", modes.god_object.name);
     field("force", modes.force.name);
@@ -289,7 +303,7 @@ ModelSize generate_model(const std::filesystem::path& folder) {
     ModelSize size{flash_tables(model), {}, model.stiffness, model.search};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables)});
     require_flash(size.flash, model, tables.flash_budget);
-    if (tables.force == "interpolated") size.precision = compare_precisions(tables, model);
+    if (tables.force == ForceLaw::kInterpolated) size.precision = compare_precisions(tables, model);
     const ModelText text = model_text(tables, model);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);

@@ -63,7 +63,7 @@ firmware-diff: firmware
 
 # misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
 .PHONY: misra
-misra: $(BUILD)/setup.stamp
+misra: $(BUILD)/setup-lint.stamp
 	@sh tests/misra.sh --list
 
 # loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
@@ -96,11 +96,6 @@ $(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
 	$(say) C $<
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c11 -O2 -Wall -Wextra $(WERROR) -shared -fPIC $< -o $@
-
-# What only the images need: compilers and emulators, 400 MB that `make demo` does not wait for.
-$(BUILD)/setup-cross.stamp: host/setup.sh
-	@sh host/setup.sh cross
-	@mkdir -p $(@D) && touch $@
 
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
@@ -160,6 +155,6 @@ $(IMAGE)/measure.elf: private STACK = 8K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) firmware/size.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) firmware/size.sh firmware/stack.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh firmware/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 4
+#define HAPTABLE_TABLE_VERSION 5
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -43,12 +43,18 @@ extern "C" {
  * says how many boxes a segment of HAPTABLE_FAST_SEGMENT_M may visit at the most. */
 #define HAPTABLE_TICK_BOXES 192
 
+/* Where the limits above leave it open for this many ticks in a row whether the finger is inside, its contact is given
+ * up, and counted (given_up): its force falls to zero over HAPTABLE_FADE_TICKS, or comes up again as it fell where
+ * that is found out meanwhile. */
+#define HAPTABLE_UNDECIDED_TICKS 20
+#define HAPTABLE_FADE_TICKS 20
+
 /* A finger at 5 m/s comes this far in a tick; a hand moves no faster. */
 #define HAPTABLE_FAST_SEGMENT_M 0.005f
 
-/* The most points of the surface at which a tick of the least-energy god-object takes the energy, to finish a vertex at
- * most 2 more a slide. One that needs more stays where it is and goes on at the next tick. */
-#define HAPTABLE_ENERGY_STEPS 32
+/* The most points of the surface at which a tick of the least-energy god-object takes the energy, but for the last
+ * trial around a vertex. One that needs more stays where it is and goes on at the next tick. */
+#define HAPTABLE_ENERGY_STEPS 20
 
 /* A tick, microseconds: the servo is called so often. */
 #define HAPTABLE_TICK_US 1000u
@@ -67,6 +73,14 @@ struct haptable_box {
 
 /* A leaf of the spatial index holds this many patches in a row; only the model's last leaf may hold fewer. */
 #define HAPTABLE_LEAF 4
+
+/* A patch at a hinge: a vertex where more than one ring of patches meets, or where an edge of more than two patches
+ * ends. All patches of such a vertex stand together, by their rings; vertices and rings ascend. */
+struct haptable_hinge {
+    uint16_t vertex;
+    uint16_t patch;
+    uint16_t ring; /* patches of one ring are reached from one another around the vertex */
+};
 
 /* The compliance of a contact, m/N, as a polynomial of the area coordinates on every patch, in Bernstein's form:
  * C(alpha) = sum over i + j + k = degree of degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk.
@@ -136,6 +150,7 @@ struct haptable_model {
     uint16_t free_count;           /* how many of them are free: these have a block */
     uint16_t patch_count;
     uint16_t box_count;
+    uint16_t hinge_count;       /* 0: every vertex has one ring of patches and every edge two */
     const float (*vertex_m)[3]; /* [vertex_count] rest positions V_i */
     const float (
         *stiffness_n_per_m)[6];         /* [free_count] S_i: xx yy zz xy yz zx; NULL: the force reads none, or packed */
@@ -145,6 +160,7 @@ struct haptable_model {
     const uint16_t (*patch)[3];         /* [patch_count] vertices, counter-clockwise from outside */
     const uint16_t (*neighbour)[3];     /* [patch_count] patch across the edge opposite to corner c, or NONE */
     const struct haptable_box* box;     /* [box_count] */
+    const struct haptable_hinge* hinge; /* [hinge_count]; NULL: none */
     haptable_god_object_fn* god_object; /* one of those below */
     haptable_force_fn* force;           /* one of those below */
     haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
@@ -169,6 +185,7 @@ struct haptable_model {
     X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */       \
     X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */            \
     X(box_limits)         /* ticks that met HAPTABLE_TICK_BOXES */        \
+    X(given_up)           /* contacts let go as limits left them open */  \
     X(jumps)              /* with release: forces that it smoothed */     \
     X(silences)           /* times without a position for SILENCE_US */   \
     X(most_steps)         /* most steps of the walk in one tick */        \
@@ -198,7 +215,8 @@ struct haptable_contact {
     float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
 };
 
-/* A segment of the finger's path that is searched for the first patch that it enters. */
+/* A segment that is searched for the first patch that it enters: of the finger's path, or, in contact, from the surface
+ * to the finger. */
 struct haptable_segment {
     float from_m[3];
     float to_m[3];
@@ -206,7 +224,7 @@ struct haptable_segment {
     uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
     uint16_t box;       /* of the index: where the search goes on */
     uint16_t boxes;     /* visited in this tick */
-    uint16_t left;      /* the patch that the god-object has left; HAPTABLE_NONE: it begins at the finger */
+    uint16_t left;      /* the patch that it begins on; HAPTABLE_NONE: it begins at the finger */
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 
@@ -218,6 +236,9 @@ struct haptable_servo {
     float finger_m[3];             /* last accepted position; meaningless unless finger_known */
     uint8_t finger_known;          /* 0 or 1 */
     uint8_t state;                 /* enum haptable_state */
+    uint8_t undecided_ticks;       /* in a row that could not tell inside from outside */
+    uint8_t fade_ticks;            /* by so many of HAPTABLE_FADE_TICKS the force is down */
+    uint16_t slide_patch;          /* where a slide to the nearest point that met its limit goes on; HAPTABLE_NONE */
     uint32_t position_us;          /* when the last position came; wraps */
     float felt_n[3];               /* the force of the last tick, before release and passivity; 0 without contact */
     float released_n[3];           /* what release still holds of forces that have ended */

@@ -26,11 +26,15 @@ enum {
     MOST_BOXES = HAPTABLE_TICK_BOXES + HAPTABLE_LEAF * BOXES_OF_FANS /* counter most_boxes */
 };
 
-/* Evaluations of the energy: one costs at most as much as eight boxes, and what a tick's search took, its slides have
- * not. Each slide may finish a trial across an edge with two more. */
+/* Evaluations of the energy: one costs at most as much as eight boxes. What a tick's search for an entry took, its
+ * slides have not; what its slides took beyond some, its look at the finger has not. The last trial around a vertex may
+ * take three more. */
 enum {
     BOXES_OF_ENERGY = 8,
-    MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 2 * HAPTABLE_SLIDES /* counter most_energies */
+    FREE_ENERGIES = 8,
+    MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 3, /* counter most_energies */
+    MOST_ENERGIES_WITH_MOST_BOXES = FREE_ENERGIES + 3,
+    MOST_BOXES_WITH_MOST_ENERGIES = MOST_BOXES - BOXES_OF_ENERGY * (HAPTABLE_ENERGY_STEPS - FREE_ENERGIES)
 };
 
 /* Friction: the line from stick to slip is halved so often, to a 256th of the tick's slide, each time by a walk and a

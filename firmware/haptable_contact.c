@@ -21,33 +21,19 @@ static int is_move(const struct haptable_model* model, const struct haptable_con
     return gap2(from->god_object_m, to->god_object_m) > model->tolerance_m * model->tolerance_m;
 }
 
-/* Tries the patch across the edge. Returns 1 when the god-object moved on to it. */
+/* Tries the patches across the edge. Returns 1 when the god-object moved on to one. */
 static int cross_edge(const struct haptable_model* model, int corner, const float x_m[3],
                       struct haptable_contact* contact, int* steps) {
-    const uint16_t across = model->neighbour[contact->patch][corner];
-    struct haptable_contact next;
-    if (across == HAPTABLE_NONE) return 0;
-    *steps += STEPS_OF_PATCH;
-    haptable_patch_nearest(model, across, x_m, &next);
-    if (!is_move(model, contact, &next)) return 0;
-    *contact = next;
-    return 1;
-}
-
-/* An edge at the vertex v that the god-object is on. */
-struct edge {
-    float along[3]; /* e, to the edge's other vertex */
-    float rise;     /* (x - v) . e: positive where the edge leads nearer to the finger x */
-    float length2;  /* e . e */
-};
-
-static inline struct edge edge_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
-                                  const float to_x[3]) {
-    struct edge edge;
-    vec_sub(model->vertex_m[vertex], at_m, edge.along);
-    edge.rise = vec_dot(to_x, edge.along);
-    edge.length2 = vec_dot(edge.along, edge.along);
-    return edge;
+    struct across across = across_begin(model, contact->patch, corner);
+    for (; across.patch != HAPTABLE_NONE && *steps < HAPTABLE_WALK_STEPS; across_next(model, &across)) {
+        struct haptable_contact next;
+        *steps += STEPS_OF_PATCH;
+        haptable_patch_nearest(model, across.patch, x_m, &next);
+        if (!is_move(model, contact, &next)) continue;
+        *contact = next;
+        return 1;
+    }
+    return 0;
 }
 
 /* Long slides go from vertex to neighbouring vertex, at a tenth of the cost of a patch. Goes to the one that is nearest
@@ -79,12 +65,6 @@ static int step_along_edge(const struct haptable_model* model, int* corner, cons
     contact->alpha[*corner] = 1.0f;
     vec_copy(model->vertex_m[best], contact->god_object_m);
     return 1;
-}
-
-/* 1 when the nearest point to x of the plane of two edges lies between them: normal equations, solved by Cramer. */
-static inline int leads_between(const struct edge* one, const struct edge* two) {
-    const float both = vec_dot(one->along, two->along);
-    return one->rise * two->length2 > two->rise * both && two->rise * one->length2 > one->rise * both;
 }
 
 /* Where one can go from a vertex. */
@@ -175,14 +155,46 @@ int haptable_contact_slide(const struct haptable_model* model, const float x_m[3
 
 /* ---- one tick ------------------------------------------------------------------------------------------------- */
 
-/* One slide of a tick. Returns 1 when the god-object rests and the finger is on the outer side of it. A slide that met
- * the limit does not tell the sides apart: the contact holds until it is finished. */
-static int has_left(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
-                    int* steps, struct haptable_counters* counters) {
-    const int rests = slide(model, x_m, contact, steps);
-    if (!rests) ++counters->walk_limits;
-    if ((uint32_t)*steps > counters->most_steps) counters->most_steps = (uint32_t)*steps;
-    return rests && haptable_surface_is_outside(model, contact, x_m);
+static int slide_on(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3],
+                    struct haptable_contact* contact, int* steps) {
+    int rests;
+    if (servo->slide_patch != HAPTABLE_NONE) contact->patch = servo->slide_patch;
+    rests = slide(model, x_m, contact, steps);
+    servo->slide_patch = rests ? HAPTABLE_NONE : contact->patch;
+    if (!rests) ++servo->counters.walk_limits;
+    if ((uint32_t)*steps > servo->counters.most_steps) servo->counters.most_steps = (uint32_t)*steps;
+    return rests;
+}
+
+int haptable_contact_slide_on(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3],
+                              struct haptable_contact* contact, int* steps) {
+    return slide_on(model, servo, x_m, contact, steps);
+}
+
+void haptable_contact_end(struct haptable_servo* servo) {
+    servo->contact.patch = HAPTABLE_NONE;
+    servo->slide_patch = HAPTABLE_NONE;
+    servo->undecided_ticks = 0;
+    servo->fade_ticks = 0;
+}
+
+enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo) {
+    enum haptable_sight sight;
+    if (servo->contact.patch == HAPTABLE_NONE || !servo->segment.unfinished) return HAPTABLE_SIGHT_INSIDE;
+    sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters);
+    if (sight == HAPTABLE_SIGHT_CLEAR) haptable_contact_end(servo);
+    if (sight == HAPTABLE_SIGHT_BLOCKED) servo->undecided_ticks = 0;
+    return sight;
+}
+
+int haptable_contact_decide(struct haptable_servo* servo, enum haptable_sight sight) {
+    if (sight == HAPTABLE_SIGHT_UNFINISHED) {
+        if (servo->undecided_ticks < HAPTABLE_UNDECIDED_TICKS) ++servo->undecided_ticks;
+        return 1;
+    }
+    servo->undecided_ticks = 0;
+    if (sight == HAPTABLE_SIGHT_CLEAR) haptable_contact_end(servo);
+    return sight != HAPTABLE_SIGHT_BLOCKED;
 }
 
 /* Moves the god-object of one tick.
@@ -196,20 +208,27 @@ static int has_left(const struct haptable_model* model, const float x_m[3], stru
  * after:  contact->patch is HAPTABLE_NONE and the finger is outside as far as its segment was searched, or
  *         0 <= alpha <= 1, sum 1, god_object = sum alpha V, and no neighbouring patch is nearer to the finger (unless a
  *         limit was met: counted).
- * cost:   slides: at most MOST_STEPS steps, each at most 65 instructions of a Cortex-M or rv32imafc, and after each the
- *         normals of the patches around a vertex, at most 280 each; searches: at most MOST_BOXES boxes, each at most
- *         280 with its patches; checks and force: 1,700. With 8 patches around a vertex 76,945 in all.
- *         host/target/modes.cpp has the same for every mode, and tests hold every tick to it. */
+ * cost:   slides: at most MOST_STEPS steps, and after each slide the normals of the patches around a vertex; searches:
+ *         at most MOST_BOXES boxes. host/target/modes.cpp has the instructions of each, in every mode, and tests hold
+ *         every tick to them. */
 void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct haptable_segment* segment = &servo->segment;
+    const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int steps = 0;
     int slides;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
+        enum haptable_sight sight = HAPTABLE_SIGHT_UNFINISHED;
+        int rests;
         if (contact->patch == HAPTABLE_NONE && !haptable_surface_enter(model, x_m, segment, contact, &servo->counters))
             return;
-        if (!has_left(model, x_m, contact, &steps, &servo->counters)) return;
-        haptable_surface_leave(x_m, segment, contact);
+        rests = slide_on(model, servo, x_m, contact, &steps);
+        if (earlier != HAPTABLE_SIGHT_UNFINISHED)
+            sight = haptable_surface_sight(model, contact, x_m, HAPTABLE_TICK_BOXES, segment, &servo->counters);
+        if (!rests && sight != HAPTABLE_SIGHT_CLEAR) sight = HAPTABLE_SIGHT_UNFINISHED;
+        if (haptable_contact_decide(servo, sight)) return;
+        haptable_segment_entry(model, segment, contact);
+        ++servo->counters.contacts;
     }
     ++servo->counters.slide_limits;
 }

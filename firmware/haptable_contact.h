@@ -7,11 +7,29 @@
 #define HAPTABLE_CONTACT_H
 
 #include "haptable.h"
+#include "haptable_entry.h"
 
 /* Slides the god-object down to the nearest point of the surface around it; *steps counts on. Returns 0 when it met
  * HAPTABLE_WALK_STEPS and is not there yet.
  * before: contact holds a point of the surface. */
 int haptable_contact_slide(const struct haptable_model* model, const float x_m[3], struct haptable_contact* contact,
                            int* steps);
+
+/* The same as one that goes on at the next tick where a tick's steps do not do, and counts that: from where it was
+ * then, or else from contact. */
+int haptable_contact_slide_on(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3],
+                              struct haptable_contact* contact, int* steps);
+
+/* Goes on with an earlier tick's look at the finger. Where that is clear, the finger had left then, and contact ends:
+ * its path from there is still to be searched. Returns what it saw, HAPTABLE_SIGHT_INSIDE where there was no such look.
+ */
+enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo);
+
+/* The finger is outside, and its path up to where it is now is searched. after: no contact. */
+void haptable_contact_end(struct haptable_servo* servo);
+
+/* What a tick has seen of the finger: ends the contact where it is clear, and counts the ticks in a row that could not
+ * tell. Returns 0 where the line is blocked: then contact is to begin where that enters, or to stay. */
+int haptable_contact_decide(struct haptable_servo* servo, enum haptable_sight sight);
 
 #endif

@@ -128,12 +128,12 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, struc
     }
 }
 
-/* Searches the segment with what is left of the tick's boxes: depth first, so that one index is all that a search which
- * goes on later has to keep. */
-static void search(const struct haptable_model* model, struct haptable_segment* segment) {
+/* Searches the segment with what is left of the boxes that the tick has: depth first, so that one index is all that a
+ * search which goes on later has to keep. */
+static void search(const struct haptable_model* model, int boxes, struct haptable_segment* segment) {
     const struct grid_segment grid = to_grid(model, segment);
     uint16_t box = segment->box;
-    while (box < model->box_count && segment->boxes < HAPTABLE_TICK_BOXES) {
+    while (box < model->box_count && segment->boxes < boxes) {
         const struct haptable_box* here = &model->box[box];
         ++segment->boxes;
         if (!meets_box(&grid, here)) {
@@ -158,34 +158,46 @@ void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t
     segment->unfinished = 1;
 }
 
-static void enter(const struct haptable_model* model, const struct haptable_segment* segment,
-                  struct haptable_contact* contact, struct haptable_counters* counters) {
+void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
+                            struct haptable_contact* contact) {
     float entry[3];
     float along[3];
     vec_copy(segment->from_m, entry);
     vec_sub(segment->to_m, segment->from_m, along);
     vec_add_scaled(segment->fraction, along, entry);
     haptable_patch_nearest(model, segment->patch, entry, contact);
-    ++counters->contacts;
+}
+
+enum haptable_sight haptable_segment_search(const struct haptable_model* model, int boxes,
+                                            struct haptable_segment* segment, struct haptable_counters* counters) {
+    search(model, boxes, segment);
+    if (segment->boxes > counters->most_boxes) counters->most_boxes = segment->boxes;
+    if (segment->unfinished) {
+        ++counters->box_limits;
+        return HAPTABLE_SIGHT_UNFINISHED;
+    }
+    return segment->patch == HAPTABLE_NONE ? HAPTABLE_SIGHT_CLEAR : HAPTABLE_SIGHT_BLOCKED;
 }
 
 int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
                            struct haptable_contact* contact, struct haptable_counters* counters) {
+    enum haptable_sight sight;
     do {
         if (!segment->unfinished) haptable_segment_begin(segment->to_m, x_m, HAPTABLE_NONE, segment);
-        search(model, segment);
-        if (segment->boxes > counters->most_boxes) counters->most_boxes = segment->boxes;
-        if (segment->unfinished) {
-            ++counters->box_limits;
-            return 0;
-        }
-    } while (segment->patch == HAPTABLE_NONE && gap2(segment->to_m, x_m) > 0.0f); /* that was an earlier tick's */
-    if (segment->patch == HAPTABLE_NONE) return 0;
-    enter(model, segment, contact, counters);
+        sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, segment, counters);
+    } while (sight == HAPTABLE_SIGHT_CLEAR && gap2(segment->to_m, x_m) > 0.0f); /* that was an earlier tick's */
+    if (sight != HAPTABLE_SIGHT_BLOCKED) return 0;
+    haptable_segment_entry(model, segment, contact);
+    ++counters->contacts;
     return 1;
 }
 
-void haptable_surface_leave(const float x_m[3], struct haptable_segment* segment, struct haptable_contact* contact) {
-    haptable_segment_begin(contact->god_object_m, x_m, contact->patch, segment);
-    contact->patch = HAPTABLE_NONE;
+enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
+                                           const float x_m[3], int boxes, struct haptable_segment* segment,
+                                           struct haptable_counters* counters) {
+    float u[3];
+    vec_sub(x_m, from->god_object_m, u);
+    if (!haptable_surface_begins_outside(model, from, u)) return HAPTABLE_SIGHT_INSIDE;
+    haptable_segment_begin(from->god_object_m, x_m, from->patch, segment);
+    return haptable_segment_search(model, boxes, segment, counters);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Where the segment that a finger moved along first enters the surface.
+ * Where a segment first enters the surface: a finger's path, or the line from the surface to the finger.
  */
 #ifndef HAPTABLE_ENTRY_H
 #define HAPTABLE_ENTRY_H
@@ -8,10 +8,8 @@
 #include "haptable.h"
 
 /* A segment that is still to be searched; from_m may be segment->to_m. One from a finger (left: HAPTABLE_NONE) may
- * begin within tolerance_m behind a patch: it let go there a tick ago. One from a god-object that has let go of the
- * patch `left` begins on the patches around it, and they are behind it: only others count, farther than the tolerance
- * in front of it, or patches that touch it without being reached around a vertex (the other wedge of an edge where four
- * patches meet). */
+ * begin within tolerance_m behind a patch: it let go there a tick ago. One from a point of the patch `left` begins on
+ * the patches around it, and outside of them: only others count, or these farther than the tolerance in front of it. */
 void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t left,
                             struct haptable_segment* segment);
 
@@ -23,8 +21,26 @@ void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t
 int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
                            struct haptable_contact* contact, struct haptable_counters* counters);
 
-/* The finger has left the surface at the contact: the segment from there to x_m is to be searched, as it may enter
- * another part. after: no contact. */
-void haptable_surface_leave(const float x_m[3], struct haptable_segment* segment, struct haptable_contact* contact);
+/* The contact where the segment enters, which begins. before: segment->patch is not HAPTABLE_NONE. */
+void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
+                            struct haptable_contact* contact);
+
+/* How a finger is seen from a point of the surface. */
+enum haptable_sight {
+    HAPTABLE_SIGHT_INSIDE,    /* not: the line to it begins within the body */
+    HAPTABLE_SIGHT_CLEAR,     /* through free air: the finger is outside */
+    HAPTABLE_SIGHT_BLOCKED,   /* not: the line to it enters the body, where segment says */
+    HAPTABLE_SIGHT_UNFINISHED /* the tick's boxes were too few: segment is to be searched on */
+};
+
+/* Looks from `from` to the finger at x_m, as far as the tick has boxes: `boxes` of them, those that were taken before
+ * included. after, unless the line begins inside: segment is that line. */
+enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
+                                           const float x_m[3], int boxes, struct haptable_segment* segment,
+                                           struct haptable_counters* counters);
+
+/* Goes on with a look that is not finished. before: segment->unfinished. */
+enum haptable_sight haptable_segment_search(const struct haptable_model* model, int boxes,
+                                            struct haptable_segment* segment, struct haptable_counters* counters);
 
 #endif

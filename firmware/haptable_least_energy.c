@@ -174,14 +174,17 @@ static float slope_towards(const struct point* point, int corner) {
     return slope_of(e, corner) - alpha[1] * e->gradient_j[0] - alpha[2] * e->gradient_j[1];
 }
 
-/* The point on the edge opposite to `corner` as the patch across sees it. Returns 1 where E falls into that patch. */
+/* The point on the edge opposite to `corner` as a patch across sees it. Returns 1 where E falls into that patch. */
 static int falls_across(struct walk* walk, int corner, const struct point* here, struct point* other) {
-    const uint16_t across = walk->model->neighbour[here->at.patch][corner];
-    int opposite = 0;
-    if (across == HAPTABLE_NONE) return 0;
-    see_from(walk, here, across, other);
-    (void)feature_of(other->at.alpha, &opposite);
-    return slope_towards(other, opposite) < 0.0f;
+    struct across across = across_begin(walk->model, here->at.patch, corner);
+    for (; across.patch != HAPTABLE_NONE; across_next(walk->model, &across)) {
+        int opposite = 0;
+        see_from(walk, here, across.patch, other);
+        (void)feature_of(other->at.alpha, &opposite);
+        if (slope_towards(other, opposite) < 0.0f) return 1;
+        if (walk->steps >= walk->most) return 0;
+    }
+    return 0;
 }
 
 /* On the edge opposite to `corner`: into this patch, into the one across, or along the edge. */
@@ -383,10 +386,27 @@ static int is_known(float sensitivity_per_m[2][3]) {
            0.0f;
 }
 
+/* The load's change to first order times the correction's part of a patch may be this much of the load at the most:
+ * what is left out is then below 1e-4 of it, however small the finger's depth is against the patch. */
+#define LOAD_CORRECTION 1e-5f
+
+/* The load after the correction d: to first order where that does, or else evaluated. before: here->at is corrected,
+ * the energy is that before it. */
+static void correct_load(struct walk* walk, const float d[3], struct point* here) {
+    const float most = LOAD_CORRECTION * LOAD_CORRECTION;
+    struct haptable_energy* e = &here->energy;
+    float change[3] = {0.0f, 0.0f, 0.0f};
+    vec_add_scaled(d[1], e->load_gradient_n[0], change);
+    vec_add_scaled(d[2], e->load_gradient_n[1], change);
+    if (vec_dot(change, change) * vec_dot(d, d) <= most * vec_dot(e->load_n, e->load_n))
+        vec_add_scaled(1.0f, change, e->load_n);
+    else
+        evaluate(walk, here);
+}
+
 /* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
 static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float from_m[3], struct point* here) {
     const struct haptable_contact start = here->at;
-    struct haptable_energy* e = &here->energy;
     struct haptable_contact end;
     float motion[3];
     float d[3];
@@ -396,8 +416,7 @@ static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float 
         evaluate(walk, here);
         if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
             here->at = end;
-            vec_add_scaled(d[1], e->load_gradient_n[0], e->load_n);
-            vec_add_scaled(d[2], e->load_gradient_n[1], e->load_n);
+            correct_load(walk, d, here);
             return 1;
         }
     }
@@ -459,31 +478,55 @@ static int surely_presses(const struct haptable_model* model, const struct point
     int corner = 0;
     const enum place_on_patch feature = feature_of(at->alpha, &corner);
     float u[3];
-    struct fan fan;
     vec_sub(x_m, at->god_object_m, u);
     if (!presses_on(model, at->patch, u, load_n)) return 0;
-    if (feature == INSIDE) return 1;
     if (feature == ON_EDGE) {
-        const uint16_t across = model->neighbour[at->patch][corner];
-        return across != HAPTABLE_NONE && presses_on(model, across, u, load_n);
+        struct across across = across_begin(model, at->patch, corner);
+        if (model->neighbour[at->patch][corner] == HAPTABLE_NONE) return 0;
+        for (; across.patch != HAPTABLE_NONE; across_next(model, &across))
+            if (!presses_on(model, across.patch, u, load_n)) return 0;
     }
-    fan = fan_begin(model, at->patch, corner);
-    while (fan_next(model, &fan))
-        if (!presses_on(model, fan.patch, u, load_n)) return 0;
+    if (feature == ON_VERTEX) {
+        struct fan fan = fan_begin(model, at->patch, corner);
+        while (fan_next(model, &fan))
+            if (!presses_on(model, fan.patch, u, load_n)) return 0;
+    }
     return 1;
 }
 
-/* Once the god-object of a tick rests: returns 1 when the finger is outside of the body, as the nearest point around
- * the god-object tells, which then is `nearest`. A finger inside keeps its contact even where the surface would have to
- * be pulled: its energy is still stored. A slide that met the limit keeps it too. */
-static int has_left(struct walk* walk, struct point* here, struct haptable_contact* nearest,
-                    struct haptable_counters* counters) {
-    int found;
-    if (surely_presses(walk->model, here, walk->x_m)) return 0;
-    *nearest = here->at;
-    found = haptable_contact_slide(walk->model, walk->x_m, nearest, &walk->nearest_steps);
-    if ((uint32_t)walk->nearest_steps > counters->most_steps) counters->most_steps = (uint32_t)walk->nearest_steps;
-    return found && haptable_surface_is_outside(walk->model, nearest, walk->x_m);
+/* Boxes that the tick has after its evaluations. */
+static int boxes_left(const struct walk* walk) {
+    const int more = walk->steps - FREE_ENERGIES;
+    return more > 0 ? HAPTABLE_TICK_BOXES - BOXES_OF_ENERGY * more : HAPTABLE_TICK_BOXES;
+}
+
+static enum haptable_sight look_from(const struct walk* walk, struct haptable_servo* servo,
+                                     const struct haptable_contact* from) {
+    return haptable_surface_sight(walk->model, from, walk->x_m, boxes_left(walk), &servo->segment, &servo->counters);
+}
+
+/* Looks at the finger from where the god-object of a tick rests and, where it is not seen from there, from the nearest
+ * point around that. A finger inside keeps its contact even where the surface would have to be pulled: its energy is
+ * still stored. earlier: what a look of an earlier tick saw in this one. */
+static enum haptable_sight look(struct walk* walk, struct haptable_servo* servo, const struct point* here,
+                                enum haptable_sight earlier) {
+    struct haptable_contact nearest = here->at;
+    enum haptable_sight sight = earlier;
+    int rests;
+    if (earlier == HAPTABLE_SIGHT_UNFINISHED) return sight;
+    if (surely_presses(walk->model, here, walk->x_m)) {
+        servo->slide_patch = HAPTABLE_NONE;
+        return HAPTABLE_SIGHT_INSIDE;
+    }
+    if (earlier != HAPTABLE_SIGHT_BLOCKED) sight = look_from(walk, servo, &here->at);
+    if (sight == HAPTABLE_SIGHT_CLEAR || sight == HAPTABLE_SIGHT_UNFINISHED) return sight;
+    rests = haptable_contact_slide_on(walk->model, servo, walk->x_m, &nearest, &walk->nearest_steps);
+    if (gap2(nearest.god_object_m, here->at.god_object_m) > 0.0f) sight = look_from(walk, servo, &nearest);
+    return rests || sight == HAPTABLE_SIGHT_CLEAR ? sight : HAPTABLE_SIGHT_UNFINISHED;
+}
+
+static void note_energies(const struct walk* walk, struct haptable_servo* servo) {
+    if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
 
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
@@ -500,34 +543,49 @@ static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, 
         vec_zero(servo->sensitivity_per_m[0]);
         vec_zero(servo->sensitivity_per_m[1]);
     }
-    if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
+    note_energies(walk, servo);
 }
 
-/* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where no direction leads down.
- * cost: at most MOST_ENERGIES evaluations, one less for every BOXES_OF_ENERGY boxes that the tick's searches took, and
- * the walk of the nearest god-object. */
+/* 1 where less energy is stored at the point where the segment enters than at the contact; then `here` is there, a new
+ * contact. */
+static int enters_lower(struct walk* walk, struct haptable_servo* servo, struct point* here) {
+    const struct haptable_contact* contact = &servo->contact;
+    float u[3];
+    if (walk->steps >= walk->most) return 0;
+    vec_sub(walk->x_m, contact->god_object_m, u);
+    haptable_segment_entry(walk->model, &servo->segment, &here->at);
+    evaluate(walk, here);
+    note_energies(walk, servo);
+    if (here->energy.energy_j >= 0.5f * vec_dot(u, contact->load_n)) return 0;
+    ++servo->counters.contacts;
+    return 1;
+}
+
+/* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no direction down,
+ * and that contact goes over to another part of the surface only where that stores less.
+ * cost: at most HAPTABLE_ENERGY_STEPS + 3 evaluations, one less for every BOXES_OF_ENERGY boxes that the tick's
+ * searches took before and, beyond FREE_ENERGIES, take after, and the walk of the nearest god-object. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
                                       const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
+    const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
+    int is_new = contact->patch == HAPTABLE_NONE;
     struct walk walk;
+    struct point here;
     int slides;
     walk.model = model;
     walk.steps = 0;
     walk.nearest_steps = 0;
     walk.x_m = x_m;
+    if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        const int is_new = contact->patch == HAPTABLE_NONE;
-        struct point here;
-        if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
         settle(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);
-        {
-            struct haptable_contact nearest;
-            if (!has_left(&walk, &here, &nearest, &servo->counters)) return;
-            haptable_segment_begin(nearest.god_object_m, x_m, nearest.patch, &servo->segment);
-        }
-        contact->patch = HAPTABLE_NONE;
+        if (haptable_contact_decide(servo, look(&walk, servo, &here, earlier))) return;
+        if (!enters_lower(&walk, servo, &here)) return;
+        *contact = here.at;
+        is_new = 1;
     }
     ++servo->counters.slide_limits;
 }

@@ -6,6 +6,10 @@
 
 #include "haptable_surface.h"
 
+/* A point this near to an edge or a vertex, in area coordinates, is on it: eight times their rounding, and nearer than
+ * half of tolerance_m on any patch. Only there are the patches across looked at. */
+#define ON_BORDER 0x1p-21f
+
 /* The best point so far of a patch's border. */
 struct on_border {
     int corner;     /* opposite to the edge */
@@ -26,6 +30,8 @@ static inline void nearest_on_edge(const struct haptable_model* model, uint16_t 
     vec_sub(x_m, from, to_x);
     length2 = vec_dot(along, along);
     fraction = length2 > 0.0f ? vec_clamp01(vec_dot(to_x, along) / length2) : 0.0f;
+    if (fraction < ON_BORDER) fraction = 0.0f;
+    if (fraction > 1.0f - ON_BORDER) fraction = 1.0f;
     vec_add_scaled(-fraction, along, to_x);
     gap2_here = vec_dot(to_x, to_x);
     if (best->gap2 >= 0.0f && gap2_here >= best->gap2) return;
@@ -55,16 +61,16 @@ static void area_coordinates(const struct haptable_model* model, uint16_t patch,
     alpha[0] = 1.0f - alpha[1] - alpha[2];
 }
 
-/* The nearest point lies inside, or on an edge whose opposite area coordinate is negative. */
+/* The nearest point lies inside, or on an edge whose opposite area coordinate is negative or next to nothing. */
 void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
                             struct haptable_contact* nearest) {
     struct on_border best = {0, 0.0f, -1.0f};
     float alpha[3];
     area_coordinates(model, patch, x_m, alpha);
     nearest->patch = patch;
-    if (!(alpha[0] >= 0.0f)) nearest_on_edge(model, patch, 0, x_m, &best);
-    if (!(alpha[1] >= 0.0f)) nearest_on_edge(model, patch, 1, x_m, &best);
-    if (!(alpha[2] >= 0.0f)) nearest_on_edge(model, patch, 2, x_m, &best);
+    if (!(alpha[0] >= ON_BORDER)) nearest_on_edge(model, patch, 0, x_m, &best);
+    if (!(alpha[1] >= ON_BORDER)) nearest_on_edge(model, patch, 1, x_m, &best);
+    if (!(alpha[2] >= ON_BORDER)) nearest_on_edge(model, patch, 2, x_m, &best);
     if (best.gap2 >= 0.0f) {
         alpha[best.corner] = 0.0f;
         alpha[next_corner(best.corner)] = 1.0f - best.fraction;

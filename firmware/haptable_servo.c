@@ -3,6 +3,7 @@
  * finger -> checked -> god-object -> force -> checked -> out
  */
 #include "haptable.h"
+#include "haptable_contact.h"
 #include "haptable_force.h"
 #include "haptable_vector.h"
 
@@ -20,7 +21,7 @@ static void put_nothing(uint8_t state, struct haptable_output* out) {
 }
 
 static void drop_contact(struct haptable_servo* servo) {
-    servo->contact.patch = HAPTABLE_NONE;
+    haptable_contact_end(servo);
     servo->finger_known = 0;
     vec_zero(servo->felt_n);
     vec_zero(servo->released_n);
@@ -60,8 +61,27 @@ static void gate_force(const struct haptable_model* model, struct haptable_servo
 }
 
 void haptable_init(struct haptable_servo* servo) {
-    static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE}, .state = HAPTABLE_SILENT};
+    static const struct haptable_servo fresh = {
+        .contact = {.patch = HAPTABLE_NONE}, .state = HAPTABLE_SILENT, .slide_patch = HAPTABLE_NONE};
     *servo = fresh;
+}
+
+/* Where a contact stays undecided its force falls, and comes up again once it is decided; where it has fallen to zero
+ * the contact is given up. before: the finger's position is taken. */
+static void fade_contact(struct haptable_servo* servo) {
+    if (servo->undecided_ticks == HAPTABLE_UNDECIDED_TICKS)
+        ++servo->fade_ticks;
+    else if (servo->fade_ticks > 0)
+        --servo->fade_ticks;
+    if (servo->fade_ticks < HAPTABLE_FADE_TICKS) return;
+    ++servo->counters.given_up;
+    haptable_contact_end(servo);
+    vec_copy(servo->finger_m, servo->segment.to_m);
+    servo->segment.unfinished = 0;
+}
+
+static void fade_force(const struct haptable_servo* servo, float force_n[3]) {
+    vec_add_scaled(-(float)servo->fade_ticks / (float)HAPTABLE_FADE_TICKS, force_n, force_n);
 }
 
 /* What a model may do to the force that contact gave, or to its absence. */
@@ -95,6 +115,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     if (finishes) vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, motion_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
+    if (servo->undecided_ticks != 0 || servo->fade_ticks != 0) fade_contact(servo);
     if (servo->contact.patch == HAPTABLE_NONE) {
         servo->state = HAPTABLE_FREE;
         put_nothing(HAPTABLE_FREE, out);
@@ -106,6 +127,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     servo->state = HAPTABLE_CONTACT;
     put_contact(model, servo, out);
     model->force(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
+    if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
     gate_force(model, servo, out);
     if (finishes) finish_force(model, servo, motion_m, out);
 }

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: MIT
  *
- * n . (x - g) < 0: the finger x is inside, with n the outward direction at the god-object g
+ * n . u >= 0: the line from the god-object along u begins outside, with n the outward direction of what is nearest to u
+ *
+ * Around a point of the surface the patches are a cone, and u lies outside of it where it lies on the outer side of the
+ * cone's part that is nearest to it: a patch by its normal, an edge by the mean of its patches' normals, the vertex
+ * itself by their mean weighted by angles (Baerentzen and Aanaes 2005; means with other weights do not tell).
  */
 #include "haptable_surface.h"
 
@@ -13,28 +17,39 @@ static float angle_of_cosine(float x) {
     return x < 0.0f ? 3.1415927f - angle : angle;
 }
 
-/* Adds the unit normal of a patch, weighted by its angle at `corner`; by 1 where corner is negative. */
-static void add_normal(const struct haptable_model* model, uint16_t patch, int corner, float sum[3]) {
+/* 1 / |n| of a patch's normal; 0 where the patch has no area. */
+static float inverse_length(const float normal[3]) {
+    const float length2 = vec_dot(normal, normal);
+    return length2 < 1e-30f ? 0.0f : vec_inverse_root(length2);
+}
+
+/* Adds the unit normal of a patch. */
+static void add_normal(const struct haptable_model* model, uint16_t patch, float sum[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
-    float weight;
-    float length2;
     patch_frame(model, patch, edge1, edge2, normal);
-    length2 = vec_dot(normal, normal);
-    if (length2 < 1e-30f) return;
-    weight = vec_inverse_root(length2);
-    if (corner >= 0) {
-        const float* here = vertex_of(model, patch, corner);
-        float lengths2;
-        float cosine;
-        vec_sub(vertex_of(model, patch, next_corner(corner)), here, edge1);
-        vec_sub(vertex_of(model, patch, previous_corner(corner)), here, edge2);
-        lengths2 = vec_dot(edge1, edge1) * vec_dot(edge2, edge2);
-        cosine = lengths2 > 1e-30f ? vec_dot(edge1, edge2) * vec_inverse_root(lengths2) : 1.0f;
-        weight *= angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine));
-    }
-    vec_add_scaled(weight, normal, sum);
+    vec_add_scaled(inverse_length(normal), normal, sum);
+}
+
+/* Adds the unit normal of the patch between two edges of a vertex, weighted by the angle between them. */
+static inline void add_weighted_normal(const float one[3], const float two[3], float sum[3]) {
+    const float lengths2 = vec_dot(one, one) * vec_dot(two, two);
+    const float cosine = lengths2 > 1e-30f ? vec_dot(one, two) * vec_inverse_root(lengths2) : 1.0f;
+    float normal[3];
+    vec_cross(one, two, normal);
+    vec_add_scaled(inverse_length(normal) * angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine)),
+                   normal, sum);
+}
+
+/* Adds that of the fan's patch. */
+static inline void add_fan_normal(const struct haptable_model* model, const struct fan* fan, float sum[3]) {
+    const float* at_m = model->vertex_m[fan->vertex];
+    float one[3];
+    float two[3];
+    vec_sub(vertex_of(model, fan->patch, next_corner(fan->corner)), at_m, one);
+    vec_sub(vertex_of(model, fan->patch, previous_corner(fan->corner)), at_m, two);
+    add_weighted_normal(one, two, sum);
 }
 
 void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -45,20 +60,126 @@ void haptable_surface_outward(const struct haptable_model* model, const struct h
     if (feature == ON_VERTEX) {
         struct fan fan = fan_begin(model, contact->patch, corner);
         int patches = 0;
-        do add_normal(model, fan.patch, fan.corner, normal);
+        do add_fan_normal(model, &fan, normal);
         while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
         return;
     }
-    add_normal(model, contact->patch, -1, normal);
-    if (feature == ON_EDGE && model->neighbour[contact->patch][corner] != HAPTABLE_NONE)
-        add_normal(model, model->neighbour[contact->patch][corner], -1, normal);
+    add_normal(model, contact->patch, normal);
+    if (feature == ON_EDGE) {
+        struct across across = across_begin(model, contact->patch, corner);
+        for (; across.patch != HAPTABLE_NONE; across_next(model, &across)) add_normal(model, across.patch, normal);
+    }
 }
 
-int haptable_surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float x_m[3]) {
+/* ---- on which side a line begins ------------------------------------------------------------------------------ */
+
+static int is_over_patch(const struct haptable_model* model, uint16_t patch, const float u[3]) {
+    float edge1[3];
+    float edge2[3];
     float normal[3];
-    float u[3];
-    haptable_surface_outward(model, contact, normal);
-    vec_sub(x_m, contact->god_object_m, u);
+    patch_frame(model, patch, edge1, edge2, normal);
     return vec_dot(normal, u) >= 0.0f;
+}
+
+/* What an edge's patches say about u. */
+struct around_edge {
+    float sum;     /* of u over their planes */
+    float nearest; /* u along the patch that is nearest to it, square to the edge; 0: the edge itself is nearest */
+    int is_over;   /* that patch: u is on its outer side */
+};
+
+/* One patch of the edge from vertex_m[a] to vertex_m[b]. across: (b - a) x u. */
+static void look_over(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float u[3],
+                      const float across[3], struct around_edge* edge) {
+    const int runs_along = corner_of(model, patch, b) == next_corner(corner_of(model, patch, a));
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float scale;
+    float over;
+    float inwards;
+    patch_frame(model, patch, edge1, edge2, normal);
+    scale = inverse_length(normal);
+    over = scale * vec_dot(normal, u);
+    inwards = scale * vec_dot(normal, across); /* (n x (b - a)) . u: n x (b - a) leads into the patch */
+    if (!runs_along) inwards = -inwards;
+    edge->sum += over;
+    if (inwards <= edge->nearest) return;
+    edge->nearest = inwards;
+    edge->is_over = over >= 0.0f;
+}
+
+/* See haptable_surface_begins_outside; on the edge opposite to `corner`. */
+static int is_over_edge(const struct haptable_model* model, uint16_t patch, int corner, const float u[3]) {
+    struct across other = across_begin(model, patch, corner);
+    const uint16_t a = model->patch[patch][next_corner(corner)];
+    const uint16_t b = model->patch[patch][previous_corner(corner)];
+    struct around_edge edge = {0.0f, 0.0f, 0};
+    float along[3];
+    float across[3];
+    vec_sub(model->vertex_m[b], model->vertex_m[a], along);
+    vec_cross(along, u, across);
+    look_over(model, patch, a, b, u, across, &edge);
+    for (; other.patch != HAPTABLE_NONE; across_next(model, &other))
+        look_over(model, other.patch, a, b, u, across, &edge);
+    return edge.nearest > 0.0f ? edge.is_over : edge.sum >= 0.0f;
+}
+
+/* The part of a vertex's cone that is nearest to u: by how far u, squared, reaches along it. */
+struct nearest_part {
+    float reach2; /* 0: the vertex itself */
+    uint16_t patch;
+    int corner; /* of it, opposite to the edge; -1: the patch's inside */
+};
+
+static void note_part(float reach2, uint16_t patch, int corner, struct nearest_part* nearest) {
+    if (reach2 <= nearest->reach2) return;
+    nearest->reach2 = reach2;
+    nearest->patch = patch;
+    nearest->corner = corner;
+}
+
+/* Takes the fan's patch or one of its two edges, where u reaches farther along it. */
+static void note_parts(const struct fan* fan, const struct edge* one, const struct edge* two, const float u[3],
+                       struct nearest_part* nearest) {
+    if (leads_between(one, two)) {
+        float normal[3];
+        float over;
+        vec_cross(one->along, two->along, normal);
+        over = vec_dot(normal, u);
+        note_part(vec_dot(u, u) - over * over / vec_dot(normal, normal), fan->patch, -1, nearest);
+        return;
+    }
+    if (one->rise > 0.0f)
+        note_part(one->rise * one->rise / one->length2, fan->patch, previous_corner(fan->corner), nearest);
+    if (two->rise > 0.0f)
+        note_part(two->rise * two->rise / two->length2, fan->patch, next_corner(fan->corner), nearest);
+}
+
+/* See haptable_surface_begins_outside; on a vertex. */
+static int is_over_vertex(const struct haptable_model* model, uint16_t patch, int corner, const float u[3]) {
+    struct fan fan = fan_begin(model, patch, corner);
+    const float* at_m = model->vertex_m[fan.vertex];
+    struct nearest_part nearest = {0.0f, HAPTABLE_NONE, -1};
+    float normal[3] = {0.0f, 0.0f, 0.0f};
+    int patches = 0;
+    do {
+        const uint16_t* v = model->patch[fan.patch];
+        const struct edge one = edge_to(model, v[next_corner(fan.corner)], at_m, u);
+        const struct edge two = edge_to(model, v[previous_corner(fan.corner)], at_m, u);
+        note_parts(&fan, &one, &two, u, &nearest);
+        if (nearest.reach2 <= 0.0f) add_weighted_normal(one.along, two.along, normal);
+    } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+    if (nearest.reach2 <= 0.0f) return vec_dot(normal, u) >= 0.0f;
+    if (nearest.corner < 0) return is_over_patch(model, nearest.patch, u);
+    return is_over_edge(model, nearest.patch, nearest.corner, u);
+}
+
+int haptable_surface_begins_outside(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float u[3]) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(contact->alpha, &corner);
+    if (feature == ON_VERTEX) return is_over_vertex(model, contact->patch, corner, u);
+    if (feature == ON_EDGE) return is_over_edge(model, contact->patch, corner, u);
+    return is_over_patch(model, contact->patch, u);
 }

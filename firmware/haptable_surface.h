@@ -50,19 +50,29 @@ static inline int corner_of(const struct haptable_model* model, uint16_t patch, 
     return v[1] == vertex ? 1 : 2;
 }
 
-/* The patches around one vertex, one after the other: counter-clockwise until the round closes or meets the border of
- * the touch region, then, from the first patch, clockwise. */
+/* The patches around one vertex, one after the other: counter-clockwise until the ring closes or meets the border of
+ * the touch region, then, from the first patch, clockwise; at a hinge then the vertex's other rings. */
 struct fan {
     uint16_t vertex;
-    uint16_t first;
+    uint16_t begin; /* where the first ring began */
+    uint16_t first; /* where this ring began */
     uint16_t patch;
     int corner; /* of the patch, where the vertex is */
     int clockwise;
 };
 
+/* To the first patch of a ring. before: fan->vertex is set. */
+static inline void fan_begin_ring(const struct haptable_model* model, uint16_t patch, struct fan* fan) {
+    fan->first = patch;
+    fan->patch = patch;
+    fan->corner = corner_of(model, patch, fan->vertex);
+    fan->clockwise = 0;
+}
+
 static inline struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
     struct fan fan;
     fan.vertex = model->patch[patch][corner];
+    fan.begin = patch;
     fan.first = patch;
     fan.patch = patch;
     fan.corner = corner;
@@ -75,6 +85,10 @@ static inline uint16_t fan_turn(const struct haptable_model* model, const struct
     return model->neighbour[fan->patch][across];
 }
 
+/* A patch of the ring after that of `patch` at the vertex, in a circle of the rings; HAPTABLE_NONE where that is the
+ * ring of `begin`. before: both patches have the vertex. */
+uint16_t haptable_hinge_next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin);
+
 /* Goes on to the next patch of the fan; 0 when all were visited. */
 static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
     uint16_t next = fan_turn(model, fan);
@@ -84,10 +98,64 @@ static inline int fan_next(const struct haptable_model* model, struct fan* fan) 
         fan->corner = corner_of(model, fan->first, fan->vertex);
         next = fan_turn(model, fan);
     }
-    if (next == HAPTABLE_NONE || next == fan->first) return 0;
+    if (next == HAPTABLE_NONE || next == fan->first) {
+        if (model->hinge_count == 0) return 0; /* most bodies */
+        next = haptable_hinge_next_ring(model, fan->vertex, fan->first, fan->begin);
+        if (next == HAPTABLE_NONE) return 0;
+        fan_begin_ring(model, next, fan);
+        return 1;
+    }
     fan->patch = next;
     fan->corner = corner_of(model, next, fan->vertex);
     return 1;
+}
+
+/* The patches across an edge of a patch: its neighbour there, and at a hinge the others that have this edge. */
+struct across {
+    uint16_t from;  /* the patch */
+    uint16_t patch; /* the one across; HAPTABLE_NONE: no more */
+    int corner;     /* of `from`, opposite to the edge */
+};
+
+/* The next of a hinge's patches that have the edge of the patch opposite to `corner`, after `last`; after all of them
+ * HAPTABLE_NONE. The first comes after the neighbour. */
+uint16_t haptable_hinge_next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last);
+
+static inline void across_next(const struct haptable_model* model, struct across* across) {
+    across->patch = model->hinge_count == 0
+                        ? HAPTABLE_NONE
+                        : haptable_hinge_next_across(model, across->from, across->corner, across->patch);
+}
+
+static inline struct across across_begin(const struct haptable_model* model, uint16_t patch, int corner) {
+    struct across across;
+    across.from = patch;
+    across.patch = model->neighbour[patch][corner];
+    across.corner = corner;
+    if (across.patch == HAPTABLE_NONE) across_next(model, &across);
+    return across;
+}
+
+/* An edge at the vertex v that the god-object is on. */
+struct edge {
+    float along[3]; /* e, to the edge's other vertex */
+    float rise;     /* (x - v) . e: positive where the edge leads nearer to the finger x */
+    float length2;  /* e . e */
+};
+
+static inline struct edge edge_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
+                                  const float to_x[3]) {
+    struct edge edge;
+    vec_sub(model->vertex_m[vertex], at_m, edge.along);
+    edge.rise = vec_dot(to_x, edge.along);
+    edge.length2 = vec_dot(edge.along, edge.along);
+    return edge;
+}
+
+/* 1 when the nearest point to x of the plane of two edges lies between them: normal equations, solved by Cramer. */
+static inline int leads_between(const struct edge* one, const struct edge* two) {
+    const float both = vec_dot(one->along, two->along);
+    return one->rise * two->length2 > two->rise * both && two->rise * one->length2 > one->rise * both;
 }
 
 /* Where a point of a patch lies: inside, on the edge opposite to `corner`, or on the vertex at `corner`. */
@@ -108,14 +176,15 @@ static inline enum place_on_patch feature_of(const float alpha[3], int* corner) 
 
 /* ---- inside, outside ---------------------------------------------------------------------------------------- */
 
-/* The outward direction at the god-object: the patch's normal, the mean of two at an edge, the mean weighted by
- * angles at a vertex. At a nearest point its sign against the finger tells inside from outside (Baerentzen and
- * Aanaes 2005); means with other weights do not. */
+/* The outward direction at the god-object: the patch's normal, the mean of those at an edge, the mean weighted by
+ * angles at a vertex. */
 void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
                               float normal[3]);
 
-/* 1 when x is outside of the surface or on it, seen from the god-object. Exact at a nearest point. */
-int haptable_surface_is_outside(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float x_m[3]);
+/* 1 when the line from the god-object along u begins outside of the body or on its surface. Exact wherever the
+ * god-object is: the patch, edge or vertex there that is nearest to u has the sign (haptable_surface.c).
+ * cost: at a vertex a look at each patch around it, and at a nearest point its normal. */
+int haptable_surface_begins_outside(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float u[3]);
 
 #endif

@@ -28,48 +28,7 @@ bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort 
 short=$("${CROSS}nm" -g "$elf" | awk '{ print $NF }' | grep -vE '^(haptable_|HAPTABLE_|mem(cpy|move|set|cmp)$|__)' || true)
 [ -z "$short" ] || { echo "size.sh: $elf exports names that do not begin with haptable_: $short" >&2; exit 1; }
 
-# ---- worst-case stack: the deepest way through the call graph that gcc wrote beside each object ----------------------
-# A call through a pointer is one of the functions that the tables name, none of which is already on the way; out of a
-# force or an energy it is one that unpacks blocks.
-named=$("${CROSS}nm" "$folder/model.o" | awk '$1 == "U" { print $2 }' | tr '\n' ' ')
-stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
-    function bare(title) { sub(/^.*:/, "", title); return title }
-    /^node:/ {
-        split($0, part, "\""); name = bare(part[2])
-        if (match(part[4], /[0-9]+ bytes/)) bytes[name] = substr(part[4], RSTART, RLENGTH) + 0
-        if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
-    }
-    /^edge:/ { split($0, part, "\""); edges[bare(part[2])] = edges[bare(part[2])] " " bare(part[4]) }
-    function reached_from(name,   list, n, i, names) {
-        if (name !~ /^haptable_(force|energy)_/) return named
-        n = split(named, list, " ")
-        for (i = 1; i <= n; ++i) if (list[i] ~ /^haptable_unpack_/) names = names " " list[i]
-        return names
-    }
-    function deepest(names, direct, caller,   list, n, i, d, most) {
-        n = split(names, list, " ")
-        most = 0
-        for (i = 1; i <= n; ++i) {
-            if (!direct && on_way[list[i]]) continue
-            d = list[i] == "__indirect_call" ? deepest(reached_from(caller), 0) : depth(list[i])
-            if (d > most) most = d
-        }
-        return most
-    }
-    function depth(name,   most) {
-        if (on_way[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
-        on_way[name] = 1
-        most = deepest(edges[name], 1, name)
-        on_way[name] = 0
-        return most + bytes[name]
-    }
-    END { if (failed) exit 1; print depth(root) }')
-
-[ "${stack:-0}" -gt 0 ] || {
-    echo "size.sh: no call graph beside the objects in $folder (a compiler cache leaves it out): build without one" >&2
-    exit 1
-}
-
+stack=$(sh "$(dirname "$0")/stack.sh" "$folder" "$folder/model.o")
 flash=$("${CROSS}size" -A "$elf" | awk '$1 == ".text" || $1 == ".data" { sum += $2 } END { print sum }')
 ram=$("${CROSS}size" -A "$elf" | awk '$1 == ".data" || $1 == ".bss" || $1 == ".stack" { sum += $2 } END { print sum }')
 flash_has=$(value haptable_port_flash_bytes)

@@ -3,7 +3,7 @@
 #
 # The demonstration: the paper's pictures, then the cube in a closed loop at 1 kHz over LCM, recorded and drawn.
 # Called by `make demo` from the project's root when all is built. Results: $BUILD/demo/.
-# `host/demo.sh --loop` is the second half alone, for a place where LCM works.
+# `host/demo.sh --figures` is the first half alone, `--loop` the second, for a place where LCM works.
 set -eu
 
 BUILD=${BUILD:-build}
@@ -91,6 +91,10 @@ if [ "${1:-}" = --loop ]; then
 fi
 
 mkdir -p "$demo"
+if [ "${1:-}" = --figures ]; then
+    figures
+    exit 0
+fi
 rm -rf "$demo/cube-loop"
 figures
 status=0

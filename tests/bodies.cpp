@@ -153,13 +153,13 @@ Cells torus_cells(int around, int across, double major, double minor) {
             [=](const Vector3d& x) { return x.z() < -0.8 * minor; }};
 }
 
-ElasticBody::ElasticBody(Scene scene, const std::string& force, double mask_radius_m) {
+ElasticBody::ElasticBody(Scene scene, ForceLaw force, double mask_radius_m) {
     scene.contact.force = force;
     scene.contact.mask_radius_m = mask_radius_m;
     load(scene);
 }
 
-ElasticBody::ElasticBody(const Cells& cells, const std::string& name, const std::string& force, double mask_radius_m) {
+ElasticBody::ElasticBody(const Cells& cells, const std::string& name, ForceLaw force, double mask_radius_m) {
     const CellMesh mesh = mesh_of(cells);
     write_tetgen(mesh, folder_.path() / name);
     Scene scene;
@@ -180,7 +180,7 @@ ElasticBody::ElasticBody(const Cells& cells, const std::string& name, const std:
 
 void ElasticBody::load(const Scene& scene) {
     scene_ = scene;
-    scene_.tables.columns = "none";
+    scene_.tables.columns = ColumnRows::kNone;
     Progress progress(true);
     const auto out = folder_.path() / "out";
     precompute(scene_, out, progress);
@@ -188,7 +188,7 @@ void ElasticBody::load(const Scene& scene) {
     servo_ = build_model(tables_);
 }
 
-haptable_model ElasticBody::model(const std::string& god_object) const {
+haptable_model ElasticBody::model(GodObject god_object) const {
     Tables tables;
     tables.force = tables_.force;
     tables.god_object = god_object;

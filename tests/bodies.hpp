@@ -41,8 +41,8 @@ Cells torus_cells(int around, int across, double major, double minor);  // lying
 class ElasticBody {
 public:
     /// Runs precompute with this force; the god-object may be changed later.
-    ElasticBody(Scene scene, const std::string& force, double mask_radius_m = 0.0);
-    ElasticBody(const Cells& cells, const std::string& name, const std::string& force, double mask_radius_m = 0.0);
+    ElasticBody(Scene scene, ForceLaw force, double mask_radius_m = 0.0);
+    ElasticBody(const Cells& cells, const std::string& name, ForceLaw force, double mask_radius_m = 0.0);
     ElasticBody(const ElasticBody&) = delete;
     ElasticBody& operator=(const ElasticBody&) = delete;
 
@@ -50,7 +50,7 @@ public:
     const Tables& tables() const { return tables_; }
     const ServoModel& servo() const { return servo_; }
     /// The servo's model with the scene's force and this god-object.
-    haptable_model model(const std::string& god_object = "nearest") const;
+    haptable_model model(GodObject god_object = GodObject::kNearest) const;
     /// L over the touchable free nodes, m/N, [3 n, 3 n] in the order of the vertices, by solves; made when first asked.
     const Eigen::MatrixXd& compliance() const;
 

@@ -7,10 +7,16 @@
 
 #include "firmware/haptable.h"
 #include "tests/shapes.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 
 inline Eigen::Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+/// A point that the servo finds: coordinates, normals and area coordinates in float, about 16 roundings.
+inline Bound rounded(const TestModel& model) { return {.count = 16, .epsilon = kFloat, .size = model.size()}; }
+/// The nearest point: a walk ends where a patch around would move it by no more than the tolerance, 2^-20 of the size.
+inline Bound rested(const TestModel& model) { return {.count = 4, .epsilon = 0x1p-20, .size = model.size()}; }
 
 class Finger {
 public:

@@ -31,10 +31,13 @@ arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
 arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/mpi
 arrow host/link host/base host/link haptable/
-arrow host/servo host/base host/link host/servo firmware/haptable.h model.h haptable/
-arrow host/target host/base host/tables host/target firmware/haptable.h firmware/haptable_bounds.h
-arrow host/bridge host/base host/link host/servo host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
+arrow host/session host/base host/link host/session firmware/haptable.h haptable/
+arrow host/servo host/base host/link host/session host/servo firmware/haptable.h model.h haptable/
+arrow host/report host/base host/report
+arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
+arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
+arrow host/strokes host/base host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
 arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
@@ -87,6 +90,8 @@ done
 
 # ---- pages ---------------------------------------------------------------------------------------------------------
 sh tests/docs.sh || complain "the pages: mend what is said above"
+# shellcheck disable=SC2046 # file names of ours hold no spaces
+"$BUILD/bin/haptable-report" --check README.md CHANGELOG.md $(git ls-files 'docs/*.md' 'firmware/*.md') || complain "the numbers of the pages: mend what is said above"
 
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \

@@ -41,6 +41,7 @@ namespace haptable::test::reference {
 #undef vec_inverse_root
 static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/haptable_surface.c"
+#include "firmware/haptable_hinge.c"
 #include "firmware/haptable_patch.c"
 #include "firmware/haptable_entry.c"
 #include "firmware/haptable_contact.c"
@@ -123,6 +124,8 @@ struct ReferenceServo::State {
         model.patch = m.patch;
         model.neighbour = m.neighbour;
         model.box = reinterpret_cast<const reference::haptable_box*>(m.box);
+        model.hinge_count = m.hinge_count;
+        model.hinge = reinterpret_cast<const reference::haptable_hinge*>(m.hinge);
         choose(m);
         if (m.compliance != nullptr) copy(*m.compliance, m);
         reference::reference_init(&servo);

@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Runs every test and ends with one line: N passed, N failed, N skipped. Called by `make test` from the project's root;
-# arguments go to the test program (BUILD=build sh tests/run.sh --gtest_filter='Mesh*').
+# Runs every test, says why some were skipped, and ends with one line: N passed, N failed, N skipped. Called by
+# `make test` from the project's root; arguments go to the test program (BUILD=build sh tests/run.sh
+# --gtest_filter='Mesh*').
 set -u
 
 BUILD=${BUILD:-build}
@@ -31,5 +32,8 @@ if [ "$status" -ne 0 ] && [ "$failed" -eq 0 ]; then
     echo "the test program ended with status $status in: $(sed -n 's/^\[ RUN *\] //p' "$log" | tail -n 1)"
     failed=1
 fi
+# Each reason once, with its count. ../shared has meshes of other people, which no clone has.
+sed -n '/: Skipped$/{n;p;}' "$log" | sed 's|^no "\{0,1\}\.\./shared.*|no ../shared|' | sort | uniq -c | sort -rn |
+    sed 's/^ *\([0-9]*\) /skipped \1: /'
 echo "$passed passed, $failed failed, $skipped skipped"
 [ "$status" -eq 0 ]

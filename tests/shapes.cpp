@@ -191,13 +191,13 @@ Shape scaled(const Shape& shape, double factor) {
     return out;
 }
 
-TestModel::TestModel(const Shape& shape, double fixed_below_z, const std::string& god_object) {
+TestModel::TestModel(const Shape& shape, double fixed_below_z, GodObject god_object) {
     std::mt19937 random(1);
     tables_.name = shape.name;
     tables_.rigid_stiffness_n_per_m = 1000.0;
     tables_.max_force_n = 8.5;
     tables_.scene_file = shape.name + ".toml";
-    tables_.force = "interpolated";
+    tables_.force = ForceLaw::kInterpolated;
     tables_.god_object = god_object;
     tables_.surface = tables_.patch = shape.patch;
     for (std::size_t i = 0; i < shape.point.size(); ++i) {

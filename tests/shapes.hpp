@@ -33,7 +33,7 @@ Shape scaled(const Shape& shape, double factor);
 class TestModel {
 public:
     /// `fixed_below_z`: nodes lower than this have no block, they are rigid.
-    explicit TestModel(const Shape& shape, double fixed_below_z = -1e9, const std::string& god_object = "nearest");
+    explicit TestModel(const Shape& shape, double fixed_below_z = -1e9, GodObject god_object = GodObject::kNearest);
     TestModel(const TestModel&) = delete;
     TestModel& operator=(const TestModel&) = delete;
 

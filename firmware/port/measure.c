@@ -14,7 +14,8 @@
 struct model_head {
     uint32_t god_object; /* 0 nearest, 1 least-energy */
     uint32_t has_friction;
-    uint32_t force;  /* 0 interpolated, 1 consistent, 2 pressure-mask */
+    uint32_t force;  /* 0 interpolated, 1 consistent, 2 pressure-mask, 3 of least-energy */
+    uint32_t energy; /* 0 none, 1 interpolated, 2 consistent, 3 pressure-mask */
     uint32_t unpack; /* 0: float32, 1: float16, 2: int16 */
     uint32_t has_release;
     uint32_t has_passivity;
@@ -23,6 +24,7 @@ struct model_head {
     uint32_t free_count;
     uint32_t patch_count;
     uint32_t box_count;
+    uint32_t hinge_count;
     uint32_t edge_count;
     float max_force_n;
     float rigid_stiffness_n_per_m;
@@ -57,7 +59,8 @@ static int take_shape(int in, const struct model_head* head) {
     model.patch = take(in, 6u * head->patch_count);
     model.neighbour = take(in, 6u * head->patch_count);
     model.box = take(in, 16u * head->box_count);
-    return model.vertex_m && model.patch && model.neighbour && model.box;
+    model.hinge = take(in, 6u * head->hinge_count);
+    return model.vertex_m && model.patch && model.neighbour && model.box && model.hinge;
 }
 
 static int take_stiffness(int in, const struct model_head* head) {
@@ -86,8 +89,8 @@ static int take_compliance(int in, const struct model_head* head) {
 static void name_functions(const struct model_head* head) {
     static haptable_god_object_fn* const god_object[] = {haptable_god_object_nearest, haptable_god_object_least_energy};
     static haptable_force_fn* const force[] = {haptable_force_interpolated, haptable_force_consistent,
-                                               haptable_force_pressure_mask};
-    static haptable_energy_fn* const energy[] = {haptable_energy_interpolated, haptable_energy_consistent,
+                                               haptable_force_pressure_mask, haptable_force_of_least_energy};
+    static haptable_energy_fn* const energy[] = {0, haptable_energy_interpolated, haptable_energy_consistent,
                                                  haptable_energy_pressure_mask};
     model.god_object = god_object[head->god_object];
     if (head->has_friction) {
@@ -95,8 +98,7 @@ static void name_functions(const struct model_head* head) {
         model.god_object = haptable_god_object_friction;
     }
     model.force = force[head->force];
-    if (head->force > 0 && head->god_object == 1 && !head->has_friction) model.force = haptable_force_of_least_energy;
-    model.energy = energy[head->force];
+    model.energy = energy[head->energy];
     if (head->has_release) model.release = haptable_release_slew;
     if (head->has_passivity) model.passivity = haptable_passivity_control;
 }
@@ -113,6 +115,7 @@ static void take_numbers(const struct model_head* head) {
     model.free_count = (uint16_t)head->free_count;
     model.patch_count = (uint16_t)head->patch_count;
     model.box_count = (uint16_t)head->box_count;
+    model.hinge_count = (uint16_t)head->hinge_count;
     model.static_friction = head->static_friction;
     model.kinetic_friction = head->kinetic_friction;
     model.stiffness_limit_n_per_m = head->stiffness_limit_n_per_m;
@@ -122,7 +125,7 @@ static void take_numbers(const struct model_head* head) {
 static int take_model(int in) {
     struct model_head head;
     if (haptable_semihosting_read(in, &head, sizeof head) != sizeof head) return 0;
-    if (head.god_object > 1 || head.force > 2 || head.unpack > 2) return 0;
+    if (head.god_object > 1 || head.force > 3 || head.energy > 3 || head.unpack > 2) return 0;
     name_functions(&head);
     take_numbers(&head);
     if (!take_shape(in, &head)) return 0;

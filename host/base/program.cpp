@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/base/program.hpp"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <new>
 
@@ -20,32 +19,28 @@ std::string one_line(std::string text) {
     return text;
 }
 
-int fail(const CLI::App& app, const std::string& what, int status) {
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), one_line(what).c_str());
+int fail(const std::string& program, const std::string& what, int status) {
+    std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(what).c_str());
     return status;
 }
 
 }  // namespace
 
-int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
-    app.set_version_flag("--version", app.get_name() + " " + kVersion);
+int run_program(CommandLine& command_line, int argc, char** argv, const std::function<void()>& work) {
+    const std::string& program = command_line.program();
     try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& success) {
-        return app.exit(success);
-    } catch (const CLI::ParseError& error) {
-        return fail(app, std::string(error.what()) + " (see --help)", 2);
-    }
-    try {
+        if (!command_line.parse(argc, argv)) return 0;
         work();
         if (std::fflush(stdout) != 0) throw Error("standard output cannot be written: is the disk full?");
         return 0;
+    } catch (const BadCommandLine& error) {
+        return fail(program, error.what(), 2);
     } catch (const Interrupted&) {
-        return fail(app, "interrupted: nothing half-written was left", 130);
+        return fail(program, "interrupted: nothing half-written was left", 130);
     } catch (const std::bad_alloc&) {
-        return fail(app, "out of memory: use a coarser mesh or a smaller touch region", 1);
+        return fail(program, "out of memory: use a coarser mesh or a smaller touch region", 1);
     } catch (const std::exception& error) {
-        return fail(app, error.what(), 1);
+        return fail(program, error.what(), 1);
     }
 }
 

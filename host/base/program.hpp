@@ -5,18 +5,16 @@
 #include <functional>
 #include <string>
 
-namespace CLI {
-class App;
-}
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
 /// The version of all of haptable, as in CHANGELOG.md; part of every model hash.
 inline constexpr const char* kVersion = "0.1.0";
 
-/// Sets up `app` with --version, parses the command line and runs `work`.
-/// Returns the exit status: 0 after `work`, 1 after an Error or any other exception, 2 for a bad command line;
-/// 130 when work throws Interrupted. Errors are one line on standard error: "PROGRAM: what".
-int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& work);
+/// Parses the command line and runs `work`. Returns the exit status: 0 after `work`, 1 after an Error or any other
+/// exception, 2 for a bad command line; 130 when work throws Interrupted. Errors are one line on standard error:
+/// "PROGRAM: what".
+int run_program(CommandLine& command_line, int argc, char** argv, const std::function<void()>& work);
 
 }  // namespace haptable

@@ -3,9 +3,10 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 extern "C" {
 #include "firmware/haptable_patch.h"
@@ -13,9 +14,11 @@ extern "C" {
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
-#include "host/bench/report.hpp"
 #include "host/bench/solver.hpp"
 #include "host/bench/subject.hpp"
+#include "host/bench/timings.hpp"
+#include "host/report/numbers.hpp"
+#include "host/report/page.hpp"
 #include "host/view/painter.hpp"
 
 namespace {
@@ -23,7 +26,7 @@ namespace {
 using namespace haptable;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kTicks = 1000;       // of a path: 100 mm/s round a circle of 16 mm
+constexpr std::size_t kTicks = 1000;       // of a path, once round a circle
 constexpr double kDepth = 0.002;           // m, under the surface
 constexpr std::size_t kErrorPatches = 50;  // patches on which equation 8 is compared with a solve
 
@@ -87,15 +90,22 @@ void one_solve(benchmark::State& state, Case& with) {
     for (auto _ : state) benchmark::DoNotOptimize(with.solver.solve(with.loads).data());
 }
 
+/// The finger at the path's beginning, and the loads that the servo gives for it.
 ContactFrame pressed_frame(const Case& with) {
+    haptable_servo servo = with.subject.touched(with.sliding);
+    haptable_output out{};
+    haptable_step(&with.subject.model(), &servo, with.sliding.front().data(), 0, &out);
+    const auto vector = [](const float x[3]) { return Eigen::Map<const Eigen::Vector3f>(x).cast<double>(); };
     ContactFrame frame;
-    frame.finger_known = true;
-    frame.contact = true;
-    const auto& finger = with.sliding.front();
-    frame.finger_m = {static_cast<double>(finger[0]), static_cast<double>(finger[1]), static_cast<double>(finger[2])};
-    frame.god_object_m = frame.finger_m + Eigen::Vector3d(0.0, 0.0, kDepth);
-    frame.force_n = {0.0, 0.0, 0.5};
-    frame.loads = with.loads;
+    frame.finger_known = frame.contact = true;
+    frame.finger_m = vector(with.sliding.front().data());
+    frame.god_object_m = vector(out.god_object_m);
+    frame.force_n = vector(out.force_n);
+    const auto& node_id = with.subject.tables().node_id;  // of the free vertices, which stand first
+    for (std::size_t c = 0; c < 3; ++c)
+        if (out.vertex[c] < node_id.size())
+            frame.loads.push_back(
+                {node_id[out.vertex[c]], {out.nodal_force_n[c][0], out.nodal_force_n[c][1], out.nodal_force_n[c][2]}});
     return frame;
 }
 
@@ -121,6 +131,8 @@ constexpr std::array kMeasurements = {
     Measurement{"draw", draw},
 };
 
+constexpr const char* kElapsed = ", elapsed";
+
 /// Collects the runs' times and stays silent.
 class Collector : public benchmark::BenchmarkReporter {
 public:
@@ -131,7 +143,8 @@ public:
             if (run.run_type != Run::RT_Iteration) continue;
             const std::string name = run.run_name.function_name;
             const auto colon = name.find(':');
-            timings_.add(name.substr(colon + 1), name.substr(0, colon), run.GetAdjustedCPUTime());
+            timings_.add(name.substr(colon + 1), name.substr(0, colon), run.GetAdjustedCPUTime() * 1e-9);
+            timings_.add(name.substr(colon + 1) + kElapsed, name.substr(0, colon), run.GetAdjustedRealTime() * 1e-9);
         }
     }
 
@@ -146,6 +159,7 @@ Timings measure(std::vector<std::unique_ptr<Case>>& cases, int repetitions, doub
                 (with->name + ":" + measurement.row).c_str(),
                 [&measurement, &with](benchmark::State& state) { measurement.run(state, *with); })
                 ->Repetitions(repetitions)
+                ->MeasureProcessCPUTime()  // of all threads: the renderer has some
                 ->MinTime(seconds);
     // Repetitions of all in turn, so that a ratio compares the same minutes of a busy machine.
     std::string program = "haptable-bench", interleave = "--benchmark_enable_random_interleaving=true";
@@ -158,98 +172,124 @@ Timings measure(std::vector<std::unique_ptr<Case>>& cases, int repetitions, doub
     return timings;
 }
 
-ReportRow speed_row(const std::string& what, const std::string& row, const Timings& timings,
-                    const std::vector<std::string>& names, const std::string& beside) {
-    ReportRow line{what, {}, beside};
-    for (const std::string& name : names) line.cells.push_back(duration(timings.at(row, name)));
-    return line;
+using Cases = std::vector<std::unique_ptr<Case>>;
+
+/// A row with a cell a case, and one beside them.
+template <typename CellOf>
+std::vector<Cell> row(const std::string& what, const Cases& cases, const std::string& beside, const CellOf& cell_of) {
+    std::vector<Cell> cells{what};
+    for (const auto& with : cases) cells.emplace_back(cell_of(*with));
+    cells.emplace_back(beside);
+    return cells;
 }
 
-ReportRow ratio_row(const std::string& what, double ratio, bool kept, const std::string& wanted) {
-    return {what, {fmt::format("{:.3g}", ratio)}, wanted + (kept ? ": kept" : ": MISSED")};
+NumberTable table(const Cases& cases, const std::string& beside) {
+    NumberTable table{{""}, {}};
+    for (const auto& with : cases) table.columns.push_back(with->name);
+    table.columns.push_back(beside);
+    return table;
 }
 
-Report make_report(const Timings& timings, std::vector<std::unique_ptr<Case>>& cases) {
-    Report report;
-    for (const auto& with : cases) report.subjects.push_back(with->name);
-    const auto& names = report.subjects;
-    report.speed = {
-        speed_row("force: god-object and equations 9 to 12, sliding at 100 mm/s", "force step, sliding", timings, names,
-                  "15 us cube, 12 us mouse"),
-        speed_row("the same tick with the finger 2 mm above the surface", "force step, free", timings, names, ""),
-        speed_row("for comparison: nearest point of every patch", "search over all patches", timings, names, ""),
-        speed_row("displacement: equation 8, three nodes, free surface", "equation 8", timings, names,
-                  "158 us cube, 4181 us mouse"),
-        speed_row("for comparison: one solve with a kept CHOLMOD factor", "one solve", timings, names, ""),
-        speed_row("one picture, 960 x 720, without PNG", "draw", timings, names, "97 Hz cube, 2 Hz mouse"),
+/// Of the finger on its circle, m/s: one round in kTicks milliseconds.
+double finger_speed(const FingerPath& path) {
+    double length = 0.0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const auto &a = path[i], &b = path[(i + 1) % path.size()];
+        length += std::hypot(static_cast<double>(b[0] - a[0]), static_cast<double>(b[1] - a[1]),
+                             static_cast<double>(b[2] - a[2]));
+    }
+    return length / (1e-3 * static_cast<double>(path.size()));
+}
+
+NumberTable speed_table(const Timings& timings, const Cases& cases) {
+    NumberTable speed = table(cases, "the paper (Pentium Pro, 200 MHz)");
+    const auto add = [&](const std::string& what, const std::string& measured, const std::string& beside) {
+        speed.rows.push_back(
+            row(what, cases, beside, [&](const Case& with) { return seconds(timings.at(measured, with.name)); }));
     };
-    ReportRow force{"force in float32, sliding 2 mm deep, worst", {}, "equations 9 to 12 in double"};
-    ReportRow moved{"displacement, float32 columns, worst", {}, "a solve in double"};
-    ReportRow bytes{"servo's tables in flash", {}, "bytes"};
-    for (const auto& with : cases) {
-        force.cells.push_back(fmt::format("{:.1e}", force_error(with->subject, with->sliding)));
-        moved.cells.push_back(fmt::format(
-            "{:.1e}", displacement_error(with->deformation, with->solver, with->subject.tables(), kErrorPatches)));
-        bytes.cells.push_back(fmt::format("{}", with->subject.table_bytes()));
-    }
-    report.error = {force, moved, bytes};
-    for (std::size_t k = 0; k < 3; ++k) {
-        ReportRow row;
-        for (const auto& with : cases) {
-            const PrecisionError error = with->subject.precisions()[k];
-            row.what =
-                fmt::format("force with blocks in {}: bytes, worst over patches and directions", error.precision);
-            row.cells.push_back(fmt::format("{}, {:.1e}", error.bytes, error.worst));
-        }
-        row.beside = "the blocks in double";
-        report.error.push_back(row);
-    }
-    for (const std::string& name : names) {
-        const double solve = timings.at("one solve", name) / timings.at("force step, sliding", name);
-        report.ratio.push_back(ratio_row(name + ": one solve over a force step", solve, solve >= 30.0, "at least 30"));
-    }
-    if (names.size() == 2) {
-        const double step = timings.at("force step, sliding", names[1]) / timings.at("force step, sliding", names[0]);
-        report.ratio.push_back(
-            ratio_row(fmt::format("force step, {} over {}", names[1], names[0]), step, step <= 1.3, "at most 1.3"));
-    }
-    return report;
+    add("force: god-object and equations 9 to 12, sliding", "force step, sliding", "15 us cube, 12 us mouse");
+    add("the same tick with the finger 2 mm above the surface", "force step, free", "");
+    add("for comparison: nearest point of every patch", "search over all patches", "");
+    add("displacement: equation 8, three nodes, free surface", "equation 8", "158 us cube, 4181 us mouse");
+    add("for comparison: one solve with a kept CHOLMOD factor", "one solve", "");
+    add("one picture, 960 x 720, without PNG, CPU of all threads", "draw", "97 Hz cube, 2 Hz mouse");
+    add("the same, elapsed", std::string("draw") + kElapsed, "");
+    speed.rows.push_back(row("speed of the sliding finger", cases, "", [](const Case& with) {
+        const double speed_m_s = finger_speed(with.sliding);
+        return number(speed_m_s, fmt::format("{:.0f} mm/s", 1e3 * speed_m_s));
+    }));
+    return speed;
 }
 
-constexpr const char* kHead =
-    "# Accuracy and speed\n\n"
-    "Made by `make bench`: medians of CPU time on one core of the machine that ran it. A time belongs to\n"
-    "that machine; the errors and the ratios of one run do not. The paper's numbers are those of its\n"
-    "Table 2.\n\n"
-    "![Times of one tick](accuracy.png)\n\n";
+NumberTable error_table(const Cases& cases) {
+    NumberTable error = table(cases, "against");
+    error.rows.push_back(row("force in float32, sliding 2 mm deep, worst", cases, "equations 9 to 12 in double",
+                             [](const Case& with) { return error_of(force_error(with.subject, with.sliding)); }));
+    error.rows.push_back(row("displacement, float32 columns, worst", cases, "a solve in double", [](Case& with) {
+        return error_of(displacement_error(with.deformation, with.solver, with.subject.tables(), kErrorPatches));
+    }));
+    return error;
+}
+
+/// The servo's blocks in 32 and 16 bits: bytes and worst force error over patches and directions.
+NumberTable precision_table(const Cases& cases) {
+    NumberTable precision = table(cases, "");
+    for (std::size_t k = 0; k < 3; ++k) {
+        precision.rows.push_back(
+            row(word(cases[0]->subject.precisions()[k].precision), cases, "", [k](const Case& with) {
+                const PrecisionError error = with.subject.precisions()[k];
+                return Number{{static_cast<double>(error.bytes), error.worst},
+                              fmt::format("{}, {:.1e}", thousands(error.bytes), error.worst)};
+            }));
+    }
+    precision.columns.pop_back();
+    for (auto& row : precision.rows) row.pop_back();
+    return precision;
+}
+
+NumberTable ratio_table(const Timings& timings, const Cases& cases) {
+    NumberTable ratio{{"", "value", "wanted"}, {}};
+    const auto add = [&](const std::string& what, double value, bool kept, const std::string& wanted) {
+        ratio.rows.push_back(
+            {what, number(value, fmt::format("{:.3g}", value)), wanted + (kept ? ": kept" : ": MISSED")});
+    };
+    const auto step = [&](const Case& with) { return timings.at("force step, sliding", with.name); };
+    for (const auto& with : cases) {
+        const double solve = timings.at("one solve", with->name) / step(*with);
+        add(with->name + ": one solve over a force step", solve, solve >= 30.0, "at least 30");
+    }
+    if (cases.size() == 2) {
+        const double grown = step(*cases[1]) / step(*cases[0]);
+        add(fmt::format("force step, {} over {}", cases[1]->name, cases[0]->name), grown, grown <= 1.3, "at most 1.3");
+    }
+    return ratio;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Measures speed and error of scenes that haptable-precompute has made.", "haptable-bench");
+    CommandLine app("Measures speed and error of scenes that haptable-precompute has made.", "haptable-bench");
     std::vector<fs::path> scenes;
     fs::path build = "build";
     fs::path out;
-    fs::path data;
     int repetitions = 9;
     double seconds = 0.05;
-    app.add_option("SCENE", scenes, "scene files, already precomputed into BUILD/<name>")->required();
-    app.add_option("--build", build, "where they were precomputed");
-    app.add_option("-o", out, "also write the report to this Markdown file");
-    app.add_option("--data", data, "also write the times in microseconds to this file, for a plot");
-    app.add_option("--repetitions", repetitions, "of each measurement; the median counts");
-    app.add_option("--seconds", seconds, "at least so long a repetition");
+    app.option("SCENE", scenes, "scene files, already precomputed into BUILD/<name>").required();
+    app.option("--build", build, "where they were precomputed");
+    app.option("-o", out, "write the numbers to this JSON file");
+    app.option("--repetitions", repetitions, "of each measurement; the median counts");
+    app.option("--seconds", seconds, "at least so long a repetition");
     return run_program(app, argc, argv, [&] {
-        std::vector<std::unique_ptr<Case>> cases;
+        Cases cases;
         for (const fs::path& scene : scenes)
             cases.push_back(std::make_unique<Case>(scene, build / read_scene(scene).name));
         const Timings timings = measure(cases, repetitions, seconds);
-        const std::string text = kHead + to_markdown(make_report(timings, cases));
-        fmt::print("{}", text);
-        if (!out.empty()) write_file(out, text);
-        std::vector<std::string> rows, names;
-        for (const Measurement& measurement : kMeasurements) rows.emplace_back(measurement.row);
-        for (const auto& with : cases) names.push_back(with->name);
-        if (!data.empty()) write_file(data, to_plot_data(timings, rows, names));
+        Numbers numbers("make bench");
+        numbers.add("speed", speed_table(timings, cases));
+        numbers.add("error", error_table(cases));
+        numbers.add("ratio", ratio_table(timings, cases));
+        numbers.add("precision", precision_table(cases));
+        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        if (!out.empty()) numbers.write(out);
     });
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>
 #include <optional>
@@ -16,8 +15,8 @@
 #include "host/base/program.hpp"
 #include "host/bridge/session.hpp"
 #include "host/link/realtime.hpp"
-#include "host/link/serve.hpp"
 #include "host/link/summary.hpp"
+#include "host/session/serve.hpp"
 
 namespace haptable {
 
@@ -35,40 +34,35 @@ struct Options {
     bool no_realtime = false, json = false, quiet = false;
 };
 
-void add_options(CLI::App& app, Options& o) {
-    app.add_option("DIR", o.folder, "folder of the scene that the target was built for: build/cube")->required();
-    auto* line = app.add_option_group("line", "where the target is, one of:");
-    line->add_option("--port", o.port, "a serial port (/dev/ttyACM0), a pty or a Unix socket");
-    line->add_option("--pipes", o.pipes, "two named pipes, TO the target and FROM it")
-        ->expected(2)
-        ->type_name("TO FROM");
-    line->add_option("--run", o.program, "a program whose standard input and output are the line, like QEMU");
-    line->require_option(1);
-    app.add_option("--baud", o.baud, "bits a second of a serial port")->capture_default_str();
-    app.add_option("--retry", o.retry_ms, "ms, after which a state is sent again")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("--patience", o.session.patience_s, "s without any answer, after which the target is gone")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("--csv", o.csv, "record the session here, as the servo's --csv does");
-    app.add_option("--seconds", o.end.after_s, "end after this time")->check(CLI::PositiveNumber);
-    app.add_option("--until-silent", o.end.until_silent_s, "end when the device was silent for this many seconds")
-        ->check(CLI::PositiveNumber);
-    app.add_flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
-    app.add_flag("--json", o.json, "print the summary as JSON");
-    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+void add_options(CommandLine& app, Options& o) {
+    app.option("DIR", o.folder, "folder of the scene that the target was built for: build/cube").required();
+    ExclusiveOptions line = app.exclusive("line", "where the target is, one of:");
+    line.option("--port", o.port, "a serial port (/dev/ttyACM0), a pty or a Unix socket");
+    line.option("--pipes", o.pipes, "two named pipes, TO the target and FROM it").count(2).values_name("TO FROM");
+    line.option("--run", o.program, "a program whose standard input and output are the line, like QEMU");
+    app.option("--baud", o.baud, "bits a second of a serial port").show_default();
+    app.option("--retry", o.retry_ms, "ms, after which a state is sent again").positive().show_default();
+    app.option("--patience", o.session.patience_s, "s without any answer, after which the target is gone")
+        .positive()
+        .show_default();
+    app.option("--csv", o.csv, "record the session here, as the servo's --csv does");
+    app.option("--seconds", o.end.after_s, "end after this time").positive();
+    app.option("--until-silent", o.end.until_silent_s, "end when the device was silent for this many seconds")
+        .positive();
+    app.flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
+    app.flag("--json", o.json, "print the summary as JSON");
+    app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
 /// The scene's tables, as the target has them, and what points into them.
-struct Scene {
-    explicit Scene(const std::string& folder)
+struct BuiltScene {
+    explicit BuiltScene(const std::string& folder)
         : tables(read_tables(folder)),
           built(build_model(tables)),
           model(model_in_memory(tables, built)),
           node(built.node.begin(), built.node.end()) {}
-    Scene(const Scene&) = delete;
-    Scene& operator=(const Scene&) = delete;
+    BuiltScene(const BuiltScene&) = delete;
+    BuiltScene& operator=(const BuiltScene&) = delete;
     ServoScene servo() const { return {&model, node.data(), tables.name.c_str()}; }
 
     Tables tables;
@@ -84,7 +78,7 @@ Line open_line(const Options& o) {
 }
 
 /// Until a message, a byte of the line or the deadline.
-void wait_for_either(const Connection& connection, const Target& target, Clock::time_point deadline) {
+void wait_for_either(const Connection& connection, const SerialTarget& target, Clock::time_point deadline) {
     std::array<pollfd, 2> from{pollfd{connection.fd(), POLLIN, 0}, pollfd{target.line().fd(), POLLIN, 0}};
     const auto ns =
         std::chrono::duration_cast<std::chrono::nanoseconds>(std::max(deadline - Clock::now(), Clock::duration::zero()))
@@ -94,29 +88,20 @@ void wait_for_either(const Connection& connection, const Target& target, Clock::
 }
 
 /// What comes from either until then: answers first, for the device waits for them.
-void handle(BridgeSession& session, Connection& connection, const Target& target, Clock::time_point deadline) {
+void handle(BridgeSession& session, Connection& connection, const SerialTarget& target, Clock::time_point deadline) {
     wait_for_either(connection, target, deadline);
     session.take_answers();
     while (connection.handle_until(Clock::now())) session.take_answers();
 }
 
-Summary summarise(const BridgeReport& report, const Scene& scene, const Target& target, const std::string& url) {
-    Summary summary;
+SummaryLines summarise(const BridgeReport& report, const BuiltScene& scene, const SerialTarget& target,
+                       const std::string& url) {
+    SummaryLines summary;
     summary.add("scene", scene.tables.name);
     summary.add("model_hash", fmt::format("{:016x}", scene.model.hash));
     summary.add("url", url);
     summary.add("line", target.line().name());
-    summary.add("ticks", report.ticks);
-    summary.add("contact_ticks", report.contact_ticks);
-    summary.add("lost_states", report.lost_states);
-    summary.add("repeated_states", report.repeated_states);
-    summary.add("foreign_states", report.foreign_states);
-    summary.add("resent_frames", report.resent_frames);
-    summary.add("lost_answers", report.lost_answers);
-    summary.add("stale_answers", report.stale_answers);
-    summary.add("skipped_bytes", report.skipped_bytes);
-    summary.add("foreign_frames", report.foreign_frames);
-    summary.add("rejected_forces", report.rejected_forces);
+    report.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
     report.add_to(summary);
     summary.add("round_trip_mean_us", report.round_trip.mean_us());
     summary.add("round_trip_p999_us", report.round_trip.quantile_us(0.999));
@@ -128,11 +113,11 @@ void run(Options& o) {
     catch_interrupts();
     std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
     o.session.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
-    const Scene scene(o.folder);
+    const BuiltScene scene(o.folder);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
     if (!o.csv.empty()) record.emplace(scene.servo(), o.csv);
-    Target target(open_line(o));
+    SerialTarget target(open_line(o));
     Connection connection;
     BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr);
     if (!o.quiet)
@@ -148,7 +133,8 @@ void run(Options& o) {
 }  // namespace haptable
 
 int main(int argc, char** argv) {
-    CLI::App app("A microcontroller behind a serial line, as the servo of a device over LCM.", "haptable-bridge");
+    haptable::CommandLine app("A microcontroller behind a serial line, as the servo of a device over LCM.",
+                              "haptable-bridge");
     haptable::Options options;
     haptable::add_options(app, options);
     return haptable::run_program(app, argc, argv, [&] { haptable::run(options); });

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "host/session/status.hpp"
 
 namespace haptable {
 
@@ -19,7 +20,7 @@ Clock::duration seconds(double s) {
 
 }  // namespace
 
-BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Target& target,
+BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target,
                              const BridgeOptions& options, ServoRecord* record)
     : scene_(scene),
       connection_(connection),
@@ -147,31 +148,10 @@ void BridgeSession::watch(Clock::time_point now) {
 }
 
 void BridgeSession::publish_status() {
-    servo_status status{};
-    status.utime = utime_now();
-    status.model_hash = answer_.model_hash();
-    status.servo_state = static_cast<std::int8_t>(output_.state);
-    status.longest_step_us = longest_us_;
-    const auto add = [&status](std::string name, std::int64_t value) {
-        status.name.push_back(std::move(name));
-        status.value.push_back(value);
-    };
-    const BridgeReport now = report();
-    add("ticks", now.ticks);
-    add("contact_ticks", now.contact_ticks);
-    add("lost_states", now.lost_states);
-    add("repeated_states", now.repeated_states);
-    add("foreign_states", now.foreign_states);
-    add("resent_frames", now.resent_frames);
-    add("lost_answers", now.lost_answers);
-    add("stale_answers", now.stale_answers);
-    add("skipped_bytes", now.skipped_bytes);
-    add("foreign_frames", now.foreign_frames);
-    add("rejected_forces", now.rejected_forces);
-    for (const auto& [name, energy_j] : now.energy.by_name()) add(name + "_nj", std::llround(energy_j * 1e9));
-    add("undecodable_messages", static_cast<std::int64_t>(connection_.undecodable()));
-    status.count = static_cast<std::int32_t>(status.name.size());
-    connection_.publish(kStatusChannel, status);
+    Status status(answer_.model_hash(), output_.state, longest_us_);
+    report().each(status);
+    status.add(report_);
+    status.publish(connection_);
     longest_us_ = 0.0;
 }
 

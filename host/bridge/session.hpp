@@ -6,10 +6,11 @@
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
-#include "host/servo/answer.hpp"
-#include "host/servo/energy.hpp"
-#include "host/servo/record.hpp"
-#include "host/servo/scene.hpp"
+#include "host/session/answer.hpp"
+#include "host/session/counted.hpp"
+#include "host/session/energy.hpp"
+#include "host/session/record.hpp"
+#include "host/session/scene.hpp"
 
 namespace haptable {
 
@@ -18,26 +19,15 @@ struct BridgeOptions {
     double patience_s = 10.0;                 ///< without any answer for so long, the target is gone
 };
 
-struct BridgeReport : ForceReport {
-    std::int64_t ticks = 0;            ///< forces that answered a state
-    std::int64_t contact_ticks = 0;    ///< of these, with contact
-    std::int64_t lost_states = 0;      ///< gaps in the device's numbering
-    std::int64_t repeated_states = 0;  ///< asked again by the device
-    std::int64_t foreign_states = 0;   ///< meant for another model: not sent on
-    std::int64_t resent_frames = 0;    ///< states sent again because no answer came
-    std::int64_t lost_answers = 0;     ///< states that the device's next one overtook: never answered
-    std::int64_t stale_answers = 0;    ///< to a state that was answered or overtaken before
-    std::int64_t skipped_bytes = 0;    ///< of the line, that belonged to no frame
-    std::int64_t foreign_frames = 0;   ///< whole, but not forces
-    std::int64_t rejected_forces = 0;  ///< that no servo of these tables gives: not published
-    DurationStatistics round_trip;     ///< from a state's first frame to its answer
+struct BridgeReport : ForceReport, BridgeCounters {
+    DurationStatistics round_trip;  ///< from a state's first frame to its answer
 };
 
 /// Single-threaded, like ServoSession: everything happens within connection.handle_until and the calls below.
 class BridgeSession {
 public:
     /// Subscribes to the device's states. `record` may be null.
-    BridgeSession(const ServoScene& scene, Connection& connection, Target& target, const BridgeOptions& options,
+    BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target, const BridgeOptions& options,
                   ServoRecord* record);
     BridgeSession(const BridgeSession&) = delete;
     BridgeSession& operator=(const BridgeSession&) = delete;
@@ -65,7 +55,7 @@ private:
 
     ServoScene scene_;
     Connection& connection_;
-    Target& target_;
+    SerialTarget& target_;
     BridgeOptions options_;
     ServoRecord* record_;
     Answer answer_;

@@ -3,12 +3,12 @@
 
 namespace haptable {
 
-void Target::send(std::uint32_t sequence, const haptable_frame_state& state) {
+void SerialTarget::send(std::uint32_t sequence, const haptable_frame_state& state) {
     std::array<std::uint8_t, HAPTABLE_FRAME_BYTES> bytes{};
     line_.write(std::span(bytes.data(), haptable_frame_write_state(sequence, &state, bytes.data())));
 }
 
-std::optional<TargetForce> Target::take() {
+std::optional<TargetForce> SerialTarget::take() {
     for (;;) {
         if (begin_ == end_) {
             begin_ = 0;

@@ -18,9 +18,9 @@ struct TargetForce {
     haptable_output output{};      ///< all but `patch`
 };
 
-class Target {
+class SerialTarget {
 public:
-    explicit Target(Line line) : line_(std::move(line)) { haptable_frame_reader_init(&reader_); }
+    explicit SerialTarget(Line line) : line_(std::move(line)) { haptable_frame_reader_init(&reader_); }
 
     void send(std::uint32_t sequence, const haptable_frame_state& state);
     /// The next whole force of those that have come, without waiting. Garbage before it is skipped and counted.

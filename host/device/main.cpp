@@ -2,7 +2,6 @@
 // haptable-device: a simulated haptic device, held by a simulated hand, over LCM.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,49 +32,46 @@ struct Options {
 };
 
 /// An option of three numbers with commas between them.
-void add_vector(CLI::App& app, const std::string& name, Eigen::Vector3d& value, const std::string& text) {
+void add_vector(CommandLine& app, const std::string& name, Eigen::Vector3d& value, const std::string& text) {
     const auto set = [&value](const std::vector<double>& v) { value = Eigen::Vector3d(v[0], v[1], v[2]); };
-    app.add_option_function<std::vector<double>>(name, set, text)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+    app.numbers(name, set, text).delimiter(',').count(3).values_name("X,Y,Z");
 }
 
-void add_path_options(CLI::App& app, Options& o) {
-    app.add_option("--path", o.path,
-                   "where the hand goes: poke, drag, circle, several with commas between them, "
-                   "or FILE.csv (x,y,z in metres, one line a ms)")
-        ->capture_default_str();
+void add_path_options(CommandLine& app, Options& o) {
+    app.option("--path", o.path,
+               "where the hand goes: poke, drag, circle, several with commas between them, "
+               "or FILE.csv (x,y,z in metres, one line a ms)")
+        .show_default();
     add_vector(app, "--at", o.geometry.at_m, "m, where the surface is touched [0.015,0.015,0.030]");
     add_vector(app, "--direction", o.geometry.direction, "into the body [0,0,-1]");
     add_vector(app, "--along", o.geometry.along, "of the drag [the axis that lies flattest]");
     const auto length = [&app](const char* name, double& value, const char* text) {
-        app.add_option(name, value, text)->check(CLI::NonNegativeNumber)->capture_default_str();
+        app.option(name, value, text).non_negative().show_default();
     };
     length("--depth", o.geometry.depth_m, "m, of the hand's target below the surface");
     length("--radius", o.geometry.radius_m, "m, of the circle; half the length of the drag");
     length("--clearance", o.geometry.clearance_m, "m, of the start above the surface");
     length("--hold", o.geometry.hold_s, "s, that a poke stays down");
-    app.add_option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
+    app.option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement").positive().show_default();
     length("--hand-stiffness", o.hand.stiffness_n_per_m, "N/m, of the hand that holds the device");
     length("--hand-damping", o.hand.damping_n_s_per_m, "N s/m, of that hand");
 }
 
-void add_options(CLI::App& app, Options& o) {
-    app.add_option("SCENE", o.scene, "the scene file: its [device] gives mass, friction, encoder and force limit")
-        ->required();
+void add_options(CommandLine& app, Options& o) {
+    app.option("SCENE", o.scene, "the scene file: its [device] gives mass, friction, encoder and force limit")
+        .required();
     add_path_options(app, o);
-    app.add_flag("--lockstep", o.session.lockstep,
-                 "the clock waits for every answer: deterministic, and faster than real time");
-    app.add_option("--seconds", o.session.seconds,
-                   "how long; beyond its end the path is repeated [once along the path]")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--patience", o.session.patience_s, "s, to wait for a servo; 0: do not wait")
-        ->check(CLI::NonNegativeNumber)
-        ->capture_default_str();
-    app.add_option("--csv", o.csv, "write the device's own record here");
-    app.add_flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
-    app.add_flag("--json", o.json, "print the summary as JSON");
-    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+    app.flag("--lockstep", o.session.lockstep,
+             "the clock waits for every answer: deterministic, and faster than real time");
+    app.option("--seconds", o.session.seconds, "how long; beyond its end the path is repeated [once along the path]")
+        .positive();
+    app.option("--patience", o.session.patience_s, "s, to wait for a servo; 0: do not wait")
+        .non_negative()
+        .show_default();
+    app.option("--csv", o.csv, "write the device's own record here");
+    app.flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
+    app.flag("--json", o.json, "print the summary as JSON");
+    app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
 std::unique_ptr<Path> make_path(const Options& o) {
@@ -84,8 +80,8 @@ std::unique_ptr<Path> make_path(const Options& o) {
     return scripted_path(o.path, o.geometry);
 }
 
-Summary summarise(const DeviceReport& report, const Scene& scene, const Connection& connection) {
-    Summary summary;
+SummaryLines summarise(const DeviceReport& report, const Scene& scene, const Connection& connection) {
+    SummaryLines summary;
     summary.add("scene", scene.name);
     summary.add("url", connection.url());
     summary.add("ticks", report.ticks);
@@ -129,7 +125,8 @@ void run(const Options& o) {
 }  // namespace haptable
 
 int main(int argc, char** argv) {
-    CLI::App app("A simulated haptic device: a point mass in a simulated hand, over LCM.", "haptable-device");
+    haptable::CommandLine app("A simulated haptic device: a point mass in a simulated hand, over LCM.",
+                              "haptable-device");
     haptable::Options options;
     haptable::add_options(app, options);
     return haptable::run_program(app, argc, argv, [&] { haptable::run(options); });

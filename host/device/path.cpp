@@ -35,7 +35,7 @@ std::array<double, 2> minimum_jerk(double tau) {
     return {t * t * t * (10.0 + t * (-15.0 + 6.0 * t)), 30.0 * t * t * (1.0 - t) * (1.0 - t)};
 }
 
-Target on_move(const Move& move, double time_s) {
+HandGoal on_move(const Move& move, double time_s) {
     const auto [share, rate] = minimum_jerk(time_s / move.duration_s);
     const double rate_per_s = rate / move.duration_s;
     if (move.kind == Move::Kind::line)
@@ -73,7 +73,7 @@ public:
     }
 
     double duration_s() const override { return duration_s_; }
-    Target at(double time_s) const override {
+    HandGoal at(double time_s) const override {
         double left_s = std::clamp(time_s, 0.0, duration_s_);
         for (const Move& move : moves_) {
             if (left_s <= move.duration_s) return on_move(move, left_s);
@@ -100,7 +100,7 @@ public:
     explicit Recording(std::vector<std::array<double, 3>> positions_m) : positions_m_(std::move(positions_m)) {}
 
     double duration_s() const override { return kStep_s * static_cast<double>(positions_m_.size()); }
-    Target at(double time_s) const override {
+    HandGoal at(double time_s) const override {
         const double last = static_cast<double>(positions_m_.size() - 1);
         const double place = std::clamp(time_s / kStep_s, 0.0, last);
         const Vector3d from_m = point_m(std::floor(place));

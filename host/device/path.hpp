@@ -17,7 +17,7 @@ struct PathOptions {
     Eigen::Vector3d at_m{0.015, 0.015, 0.030};        ///< where the surface is touched
     Eigen::Vector3d direction{0.0, 0.0, -1.0};        ///< into the body; any length but zero
     Eigen::Vector3d along = Eigen::Vector3d::Zero();  ///< of the drag; zero: a direction of its own choice
-    double depth_m = 0.005;                           ///< of the target below `at`: the finger stays less deep
+    double depth_m = 0.005;                           ///< of the goal below `at`: the finger stays less deep
     double radius_m = 0.005;                          ///< of the circle; half the length of the drag
     double clearance_m = 0.010;                       ///< of the start above `at`
     double speed_m_s = 0.05;                          ///< mean speed of every movement
@@ -28,8 +28,8 @@ class Path {
 public:
     virtual ~Path() = default;
     virtual double duration_s() const = 0;
-    /// The target at a time. Before the path it waits at its beginning, after it at its end.
-    virtual Target at(double time_s) const = 0;
+    /// The goal at a time. Before the path it waits at its beginning, after it at its end.
+    virtual HandGoal at(double time_s) const = 0;
 };
 
 /// "poke", "drag", "circle", or several with commas between them, one after the other.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // m x'' = k (x_t - x) + c (v_t - x') - b x' - f x'/|x'| + F
 //
-// k, c: the hand's spring and damper to its target x_t, moving at v_t; b, f: the device's viscous and Coulomb friction;
+// k, c: the hand's spring and damper to its goal x_t, moving at v_t; b, f: the device's viscous and Coulomb friction;
 // F: its motors' force. Integrated by the implicit midpoint rule, which is of second order and stable for every step.
 #include "host/device/point_device.hpp"
 
@@ -25,13 +25,13 @@ void PointDevice::set_force(const Eigen::Vector3d& force_n) {
 //
 // The left side is an isotropic factor a and a friction of constant size, so w has the direction of the right side r
 // and |w| = (|r| - f)/a; where |r| <= f the device sticks. Then x' = x + h w, v' = 2 w - v.
-// With a target at rest and F = 0 the energy m v^2/2 + k (x_t - x)^2/2 changes by exactly -h ((b + c) w^2 + f |w|).
-void PointDevice::advance(const Target& target, double step_s) {
+// With a goal at rest and F = 0 the energy m v^2/2 + k (x_t - x)^2/2 changes by exactly -h ((b + c) w^2 + f |w|).
+void PointDevice::advance(const HandGoal& goal, double step_s) {
     const double inertia = 2.0 * device_.mass_kg / step_s;
     const double a =
         inertia + hand_.stiffness_n_per_m * step_s / 2.0 + hand_.damping_n_s_per_m + device_.damping_n_s_per_m;
-    const Eigen::Vector3d r = inertia * velocity_m_s_ + hand_.stiffness_n_per_m * (target.position_m - position_m_) +
-                              hand_.damping_n_s_per_m * target.velocity_m_s + force_n_;
+    const Eigen::Vector3d r = inertia * velocity_m_s_ + hand_.stiffness_n_per_m * (goal.position_m - position_m_) +
+                              hand_.damping_n_s_per_m * goal.velocity_m_s + force_n_;
     const double size = r.norm();
     if (size <= device_.friction_n) {
         // Stuck. The midpoint rule alone would turn the small rest of the velocity round, for ever.
@@ -49,9 +49,9 @@ Eigen::Vector3d PointDevice::encoder_m() const {
     return (position_m_ / step_m).array().round().matrix() * step_m;
 }
 
-double PointDevice::energy_j(const Eigen::Vector3d& target_m) const {
+double PointDevice::energy_j(const Eigen::Vector3d& goal_m) const {
     return 0.5 * device_.mass_kg * velocity_m_s_.squaredNorm() +
-           0.5 * hand_.stiffness_n_per_m * (target_m - position_m_).squaredNorm();
+           0.5 * hand_.stiffness_n_per_m * (goal_m - position_m_).squaredNorm();
 }
 
 }  // namespace haptable

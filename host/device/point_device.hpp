@@ -15,7 +15,7 @@ struct Hand {
 };
 
 /// Where the hand wants the finger to be.
-struct Target {
+struct HandGoal {
     Eigen::Vector3d position_m;
     Eigen::Vector3d velocity_m_s;
 };
@@ -27,8 +27,8 @@ public:
 
     /// Sets the motors' force: cut to the device's limit; what is not finite is zero. Held until set again.
     void set_force(const Eigen::Vector3d& force_n);
-    /// Moves the device `step_s` on, with the target as it is in the middle of the step. Unconditionally stable.
-    void advance(const Target& target, double step_s);
+    /// Moves the device `step_s` on, with the goal as it is in the middle of the step. Unconditionally stable.
+    void advance(const HandGoal& goal, double step_s);
 
     const Eigen::Vector3d& position_m() const { return position_m_; }
     const Eigen::Vector3d& velocity_m_s() const { return velocity_m_s_; }
@@ -36,7 +36,7 @@ public:
     /// What the encoders read: the position on their grid.
     Eigen::Vector3d encoder_m() const;
     /// Kinetic energy and that of the hand's spring, J.
-    double energy_j(const Eigen::Vector3d& target_m) const;
+    double energy_j(const Eigen::Vector3d& goal_m) const;
 
 private:
     Device device_;

@@ -15,7 +15,7 @@ DeviceRecord::DeviceRecord(const std::filesystem::path& path) : file_(path) {
 
 void DeviceRecord::add(const DeviceRow& row) {
     line_ = std::to_string(row.tick);
-    for (const Eigen::Vector3d* v : {&row.encoder_m, &row.velocity_m_s, &row.target_m, &row.force_n})
+    for (const Eigen::Vector3d* v : {&row.encoder_m, &row.velocity_m_s, &row.goal_m, &row.force_n})
         fmt::format_to(std::back_inserter(line_), ",{},{},{}", v->x(), v->y(), v->z());
     fmt::format_to(std::back_inserter(line_), ",{}\n", row.answered_tick);
     file_.add(line_);

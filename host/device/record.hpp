@@ -16,7 +16,7 @@ struct DeviceRow {
     std::int64_t tick = 0;
     Eigen::Vector3d encoder_m;        ///< as published
     Eigen::Vector3d velocity_m_s;     ///< the true one
-    Eigen::Vector3d target_m;         ///< where the hand wanted the finger to be
+    Eigen::Vector3d goal_m;           ///< where the hand wanted the finger to be
     Eigen::Vector3d force_n;          ///< the motors' force
     std::int64_t answered_tick = -1;  ///< newest state with an answer, at the end of the tick; -1: none yet
 };

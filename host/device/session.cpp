@@ -72,7 +72,7 @@ DeviceReport DeviceSession::run() {
     return report_;
 }
 
-Target DeviceSession::target(double time_s) const {
+HandGoal DeviceSession::goal(double time_s) const {
     const double duration_s = path_.duration_s();
     // Longer than the path: along it again. Its very end belongs to it.
     return path_.at(time_s > duration_s ? std::fmod(time_s, duration_s) : time_s);
@@ -80,7 +80,7 @@ Target DeviceSession::target(double time_s) const {
 
 void DeviceSession::begin_tick(std::int64_t tick) {
     const double time_s = static_cast<double>(tick) * kTick_s;
-    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), target(time_s).position_m, device_.force_n(), answered_};
+    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), goal(time_s).position_m, device_.force_n(), answered_};
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
     const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
     oldest_m = row_.encoder_m;
@@ -111,7 +111,7 @@ void DeviceSession::on_force(const servo_force& force) {
     if (force.seq > answered_) {
         if (state_.seq - force.seq < static_cast<std::int64_t>(kKept_ticks))
             report_.latency.add(to_us(now - published_[static_cast<std::size_t>(force.seq) % kKept_ticks]));
-        if (force.servo_state == 2) ++report_.contact_ticks;  // HAPTABLE_CONTACT, as the message type defines it
+        if (force.servo_state == servo_force::CONTACT) ++report_.contact_ticks;
         answered_ = force.seq;
         last_answer_ = now;
         silent_ = false;
@@ -126,7 +126,7 @@ void DeviceSession::integrate_to(int substep) {
     const double step_s = kTick_s / kSubsteps;
     const double begin_s = static_cast<double>(row_.tick) * kTick_s;
     for (; substep_ < std::min(substep, kSubsteps); ++substep_)
-        device_.advance(target(begin_s + (substep_ + 0.5) * step_s), step_s);
+        device_.advance(goal(begin_s + (substep_ + 0.5) * step_s), step_s);
 }
 
 void DeviceSession::wait_for_answer() {

@@ -55,7 +55,7 @@ private:
     void end_tick();
     void drop_stale_force();
     void integrate_to(int substep);
-    Target target(double time_s) const;
+    HandGoal goal(double time_s) const;
     void publish();
 
     // The velocity is what a driver makes of its encoders: their way over a window of 10 ms.

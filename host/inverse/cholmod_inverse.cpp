@@ -54,7 +54,7 @@ MemoryNeed CholmodInverse::analyse(const Eigen::SparseMatrix<double>& k, const I
 
 FactorFacts CholmodInverse::factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) {
     factor_->factorize(k, *workers_, progress);
-    return {factor_->ordering(), factor_->fill(), factor_->flops(), workers_->count(), factor_->weakest_pivot()};
+    return {"METIS", factor_->fill(), factor_->flops(), workers_->count(), factor_->weakest_pivot()};
 }
 
 Blocks CholmodInverse::blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) {

@@ -24,7 +24,6 @@ struct Factor::State {
     mutable cholmod_dense* x = nullptr;
     mutable cholmod_dense* y = nullptr;
     mutable cholmod_dense* e = nullptr;
-    std::string ordering;
     Pivot weakest;
 
     State() {
@@ -166,7 +165,6 @@ Factor::Factor(const Eigen::SparseMatrix<double>& k, PatternOnly) : state_(std::
     state_->require(state_->common.status == CHOLMOD_OK, "ordering of K");
     state_->factor = cholmod_analyze_p(&a, order.data(), nullptr, 0, &state_->common);
     state_->require(state_->factor != nullptr, "analysis of K");
-    state_->ordering = "METIS";
 }
 
 Factor::Factor(const Eigen::SparseMatrix<double>& k) : Factor(k, kPattern) {
@@ -205,7 +203,6 @@ void Factor::release_workspace() const {
 }
 
 Pivot Factor::weakest_pivot() const { return state_->weakest; }
-const std::string& Factor::ordering() const { return state_->ordering; }
 
 Supernodes Factor::supernodes() const {
     const cholmod_factor& factor = *state_->factor;

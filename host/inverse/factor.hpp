@@ -37,10 +37,9 @@ public:
     Pivot weakest_pivot() const;
 
     Supernodes supernodes() const;
-    const std::string& ordering() const;  ///< "METIS"
-    double fill() const;                  ///< nonzeros of L
-    double flops() const;                 ///< of the factorisation
-    double bytes() const;                 ///< of the factor
+    double fill() const;   ///< nonzeros of L
+    double flops() const;  ///< of the factorisation
+    double bytes() const;  ///< of the factor
 
 private:
     struct State;

@@ -25,7 +25,7 @@ public:
 
     /// The wanted blocks in m/N, in the order asked for. T is the precision to compute in: float takes half the time
     /// and half the memory and is good to about 1e-6 of L_ii, on the factor in double. L_ii comes out symmetric to the
-    /// last bit. `progress` is told the share of the operations that is done. The number of workers changes no bit.
+    /// last bit. `progress` is told the fraction of the operations that is done. The number of workers changes no bit.
     template <typename T>
     std::vector<Eigen::Matrix3d> compute(Progress& progress, Workers* workers = nullptr) const;
 

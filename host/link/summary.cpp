@@ -11,7 +11,7 @@ namespace haptable {
 
 namespace {
 
-std::string to_text(const Summary::Value& value) {
+std::string to_text(const SummaryLines::Value& value) {
     if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:.4g}", *number);
     if (const auto* count = std::get_if<std::int64_t>(&value)) return std::to_string(*count);
     return std::get<std::string>(value);
@@ -19,7 +19,7 @@ std::string to_text(const Summary::Value& value) {
 
 }  // namespace
 
-std::string Summary::table() const {
+std::string SummaryLines::table() const {
     std::size_t width = 0;
     for (const auto& line : lines_) width = std::max(width, line.first.size());
     std::string text;
@@ -27,13 +27,13 @@ std::string Summary::table() const {
     return text;
 }
 
-std::string Summary::json() const {
+std::string SummaryLines::json() const {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
     for (const auto& [key, value] : lines_) std::visit([&, &name = key](const auto& v) { object[name] = v; }, value);
     return object.dump(2) + "\n";
 }
 
-void Summary::print(bool as_json, bool quiet) const {
+void SummaryLines::print(bool as_json, bool quiet) const {
     if (as_json)
         std::fputs(json().c_str(), stdout);
     else if (!quiet)

@@ -10,7 +10,7 @@
 
 namespace haptable {
 
-class Summary {
+class SummaryLines {
 public:
     using Value = std::variant<std::int64_t, double, std::string>;
 

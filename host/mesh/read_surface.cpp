@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // STL, OBJ, PLY and OFF by CGAL's readers, in a process of their own as every reader that we did not write.
-#include <CGAL/IO/OBJ.h>
-#include <CGAL/IO/OFF.h>
-#include <CGAL/IO/PLY.h>
-#include <CGAL/IO/STL.h>
-#include <CGAL/Simple_cartesian.h>
 #include <fmt/format.h>
 
 #include <cstring>
-#include <sstream>
 
 #include "host/base/error.hpp"
 #include "host/mesh/in_child.hpp"
+#include "host/mesh/modules.hpp"
 #include "host/mesh/pack.hpp"
 #include "host/mesh/readers.hpp"
 
@@ -20,8 +15,6 @@ namespace haptable {
 namespace {
 
 namespace fs = std::filesystem;
-using Point = CGAL::Simple_cartesian<double>::Point_3;
-using Polygon = std::vector<std::size_t>;
 
 constexpr std::size_t kLeastMemory_bytes = std::size_t{512} << 20;
 constexpr std::size_t kMemoryPerByte = 40;
@@ -40,54 +33,17 @@ void check_stl(const fs::path& file, std::string_view text) {
                                count, 84 + 50 * std::uint64_t{count}, text.size()));
 }
 
-bool parse(std::istringstream& in, SurfaceKind kind, std::vector<Point>& points, std::vector<Polygon>& polygons) {
-    switch (kind) {
-        case SurfaceKind::kStl:
-            return CGAL::IO::read_STL(in, points, polygons);
-        case SurfaceKind::kPly:
-            return CGAL::IO::read_PLY(in, points, polygons);
-        case SurfaceKind::kOff:
-            return CGAL::IO::read_OFF(in, points, polygons);
-        case SurfaceKind::kObj:
-            return CGAL::IO::read_OBJ(in, points, polygons);
-    }
-    return false;
-}
-
-/// Polygons of more corners become fans of triangles.
-std::string pack(const fs::path& file, const std::vector<Point>& points, const std::vector<Polygon>& polygons) {
-    std::vector<double> coordinate;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!std::isfinite(points[i][axis])) fail(file, fmt::format("vertex {} has no finite position", i));
-            coordinate.push_back(points[i][axis]);
-        }
-    std::vector<Tag> corner;
-    for (std::size_t f = 0; f < polygons.size(); ++f) {
-        for (std::size_t i : polygons[f])
-            if (i >= points.size())
-                fail(file, fmt::format("face {} names vertex {} of {}; save it again", f, i, points.size()));
-        for (std::size_t c = 2; c < polygons[f].size(); ++c)
-            corner.insert(corner.end(), {polygons[f][0], polygons[f][c - 1], polygons[f][c]});
-    }
-    Packer out;
-    out.list(coordinate);
-    out.list(corner);
-    return out.take();
-}
-
 }  // namespace
 
 RawMesh read_surface(const fs::path& file, std::string_view text, SurfaceKind kind) {
     if (kind == SurfaceKind::kStl) check_stl(file, text);
     const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
                              kCpu_s + static_cast<unsigned>(text.size() >> 20)};
+    const auto read = from_module<decltype(haptable_cgal_read)>(file, "haptable-cgal", "haptable_cgal_read");
     const std::string bytes = run_in_child(file.string(), limits, [&] {
-        std::istringstream in{std::string(text)};
-        std::vector<Point> points;
-        std::vector<Polygon> polygons;
-        if (!parse(in, kind, points, polygons)) fail(file, "CGAL cannot read it: it is damaged; save it again");
-        return pack(file, points, polygons);
+        std::string packed;
+        read(file, text, kind, packed);
+        return packed;
     });
     Unpacker in(bytes);
     const auto coordinate = in.list<double>();

@@ -107,27 +107,22 @@ void DistributedInverse::take_part(Task task) {
         case Task::kAnalyse:
             mumps_.analyse({});
             need_of_fullest_machine();
-            break;
+            return;
         case Task::kFactorise:
-            mumps_.factorise();
-            break;
+            return mumps_.factorise();
         case Task::kSolve:
-            mumps_.solve(nothing);
-            break;
+            return mumps_.solve(nothing);
         case Task::kInvert:
-            mumps_.invert(none);
-            break;
+            return mumps_.invert(none);
         case Task::kRows:
-            share_rows({});
-            break;
+            return share_rows({});
         case Task::kColumns:
-            solve_columns({}, {});
-            break;
+            return solve_columns({}, {});
         case Task::kReport:
             processes();
-            break;
+            return;
         case Task::kStop:
-            break;
+            return;
     }
 }
 
@@ -272,20 +267,20 @@ void DistributedInverse::solve_columns(std::vector<std::int32_t> node, const Tak
     for (std::int32_t i : node)
         for (std::int32_t c = 0; c < 3; ++c) unit.push_back(3 * i + c);
     mumps_.solve_units(leads() ? unit : std::vector<std::int32_t>(), static_cast<int>(unit.size()));
-    std::vector<std::int32_t> held, place;  // of wanted rows: in the local solution, and 3 k + component
+    std::vector<std::int32_t> local, place;  // of wanted rows: in the local solution, and 3 k + component
     for (std::size_t e = 0; e < mumps_.local_row().size(); ++e)
         if (const std::int32_t row = place_of_row_[at(mumps_.local_row()[e] - 1)]; row >= 0) {
-            held.push_back(static_cast<std::int32_t>(e));
+            local.push_back(static_cast<std::int32_t>(e));
             place.push_back(row);
         }
-    const ToLeader rows(static_cast<int>(held.size()), ranks_, communicator_);
+    const ToLeader rows(static_cast<int>(local.size()), ranks_, communicator_);
     std::vector<std::int32_t> all_places(leads() ? rows.total() : 0);
     rows.gather(place.data(), MPI_INT32_T, all_places.data());
-    std::vector<float> own(held.size()), all(all_places.size());
+    std::vector<float> own(local.size()), all(all_places.size());
     Eigen::MatrixX3f column(wanted_rows_, 3);
     for (std::size_t c = 0; c < unit.size(); ++c) {
-        for (std::size_t e = 0; e < held.size(); ++e)
-            own[e] = static_cast<float>(mumps_.local_solution()(held[e], static_cast<Eigen::Index>(c)));
+        for (std::size_t e = 0; e < local.size(); ++e)
+            own[e] = static_cast<float>(mumps_.local_solution()(local[e], static_cast<Eigen::Index>(c)));
         rows.gather(own.data(), MPI_FLOAT, all.data());
         for (std::size_t e = 0; e < all.size(); ++e) column(all_places[e], static_cast<Eigen::Index>(c % 3)) = all[e];
         if (leads() && c % 3 == 2) take(c / 3, column);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <mpi.h>
 
-#include <CLI/CLI.hpp>
 #include <exception>
 
 #include "host/base/file.hpp"
@@ -45,20 +44,19 @@ void run(const Options& options, DistributedInverse& inverse) {
 
 /// Only rank 0 reads the command line and the scene, and speaks.
 int lead(int argc, char** argv, DistributedInverse& inverse) {
-    CLI::App app(
+    CommandLine app(
         "haptable-precompute on several machines: mpirun -n RANKS haptable-precompute-mpi SCENE -o DIR. The factor is "
         "distributed over the ranks; only the first one reads SCENE and writes DIR.",
         "haptable-precompute-mpi");
     Options options;
-    app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
-    app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
-    app.add_option("--tolerance", options.how.tolerance,
-                   "as of haptable-precompute: met by any value, all is in double")
-        ->check(CLI::Range(0.0, 1e-2));
-    app.add_option("--column-tolerance", options.how.column_tolerance, "the same")->check(CLI::Range(0.0, 1e-2));
-    app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
-    app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
-    app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.option("SCENE", options.scene, "the scene file (TOML)").required();
+    app.option("-o", options.folder, "where to write; default build/<name of the scene>");
+    app.option("--tolerance", options.how.tolerance, "as of haptable-precompute: met by any value, all is in double")
+        .range(0.0, 1e-2);
+    app.option("--column-tolerance", options.how.column_tolerance, "the same").range(0.0, 1e-2);
+    app.flag("--force", options.how.force, "compute even where DIR holds the same tables already");
+    app.flag("--json", options.json, "the summary as JSON on standard output instead of the table");
+    app.flag("--quiet", options.quiet, "no table, no notes, no progress bar");
     return run_program(app, argc, argv, [&] { run(options, inverse); });
 }
 

@@ -158,8 +158,9 @@ void mark_patches(const Body& body, const Shells& shells, const Flags& node, con
         if (!cavities && shells.is_cavity(shells.of_patch[p])) continue;
         Patch patch = body.surface.patch[p];
         std::sort(patch.begin(), patch.end());
-        const auto held = [&](std::int32_t i) { return node[static_cast<std::size_t>(i)] != 0; };
-        if (triangles.empty() ? std::all_of(patch.begin(), patch.end(), held) : triangles.contains(patch)) touch[p] = 1;
+        const auto marked = [&](std::int32_t i) { return node[static_cast<std::size_t>(i)] != 0; };
+        if (triangles.empty() ? std::all_of(patch.begin(), patch.end(), marked) : triangles.contains(patch))
+            touch[p] = 1;
     }
 }
 
@@ -203,8 +204,8 @@ void require_touchable(const Scene& scene, const Body& body) {
         throw Error(where + "touch: the region is empty: no surface patch has all its nodes in it; make it larger");
     if (body.touch_node.empty())
         throw Error(where +
-                    "touch: all nodes of its patches are held still, so that nothing would give way; "
-                    "touch elsewhere or hold less");
+                    "touch: all nodes of its patches are fixed, so that nothing would give way; "
+                    "touch elsewhere or fix less");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a scene says about its mesh: which nodes are held, which are unknowns, which patches may be touched.
+// What a scene says about its mesh: which nodes are fixed, which are unknowns, which patches may be touched.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ namespace haptable {
 struct Body {
     TetMesh mesh;
     Surface surface;
-    std::vector<std::int32_t> unknown;            ///< [N] place of a node among the free ones, or -1: it is held still
+    std::vector<std::int32_t> unknown;            ///< [N] place of a node among the free ones, or -1: it is fixed
     std::vector<std::int32_t> free_node;          ///< mesh nodes that may move
     std::vector<std::int32_t> free_surface_node;  ///< those of them on the surface
     std::vector<std::int32_t> region;             ///< [T] the scene's region of each tetrahedron, or -1

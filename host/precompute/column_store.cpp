@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "host/base/error.hpp"
@@ -17,15 +18,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// ||column - x|| / ||x||, where value(e) is entry e of a column: [r, 3, 3].
-template <typename Value>
-double distance(const Eigen::MatrixXd& x, Value value) {
-    double squared = 0.0;
-    for (Eigen::Index e = 0; e < 3 * x.rows(); ++e) {
-        const double expected = x(e / 3, e % 3);
-        squared += std::pow(static_cast<double>(value(static_cast<std::size_t>(e))) - expected, 2);
+/// Hashes by group, of a journal that begins with this line.
+std::map<std::size_t, std::uint64_t> read_journal(const fs::path& file, const std::string& first_line) {
+    std::map<std::size_t, std::uint64_t> found;
+    std::ifstream in(file);
+    std::string line;
+    if (!std::getline(in, line) || line != first_line) return found;
+    while (std::getline(in, line)) {
+        std::istringstream words(line);
+        std::size_t group = 0;
+        std::uint64_t hash = 0;
+        if (words >> group >> std::hex >> hash) found.emplace(group, hash);
     }
-    return std::sqrt(squared) / x.norm();
+    return found;
 }
 
 }  // namespace
@@ -36,11 +41,6 @@ ColumnReader::ColumnReader(const fs::path& file, const ColumnFormat& format)
         half_.emplace(file);
     else
         single_.emplace(file);
-}
-
-double ColumnReader::difference(std::size_t i, const Eigen::MatrixXd& x) const {
-    const std::size_t first = i * static_cast<std::size_t>(3 * x.rows());
-    return distance(x, [&](std::size_t e) { return at(first + e); });
 }
 
 ColumnFile::ColumnFile(const fs::path& file, std::size_t node_count, std::size_t row_count, const ColumnFormat& format,
@@ -61,46 +61,28 @@ std::span<const std::byte> ColumnFile::bytes_of_block(std::size_t i, std::size_t
     return std::as_bytes(std::span<const float>(single_->values()).subspan(first, 9));
 }
 
-ColumnJournal::ColumnJournal(fs::path file, std::uint64_t key)
-    : file_(std::move(file)), first_line_(fmt::format("haptable columns 1 {:016x}", key)) {
-    std::ifstream in(file_);
-    std::string line;
-    if (!std::getline(in, line) || line != first_line_) return;
-    while (std::getline(in, line)) {
-        std::istringstream words(line);
-        std::size_t group = 0;
-        std::uint64_t hash = 0;
-        if (words >> group >> std::hex >> hash) found_.emplace(group, hash);
-    }
-}
-
-void ColumnJournal::begin() {
-    out_.open(file_, std::ios::trunc);
-    out_ << first_line_ << std::endl;
-}
-
-void ColumnJournal::add(std::size_t group, std::uint64_t hash) {
-    out_ << fmt::format("{} {:016x}\n", group, hash) << std::flush;
-}
-
 ColumnStore::ColumnStore(fs::path folder, std::uint64_t key, const Columns& columns, std::size_t node_count,
                          std::size_t row_count, const ColumnFormat& format, ColumnPlaces places)
-    : folder_(std::move(folder)),
-      columns_(columns),
-      places_(std::move(places)),
-      done_(columns.group_count(), 0),
-      journal_(folder_ / "journal", key) {
+    : folder_(std::move(folder)), columns_(columns), places_(std::move(places)), done_(columns.group_count(), 0) {
     std::error_code failed;
     fs::create_directories(folder_, failed);
     if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), failed.message()));
     file_.emplace(folder_ / "columns.npy", node_count, row_count, format, true);
-    journal_.begin();
-    for (const auto& [group, hash] : journal_.found()) {
+    const std::string first_line = fmt::format("haptable columns 1 {:016x}", key);
+    const auto found = read_journal(folder_ / "journal", first_line);
+    // Begun anew: a line that a crash cut off must not spoil the next one.
+    journal_.open(folder_ / "journal", std::ios::trunc);
+    journal_ << first_line << std::endl;
+    for (const auto& [group, hash] : found) {
         if (group >= done_.size() || hash_of(group) != hash) continue;
-        done_[group] = 1;
+        write_journal(group, hash);
         ++kept_;
-        journal_.add(group, hash);
     }
+}
+
+void ColumnStore::write_journal(std::size_t group, std::uint64_t hash) {
+    journal_ << fmt::format("{} {:016x}\n", group, hash) << std::flush;
+    done_[group] = 1;
 }
 
 ColumnStore::~ColumnStore() {
@@ -131,15 +113,18 @@ Columns::Sink ColumnStore::sink() {
     Columns::Sink sink;
     sink.take = [this](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) { put(c, k, l_ri); };
     sink.have = [this](std::size_t group) { return done_[group] != 0; };
-    sink.done = [this](std::size_t group) {
-        journal_.add(group, hash_of(group));
-        done_[group] = 1;
-    };
+    sink.done = [this](std::size_t group) { write_journal(group, hash_of(group)); };
     return sink;
 }
 
 double ColumnStore::difference(std::size_t i, const Eigen::MatrixXd& x) const {
-    return distance(x, [&](std::size_t e) { return file_->at(9 * i * file_->row_count() + e); });
+    const std::size_t first = 3 * i * static_cast<std::size_t>(x.rows());
+    double squared = 0.0;
+    for (Eigen::Index e = 0; e < 3 * x.rows(); ++e) {
+        const auto stored = static_cast<double>(file_->at(first + static_cast<std::size_t>(e)));
+        squared += std::pow(stored - x(e / 3, e % 3), 2);
+    }
+    return std::sqrt(squared) / x.norm();
 }
 
 void ColumnStore::publish(const fs::path& file) {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,8 +30,6 @@ public:
     float at(std::size_t entry) const {
         return half_ ? unit_ * to_float(half_->values()[entry]) : single_->values()[entry];
     }
-    /// ||column - x|| / ||x||, where x is a solved column of node i at the rows: [3 r, 3].
-    double difference(std::size_t i, const Eigen::MatrixXd& x) const;
 
 private:
     std::optional<MappedNpy<float>> single_;
@@ -67,31 +64,14 @@ private:
     std::optional<WritableNpy<Half>> half_;
 };
 
-/// Which groups of columns are done, and the hash of what was written: a text file that a crash cuts off at worst.
-class ColumnJournal {
-public:
-    /// Reads what a run of the same key left; key: of everything that decides the columns.
-    ColumnJournal(std::filesystem::path file, std::uint64_t key);
-    const std::map<std::size_t, std::uint64_t>& found() const { return found_; }
-    /// Begins anew: a line that a crash cut off must not spoil the next one.
-    void begin();
-    void add(std::size_t group, std::uint64_t hash);
-    void close() { out_.close(); }
-
-private:
-    std::filesystem::path file_;
-    std::string first_line_;
-    std::map<std::size_t, std::uint64_t> found_;
-    std::ofstream out_;
-};
-
 /// Where a solver's nodes and rows stand in the table; empty: it has them all, in the table's order.
 struct ColumnPlaces {
     std::vector<std::size_t> node, row;
 };
 
-/// A ColumnFile that is filled by a solver. A group of columns counts as done when the journal has its hash, and is
-/// taken over from an earlier run of the same key when the file still has that hash.
+/// A ColumnFile that is filled by an inverse. A group of columns is done when the journal, a text file that a crash
+/// cuts off at worst, has its hash; it is taken over from an earlier run of the same key when the file still has that
+/// hash.
 class ColumnStore {
 public:
     /// folder: where to work; key: of everything that decides the file's bytes. Another key's work is thrown away.
@@ -118,6 +98,7 @@ private:
     std::size_t row_of(std::size_t k) const { return places_.row.empty() ? k : places_.row[k]; }
     void put(std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri);
     std::uint64_t hash_of(std::size_t group) const;
+    void write_journal(std::size_t group, std::uint64_t hash);
 
     std::filesystem::path folder_;
     const Columns& columns_;
@@ -125,7 +106,7 @@ private:
     std::optional<ColumnFile> file_;
     std::vector<char> done_;  // [groups]
     std::size_t kept_ = 0;
-    ColumnJournal journal_;
+    std::ofstream journal_;
 };
 
 }  // namespace haptable

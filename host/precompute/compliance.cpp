@@ -20,11 +20,6 @@ namespace {
 /// First row of a node's three.
 Eigen::Index dof(std::integral auto node) { return 3 * static_cast<Eigen::Index>(node); }
 
-/// The 3x3 block of x at unknown `row` and at the block's node `column`.
-Eigen::Matrix3d block(const Eigen::MatrixXd& x, std::int32_t row, std::size_t column) {
-    return x.block<3, 3>(dof(row), dof(column));
-}
-
 /// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
 void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
     b.setZero();
@@ -116,25 +111,15 @@ void NodeStiffness::add(std::int32_t mesh_node, const Eigen::Matrix3d& l_ii) {
     stiffness_n_per_m.emplace_back(0.5 * (inverse + inverse.transpose()));
 }
 
-void Asymmetry::compare(std::size_t i, std::size_t j, const Eigen::Matrix3d& l_ij, const Eigen::Matrix3d& l_ji) {
-    const double difference = (l_ij - l_ji.transpose()).norm();
-    largest = std::max(largest, difference / std::sqrt(scale_m_per_n_[i] * scale_m_per_n_[j]));
-}
-
-void Asymmetry::take(std::size_t first, const Eigen::MatrixXd& x) {
-    const std::size_t count = static_cast<std::size_t>(x.cols()) / 3;
-    for (std::size_t c = 0; c < count; ++c) scale_m_per_n_.push_back(block(x, node_[first + c], c).norm());
-    if (first == 0) {
-        first_.resize(dof(node_.size()), x.cols());
-        for (std::size_t j = 0; j < node_.size(); ++j) first_.middleRows<3>(dof(j)) = x.middleRows<3>(dof(node_[j]));
-    }
-    for (std::size_t c = 0; c < count; ++c) {
-        const std::size_t j = first + c;
-        for (std::size_t d = 0; d < c; ++d)  // within this block
-            compare(first + d, j, block(x, node_[first + d], c), block(x, node_[j], d));
-        for (std::size_t i = 0; i < std::min(first, kNodesPerBlock); ++i)  // against the first block
-            compare(i, j, block(x, node_[i], c), block(first_, static_cast<std::int32_t>(j), i));
-    }
+double largest_asymmetry(const Eigen::MatrixXd& l) {
+    const auto norm = [&](Eigen::Index i) { return l.block<3, 3>(i, i).norm(); };
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < l.rows(); i += 3)
+        for (Eigen::Index j = 0; j < i; j += 3) {
+            const double difference = (l.block<3, 3>(i, j) - l.block<3, 3>(j, i).transpose()).norm();
+            largest = std::max(largest, difference / std::sqrt(norm(i) * norm(j)));
+        }
+    return largest;
 }
 
 double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver) {

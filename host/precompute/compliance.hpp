@@ -43,22 +43,9 @@ public:
     double largest_condition = 0.0;                  ///< of any L_ii, 2-norm
 };
 
-/// How far L_ij is from L_ji^T: ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||), largest over the pairs of nodes of one
-/// block and over all pairs with a node of the first block.
-class Asymmetry {
-public:
-    explicit Asymmetry(std::span<const std::int32_t> node) : node_(node) {}
-    void take(std::size_t first, const Eigen::MatrixXd& x);
-
-    double largest = 0.0;
-
-private:
-    void compare(std::size_t i, std::size_t j, const Eigen::Matrix3d& l_ij, const Eigen::Matrix3d& l_ji);
-
-    std::span<const std::int32_t> node_;
-    Eigen::MatrixXd first_;              // the first block's columns at the nodes of the table, [3 n, 3 kNodesPerBlock]
-    std::vector<double> scale_m_per_n_;  // [so far] ||L_ii||
-};
+/// How far L_ij is from L_ji^T: ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||), largest over all pairs of nodes.
+///   l  [3 m, 3 m] at m nodes
+double largest_asymmetry(const Eigen::MatrixXd& l);
 
 /// Estimate of the 2-norm condition number of K from below, by Lanczos's method for the largest eigenvalue of K and of
 /// K^-1: at most 40 products and 40 solves, fewer once three steps together change either by less than 1 %.

@@ -24,14 +24,11 @@ std::vector<std::int32_t> places_in(std::span<const std::int32_t> list, std::spa
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// Copies a 3x3 block from entry to entry.
-void copy_block(const ColumnReader& from, std::size_t from_block, ColumnFile& to, std::size_t to_block) {
-    for (std::size_t e = 0; e < 9; ++e) to.set(9 * to_block + e, from.at(9 * from_block + e));
-}
-
-void copy_transposed(const ColumnReader& from, std::size_t from_block, ColumnFile& to, std::size_t to_block) {
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = 0; b < 3; ++b) to.set(9 * to_block + 3 * b + a, from.at(9 * from_block + 3 * a + b));
+/// Copies a 3x3 block, or its transpose.
+void copy_block(const ColumnReader& from, std::size_t from_block, ColumnFile& to, std::size_t to_block,
+                bool transpose) {
+    for (std::size_t e = 0; e < 9; ++e)
+        to.set(9 * to_block + (transpose ? 3 * (e % 3) + e / 3 : e), from.at(9 * from_block + e));
 }
 
 }  // namespace
@@ -79,11 +76,11 @@ void EarlierTables::copy_columns(std::span<const std::int32_t> node, std::span<c
         if (place[j] < 0) continue;
         const std::size_t column = at(place[j]) * row_id_.size();
         for (std::size_t k = 0; k < rows.size(); ++k)
-            copy_block(from, column + at(earlier_row[k]), to, j * rows.size() + k);
+            copy_block(from, column + at(earlier_row[k]), to, j * rows.size() + k, false);
         if (row_of_node[j] < 0) continue;
         for (std::size_t i = 0; i < node.size(); ++i)
             if (place[i] < 0 && earlier_row_of_node[i] >= 0)
-                copy_transposed(from, column + at(earlier_row_of_node[i]), to, i * rows.size() + at(row_of_node[j]));
+                copy_block(from, column + at(earlier_row_of_node[i]), to, i * rows.size() + at(row_of_node[j]), true);
     }
 }
 

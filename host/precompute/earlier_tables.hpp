@@ -18,7 +18,7 @@ namespace haptable {
 /// what may be touched, nor on limits and contact options. Float16 columns do not stand in for float32 ones.
 class EarlierTables {
 public:
-    EarlierTables() = default;  ///< nothing is held
+    EarlierTables() = default;  ///< nothing is there
     /// wanted: of this run. rows: [r] mesh nodes whose displacement columns.npy shall give; column_format: as in
     /// [tables].
     EarlierTables(const std::filesystem::path& folder, const Identity& wanted, std::span<const std::int32_t> rows,

@@ -9,7 +9,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "host/base/file.hpp"
 #include "host/base/program.hpp"
 
 namespace haptable {
@@ -59,11 +58,7 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
 
 }  // namespace
 
-std::string program_hash() {
-    Hash hash;
-    hash.add(read_file("/proc/self/exe"));
-    return fmt::format("{:016x}", hash.digest());
-}
+std::string program_hash() { return hash_file("/proc/self/exe"); }
 
 std::string hash_file(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -112,8 +107,8 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     add_mesh(body, hash);
     hash.add(std::span<const Patch>(body.touch_patch));
     add_materials(scene, body, hash);
-    hash.add(scene.contact.force);
-    hash.add(scene.contact.god_object);
+    hash.add(std::string(word(scene.contact.force)));
+    hash.add(std::string(word(scene.contact.god_object)));
     hash.add(scene.contact.rigid_stiffness_n_per_m);
     const ContactOptions& c = scene.contact;
     // Only where chosen: the hash of a scene without them is what it was.
@@ -132,12 +127,12 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
         for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
             hash.add(value);
     hash.add(scene.device.max_force_n);
-    hash.add(scene.tables.columns);
-    hash.add(scene.tables.column_precision);
-    hash.add(scene.tables.precision);
+    hash.add(std::string(word(scene.tables.columns)));
+    hash.add(std::string(word(scene.tables.column_precision)));
+    hash.add(std::string(word(scene.tables.precision)));
     if (!scene.tables.display_rows.empty()) {
         hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
-        hash.add(scene.tables.display_precision);
+        hash.add(std::string(word(scene.tables.display_precision)));
     }
     return hash.digest();
 }

@@ -2,9 +2,7 @@
 // haptable-precompute: mesh and material in, tables out.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -12,8 +10,8 @@
 #include "host/base/program.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
-#include "host/precompute/loose.hpp"
 #include "host/precompute/precompute.hpp"
+#include "host/precompute/under_constrained.hpp"
 
 namespace {
 
@@ -60,16 +58,15 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
     return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
 }
 
-void print_check(const Audit& audit, const std::vector<Hold>& holds, const Options& options) {
+void print_check(const Audit& audit, const std::vector<Support>& supports, const Options& options) {
     if (options.json) {
-        auto json = to_json(audit);
-        if (!holds.empty()) json["body"] = to_json(holds);
-        fmt::print("{}\n", json.dump(2));
+        fmt::print("{}", to_json(audit, supports));
     } else if (!options.quiet) {
         fmt::print("{}", to_table(audit));
-        for (std::size_t k = 0; k < holds.size(); ++k)
-            fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes held, {}\n", k + 1, holds[k].nodes, holds[k].tets,
-                       holds[k].held_nodes, holds[k].is_held ? "still" : "NOT held still");
+        for (std::size_t k = 0; k < supports.size(); ++k)
+            fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes fixed, {}\n", k + 1, supports[k].nodes,
+                       supports[k].tets, supports[k].fixed_nodes,
+                       supports[k].is_constrained ? "constrained" : "UNDER-CONSTRAINED");
     }
 }
 
@@ -79,17 +76,19 @@ void check(const Scene& scene, const Options& options) {
     const Audit audit = audit_mesh(mesh);
     say(options, "note", mesh.notes);
     say(options, "warning", warnings_of(audit));
-    std::vector<std::int32_t> loose;
+    std::vector<std::int32_t> under_constrained;
     Body body;
     try {
         body = make_body(scene, std::move(mesh));
-        loose = find_loose_nodes(body);
+        under_constrained = find_under_constrained(body);
     } catch (const Error&) {
         print_check(audit, {}, options);
         throw;
     }
-    print_check(audit, find_holds(body, loose), options);
-    if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
+    print_check(audit, find_supports(body, under_constrained), options);
+    if (!under_constrained.empty())
+        throw Error(
+            fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(under_constrained, body)));
 }
 
 /// Ctrl-C among the columns leaves what is done of them: says so.
@@ -138,33 +137,33 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Computes the tables of a soft object: a scene file with its mesh and material in, tables and C out.",
-                 "haptable-precompute");
+    CommandLine app(
+        "Computes the tables of a soft object: a scene file with its mesh and material in, tables and C out.",
+        "haptable-precompute");
     Options options;
-    app.add_option("SCENE", options.scene, "the scene file (TOML)")->required();
-    app.add_option("-o", options.folder, "where to write; default build/<name of the scene>");
-    app.add_option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
-    app.add_option("--tolerance", options.how.tolerance,
-                   "relative error allowed in a stiffness block; 0 (default): double precision; 1e-5 or more: single "
-                   "precision, in half the time, where the blocks' condition allows it")
-        ->check(CLI::Range(0.0, 1e-2));
-    app.add_option("--column-tolerance", options.how.column_tolerance,
-                   "relative error allowed in the solves for columns.npy, which pictures are drawn from: single "
-                   "precision, in half the time, where a trial stays below half of it; 0: double precision")
-        ->check(CLI::Range(0.0, 1e-2))
-        ->capture_default_str();
-    app.add_flag("--force", options.how.force, "compute even where DIR holds the same tables already");
-    app.add_option("--memory", options.how.memory_bytes, "most memory to use, in GB; default: what is free")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--threads", options.how.threads,
-                   "default: all processors, one for less than 10,000 nodes; the tables are the same for any number")
-        ->check(CLI::Range(1, 1024));
-    app.add_flag("--reproducible", options.reproducible,
-                 "the same bytes for any number of threads: always so, and accepted for scripts");
-    app.add_flag("--json", options.json, "the summary as JSON on standard output instead of the table");
-    app.add_flag("--quiet", options.quiet, "no table, no notes, no progress bar");
-    app.add_flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");
-    app.add_flag("--print-name", options.print_name, "only check the scene file and print its name");
+    app.option("SCENE", options.scene, "the scene file (TOML)").required();
+    app.option("-o", options.folder, "where to write; default build/<name of the scene>");
+    app.option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
+    app.option("--tolerance", options.how.tolerance,
+               "relative error allowed in a stiffness block; 0 (default): double precision; 1e-5 or more: single "
+               "precision, in half the time, where the blocks' condition allows it")
+        .range(0.0, 1e-2);
+    app.option("--column-tolerance", options.how.column_tolerance,
+               "relative error allowed in the solves for columns.npy, which pictures are drawn from: single "
+               "precision, in half the time, where a trial stays below half of it; 0: double precision")
+        .range(0.0, 1e-2)
+        .show_default();
+    app.flag("--force", options.how.force, "compute even where DIR holds the same tables already");
+    app.option("--memory", options.how.memory_bytes, "most memory to use, in GB; default: what is free").positive();
+    app.option("--threads", options.how.threads,
+               "default: all processors, one for less than 10,000 nodes; the tables are the same for any number")
+        .range(1, 1024);
+    app.flag("--reproducible", options.reproducible,
+             "the same bytes for any number of threads: always so, and accepted for scripts");
+    app.flag("--json", options.json, "the summary as JSON on standard output instead of the table");
+    app.flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");
+    app.flag("--print-name", options.print_name, "only check the scene file and print its name");
     catch_interrupts();
     return run_program(app, argc, argv, [&] { run(options); });
 }

@@ -15,7 +15,7 @@ using Edge = std::array<std::int32_t, 2>;
 using Patch = std::array<std::int32_t, 3>;
 using Distances = SurfaceDistance::Distances;
 
-/// A node's share of its patches: Voronoi regions, by halves and quarters in obtuse ones (Meyer et al. 2003). Equal for
+/// A node's part of its patches: Voronoi regions, by halves and quarters in obtuse ones (Meyer et al. 2003). Equal for
 /// all nodes of a regular grid however its diagonals run.
 std::map<std::int32_t, double> node_areas(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch) {
     std::map<std::int32_t, double> area;
@@ -43,14 +43,14 @@ public:
         : distance_(position_m, patch), area_(node_areas(position_m, patch)), radius_m_(radius_m) {}
 
     using Sparse = std::map<std::int32_t, double>;
-    Sparse at_node(std::int32_t node) const { return spread(distance_.from_node(node, radius_m_), {node}); }
+    Sparse at_node(std::int32_t node) const { return distribute(distance_.from_node(node, radius_m_), {node}); }
     Sparse at_edge(const Edge& edge) const {
-        return spread(distance_.from_edge(edge[0], edge[1], radius_m_), {edge[0], edge[1]});
+        return distribute(distance_.from_edge(edge[0], edge[1], radius_m_), {edge[0], edge[1]});
     }
 
 private:
     /// Where nothing is within reach, the nodes of the feature itself.
-    Sparse spread(const Distances& near, const std::vector<std::int32_t>& own) const {
+    Sparse distribute(const Distances& near, const std::vector<std::int32_t>& own) const {
         Sparse weight;
         double sum = 0.0;
         for (const auto& [node, d] : near) {

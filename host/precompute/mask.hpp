@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// w_a(g): how a contact of finite size spreads over the surface's nodes (after James and Pai's vertex pressure masks).
+// w_a(g): how a finite contact's load is distributed over the surface's nodes (after James and Pai's vertex pressure
+// masks).
 #pragma once
 
 #include <array>

@@ -49,16 +49,16 @@ void plan_columns(Plan& plan) {
 }  // namespace
 
 const Nodes& rows_of(const Scene& scene, const Body& body) {
-    return scene.tables.columns == "all" ? body.free_node : body.free_surface_node;
+    return scene.tables.columns == ColumnRows::kAll ? body.free_node : body.free_surface_node;
 }
 
 double column_bytes(const Scene& scene, const Body& body) {
-    const double entry = scene.tables.column_precision == "float16" ? sizeof(Half) : sizeof(float);
+    const double entry = scene.tables.column_precision == Storage::kFloat16 ? sizeof(Half) : sizeof(float);
     return static_cast<double>(body.touch_node.size()) * static_cast<double>(rows_of(scene, body).size()) * 9.0 * entry;
 }
 
 Drawing drawing_of(const Scene& scene, const Body& body) {
-    if (scene.tables.columns == "none") return Drawing::kNone;
+    if (scene.tables.columns == ColumnRows::kNone) return Drawing::kNone;
     // The target's own display is made from columns.
     const bool fits = column_bytes(scene, body) <= scene.tables.column_budget_bytes;
     return fits || !scene.tables.display_rows.empty() ? Drawing::kColumns : Drawing::kSolves;
@@ -70,7 +70,7 @@ std::string name_of(Drawing drawing) {
 
 std::vector<std::array<std::int32_t, 2>> coupled_edges(const Scene& scene, const Body& body) {
     std::vector<std::array<std::int32_t, 2>> edges;
-    if (scene.contact.force != "consistent") return edges;
+    if (scene.contact.force != ForceLaw::kConsistent) return edges;
     for (const auto& edge : edges_of(body.touch_patch))
         if (!body.is_fixed(edge[0]) && !body.is_fixed(edge[1])) edges.push_back(edge);
     return edges;
@@ -87,14 +87,15 @@ Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Iden
     plan.drawing = drawing;
     plan.node = unknowns_of(body.touch_node, body);
     if (drawing == Drawing::kColumns) plan.row = unknowns_of(rows_of(scene, body), body);
-    if (!force) plan.earlier = EarlierTables(folder, identity, rows_of(scene, body), scene.tables.column_precision);
+    if (!force)
+        plan.earlier = EarlierTables(folder, identity, rows_of(scene, body), word(scene.tables.column_precision));
     const Nodes none(plan.node.size(), -1), place = plan.earlier.places_of(body.touch_node);
     // The other forces need more than the L_ii, and then get these with the rest.
-    plan.block_place = plan.earlier.has_blocks() && scene.contact.force == "interpolated" ? place : none;
+    plan.block_place = plan.earlier.has_blocks() && scene.contact.force == ForceLaw::kInterpolated ? place : none;
     plan.column_place = plan.earlier.has_columns() && drawing == Drawing::kColumns ? place : none;
     plan_blocks(scene, body, plan);
     plan_columns(plan);
-    if (scene.contact.force == "pressure-mask") {
+    if (scene.contact.force == ForceLaw::kPressureMask) {
         plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
         plan.mask_pairs = mask_pairs(plan.masks, body.touch_patch, body.unknown);
     }

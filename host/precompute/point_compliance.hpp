@@ -23,7 +23,7 @@ struct MaskCompliance {
 
 /// Pairs of unknown nodes whose L_ij the masks need: those that are under one patch's control masks. Each pair once,
 /// ascending. A fixed node adds no compliance.
-///   unknown [N] place of a mesh node among the unknowns, -1 where it is held
+///   unknown [N] place of a mesh node among the unknowns, -1 where it is fixed
 std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
                                  std::span<const std::int32_t> unknown);
 

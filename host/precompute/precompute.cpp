@@ -128,7 +128,7 @@ MaskSummary make_mask(const Run& run) {
 /// Entries of columns.npy in half precision are multiples of a power of 2 that puts the largest L_ii at 2^8: far above
 /// the least normal number (2^-14), with room up to 2^15 for rows that are softer than the touchable nodes.
 ColumnFormat format_of(const Scene& scene, const Matrices& l_ii) {
-    if (scene.tables.column_precision != "float16") return {};
+    if (scene.tables.column_precision != Storage::kFloat16) return {};
     double largest = 0.0;
     for (const Eigen::Matrix3d& block : l_ii) largest = std::max(largest, block.cwiseAbs().maxCoeff());
     return {true, std::ldexp(1.0, std::ilogb(largest) - 8)};
@@ -140,7 +140,7 @@ std::pair<ColumnSummary, double> make_columns(const Run& run, const Identity& id
                                               const Sample& sample) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
     const ColumnFormat format = format_of(scene, l_ii);
-    ColumnSummary summary{scene.tables.column_precision, format.unit_m_per_n, 0.0, {}};
+    ColumnSummary summary{word(scene.tables.column_precision), format.unit_m_per_n, 0.0, {}};
     Precision precision = Precision::kDouble;
     if (options.column_tolerance > 0.0 && !inverse.is_distributed()) {
         summary.float_error = float_column_error(inverse, plan.row, sample, progress);
@@ -185,7 +185,7 @@ Matrices compute(const Run& run, Summary& summary) {
     const Sample sample = solve_sample(inverse, k, plan.node, plan.row, progress);
     checks.solved_nodes = sample.place.size();
     checks.largest_residual = sample.largest_residual;
-    checks.largest_asymmetry = sample.largest_asymmetry;
+    checks.largest_asymmetry = largest_asymmetry(sample.l);
     require_residual(scene, sample.largest_residual);
     Eigen::SparseMatrix<double>().swap(k);
     // 6. L_ii of nodes, L_ij of edges and under masks.
@@ -197,7 +197,7 @@ Matrices compute(const Run& run, Summary& summary) {
     checks.smallest_eigenvalue_m_per_n = stiffness.smallest_eigenvalue_m_per_n;
     checks.largest_block_condition = stiffness.largest_condition;
     checks.largest_block_difference = largest_difference(sample, l_ii);
-    if (scene.contact.force == "consistent")
+    if (scene.contact.force == ForceLaw::kConsistent)
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
     if (!plan.mask_pairs.empty()) {
         clock.begin("mask");
@@ -224,7 +224,7 @@ Matrices take_over(const Run& run, Summary& summary) {
         const std::vector<std::int32_t>& rows = rows_of(scene, body);
         ColumnFile file(beside / "columns.npy", plan.node.size(), rows.size(), format, false);
         plan.earlier.copy_columns(body.touch_node, plan.column_place, rows, file);
-        summary.inverse.columns.format = scene.tables.column_precision;
+        summary.inverse.columns.format = word(scene.tables.column_precision);
         summary.inverse.columns.unit_m_per_n = format.unit_m_per_n;
     }
     if (plan.drawing == Drawing::kSolves)
@@ -260,11 +260,11 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     StageClock clock(progress);
     Result result;
     auto& [body, summary, unchanged] = result;
-    // 1. The mesh, and what of it is fixed and touched. Does it hold still, and fit? The mesh alone can tell.
+    // 1. The mesh, and what of it is fixed and touched. Is it constrained, and does it fit? The mesh alone can tell.
     clock.begin("mesh");
     body = read_body(scene, progress);
     summary.audit = audit_mesh(body.mesh, body.surface);
-    summary.holds = require_held(scene, body);
+    summary.supports = require_constrained(scene, body);
     require_servo(scene, body);
     const Drawing drawing = choose_drawing(scene, inverse, body);
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,

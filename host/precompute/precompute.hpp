@@ -15,7 +15,7 @@ namespace haptable {
 struct Result {
     Body body;
     Summary summary;
-    bool unchanged = false;  ///< the folder already held these tables: nothing was computed, the summary has no checks
+    bool unchanged = false;  ///< the folder already had these tables: nothing was computed, the summary has no checks
 };
 
 /// How a run computes; what it computes is the scene's.
@@ -41,7 +41,7 @@ std::filesystem::path work_folder(const std::filesystem::path& folder);
 
 /// Reads the scene's mesh, computes its tables and writes them, with summary.json and the generated C, into `folder`,
 /// which is made where it is missing: all files or none; files of other names in it stay. Throws Error, in particular
-/// where parts of the body are loose. docs/SPEC.md describes the files.
+/// where parts of the body are under-constrained. docs/SPEC.md describes the files.
 Result precompute(const Scene& scene, const std::filesystem::path& folder, Progress& progress,
                   const PrecomputeOptions& options = {});
 

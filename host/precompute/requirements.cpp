@@ -12,17 +12,18 @@ namespace haptable {
 namespace {
 
 // A pivot below this fraction of its diagonal entry is zero to rounding: 2.2e-16 times the growth of a few hundred
-// updates. The bodies of the tests that are held keep above 1e-3.
+// updates. Bodies of the tests that are constrained keep above 1e-3.
 constexpr double kZeroPivot = 1e-13;
 // Solves with a larger residual than this would be seen in the float32 tables.
 constexpr double kLargestResidual = 1e-6;
 
 }  // namespace
 
-std::vector<Hold> require_held(const Scene& scene, const Body& body) {
-    const std::vector<std::int32_t> loose = find_loose_nodes(body);
-    if (!loose.empty()) throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_loose(loose, body)));
-    return find_holds(body, loose);
+std::vector<Support> require_constrained(const Scene& scene, const Body& body) {
+    const std::vector<std::int32_t> nodes = find_under_constrained(body);
+    if (!nodes.empty())
+        throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(nodes, body)));
+    return find_supports(body, nodes);
 }
 
 void require_servo(const Scene& scene, const Body& body) {
@@ -31,7 +32,7 @@ void require_servo(const Scene& scene, const Body& body) {
     tables.patch = body.touch_patch;
     tables.node_id = body.touch_node;
     tables.precision = scene.tables.precision;
-    if (scene.contact.force == "interpolated")
+    if (scene.contact.force == ForceLaw::kInterpolated)
         tables.stiffness.assign(body.touch_node.size(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
     try {
         const ServoModel model = build_model(tables);
@@ -46,12 +47,13 @@ double require_pivots(const Scene& scene, const Body& body, const Eigen::SparseM
     const double least = facts.weakest ? facts.weakest->ratio : least_scaled_eigenvalue(k, solver);
     if (least > kZeroPivot) return least;
     const auto mesh_node = [&](std::int32_t unknown) { return body.free_node[static_cast<std::size_t>(unknown)]; };
-    std::vector<std::int32_t> loose = find_softest_nodes(k);
-    for (std::int32_t& node : loose) node = mesh_node(node);
+    std::vector<std::int32_t> softest = find_softest_nodes(k);
+    for (std::int32_t& node : softest) node = mesh_node(node);
     const std::string what = facts.weakest ? fmt::format("the pivot of node {} is zero",
                                                          mesh_node(static_cast<std::int32_t>(facts.weakest->row / 3)))
                                            : "K is singular";
-    throw Error(fmt::format("{}: fixed: {} to rounding: {}", scene.file.string(), what, describe_loose(loose, body)));
+    throw Error(fmt::format("{}: fixed: {} to rounding: {}", scene.file.string(), what,
+                            describe_under_constrained(softest, body)));
 }
 
 void require_residual(const Scene& scene, double residual) {

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "host/inverse/inverse.hpp"
-#include "host/precompute/loose.hpp"
+#include "host/precompute/under_constrained.hpp"
 
 namespace haptable {
 
-/// No node is loose. Returns how each body is held.
-std::vector<Hold> require_held(const Scene& scene, const Body& body);
+/// No node is under-constrained. Returns what fixes each body.
+std::vector<Support> require_constrained(const Scene& scene, const Body& body);
 
 /// The servo's indices and the flash budget, before any work is done for an object that is too large. What a force
 /// needs besides the paper's tables is counted when they are written.

@@ -27,25 +27,26 @@ Sample solve_sample(const LinearSolver& solver, const Eigen::SparseMatrix<double
         sample.place.push_back(c * node.size() / count);
         sample.node.push_back(node[sample.place.back()]);
     }
-    Asymmetry asymmetry(sample.node);
+    sample.l.resize(dof(count), dof(count));
     const auto take = [&](std::size_t first, const Eigen::MatrixXd& x) {
-        asymmetry.take(first, x);
+        for (std::size_t j = 0; j < count; ++j)
+            sample.l.block(dof(j), dof(first), 3, x.cols()) = x.middleRows<3>(dof(sample.node[j]));
         for (std::size_t c = 0; c < static_cast<std::size_t>(x.cols()) / 3; ++c) {
-            sample.l_ii.emplace_back(x.block<3, 3>(dof(sample.node[first + c]), dof(c)));
             Eigen::MatrixXd& column = sample.column.emplace_back(dof(row.size()), 3);
             for (std::size_t r = 0; r < row.size(); ++r)
                 column.middleRows<3>(dof(r)) = x.block<3, 3>(dof(row[r]), dof(c));
         }
     };
     sample.largest_residual = solve_columns(solver, k, sample.node, progress, take);
-    sample.largest_asymmetry = asymmetry.largest;
     return sample;
 }
 
 double largest_difference(const Sample& sample, std::span<const Eigen::Matrix3d> l_ii) {
     double largest = 0.0;
-    for (std::size_t c = 0; c < sample.place.size(); ++c)
-        largest = std::max(largest, (l_ii[sample.place[c]] - sample.l_ii[c]).norm() / sample.l_ii[c].norm());
+    for (std::size_t c = 0; c < sample.place.size(); ++c) {
+        const Eigen::Matrix3d solved = sample.l.block<3, 3>(dof(c), dof(c));
+        largest = std::max(largest, (l_ii[sample.place[c]] - solved).norm() / solved.norm());
+    }
     return largest;
 }
 

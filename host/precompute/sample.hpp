@@ -10,10 +10,9 @@ namespace haptable {
 struct Sample {
     std::vector<std::size_t> place;       ///< in the table
     std::vector<std::int32_t> node;       ///< unknowns
-    std::vector<Eigen::Matrix3d> l_ii;    ///< m/N
+    Eigen::MatrixXd l;                    ///< [3 m, 3 m] among themselves, m/N
     std::vector<Eigen::MatrixXd> column;  ///< [3 r, 3] at the rows of columns.npy; empty without it
     double largest_residual = 0.0;        ///< ||K x - b|| / ||b||
-    double largest_asymmetry = 0.0;       ///< ||L_ij - L_ji^T|| / sqrt(||L_ii|| ||L_jj||)
 };
 
 /// Nodes of the table, spread evenly: at most 32, of a large body 16.

@@ -8,6 +8,7 @@
 
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
+#include "host/solve/blas_core.hpp"
 
 namespace haptable {
 
@@ -86,7 +87,7 @@ nlohmann::ordered_json flash(const ModelSize& size) {
     }
     json["bytes"] = sum;
     for (const PrecisionError& p : size.precision)
-        json["precision"][p.precision] = {
+        json["precision"][word(p.precision)] = {
             {"bytes", p.bytes}, {"worst_force_error", p.worst}, {"mean_force_error", p.mean}};
     return json;
 }
@@ -136,8 +137,8 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
         if (i < size.flash.size()) sum += size.flash[i].bytes;
         if (i < size.precision.size()) {
             const PrecisionError& p = size.precision[i];
-            text += fmt::format("    {:<10} {:>9}          {:>9.2g} {:>9.2g}{}", p.precision, p.bytes, p.worst, p.mean,
-                                p.precision == scene.tables.precision ? "  (chosen)" : "");
+            text += fmt::format("    {:<10} {:>9}          {:>9.2g} {:>9.2g}{}", word(p.precision), p.bytes, p.worst,
+                                p.mean, p.precision == scene.tables.precision ? "  (chosen)" : "");
         }
         text += '\n';
     }
@@ -185,17 +186,18 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
     return {};
 }
 
-nlohmann::ordered_json to_json(const std::vector<Hold>& holds) {
+namespace {
+
+/// What fixes each body: [{nodes, tetrahedra, held_nodes, held}].
+nlohmann::ordered_json to_json(const std::vector<Support>& supports) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Hold& hold : holds)
-        list.push_back({{"nodes", hold.nodes},
-                        {"tetrahedra", hold.tets},
-                        {"held_nodes", hold.held_nodes},
-                        {"held", hold.is_held}});
+    for (const Support& support : supports)
+        list.push_back({{"nodes", support.nodes},
+                        {"tetrahedra", support.tets},
+                        {"held_nodes", support.fixed_nodes},
+                        {"held", support.is_constrained}});
     return list;
 }
-
-namespace {
 
 /// What was chosen beyond the paper's contact.
 void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
@@ -208,6 +210,12 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
 
 }  // namespace
 
+std::string to_json(const Audit& audit, const std::vector<Support>& supports) {
+    nlohmann::ordered_json json = to_json(audit);
+    if (!supports.empty()) json["body"] = to_json(supports);
+    return json.dump(2) + "\n";
+}
+
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
     const auto& [factor, blocks, columns, checks] = summary.inverse;
     nlohmann::ordered_json json = to_json(scene, summary.identity);
@@ -217,13 +225,14 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["reused_columns"] = summary.reused.columns;
     json["resumed_columns"] = columns.facts.resumed;
     json["threads"] = factor.threads;
+    json["blas_kernels"] = blas_kernels();
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
-    json["mesh"]["body"] = to_json(summary.holds);
+    json["mesh"]["body"] = to_json(summary.supports);
     json["material"] = to_json(scene.material);
     if (!scene.regions.empty()) json["regions"] = regions(scene, body);
-    json["contact"] = {{"force", scene.contact.force},
-                       {"god_object", scene.contact.god_object},
+    json["contact"] = {{"force", word(scene.contact.force)},
+                       {"god_object", word(scene.contact.god_object)},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
     add_options(scene.contact, json["contact"]);
     if (scene.contact.mask_radius_m > 0.0)
@@ -243,12 +252,12 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                              {"stable_n_per_m", summary.size.stiffness.stable_n_per_m},
                              {"coupling_n_per_m", summary.size.stiffness.coupling_n_per_m},
                              {"felt_n_per_m", summary.size.stiffness.felt_n_per_m}};
-    json["tables"] = {{"precision", scene.tables.precision},
-                      {"columns", scene.tables.columns},
+    json["tables"] = {{"precision", word(scene.tables.precision)},
+                      {"columns", word(scene.tables.columns)},
                       {"flash_budget", scene.tables.flash_budget}};
     if (!scene.tables.display_rows.empty()) {
         json["tables"]["display_rows"] = scene.tables.display_rows;
-        json["tables"]["display_precision"] = scene.tables.display_precision;
+        json["tables"]["display_precision"] = word(scene.tables.display_precision);
     }
     json["flash"] = flash(summary.size);
     json["index"] = {{"boxes", summary.size.index.boxes},
@@ -281,7 +290,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     std::string text =
         fmt::format("{} (model {:016x})\n", scene.name, summary.identity.model_hash) + to_table(summary.audit);
     text +=
-        fmt::format("  held {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
+        fmt::format("  fixed {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
                     body.fixed_count(), body.free_surface_node.size(), body.touch_node.size(), body.touch_patch.size());
     for (std::size_t r = 0; r < scene.regions.size(); ++r)
         text += fmt::format("  region of line {}: {} tetrahedra, {:g} Pa, Poisson's ratio {:g}\n",

@@ -11,8 +11,8 @@
 #include "host/inverse/inverse.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/identity.hpp"
-#include "host/precompute/loose.hpp"
 #include "host/precompute/stage_clock.hpp"
+#include "host/precompute/under_constrained.hpp"
 
 namespace haptable {
 
@@ -69,8 +69,8 @@ struct WrittenFile {
 struct Summary {
     Identity identity;
     Audit audit;
-    std::vector<Hold> holds;  ///< by body
-    MemoryNeed memory;        ///< foreseen
+    std::vector<Support> supports;  ///< by body
+    MemoryNeed memory;              ///< foreseen
     InverseSummary inverse;
     MaskSummary mask;
     Reused reused;
@@ -94,8 +94,8 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const I
 
 std::string name_of(Precision precision);
 
-/// How each body is held: [{nodes, tetrahedra, held_nodes, held}].
-nlohmann::ordered_json to_json(const std::vector<Hold>& holds);
+/// The text that --check prints: the audit and, in "body", what fixes each body, where that is known.
+std::string to_json(const Audit& audit, const std::vector<Support>& supports);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);

@@ -152,6 +152,16 @@ public:
         fail(key, fmt::format("\"{}\" is not known{}", value, suggest(value, have)));
     }
 
+    /// The same as an enum; all of its words, or the first ones.
+    template <typename Choice>
+    Choice one_of(std::string_view key, std::initializer_list<Choice> have = {}) const {
+        Names names;
+        for (const Choice one : have) names.emplace_back(word(one));
+        if (names.empty())
+            for (const char* one : words(Choice{})) names.emplace_back(one);
+        return *choice_of<Choice>(choice(key, names));
+    }
+
     /// The table of that name, with its keys checked; an empty one where it is left out.
     Section section(std::string_view key, Names known, bool required) const {
         static const toml::table empty;
@@ -368,15 +378,15 @@ ContactOptions read_contact(const Section& root) {
                                           "kinetic_friction", "release_slew", "coupling", "passivity"},
                                          false);
     ContactOptions contact;
-    contact.force = section.choice("force", {"interpolated", "consistent", "pressure-mask"});
-    contact.god_object = section.choice("god_object", {"nearest", "least-energy"});
+    contact.force = section.one_of<ForceLaw>("force");
+    contact.god_object = section.one_of<GodObject>("god_object");
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
-    if (contact.force == "pressure-mask")
+    if (contact.force == ForceLaw::kPressureMask)
         contact.mask_radius_m = section.positive("mask_radius");
     else if (section.has("mask_radius"))
         section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     read_friction(section, contact);
-    const bool jumps = contact.god_object == "least-energy";  // from one minimum to another
+    const bool jumps = contact.god_object == GodObject::kLeastEnergy;  // from one minimum to another
     contact.release_n_per_ms = section.not_negative("release_slew", jumps ? kReleaseOfJumps : 0.0);
     contact.passivity = section.flag("passivity", false);
     read_coupling(section, contact);
@@ -400,28 +410,28 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
                                           "display_rows", "display_precision"},
                                          false);
     TableOptions tables;
-    tables.precision = section.choice("precision", {"float32", "float16", "int16"});
-    if (tables.precision != "float32" && contact.force != "interpolated")
+    tables.precision = section.one_of<Storage>("precision");
+    if (tables.precision != Storage::kFloat32 && contact.force != ForceLaw::kInterpolated)
         section.fail("precision",
                      fmt::format("16 bits hold the blocks of force = \"interpolated\", not those of \"{}\"; "
                                  "remove the line",
-                                 contact.force));
-    tables.columns = section.choice("columns", {"surface", "all", "none"});
-    tables.column_precision = section.choice("column_precision", {"float32", "float16"});
+                                 word(contact.force)));
+    tables.columns = section.one_of<ColumnRows>("columns");
+    tables.column_precision = section.one_of<Storage>("column_precision", {Storage::kFloat32, Storage::kFloat16});
     tables.column_budget_bytes = section.not_negative("column_budget", tables.column_budget_bytes);
     const std::int64_t budget = section.integer("flash_budget", 0);
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
     tables.display_rows = section.nodes("display_rows");
-    tables.display_precision = section.choice("display_precision", {"float32", "int16"});
-    if (!tables.display_rows.empty() && tables.columns == "none")
+    tables.display_precision = section.one_of<Storage>("display_precision", {Storage::kFloat32, Storage::kInt16});
+    if (!tables.display_rows.empty() && tables.columns == ColumnRows::kNone)
         section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
-    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+    if (!tables.display_rows.empty() && tables.column_precision != Storage::kFloat32)
         section.fail("display_rows", "needs columns in float32: remove column_precision");
-    if (!tables.display_rows.empty() && contact.force == "pressure-mask")
+    if (!tables.display_rows.empty() && contact.force == ForceLaw::kPressureMask)
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
-    if (!tables.display_rows.empty() && tables.column_precision != "float32")
+    if (!tables.display_rows.empty() && tables.column_precision != Storage::kFloat32)
         section.fail("column_precision", "display_rows are taken from columns in float32; remove either line");
     return tables;
 }

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "host/base/modes.hpp"
+
 namespace haptable {
 
 /// [mesh]: either the cube generator or a file.
@@ -44,9 +46,9 @@ struct Region {
 
 /// [contact]
 struct ContactOptions {
-    std::string force = "interpolated";  ///< interpolated | consistent | pressure-mask
-    std::string god_object = "nearest";  ///< nearest | least-energy
-    double mask_radius_m = 0.0;          ///< of a pressure mask; 0 for the other forces
+    ForceLaw force = ForceLaw::kInterpolated;
+    GodObject god_object = GodObject::kNearest;
+    double mask_radius_m = 0.0;  ///< of a pressure mask; 0 for the other forces
     double rigid_stiffness_n_per_m = 1000.0;
     double static_friction = 0.0;   ///< Coulomb's; 0: none
     double kinetic_friction = 0.0;  ///< at most static_friction
@@ -67,13 +69,13 @@ struct Device {
 
 /// [tables]
 struct TableOptions {
-    std::string columns = "surface";           ///< surface | all | none
-    std::string column_precision = "float32";  ///< float32 | float16
-    double column_budget_bytes = 4e9;          ///< larger columns are not written: the viewer solves for each frame
-    std::string precision = "float32";         ///< float32 | float16 | int16: how the servo stores S
-    std::uintmax_t flash_budget = 0;           ///< most bytes of the servo's tables; 0: no bound
+    ColumnRows columns = ColumnRows::kSurface;
+    Storage column_precision = Storage::kFloat32;  ///< float32 | float16
+    double column_budget_bytes = 4e9;              ///< larger columns are not written: the viewer solves for each frame
+    Storage precision = Storage::kFloat32;         ///< of S in the servo
+    std::uintmax_t flash_budget = 0;               ///< most bytes of the servo's tables; 0: no bound
     std::vector<std::int32_t> display_rows;  ///< mesh nodes whose displacement the target computes; none: no such table
-    std::string display_precision = "float32";  ///< float32 | int16: how the firmware stores their columns
+    Storage display_precision = Storage::kFloat32;  ///< float32 | int16: of their columns in the firmware
 };
 
 struct Scene {

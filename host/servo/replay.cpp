@@ -4,7 +4,7 @@
 #include "host/base/progress.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/finger_path.hpp"
-#include "host/servo/record.hpp"
+#include "host/session/record.hpp"
 
 namespace haptable {
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "host/link/statistics.hpp"
-#include "host/servo/energy.hpp"
-#include "host/servo/scene.hpp"
+#include "host/session/energy.hpp"
+#include "host/session/scene.hpp"
 
 namespace haptable {
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
@@ -11,9 +10,9 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
-#include "host/link/serve.hpp"
 #include "host/link/summary.hpp"
 #include "host/servo/session.hpp"
+#include "host/session/serve.hpp"
 
 namespace haptable {
 
@@ -30,26 +29,24 @@ struct Options {
     bool quiet = false;
 };
 
-void add_options(CLI::App& app, Options& o) {
-    auto* in = app.add_option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
-    auto* out = app.add_option("--out", o.out, "with --replay: write the servo's CSV here");
-    auto* lcm = app.add_flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
-    in->needs(out)->excludes(lcm);
-    out->needs(in);
-    app.add_option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it")->needs(lcm);
-    app.add_option("--seconds", o.end.after_s, "with --lcm: end after this time")
-        ->needs(lcm)
-        ->check(CLI::PositiveNumber);
-    app.add_option("--until-silent", o.end.until_silent_s,
-                   "with --lcm: end when the device was silent for this many seconds")
-        ->needs(lcm)
-        ->check(CLI::PositiveNumber);
-    app.add_flag("--no-realtime", o.no_realtime, "with --lcm: do not ask for real-time priority")->needs(lcm);
-    app.add_flag("--json", o.json, "print the summary as JSON");
-    app.add_flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
+void add_options(CommandLine& app, Options& o) {
+    const Option in = app.option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
+    const Option out = app.option("--out", o.out, "with --replay: write the servo's CSV here");
+    const Option lcm = app.flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
+    in.needs(out).excludes(lcm);
+    out.needs(in);
+    app.option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it").needs(lcm);
+    app.option("--seconds", o.end.after_s, "with --lcm: end after this time").needs(lcm).positive();
+    app.option("--until-silent", o.end.until_silent_s,
+               "with --lcm: end when the device was silent for this many seconds")
+        .needs(lcm)
+        .positive();
+    app.flag("--no-realtime", o.no_realtime, "with --lcm: do not ask for real-time priority").needs(lcm);
+    app.flag("--json", o.json, "print the summary as JSON");
+    app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
-void add_report(const ServoReport& report, Summary& summary) {
+void add_report(const ServoReport& report, SummaryLines& summary) {
 #define HAPTABLE_ADD(name) summary.add(#name, std::int64_t{report.counters.name});
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
@@ -59,18 +56,15 @@ void add_report(const ServoReport& report, Summary& summary) {
     summary.add("step_max_us", report.step.max_us());
 }
 
-void add_link_report(const LinkReport& link, Summary& summary) {
-    summary.add("lost_states", static_cast<std::int64_t>(link.lost_states));
-    summary.add("late_ticks", static_cast<std::int64_t>(link.late_ticks));
-    summary.add("repeated_states", static_cast<std::int64_t>(link.repeated_states));
-    summary.add("foreign_states", static_cast<std::int64_t>(link.foreign_states));
+void add_link_report(const LinkReport& link, SummaryLines& summary) {
+    link.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
     summary.add("latency_mean_us", link.latency.mean_us());
     summary.add("latency_p999_us", link.latency.quantile_us(0.999));
     summary.add("latency_max_us", link.latency.max_us());
 }
 
-Summary head(const ServoScene& scene) {
-    Summary summary;
+SummaryLines head(const ServoScene& scene) {
+    SummaryLines summary;
     summary.add("scene", std::string(scene.name));
     summary.add("model_hash", fmt::format("{:016x}", scene.model->hash));
     return summary;
@@ -79,7 +73,7 @@ Summary head(const ServoScene& scene) {
 void run_replay(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     const ServoReport report = replay(scene, o.in, o.out, o.quiet);
-    Summary summary = head(scene);
+    SummaryLines summary = head(scene);
     add_report(report, summary);
     summary.print(o.json, o.quiet);
 }
@@ -97,7 +91,7 @@ void run_lcm(const ServoScene& scene, const Options& o) {
                    locked ? "locked" : "not locked");
     serve(session, o.end, [&](Clock::time_point deadline) { connection.handle_until(deadline); });
     if (record) record->finish();
-    Summary summary = head(scene);
+    SummaryLines summary = head(scene);
     summary.add("url", connection.url());
     add_report(session.report(), summary);
     add_link_report(session.link_report(), summary);
@@ -107,7 +101,7 @@ void run_lcm(const ServoScene& scene, const Options& o) {
 }  // namespace
 
 int servo_main(int argc, char** argv, const ServoScene& scene) {
-    CLI::App app(fmt::format("The servo of the scene \"{}\": feels a finger at 1 kHz.", scene.name), "servo");
+    CommandLine app(fmt::format("The servo of the scene \"{}\": feels a finger at 1 kHz.", scene.name), "servo");
     Options options;
     add_options(app, options);
     return run_program(app, argc, argv, [&] {

@@ -2,7 +2,7 @@
 // The command line of build/<name>/servo.
 #pragma once
 
-#include "host/servo/scene.hpp"
+#include "host/session/scene.hpp"
 
 namespace haptable {
 

@@ -3,7 +3,8 @@
 #include "host/servo/session.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "host/session/status.hpp"
 
 namespace haptable {
 
@@ -71,26 +72,13 @@ void ServoSession::watch(Clock::time_point now) {
 }
 
 void ServoSession::publish_status() {
-    servo_status status{};
-    status.utime = utime_now();
-    status.model_hash = answer_.model_hash();
-    status.servo_state = static_cast<std::int8_t>(servo_.state);
-    status.longest_step_us = longest_step_us_;
-    const auto add = [&status](std::string name, std::integral auto value) {
-        status.name.push_back(std::move(name));
-        status.value.push_back(static_cast<std::int64_t>(value));
-    };
-#define HAPTABLE_ADD(name) add(#name, servo_.counters.name);
+    Status status(answer_.model_hash(), servo_.state, longest_step_us_);
+#define HAPTABLE_ADD(name) status(#name, servo_.counters.name);
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
-    for (const auto& [name, energy_j] : report_.energy.by_name()) add(name + "_nj", std::llround(energy_j * 1e9));
-    add("lost_states", gaps_.lost());
-    add("late_ticks", link_.late_ticks);
-    add("repeated_states", link_.repeated_states);
-    add("foreign_states", link_.foreign_states);
-    add("undecodable_messages", connection_.undecodable());
-    status.count = static_cast<std::int32_t>(status.name.size());
-    connection_.publish(kStatusChannel, status);
+    status.add(report_);
+    link_report().each(status);
+    status.publish(connection_);
     longest_step_us_ = 0.0;
 }
 
@@ -102,7 +90,7 @@ ServoReport ServoSession::report() const {
 
 LinkReport ServoSession::link_report() const {
     LinkReport link = link_;
-    link.lost_states = gaps_.lost();
+    link.lost_states = static_cast<std::int64_t>(gaps_.lost());
     return link;
 }
 

@@ -6,20 +6,17 @@
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
-#include "host/servo/answer.hpp"
-#include "host/servo/record.hpp"
 #include "host/servo/replay.hpp"
-#include "host/servo/scene.hpp"
+#include "host/session/answer.hpp"
+#include "host/session/counted.hpp"
+#include "host/session/record.hpp"
+#include "host/session/scene.hpp"
 
 namespace haptable {
 
 /// What the link counts beside the firmware's own counters.
-struct LinkReport {
-    std::uint64_t lost_states = 0;      ///< gaps in the device's numbering
-    std::uint64_t late_ticks = 0;       ///< answers that took longer than a tick
-    std::uint64_t repeated_states = 0;  ///< asked again by the device: the same answer given
-    std::uint64_t foreign_states = 0;   ///< meant for another model: not answered
-    DurationStatistics latency;         ///< from the arrival of a state to its answer
+struct LinkReport : LinkCounters {
+    DurationStatistics latency;  ///< from the arrival of a state to its answer
 };
 
 /// Answers every state at once. Single-threaded: everything happens within connection.handle_until and the calls

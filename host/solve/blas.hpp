@@ -3,6 +3,8 @@
 // one name. Column-major; a matrix is its first entry and the distance between its columns.
 #pragma once
 
+#include <type_traits>
+
 namespace haptable::blas {
 
 extern "C" {
@@ -29,56 +31,48 @@ void dpotri_(const char*, const int*, double*, const int*, int*);
 void spotri_(const char*, const int*, float*, const int*, int*);
 }
 
-/// C = alpha op(A) op(B) + beta C,   C [m,n], op(A) [m,k]; op is 'N' (as it is) or 'T' (transposed).
-inline void gemm(char op_a, char op_b, int m, int n, int k, double alpha, const double* a, int lda, const double* b,
-                 int ldb, double beta, double* c, int ldc) {
-    dgemm_(&op_a, &op_b, &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
+/// The routine for numbers of type T.
+template <typename T, typename Double, typename Single>
+constexpr auto* pick(Double* in_double, Single* in_float) {
+    if constexpr (std::is_same_v<T, double>)
+        return in_double;
+    else
+        return in_float;
 }
-inline void gemm(char op_a, char op_b, int m, int n, int k, float alpha, const float* a, int lda, const float* b,
-                 int ldb, float beta, float* c, int ldc) {
-    sgemm_(&op_a, &op_b, &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
+
+/// C = alpha op(A) op(B) + beta C,   C [m,n], op(A) [m,k]; op is 'N' (as it is) or 'T' (transposed).
+template <typename T>
+void gemm(char op_a, char op_b, int m, int n, int k, T alpha, const T* a, int lda, const T* b, int ldb, T beta, T* c,
+          int ldc) {
+    pick<T>(dgemm_, sgemm_)(&op_a, &op_b, &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
 }
 
 /// C = alpha A B,   A [m,m] symmetric, its lower triangle is read; B and C [m,n].
-inline void symm_lower(int m, int n, double alpha, const double* a, int lda, const double* b, int ldb, double* c,
-                       int ldc) {
-    const double beta = 0.0;
-    dsymm_("L", "L", &m, &n, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
-}
-inline void symm_lower(int m, int n, float alpha, const float* a, int lda, const float* b, int ldb, float* c, int ldc) {
-    const float beta = 0.0F;
-    ssymm_("L", "L", &m, &n, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
+template <typename T>
+void symm_lower(int m, int n, T alpha, const T* a, int lda, const T* b, int ldb, T* c, int ldc) {
+    const T beta = 0;
+    pick<T>(dsymm_, ssymm_)("L", "L", &m, &n, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
 }
 
 /// B = op(A)^-1 B (side 'L') or B = B op(A)^-1 (side 'R'),   A lower triangular, B [m,n].
-inline void trsm_lower(char side, char op, int m, int n, const double* a, int lda, double* b, int ldb) {
-    const double one = 1.0;
-    dtrsm_(&side, "L", &op, "N", &m, &n, &one, a, &lda, b, &ldb);
-}
-inline void trsm_lower(char side, char op, int m, int n, const float* a, int lda, float* b, int ldb) {
-    const float one = 1.0F;
-    strsm_(&side, "L", &op, "N", &m, &n, &one, a, &lda, b, &ldb);
+template <typename T>
+void trsm_lower(char side, char op, int m, int n, const T* a, int lda, T* b, int ldb) {
+    const T one = 1;
+    pick<T>(dtrsm_, strsm_)(&side, "L", &op, "N", &m, &n, &one, a, &lda, b, &ldb);
 }
 
 /// y = alpha op(A) x + beta y,   A [m,n].
-inline void gemv(char op, int m, int n, double alpha, const double* a, int lda, const double* x, double beta,
-                 double* y) {
+template <typename T>
+void gemv(char op, int m, int n, T alpha, const T* a, int lda, const T* x, T beta, T* y) {
     const int one = 1;
-    dgemv_(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
-}
-inline void gemv(char op, int m, int n, float alpha, const float* a, int lda, const float* x, float beta, float* y) {
-    const int one = 1;
-    sgemv_(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
+    pick<T>(dgemv_, sgemv_)(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
 }
 
 /// x = op(A)^-1 x,   A [n,n] lower triangular.
-inline void trsv_lower(char op, int n, const double* a, int lda, double* x) {
+template <typename T>
+void trsv_lower(char op, int n, const T* a, int lda, T* x) {
     const int one = 1;
-    dtrsv_("L", &op, "N", &n, a, &lda, x, &one);
-}
-inline void trsv_lower(char op, int n, const float* a, int lda, float* x) {
-    const int one = 1;
-    strsv_("L", &op, "N", &n, a, &lda, x, &one);
+    pick<T>(dtrsv_, strsv_)("L", &op, "N", &n, a, &lda, x, &one);
 }
 
 /// The lower triangle of A = its Cholesky factor, A [n,n]. Returns 0, or k where the k-th pivot is not positive.
@@ -90,14 +84,10 @@ inline int potrf_lower(int n, double* a, int lda) {
 
 /// The lower triangle of A = (A A^T)^-1, where A comes as a lower triangular factor [n,n]. Returns 0, or k where the
 /// k-th entry of its diagonal is zero.
-inline int potri_lower(int n, double* a, int lda) {
+template <typename T>
+int potri_lower(int n, T* a, int lda) {
     int info = 0;
-    dpotri_("L", &n, a, &lda, &info);
-    return info;
-}
-inline int potri_lower(int n, float* a, int lda) {
-    int info = 0;
-    spotri_("L", &n, a, &lda, &info);
+    pick<T>(dpotri_, spotri_)("L", &n, a, &lda, &info);
     return info;
 }
 

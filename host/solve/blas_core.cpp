@@ -1,36 +1,79 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// OpenBLAS picks its kernels by the processor's model number. One that is newer than the library gets kernels of 2004
-// (core "Prescott": an eighth of the speed, and 0.3.21's strsm there writes over its own stack). The choice is made
-// while the library loads and OPENBLAS_CORETYPE is the only way to change it: so the program starts itself once more.
+// OpenBLAS picks its kernels by the processor's model number. One that is newer than the library gets older kernels:
+// those for AVX2 on a processor with AVX-512, or those of 2004 ("Prescott": an eighth of the speed, and 0.3.21's strsm
+// there writes over its own stack). So the instructions that the processor has decide here; a race of the kernels would
+// choose now one and now the other, and with them the last bits. OpenBLAS chooses while it loads and OPENBLAS_CORETYPE
+// is the only way to change that: the program starts itself once more.
+#include "host/solve/blas_core.hpp"
+
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <string_view>
 
 extern "C" char* openblas_get_corename(void);
+extern "C" char* openblas_get_config(void);
+
+namespace haptable {
 
 namespace {
 
-/// The newest kernels that this processor and its kernel can run, or null where OpenBLAS's choice is as good.
-const char* better_core() {
-    constexpr std::string_view kWithoutAvx[] = {"Prescott", "Core2", "Nehalem"};
-    const std::string_view chosen = openblas_get_corename();
-    if (std::find(std::begin(kWithoutAvx), std::end(kWithoutAvx), chosen) == std::end(kWithoutAvx)) return nullptr;
+/// What kernels of a name use. Those that are not listed are older than AVX.
+struct Kernels {
+    std::string_view name;
+    Vectors vectors;
+};
+constexpr Kernels kKernels[] = {
+    {"Sandybridge", Vectors::kAvx},   {"Bulldozer", Vectors::kAvx},
+    {"Piledriver", Vectors::kAvx},    {"Steamroller", Vectors::kAvx},
+    {"Excavator", Vectors::kAvx},     {"Haswell", Vectors::kAvx2},
+    {"Zen", Vectors::kAvx2},          {"SkylakeX", Vectors::kAvx512},
+    {"Cooperlake", Vectors::kAvx512}, {"SapphireRapids", Vectors::kAvx512},
+};
+
+/// What this processor has and its operating system lets it use.
+Vectors vectors_of_processor() {
     __builtin_cpu_init();
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
         __builtin_cpu_supports("avx512vl"))
-        return "SkylakeX";
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? "Haswell" : nullptr;
+        return Vectors::kAvx512;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return Vectors::kAvx2;
+    return __builtin_cpu_supports("avx") ? Vectors::kAvx : Vectors::kSse;
 }
 
 /// Runs before main, in every program that this file is linked to; glibc hands main's arguments to it.
-__attribute__((constructor)) void choose_core(int, char** arguments, char**) {
+__attribute__((constructor)) void choose_kernels(int, char** arguments, char**) {
     const char* kVariable = "OPENBLAS_CORETYPE";
     if (std::getenv(kVariable) != nullptr) return;  // a user's choice, or ours
-    const char* core = better_core();
-    if (core == nullptr || setenv(kVariable, core, 0) != 0) return;
+    const char* faster = faster_kernels(openblas_get_corename(), vectors_of_processor());
+    if (faster == nullptr || setenv(kVariable, faster, 0) != 0) return;
     execv("/proc/self/exe", arguments);  // returns only where it fails: then it is slow, as before
 }
 
 }  // namespace
+
+const char* faster_kernels(std::string_view chosen, Vectors processor) {
+    const auto* found =
+        std::find_if(std::begin(kKernels), std::end(kKernels), [&](const Kernels& k) { return k.name == chosen; });
+    const Vectors used = found == std::end(kKernels) ? Vectors::kSse : found->vectors;
+    if (used >= processor) return nullptr;
+    switch (processor) {
+        case Vectors::kAvx512:
+            return "SkylakeX";
+        case Vectors::kAvx2:
+            return "Haswell";
+        case Vectors::kAvx:
+            return "Sandybridge";
+        case Vectors::kSse:
+            break;
+    }
+    return nullptr;
+}
+
+std::string blas_kernels() {
+    const std::string config = openblas_get_config();  // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
+    const std::size_t version = config.find(' ', config.find(' ') + 1);
+    return std::string(openblas_get_corename()) + " of " + config.substr(0, version);
+}
+
+}  // namespace haptable

@@ -69,8 +69,7 @@ std::string header(const std::vector<std::size_t>& shape) {
     std::string extents;  // as NumPy writes a tuple: "(73,)", "(73, 3)"
     for (std::size_t extent : shape) extents += std::to_string(extent) + (shape.size() == 1 ? "," : ", ");
     if (shape.size() > 1) extents.resize(extents.size() - 2);
-    std::string text =
-        std::string("{'descr': '") + kType<T> + "', 'fortran_order': False, 'shape': (" + extents + "), }";
+    std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", kType<T>, extents);
     const std::size_t bytes = (kPreamble + text.size() + 1 + kAlign - 1) / kAlign * kAlign;
     text.resize(bytes - kPreamble - 1, ' ');
     text += '\n';
@@ -118,8 +117,9 @@ Header parse(const std::filesystem::path& path, std::string_view text, std::size
     if (text.size() < kPreamble + length)
         throw Error(path.string() + ": ends within its header: make the tables again");
     std::string_view dictionary = text.substr(kPreamble, length);
-    if (!skip(dictionary, std::string("{'descr': '") + kType<T> + "', 'fortran_order': False, 'shape': ("))
-        throw Error(path.string() + ": holds another type than " + kType<T> + " in C order: make the tables again");
+    if (!skip(dictionary, fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': (", kType<T>)))
+        throw Error(
+            fmt::format("{}: holds another type than {} in C order: make the tables again", path.string(), kType<T>));
     Header head;
     if (!read_extents(dictionary, head.shape) || dictionary.find_first_not_of(" \n") != std::string_view::npos)
         throw Error(path.string() + ": has a damaged shape in its header: make the tables again");

@@ -73,6 +73,17 @@ void read_options(const json& contact, const json& device, Tables& tables) {
     tables.encoder_step_m = device.value("encoder_step_m", 0.0);
 }
 
+/// The choice that the summary names.
+template <typename Choice>
+Choice choice(const json& section, const char* key, std::optional<Choice> fallback = {}) {
+    const auto text = section.value(key, std::string(fallback ? word(*fallback) : ""));
+    const std::optional<Choice> chosen = choice_of<Choice>(text);
+    if (!chosen)
+        throw Error(fmt::format("the tables ask for {} = \"{}\", which this version does not have: make them again",
+                                key, text));
+    return *chosen;
+}
+
 void read_summary(const fs::path& path, Tables& tables) {
     try {
         const json summary = json::parse(read_file(path));
@@ -82,15 +93,15 @@ void read_summary(const fs::path& path, Tables& tables) {
         if (failed != std::errc() || end != hash.data() + hash.size())
             throw Error(path.string() + ": model_hash is not hexadecimal");
         tables.scene_file = summary.at("scene").get<std::string>();
-        tables.force = summary.at("contact").at("force").get<std::string>();
-        tables.god_object = summary.at("contact").at("god_object").get<std::string>();
+        tables.force = choice<ForceLaw>(summary.at("contact"), "force");
+        tables.god_object = choice<GodObject>(summary.at("contact"), "god_object");
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
         read_options(summary.at("contact"), summary.at("device"), tables);
-        tables.precision = summary.at("tables").value("precision", "float32");
+        tables.precision = choice<Storage>(summary.at("tables"), "precision", Storage::kFloat32);
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
-        tables.display_precision = summary.at("tables").value("display_precision", "float32");
+        tables.display_precision = choice<Storage>(summary.at("tables"), "display_precision", Storage::kFloat32);
         const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
         const std::string drawing = summary.value("drawing", none ? "none" : "columns");
         tables.has_columns = drawing == "columns";
@@ -131,7 +142,7 @@ void read_mask(const fs::path& folder, const Tables& tables, ComplianceTables& c
 
 void read_compliance(const fs::path& folder, Tables& tables) {
     ComplianceTables& c = tables.compliance;
-    c.degree = tables.force == "consistent" ? 2 : tables.force == "pressure-mask" ? 4 : 0;
+    c.degree = tables.force == ForceLaw::kConsistent ? 2 : tables.force == ForceLaw::kPressureMask ? 4 : 0;
     if (c.degree == 0) return;
     c.edge_id = read_rows<std::int32_t, 2>(folder / "edge_id.npy");
     c.edge = read_blocks(folder / "edge_compliance.npy");

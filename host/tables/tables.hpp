@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "host/base/modes.hpp"
+
 namespace haptable {
 
 /// C(alpha) of the contact point or mask on every patch (force = "consistent" or "pressure-mask"), in Bernstein's form.
@@ -29,15 +31,15 @@ struct ComplianceTables {
 /// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
 struct Tables {
     // summary.json
-    std::string name;                      ///< of the scene; names the C model
-    std::uint64_t model_hash = 0;          ///< of scene, mesh, options and tool version
-    std::string scene_file;                ///< file name only, no folder
-    std::string force;                     ///< interpolated | consistent | pressure-mask
-    std::string god_object;                ///< nearest | least-energy
-    std::string precision = "float32";     ///< float32 | float16 | int16: how the servo stores S
-    std::uintmax_t flash_budget = 0;       ///< bytes; 0: none
-    double rigid_stiffness_n_per_m = 0.0;  ///< S of a fixed node, N/m
-    double static_friction = 0.0;          ///< 0: without friction
+    std::string name;              ///< of the scene; names the C model
+    std::uint64_t model_hash = 0;  ///< of scene, mesh, options and tool version
+    std::string scene_file;        ///< file name only, no folder
+    ForceLaw force = ForceLaw::kInterpolated;
+    GodObject god_object = GodObject::kNearest;
+    Storage precision = Storage::kFloat32;  ///< of S in the servo
+    std::uintmax_t flash_budget = 0;        ///< bytes; 0: none
+    double rigid_stiffness_n_per_m = 0.0;   ///< S of a fixed node, N/m
+    double static_friction = 0.0;           ///< 0: without friction
     double kinetic_friction = 0.0;
     double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
     bool passivity = false;
@@ -47,11 +49,11 @@ struct Tables {
     double damping_n_s_per_m = 0.0;  ///< of the device
     double device_friction_n = 0.0;
     double encoder_step_m = 0.0;
-    std::vector<std::int32_t> display_rows;     ///< mesh nodes whose displacement the target computes
-    std::string display_precision = "float32";  ///< float32 | int16
-    bool has_columns = false;                   ///< columns.npy
-    bool has_factor = false;                    ///< instead of it: for a solve each frame
-    bool half_columns = false;                  ///< columns.npy is float16, in units of:
+    std::vector<std::int32_t> display_rows;         ///< mesh nodes whose displacement the target computes
+    Storage display_precision = Storage::kFloat32;  ///< float32 | int16
+    bool has_columns = false;                       ///< columns.npy
+    bool has_factor = false;                        ///< instead of it: for a solve each frame
+    bool half_columns = false;                      ///< columns.npy is float16, in units of:
     double column_unit_m_per_n = 1.0;
 
     // *.npy

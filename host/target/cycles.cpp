@@ -68,7 +68,8 @@ std::map<std::uint64_t, std::string> disassemble(const TargetImage& image) {
         fmt::format("llvm-objdump -d --no-show-raw-insn --mcpu={} '{}'", image.target(), image.elf().string())));
     for (std::string line; std::getline(lines, line);) {
         const std::size_t tab = line.find('\t'), colon = line.find(':');
-        if (tab == std::string::npos || colon > tab) continue;
+        // An instruction's line begins with its address; the file's name may hold a colon too.
+        if (tab == std::string::npos || line.find_first_not_of(" 0123456789abcdef") != colon) continue;
         const std::size_t end = std::min(line.find('<', tab), line.find('@', tab));
         text[std::stoull(line, nullptr, 16)] = line.substr(tab, end - tab);
     }

@@ -2,12 +2,15 @@
 // haptable-count: how many instructions a tick takes on each target.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
+#include "host/report/numbers.hpp"
+#include "host/report/page.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/strokes.hpp"
@@ -18,11 +21,6 @@ namespace {
 
 constexpr int kStrokes = 250;                        // 10,000 ticks
 constexpr double kInstructionsAMillisecond = 168e3;  // 168 MHz, one instruction a clock
-
-void print_row(const std::string& scene, const std::string& target, const char* kind, const Counts& counts) {
-    fmt::print("| {} | {} | {} | {} | {} | {} | {} | {:.1f} % |\n", scene, target, kind, counts.ticks, counts.median,
-               counts.p999, counts.worst, 100.0 * static_cast<double>(counts.worst) / kInstructionsAMillisecond);
-}
 
 /// The sliding ticks with the median and the greatest count.
 std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, const Counts& sliding) {
@@ -35,47 +33,92 @@ std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTic
     return {median, worst};
 }
 
-/// As a row of the same table: what the sliding ticks would take in cycles, by LLVM's model.
-void print_estimate(const std::string& scene, const TargetImage& image, const std::vector<std::array<float, 3>>& path_m,
-                    const std::vector<TargetTick>& ticks, const Counts& sliding) {
-    const auto [median, worst] = median_and_worst(ticks, sliding);
-    const auto cycles = estimate_cycles(image, path_m, median), most = estimate_cycles(image, path_m, worst);
-    if (!cycles || !most) return;
-    fmt::print("| {} | {} | sliding, estimated cycles (llvm-mca) | | {} | | {} | {:.1f} % |\n", scene, image.target(),
-               *cycles, *most, 100.0 * static_cast<double>(*most) / kInstructionsAMillisecond);
+/// "median / 99.9 % / worst"
+Number cell(const Counts& counts) {
+    return {{static_cast<double>(counts.median), static_cast<double>(counts.p999), static_cast<double>(counts.worst)},
+            fmt::format("{} / {} / {}", thousands(counts.median), thousands(counts.p999), thousands(counts.worst))};
 }
 
-void count_scene(const std::filesystem::path& folder) {
-    const Tables tables = read_tables(folder);
-    for (const char* target : kTargets) {
-        const TargetImage image(folder.parent_path(), folder.filename(), target);
-        if (const std::string missing = image.missing(); !missing.empty()) {
-            fmt::print(stderr, "haptable-count: {}\n", missing);
-            continue;
-        }
-        const auto path_m = stroke_path(tables, kStrokes);
-        const std::vector<TargetTick> ticks = image.replay(path_m);
-        const TickCounts counts = count_ticks(path_m, ticks);
-        print_row(tables.name, target, "free", counts.free);
-        print_row(tables.name, target, "first contact", counts.first_contact);
-        print_row(tables.name, target, "sliding", counts.sliding);
-        print_estimate(tables.name, image, path_m, ticks, counts.sliding);
-        print_row(tables.name, target, "leaving", counts.leaving);
-        print_row(tables.name, target, "jump", counts.jump);
-    }
+Number of_a_millisecond(std::uint64_t instructions) {
+    const double fraction = static_cast<double>(instructions) / kInstructionsAMillisecond;
+    return number(fraction, fmt::format("{:.1f} %", 100.0 * fraction));
 }
+
+/// What one scene's ticks take on every target.
+class SceneCounts {
+public:
+    explicit SceneCounts(const std::filesystem::path& folder)
+        : tables_(read_tables(folder)), path_m_(stroke_path(tables_, kStrokes)) {
+        for (const char* target : kTargets) {
+            const TargetImage image(folder.parent_path(), folder.filename(), target);
+            if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
+            ticks_.push_back(image.replay(path_m_));
+            counts_.push_back(count_ticks(path_m_, ticks_.back()));
+            image_.push_back(image);
+        }
+    }
+
+    void add_counts(NumberTable& table) const {
+        const std::pair<const char*, Counts TickCounts::*> kinds[] = {{"sliding", &TickCounts::sliding},
+                                                                      {"first contact", &TickCounts::first_contact},
+                                                                      {"free", &TickCounts::free},
+                                                                      {"leaving", &TickCounts::leaving},
+                                                                      {"a jump", &TickCounts::jump}};
+        for (const auto& [name, kind] : kinds) {
+            auto& row = table.rows.emplace_back(std::vector<Cell>{fmt::format("{}, {}", tables_.name, name)});
+            std::uint64_t worst = 0;
+            for (const TickCounts& counts : counts_) {
+                row.push_back(cell(counts.*kind));
+                worst = std::max(worst, (counts.*kind).worst);
+            }
+            row.push_back(of_a_millisecond(worst));
+        }
+    }
+
+    /// What the sliding ticks would take in cycles, by LLVM's model; no rows where it has none.
+    void add_estimates(NumberTable& table) const {
+        for (std::size_t k = 0; k < image_.size(); ++k) {
+            const auto [median, worst] = median_and_worst(ticks_[k], counts_[k].sliding);
+            const auto cycles = estimate_cycles(image_[k], path_m_, median);
+            const auto most = estimate_cycles(image_[k], path_m_, worst);
+            if (cycles && most)
+                table.rows.push_back(
+                    {fmt::format("{}, {}", tables_.name, image_[k].target()), count(*cycles), count(*most)});
+        }
+    }
+
+private:
+    Tables tables_;
+    std::vector<std::array<float, 3>> path_m_;
+    std::vector<TargetImage> image_;
+    std::vector<std::vector<TargetTick>> ticks_;  // [targets]
+    std::vector<TickCounts> counts_;              // [targets]
+};
 
 }  // namespace
 
 }  // namespace haptable
 
 int main(int argc, char** argv) {
-    CLI::App app("Counts the instructions of a servo's tick on emulated microcontrollers.", "haptable-count");
+    using namespace haptable;
+    CommandLine app("Counts the instructions of a servo's tick on emulated microcontrollers.", "haptable-count");
     std::vector<std::string> folders;
-    app.add_option("DIR", folders, "folders of scenes: build/cube build/mouse")->required();
-    return haptable::run_program(app, argc, argv, [&] {
-        fmt::print("| scene | target | tick | ticks | median | 99.9 % | worst | worst, of 1 ms at 168 MHz |\n");
-        fmt::print("|---|---|---|---|---|---|---|---|\n");
-        for (const std::string& folder : folders) haptable::count_scene(folder);
+    std::filesystem::path out;
+    app.option("DIR", folders, "folders of scenes: build/cube build/mouse").required();
+    app.option("-o", out, "write the numbers to this JSON file");
+    return run_program(app, argc, argv, [&] {
+        NumberTable counted{{"tick"}, {}}, estimated{{"sliding", "median", "worst"}, {}};
+        for (const char* target : kTargets) counted.columns.emplace_back(target);
+        counted.columns.emplace_back("worst, of 1 ms at 168 MHz");
+        for (const std::string& folder : folders) {
+            const SceneCounts scene(folder);
+            scene.add_counts(counted);
+            scene.add_estimates(estimated);
+        }
+        Numbers numbers("make instructions");
+        numbers.add("instructions", counted);
+        if (!estimated.rows.empty()) numbers.add("cycles", estimated);
+        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        if (!out.empty()) numbers.write(out);
     });
 }

@@ -41,20 +41,17 @@ std::uint32_t unpack_of(const haptable_model& model) {
     return number_of(model.unpack, choices);
 }
 
-/// The force whose tables the model has; what gives the least-energy god-object's load is chosen with it, there.
-haptable_force_fn* table_force(const haptable_model& model) {
-    if (model.force != haptable_force_of_least_energy) return model.force;
-    return model.compliance->degree == 2 ? haptable_force_consistent : haptable_force_pressure_mask;
-}
-
 void add_functions(const haptable_model& model, Words& words) {
     haptable_god_object_fn* const gods[] = {haptable_god_object_nearest, haptable_god_object_least_energy};
     haptable_force_fn* const forces[] = {haptable_force_interpolated, haptable_force_consistent,
-                                         haptable_force_pressure_mask};
+                                         haptable_force_pressure_mask, haptable_force_of_least_energy};
+    haptable_energy_fn* const energies[] = {nullptr, haptable_energy_interpolated, haptable_energy_consistent,
+                                            haptable_energy_pressure_mask};
     const bool friction = model.god_object == haptable_god_object_friction;
     words.add(number_of(friction ? model.frictionless : model.god_object, gods));
     words.add(std::uint32_t{friction});
-    words.add(number_of(table_force(model), forces));
+    words.add(number_of(model.force, forces));
+    words.add(number_of(model.energy, energies));
     words.add(unpack_of(model));
     words.add(std::uint32_t{model.release != nullptr});
     words.add(std::uint32_t{model.passivity != nullptr});
@@ -89,7 +86,8 @@ std::string model_file(const haptable_model& model) {
     Words words;
     add_functions(model, words);
     words.add(model.compliance != nullptr ? std::uint32_t{model.compliance->degree} : 0U);
-    for (const std::uint16_t count : {model.vertex_count, model.free_count, model.patch_count, model.box_count})
+    for (const std::uint16_t count :
+         {model.vertex_count, model.free_count, model.patch_count, model.box_count, model.hinge_count})
         words.add(std::uint32_t{count});
     words.add(model.compliance != nullptr ? std::uint32_t{model.compliance->edge_count} : 0U);
     add_numbers(model, words);
@@ -97,6 +95,7 @@ std::string model_file(const haptable_model& model) {
     words.add_table(model.patch, std::size_t{6} * model.patch_count);
     words.add_table(model.neighbour, std::size_t{6} * model.patch_count);
     words.add_table(model.box, std::size_t{16} * model.box_count);
+    words.add_table(model.hinge, std::size_t{6} * model.hinge_count);
     add_blocks(model, words);
     return words.take();
 }

@@ -3,52 +3,41 @@
 
 #include <algorithm>
 
+#include "codegen/modes.hpp"
 #include "firmware/haptable_bounds.h"
 
 namespace haptable {
 
-namespace {
-
-haptable_energy_fn* energy_of(haptable_force_fn* force) {
-    if (force == haptable_force_consistent) return haptable_energy_consistent;
-    return force == haptable_force_pressure_mask ? haptable_energy_pressure_mask : haptable_energy_interpolated;
-}
-
-}  // namespace
-
 std::vector<Mode> every_mode() {
     std::vector<Mode> modes;
     for (const char* more : {"", "friction", "passivity"})
-        for (const char* force : {"interpolated", "consistent", "pressure-mask"})
-            for (const char* god_object : {"nearest", "least-energy"}) modes.push_back({force, god_object, more});
+        for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
+            for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+                modes.push_back({force, god_object, more});
     return modes;
 }
 
 haptable_model in_mode(haptable_model model, const Mode& mode) {
-    const bool least = mode.god_object == "least-energy";
-    model.god_object = least ? haptable_god_object_least_energy : haptable_god_object_nearest;
-    model.energy = least ? energy_of(model.force) : nullptr;
-    model.frictionless = nullptr;
-    if (least && mode.more != "friction" && model.compliance != nullptr) model.force = haptable_force_of_least_energy;
+    Tables options;
+    options.force = mode.force;
+    options.god_object = mode.god_object;
     if (mode.more == "friction") {
-        model.frictionless = model.god_object;
-        model.god_object = haptable_god_object_friction;
-        model.static_friction = 0.5F;
-        model.kinetic_friction = 0.4F;
+        options.static_friction = 0.5;
+        options.kinetic_friction = 0.4;
+    } else if (mode.more == "passivity") {
+        options.release_n_per_ms = 0.05;
+        options.passivity = true;
     }
-    const bool finishes = mode.more == "passivity";
-    model.release = finishes ? haptable_release_slew : nullptr;
-    model.release_n = 0.05F;
-    model.passivity = finishes ? haptable_passivity_control : nullptr;
+    set_modes(options, model);
     return model;
 }
 
 TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
-    const bool consistent = mode.force == "consistent", mask = mode.force == "pressure-mask";
-    const bool least = mode.god_object == "least-energy";
+    const bool consistent = mode.force == ForceLaw::kConsistent, mask = mode.force == ForceLaw::kPressureMask;
+    const bool least = mode.god_object == GodObject::kLeastEnergy;
     const std::uint64_t force = mask ? 2000 : consistent ? 400 : 200;
     const std::uint64_t energy = mask ? 3400 : consistent ? 2300 : 1350;
-    constexpr std::uint64_t kNormal = 280, kPressed = 60;  // of a patch around a vertex, and its angle
+    constexpr std::uint64_t kNormal = 280, kPressed = 170;  // of a patch around a vertex: its angle; least energy, more
     TickCost cost{900 + force, 65, 280, least ? energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
     if (mode.more == "friction") cost.rest += MOST_FRICTION_FORCES * (100 + fan * kNormal + force);
@@ -72,11 +61,14 @@ std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) {
     haptable_counters most{};
     most.most_steps = MOST_STEPS;
     if (mode.more == "friction") most.most_held_steps = MOST_HELD_STEPS;
-    if (mode.god_object == "least-energy") most.most_energies = MOST_ENERGIES;
-    const std::uint64_t without_search = cost(cost_of(mode, fan), most);
     most.most_boxes = MOST_BOXES;
-    if (mode.god_object == "least-energy") most.most_energies -= HAPTABLE_TICK_BOXES / BOXES_OF_ENERGY;
-    return std::max(without_search, cost(cost_of(mode, fan), most));
+    const TickCost each = cost_of(mode, fan);
+    if (mode.god_object != GodObject::kLeastEnergy) return cost(each, most);
+    most.most_energies = MOST_ENERGIES_WITH_MOST_BOXES;
+    const std::uint64_t with_search = cost(each, most);
+    most.most_energies = MOST_ENERGIES;
+    most.most_boxes = MOST_BOXES_WITH_MOST_ENERGIES;
+    return std::max(with_search, cost(each, most));
 }
 
 }  // namespace haptable

@@ -6,16 +6,19 @@
 #include <vector>
 
 #include "firmware/haptable.h"
+#include "host/base/modes.hpp"
 
 namespace haptable {
 
 /// What a scene's [contact] chooses, as far as it changes a tick's work.
 struct Mode {
-    std::string force;       ///< interpolated | consistent | pressure-mask
-    std::string god_object;  ///< nearest | least-energy
-    std::string more;        ///< empty, friction, or passivity (and a release)
+    ForceLaw force;
+    GodObject god_object;
+    std::string more;  ///< empty, friction, or passivity (and a release)
 
-    std::string name() const { return force + " " + god_object + (more.empty() ? "" : " " + more); }
+    std::string name() const {
+        return std::string(word(force)) + " " + word(god_object) + (more.empty() ? "" : " " + more);
+    }
 };
 
 /// Three forces, two god-objects, each alone, with friction, with passivity and release.

@@ -72,7 +72,7 @@ void ContactLoads::add_control(std::size_t control, double share, std::map<std::
 }
 
 std::vector<NodalForce> ContactLoads::spread(const std::vector<NodalForce>& on_patch) const {
-    if (tables_.force != "pressure-mask" || on_patch.size() != 3) return on_patch;
+    if (tables_.force != ForceLaw::kPressureMask || on_patch.size() != 3) return on_patch;
     const PatchNodes node{on_patch[0].node, on_patch[1].node, on_patch[2].node};
     Eigen::Vector3d load_n = Eigen::Vector3d::Zero();
     for (const NodalForce& force : on_patch) load_n += force_of(force);

@@ -2,7 +2,6 @@
 // haptable-view: draws the deformed body from a servo's CSV, an LCM log, or live.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -38,41 +37,32 @@ struct Options {
     int samples = 0;  ///< 0: as fits the source
 };
 
-void add_options(CLI::App& app, Options& o) {
-    app.add_option("DIR", o.folder, "folder that haptable-precompute wrote")->required();
-    auto* source = app.add_option_group("source", "what is drawn");
-    source->add_option("--csv", o.csv, "a servo's CSV (servo --replay IN --out FILE)");
-    source->add_option("--log", o.log, "an LCM log (lcm-logger FILE)");
-    auto* lcm = source->add_flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
-    source->add_flag("--mesh", o.mesh, "the rest shape alone");
-    source->require_option(1);
-    app.add_option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif")->required();
-    app.add_option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    app.add_option("--ticks", o.choice.ticks, "only these ticks (of a log: these seq), as A,B,C")->delimiter(',');
-    app.add_option("--frames", o.limits.frames, "live: end after so many pictures")
-        ->check(CLI::PositiveNumber)
-        ->needs(lcm);
-    app.add_option("--seconds", o.limits.seconds, "live: end after so many seconds")
-        ->check(CLI::PositiveNumber)
-        ->needs(lcm);
-    app.add_option("--size", o.size, "of the picture, in pixels")->capture_default_str();
-    app.add_option("--samples", o.samples,
-                   "of a pixel: 4 for smooth outlines, 1 is 2.5 times as fast (default: 4, live 1)")
-        ->check(CLI::IsMember({1, 4}));
-    app.add_option("--azimuth", o.view.azimuth, "of the eye, degrees from +x towards +y")->capture_default_str();
-    app.add_option("--elevation", o.view.elevation, "of the eye above the xy plane, degrees")
-        ->check(CLI::Range(-89.9, 89.9))
-        ->capture_default_str();
-    app.add_option("--zoom", o.view.zoom, "1 shows the whole body")
-        ->check(CLI::Range(0.05, 50.0))
-        ->capture_default_str();
-    app.add_option("--range", o.range_mm, "end of the colour scale, mm (default: the largest displacement)")
-        ->check(CLI::PositiveNumber);
-    app.add_flag("--vtu", o.vtu, "also write the deformed surfaces for ParaView: frame_*.vtu and frames.pvd");
-    app.add_flag("--json", o.json, "print the summary as JSON");
-    app.add_flag("--quiet", o.quiet, "no progress bar and no summary");
+void add_options(CommandLine& app, Options& o) {
+    app.option("DIR", o.folder, "folder that haptable-precompute wrote").required();
+    ExclusiveOptions source = app.exclusive("source", "what is drawn");
+    source.option("--csv", o.csv, "a servo's CSV (servo --replay IN --out FILE)");
+    source.option("--log", o.log, "an LCM log (lcm-logger FILE)");
+    const Option lcm = source.flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
+    source.flag("--mesh", o.mesh, "the rest shape alone");
+    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif").required();
+    app.option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
+        .range(1, 1000000)
+        .show_default();
+    app.option("--ticks", o.choice.ticks, "only these ticks (of a log: these seq), as A,B,C").delimiter(',');
+    app.option("--frames", o.limits.frames, "live: end after so many pictures").positive().needs(lcm);
+    app.option("--seconds", o.limits.seconds, "live: end after so many seconds").positive().needs(lcm);
+    app.option("--size", o.size, "of the picture, in pixels").show_default();
+    app.option("--samples", o.samples, "of a pixel: 4 for smooth outlines, 1 is 2.5 times as fast (default: 4, live 1)")
+        .one_of({1, 4});
+    app.option("--azimuth", o.view.azimuth, "of the eye, degrees from +x towards +y").show_default();
+    app.option("--elevation", o.view.elevation, "of the eye above the xy plane, degrees")
+        .range(-89.9, 89.9)
+        .show_default();
+    app.option("--zoom", o.view.zoom, "1 shows the whole body").range(0.05, 50.0).show_default();
+    app.option("--range", o.range_mm, "end of the colour scale, mm (default: the largest displacement)").positive();
+    app.flag("--vtu", o.vtu, "also write the deformed surfaces for ParaView: frame_*.vtu and frames.pvd");
+    app.flag("--json", o.json, "print the summary as JSON");
+    app.flag("--quiet", o.quiet, "no progress bar and no summary");
 }
 
 void parse_size(const std::string& text, ViewOptions& view) {
@@ -193,7 +183,7 @@ Report draw_mesh(const Options& options, const Tables& tables) {
 
 void print(const Report& report, const Options& options) {
     const auto later = static_cast<double>(std::max<std::int64_t>(report.frames - 1, 1));
-    Summary summary;
+    SummaryLines summary;
     summary.add("frames", report.frames);
     summary.add("largest_displacement_mm", 1e3 * report.largest.displacement_m);
     summary.add("largest_force_n", report.largest.force_n);
@@ -219,7 +209,7 @@ void view(Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Draws the deformed body: from a servo's CSV, from an LCM log, or live over LCM.", "haptable-view");
+    CommandLine app("Draws the deformed body: from a servo's CSV, from an LCM log, or live over LCM.", "haptable-view");
     Options options;
     add_options(app, options);
     return run_program(app, argc, argv, [&options] { view(options); });

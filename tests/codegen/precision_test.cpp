@@ -10,13 +10,14 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "tests/shapes.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
 /// The shape's tables with blocks stored as `precision`.
 struct Stored {
-    Stored(const TestModel& from, const std::string& precision) : tables(from.tables()) {
+    Stored(const TestModel& from, Storage precision) : tables(from.tables()) {
         tables.precision = precision;
         servo = build_model(tables);
         model = model_in_memory(tables, servo);
@@ -35,7 +36,7 @@ double half_value(std::uint16_t bits) {
 
 TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
     const TestModel box(box_shape(1, {1, 1, 1}));
-    Stored stored(box, "float16");
+    Stored stored(box, Storage::kFloat16);
     const float one = 1.0F;
     stored.model.packed_scale_n_per_m = &one;
     for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
@@ -50,7 +51,7 @@ TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
 
 TEST(Precision, BlocksComeBackToWithinHalfAStep) {
     const TestModel ball(sphere_shape(2, 0.05));
-    const Stored exact(ball, "float32"), half(ball, "float16"), whole(ball, "int16");
+    const Stored exact(ball, Storage::kFloat32), half(ball, Storage::kFloat16), whole(ball, Storage::kInt16);
     for (std::uint16_t v = 0; v < exact.model.free_count; ++v) {
         const float* s = exact.model.stiffness_n_per_m[v];
         float from_half[6], from_int[6], largest = 0.0F;
@@ -86,18 +87,19 @@ TEST(Precision, TheStatedErrorIsAnUpperBoundOfTheServosForce) {
             const Eigen::Vector3d exact = -ball.stiffness(v) * Eigen::Vector3d(u[0], u[1], u[2]);
             worst = std::max(worst, (Eigen::Vector3d(force[0], force[1], force[2]) - exact).norm() / exact.norm());
         }
-        EXPECT_LE(worst, 1.01 * error.worst + 3e-7) << error.precision;
+        EXPECT_WITHIN(worst - error.worst, .count = 16, .epsilon = kFloat) << error.precision;
         EXPECT_GE(worst, 0.3 * error.worst) << error.precision;
     }
-    EXPECT_LT(stated[0].worst, 1e-6);
-    EXPECT_LT(stated[1].worst, 5e-3);
-    EXPECT_LT(stated[2].worst, 1e-3);
+    // A block's rounding is of its largest number, or of the table's; S_d^-1 magnifies it by its condition.
+    EXPECT_WITHIN(stated[0].worst, .count = 4, .epsilon = kFloat, .condition = 10.0);
+    EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = 10.0);
+    EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = 10.0);
     EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
 }
 
 TEST(Precision, TheServoTakesPackedTablesThroughAWholeStep) {
     const TestModel ball(sphere_shape(3, 0.05));
-    const Stored exact(ball, "float32"), packed(ball, "int16");
+    const Stored exact(ball, Storage::kFloat32), packed(ball, Storage::kInt16);
     haptable_servo a, b;
     haptable_init(&a);
     haptable_init(&b);
@@ -109,7 +111,8 @@ TEST(Precision, TheServoTakesPackedTablesThroughAWholeStep) {
         ASSERT_EQ(one.state, other.state);
         ASSERT_EQ(one.patch, other.patch);
         for (int k = 0; k < 3; ++k)
-            EXPECT_NEAR(one.force_n[k], other.force_n[k], 1e-3F * std::abs(one.force_n[2]) + 1e-9F);
+            EXPECT_WITHIN(std::abs(one.force_n[k] - other.force_n[k]), .count = 16, .epsilon = 0x1p-16,
+                          .size = double(std::abs(one.force_n[2])) + 1e-6);
     }
     EXPECT_EQ(a.state, HAPTABLE_CONTACT);
 }

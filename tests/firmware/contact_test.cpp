@@ -10,6 +10,7 @@
 #include "firmware/haptable_bounds.h"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -72,8 +73,8 @@ void expect_valid(const TestModel& model, const haptable_output& out) {
         sum += alpha;
         on_patch += alpha * model.corner(out.patch, c);
     }
-    ASSERT_NEAR(sum, 1.0, 1e-6);
-    ASSERT_LT((on_patch - to_vector(out.god_object_m)).norm(), 1e-6 * model.size());
+    ASSERT_WITHIN(std::abs(sum - 1.0), .count = 16, .epsilon = kFloat);
+    ASSERT_WITHIN((on_patch - to_vector(out.god_object_m)).norm(), rounded(model));
 }
 
 TEST(Contact, AlphaIsInItsBoundsAndTheGodObjectOnItsPatch) {
@@ -114,7 +115,7 @@ TEST(Contact, UnderAFlatFaceTheGodObjectIsTheNearestPoint) {
         const Vector3d x(over(random), over(random), 0.02 - deep(random));
         finger.to(x);
         ASSERT_TRUE(finger.touches());
-        ASSERT_LT((finger.god() - model.nearest(x)).norm(), 1e-6 * model.size()) << "tick " << tick;
+        ASSERT_WITHIN((finger.god() - model.nearest(x)).norm(), rested(model)) << "tick " << tick;
     }
 }
 
@@ -129,7 +130,7 @@ TEST(Contact, TheGodObjectRestsAtALocalMinimumOfTheDistance) {
             finger.to(x);
             if (!finger.touches()) continue;
             const Vector3d nearest = nearest_around(model, finger.out(), x);
-            ASSERT_LT((finger.god() - nearest).norm(), 2e-6 * model.size()) << shape.name << " tick " << tick;
+            ASSERT_WITHIN((finger.god() - nearest).norm(), rested(model)) << shape.name << " tick " << tick;
         }
         EXPECT_EQ(finger.counters().walk_limits, 0U);
     }
@@ -196,7 +197,7 @@ TEST(Contact, AThinSheetHoldsAFastFinger) {
         const Vector3d below = above + Vector3d(lateral(random), lateral(random), -0.004);
         finger.to(below);
         ASSERT_TRUE(finger.touches());
-        ASSERT_LT((finger.god() - Vector3d(below.x(), below.y(), 0.001)).norm(), 1e-6 * model.size());
+        ASSERT_WITHIN((finger.god() - Vector3d(below.x(), below.y(), 0.001)).norm(), rounded(model));
     }
 }
 
@@ -207,7 +208,7 @@ TEST(Contact, APressThroughAFaceBeginsAtTheCrossing) {
     EXPECT_FALSE(finger.touches());
     finger.to({0.011, 0.017, -0.020});  // through the cube and out below
     ASSERT_TRUE(finger.touches());
-    EXPECT_LT((finger.god() - Vector3d(0.011, 0.017, 0.030)).norm(), 1e-7);
+    EXPECT_WITHIN((finger.god() - Vector3d(0.011, 0.017, 0.030)).norm(), rounded(model));
     finger.to({0.011, 0.017, 0.0301});
     EXPECT_FALSE(finger.touches());
     EXPECT_EQ(finger.force().norm(), 0.0);
@@ -222,7 +223,7 @@ TEST(Contact, LetsGoOverAConvexEdgeAndHoldsInAConcaveCrease) {
     // Towards the wall x = 0.03 and under it: the god-object stops in the crease (x, z) = (0.03, 0.03).
     for (int tick = 0; tick <= 100; ++tick) finger.to({0.045 - 0.0003 * tick, 0.031, 0.025});
     ASSERT_TRUE(finger.touches());
-    EXPECT_LT((finger.god() - Vector3d(0.03, 0.031, 0.03)).norm(), 1e-7);
+    EXPECT_WITHIN((finger.god() - Vector3d(0.03, 0.031, 0.03)).norm(), rounded(model));
     // Out over the convex edge x = 0.06 of the lower step: the finger leaves the body through its side.
     for (int tick = 0; tick <= 100; ++tick) finger.to({0.015 + 0.0005 * tick, 0.031, 0.025});
     EXPECT_FALSE(finger.touches());
@@ -272,7 +273,7 @@ TEST(Contact, LeavingOnePartIntoAnotherInOneTick) {
     ASSERT_TRUE(finger.touches());
     finger.to({0.036, 0.016, 0.014});  // out of the first, into the second
     ASSERT_TRUE(finger.touches());
-    EXPECT_LT((finger.god() - Vector3d(0.034, 0.016, 0.014)).norm(), 1e-7);
+    EXPECT_WITHIN((finger.god() - Vector3d(0.034, 0.016, 0.014)).norm(), rounded(model));
     EXPECT_EQ(finger.counters().contacts, 2U);
 }
 
@@ -289,7 +290,7 @@ TEST(Contact, ALongSlideGoesOnAtTheNextTick) {
         ASSERT_TRUE(finger.touches());
     }
     EXPECT_EQ(finger.counters().walk_limits, 1U);
-    EXPECT_LT((finger.god() - model.nearest({-0.031, 0.0, 0.0})).norm(), 1e-6 * model.size());
+    EXPECT_WITHIN((finger.god() - model.nearest({-0.031, 0.0, 0.0})).norm(), rested(model));
 }
 
 TEST(Contact, StepsOfATickStayWithinTheirBound) {
@@ -319,7 +320,7 @@ TEST(Contact, TheGodObjectStopsAtTheBorderOfTheTouchRegion) {
     finger.to({0.02, 0.02, 0.05});
     for (int tick = 0; tick <= 100; ++tick) finger.to({0.02 + 0.0004 * tick, 0.02, 0.035});
     ASSERT_TRUE(finger.touches());
-    EXPECT_LT((finger.god() - Vector3d(0.04, 0.02, 0.04)).norm(), 1e-7);
+    EXPECT_WITHIN((finger.god() - Vector3d(0.04, 0.02, 0.04)).norm(), rounded(model));
     finger.to({0.05, 0.02, 0.041});
     EXPECT_FALSE(finger.touches());
 }
@@ -338,8 +339,8 @@ TEST(Contact, DoesNotDependOnTheUnit) {
         ASSERT_EQ(finger.touches(), small_finger.touches());
         ASSERT_EQ(finger.touches(), large_finger.touches());
         if (!finger.touches()) continue;
-        ASSERT_LT((finger.god() - 1024 * small_finger.god()).norm(), 1e-5 * model.size());
-        ASSERT_LT((finger.god() - large_finger.god() / 1024).norm(), 1e-5 * model.size());
+        ASSERT_WITHIN((finger.god() - 1024 * small_finger.god()).norm(), rested(model));
+        ASSERT_WITHIN((finger.god() - large_finger.god() / 1024).norm(), rested(model));
     }
 }
 

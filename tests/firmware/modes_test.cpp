@@ -21,10 +21,10 @@ namespace haptable::test {
 namespace {
 
 /// A body with the tables of one force; made once for all tests.
-const ElasticBody& body(const std::string& name, const std::string& force) {
+const ElasticBody& body(const std::string& name, ForceLaw force) {
     static std::map<std::string, std::unique_ptr<ElasticBody>> made;
-    std::unique_ptr<ElasticBody>& one = made[name + force];
-    const double radius_m = force != "pressure-mask" ? 0.0 : name == "cube" ? 0.012 : 0.004;
+    std::unique_ptr<ElasticBody>& one = made[name + word(force)];
+    const double radius_m = force != ForceLaw::kPressureMask ? 0.0 : name == "cube" ? 0.012 : 0.004;
     if (!one && name == "cube") one = std::make_unique<ElasticBody>(cube_scene(5, 0.49), force, radius_m);
     if (!one) one = std::make_unique<ElasticBody>(needle_cells(6, 0.06, 0.006), name, force, radius_m);
     return *one;
@@ -41,8 +41,8 @@ std::vector<Case> cases() {
     for (const char* name : {"cube", "needle"})
         for (const Mode& mode : every_mode()) all.push_back({"cortex-m7", name, mode});
     for (const char* target : {"cortex-m4", "cortex-m33", "rv32"})
-        for (const Mode& mode :
-             {Mode{"interpolated", "nearest", ""}, Mode{"pressure-mask", "least-energy", "friction"}})
+        for (const Mode& mode : {Mode{ForceLaw::kInterpolated, GodObject::kNearest, ""},
+                                 Mode{ForceLaw::kPressureMask, GodObject::kLeastEnergy, "friction"}})
             all.push_back({target, "needle", mode});
     return all;
 }
@@ -104,7 +104,7 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
         const TargetImage image(build_folder(), "cube", target);
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
         for (const Mode& mode : every_mode()) {
-            if (mode.force != "interpolated") continue;  // its blocks are made up
+            if (mode.force != ForceLaw::kInterpolated) continue;  // its blocks are made up
             const haptable_model model = in_mode(*tip.get(), mode);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
             const std::vector<TargetTick> ticks = image.measure(model, path_m);

@@ -10,7 +10,7 @@
 
 #include "host/base/file.hpp"
 #include "host/link/connection.hpp"
-#include "host/servo/scene.hpp"
+#include "host/session/scene.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -30,7 +30,7 @@ protected:
             connection = std::make_unique<Connection>(url);
             connection->subscribe<servo_force>(kForceChannel, [this](const servo_force& force, std::int64_t) {
                 if (std::abs(force.force_n[2]) > 0.1) ++pressed;
-                if (force.servo_state == 0) silent.push_back(force);
+                if (force.servo_state == servo_force::SILENT) silent.push_back(force);
             });
         } catch (const Error& error) {
             GTEST_SKIP() << error.what();

@@ -194,7 +194,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const Process image(
         {"sh", "firmware/qemu.sh", "cortex-m7", elf("cortex-m7", "loop"), far.to_target(), far.from_target()});
     Connection connection("memq://");
-    Target target(near.line());
+    SerialTarget target(near.line());
     BridgeOptions options;
     options.retry = std::chrono::microseconds(3000);
     BridgeSession session({&model, node.data(), "cube"}, connection, target, options, nullptr);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
@@ -413,20 +412,17 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Measures selected inversion and pruned columns against blocked solves, on one thread.",
-                 "haptable-bench-inversion");
+    CommandLine app("Measures selected inversion and pruned columns against blocked solves, on one thread.",
+                    "haptable-bench-inversion");
     Options options;
-    app.add_option("--sides", options.sides, "cubes of so many nodes a side")
-        ->delimiter(',')
-        ->check(CLI::Range(2, 100))
-        ->capture_default_str();
-    app.add_option("--scene", options.scenes, "scenes besides the cubes");
-    app.add_option("--sampled-groups", options.sampled_groups, "groups of right-hand sides that solves are timed with")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    app.add_option("--column-nodes", options.column_nodes, "measure columns of bodies of at most so many nodes")
-        ->capture_default_str();
-    app.add_flag("!--no-double", options.in_double, "selected inversion in float only");
-    app.add_flag("!--no-accuracy", options.accuracy, "no comparison with long double");
+    app.option("--sides", options.sides, "cubes of so many nodes a side").delimiter(',').range(2, 100).show_default();
+    app.option("--scene", options.scenes, "scenes besides the cubes");
+    app.option("--sampled-groups", options.sampled_groups, "groups of right-hand sides that solves are timed with")
+        .range(1, 1000000)
+        .show_default();
+    app.option("--column-nodes", options.column_nodes, "measure columns of bodies of at most so many nodes")
+        .show_default();
+    app.flag("!--no-double", options.in_double, "selected inversion in float only");
+    app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
     return run_program(app, argc, argv, [&] { run(options); });
 }

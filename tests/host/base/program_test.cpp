@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
-
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 
@@ -18,7 +16,7 @@ struct Outcome {
 };
 
 Outcome run_with(std::vector<std::string> arguments, const std::function<void()>& work) {
-    CLI::App app("A program.", "prog");
+    CommandLine app("A program.", "prog");
     std::vector<char*> argv;
     arguments.insert(arguments.begin(), "prog");
     for (std::string& argument : arguments) argv.push_back(argument.data());

@@ -56,7 +56,7 @@ protected:
     SoftBox box;
     Pipes pipes;
     Connection connection{"memq://"};
-    Target line{pipes.line()};
+    SerialTarget line{pipes.line()};
     FakeTarget<Pipes> target{box.scene().model, pipes};
     BridgeSession session{box.scene(), connection, line, impatient(), nullptr};
     std::vector<servo_force> forces;

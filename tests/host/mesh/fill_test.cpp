@@ -14,6 +14,7 @@
 #include "host/mesh/surface.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -85,13 +86,19 @@ protected:
     const TemporaryFolder folder_;
 };
 
+constexpr double kBall = 4.0 / 3.0 * std::numbers::pi;
+
+/// A triangle lies edge^2 / 6 below the sphere in its middle; some edges are twice what was asked for, and the ball
+/// that is filled is made of triangles too.
+Bound lost(double edge) { return {.count = 6.0, .epsilon = edge * edge / 6.0, .size = 3.0 * kBall}; }
+
 TEST_F(Fill, ABallOfEveryFormatIsABall) {
     const Shape ball = sphere_shape(3, 1.0);
     const std::pair<std::string, std::string> files[] = {
         {"a.off", to_off(ball)}, {"a.obj", to_obj(ball)}, {"a.ply", to_ply(ball)}, {"a.stl", to_stl(ball)}};
     for (const auto& [name, text] : files) {
         const Audit audit = audit_mesh(fill(text, name, {0.25, 0}));
-        EXPECT_NEAR(audit.volume_m3, 4.0 / 3.0 * std::numbers::pi, 0.25) << name;
+        EXPECT_WITHIN(std::abs(audit.volume_m3 - kBall), lost(0.25)) << name;
         EXPECT_EQ(audit.bodies, 1U);
         EXPECT_EQ(audit.euler, 2);
         EXPECT_EQ(audit.folded + audit.hinge_edges + audit.hinge_nodes, 0U);
@@ -126,16 +133,17 @@ TEST_F(Fill, TheSizeIsWhatWasAskedFor) {
             sum += (mesh.position_m[static_cast<std::size_t>(patch[c])] -
                     mesh.position_m[static_cast<std::size_t>(patch[(c + 1) % 3])])
                        .norm();
-    EXPECT_NEAR(sum / count, 0.2, 0.04);
+    EXPECT_WITHIN(std::abs(sum / count / 0.2 - 1.0), .epsilon = 0.3) << "a criterion for circumradii, not for edges";
     for (std::size_t nodes : {500U, 2000U})
-        EXPECT_NEAR(static_cast<double>(fill(to_off(ball), "a.off", {0.0, nodes}).position_m.size()) /
-                        static_cast<double>(nodes),
-                    1.0, 0.06);
+        EXPECT_WITHIN(std::abs(static_cast<double>(fill(to_off(ball), "a.off", {0.0, nodes}).position_m.size()) /
+                                   static_cast<double>(nodes) -
+                               1.0),
+                      .epsilon = 0.09);
 }
 
 TEST_F(Fill, CreasesStaySharp) {
     const TetMesh mesh = fill(to_off(box_shape(2, {1, 1, 1})), "a.off", {0.3, 0});
-    EXPECT_NEAR(audit_mesh(mesh).volume_m3, 1.0, 1e-9);
+    EXPECT_WITHIN(std::abs(audit_mesh(mesh).volume_m3 - 1.0), .count = 64);
 }
 
 TEST_F(Fill, SameSurfaceSameMesh) {
@@ -151,14 +159,14 @@ TEST_F(Fill, AHollowBallHasACavity) {
     const Audit audit = audit_mesh(fill(to_off(hollow), "a.off", {0.2, 0}));
     EXPECT_EQ(audit.cavities, 1U);
     EXPECT_EQ(audit.bodies, 1U);
-    EXPECT_NEAR(audit.volume_m3, 4.0 / 3.0 * std::numbers::pi * (1.0 - 0.064), 0.3);
+    EXPECT_WITHIN(std::abs(audit.volume_m3 - kBall * (1.0 - 0.064)), lost(0.2));
 }
 
 TEST_F(Fill, TrianglesInsideOutAreTurned) {
     Shape box = box_shape(2, {1, 1, 1});
     std::swap(box.patch[3][1], box.patch[3][2]);
     const TetMesh mesh = fill(to_off(box), "a.off", {0.3, 0});
-    EXPECT_NEAR(audit_mesh(mesh).volume_m3, 1.0, 1e-9);
+    EXPECT_WITHIN(std::abs(audit_mesh(mesh).volume_m3 - 1.0), .count = 64);
     EXPECT_NE(mesh.notes.back().find("inside out"), std::string::npos) << mesh.notes.back();
 }
 

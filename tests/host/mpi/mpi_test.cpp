@@ -9,6 +9,8 @@
 
 #include "host/base/file.hpp"
 #include "host/tables/npy.hpp"
+#include "tests/bodies.hpp"
+#include "tests/conditioning.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -49,6 +51,14 @@ double difference(const fs::path& a, const fs::path& b) {
     return largest / scale;
 }
 
+// Each side is rounded once to what the file holds, and the two may fall on either side of a tie.
+constexpr test::Bound kFloats{.count = 8.0, .epsilon = test::kFloat}, kHalves{.count = 8.0, .epsilon = test::kHalf};
+
+/// What blocks in double, by two solvers, may differ by: S_i = L_ii^-1 and the condition of L_ii, under 10.
+test::Bound blocks(int nodes_per_side) {
+    return test::inverse_bound(test::cube_stiffness(nodes_per_side, 0.49)).times(10.0);
+}
+
 class Mpi : public testing::TestWithParam<int> {
 protected:
     void SetUp() override {
@@ -76,8 +86,8 @@ protected:
 
 TEST_P(Mpi, WritesTheTablesOfOneProcess) {
     ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
-    EXPECT_LT(difference<double>(one("stiffness.npy"), many("stiffness.npy")), 1e-9);
-    EXPECT_LT(difference<float>(one("columns.npy"), many("columns.npy")), 2e-7);
+    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
+    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
     for (const char* file : {"node_id.npy", "patch.npy", "row_id.npy", "position.npy", "surface.npy", "mesh.vtu"})
         EXPECT_EQ(read_file(one(file)), read_file(many(file))) << file;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path() / "one"))
@@ -90,7 +100,7 @@ TEST_P(Mpi, WritesTheTablesOfOneProcess) {
     const double bound = pivot(summary), exact = pivot(nlohmann::json::parse(read_file(one("summary.json"))));
     EXPECT_LT(bound, exact);
     EXPECT_GT(bound, 1e-3 * exact);
-    EXPECT_LT(summary.at("checks").at("largest_residual"), 1e-11);
+    EXPECT_WITHIN(summary.at("checks").at("largest_residual").get<double>(), blocks(5));  // of unit loads
     EXPECT_EQ(summary.at("model_hash"), nlohmann::json::parse(read_file(one("summary.json"))).at("model_hash"));
 }
 
@@ -99,8 +109,8 @@ TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
                            "column_precision = \"float16\"\n"),
               0)
         << read_file(folder_.path() / "many.txt");
-    EXPECT_LT(difference<double>(one("edge_compliance.npy"), many("edge_compliance.npy")), 1e-9);
-    EXPECT_LT(difference<Half>(one("columns.npy"), many("columns.npy")), 1e-3);
+    EXPECT_WITHIN(difference<double>(one("edge_compliance.npy"), many("edge_compliance.npy")), blocks(5));
+    EXPECT_WITHIN(difference<Half>(one("columns.npy"), many("columns.npy")), kHalves);
 }
 
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
@@ -110,11 +120,11 @@ TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
     ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
     EXPECT_EQ(summary().at("reused_blocks"), 25);
     EXPECT_EQ(summary().at("reused_columns"), 25);
-    EXPECT_LT(difference<double>(one("stiffness.npy"), many("stiffness.npy")), 1e-9);
-    EXPECT_LT(difference<float>(one("columns.npy"), many("columns.npy")), 2e-7);
+    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
+    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
     ASSERT_EQ(run(kScene + top + "[tables]\ncolumn_precision = \"float16\"\n"), 0);
     EXPECT_EQ(summary().at("reused"), true) << "nothing is missing";
-    EXPECT_LT(difference<Half>(one("columns.npy"), many("columns.npy")), 1e-3);
+    EXPECT_WITHIN(difference<Half>(one("columns.npy"), many("columns.npy")), kHalves);
 }
 
 TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
@@ -130,8 +140,8 @@ TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
     ASSERT_EQ(system_of(start() + " 2>many.txt"), 0) << read_file(folder_.path() / "many.txt");
     EXPECT_GE(nlohmann::json::parse(read_file(many("summary.json"))).at("resumed_columns"), 3 * 64);
     // MUMPS on several ranks adds in the order in which messages come: the bits are not those of the other run.
-    EXPECT_LT(difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), 2e-7);
-    EXPECT_LT(difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"), 1e-12);
+    EXPECT_WITHIN(difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), kFloats);
+    EXPECT_WITHIN(difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"), blocks(12));
     EXPECT_FALSE(fs::exists(folder_.path() / "many.columns"));
 }
 
@@ -139,7 +149,7 @@ TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {
     std::string scene = kScene;
     EXPECT_EQ(run(scene.replace(scene.find("[[fixed]]"), std::string::npos, "")), 1);
     const std::string said = read_file(folder_.path() / "many.txt");
-    EXPECT_NE(said.find("scene.toml: fixed: 125 of 125 nodes are loose"), std::string::npos) << said;
+    EXPECT_NE(said.find("scene.toml: fixed: 125 of 125 nodes are under-constrained"), std::string::npos) << said;
     EXPECT_FALSE(fs::exists(folder_.path() / "many"));
 }
 

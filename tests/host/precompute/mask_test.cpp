@@ -10,6 +10,7 @@
 
 #include "host/precompute/geodesic.hpp"
 #include "tests/shapes.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -29,6 +30,9 @@ Shape grid(int cells, double side, const std::function<Vector3d(double, double)>
     return shape;
 }
 
+/// A window is unfolded over up to 12 patches, some 20 operations each; side: of the surface, m.
+Bound unfolded(double side) { return {.count = 12 * 20, .size = side}; }
+
 TEST(SurfaceDistance, OnAPlaneItIsTheStraightLine) {
     // Not a regular grid: seen past no vertex exactly; and a regular one, where every way passes vertices.
     for (double skew : {0.0, 0.13}) {
@@ -44,12 +48,12 @@ TEST(SurfaceDistance, OnAPlaneItIsTheStraightLine) {
             if (d >= 0.45 - 1e-9) continue;
             ++expected;
             ASSERT_TRUE(near.contains(std::int32_t(i))) << i;
-            EXPECT_NEAR(near.at(std::int32_t(i)), d, 1e-12) << i;
+            EXPECT_WITHIN(std::abs(near.at(std::int32_t(i)) - d), unfolded(1.2)) << i;
         }
         EXPECT_EQ(near.size(), std::size_t(expected));
         const Vector3d middle = 0.5 * (shape.point[84] + shape.point[85]);
         for (const auto& [node, d] : distance.from_edge(84, 85, 0.4))
-            EXPECT_NEAR(d, (shape.point[std::size_t(node)] - middle).norm(), 1e-12);
+            EXPECT_WITHIN(std::abs(d - (shape.point[std::size_t(node)] - middle).norm()), unfolded(1.2));
     }
 }
 
@@ -64,7 +68,7 @@ TEST(SurfaceDistance, OverAFoldItIsTheUnfoldedLine) {
         const auto a = SurfaceDistance(flat.point, flat.patch).from_node(4 + 5 * 13, 0.47);
         const auto b = SurfaceDistance(folded.point, folded.patch).from_node(4 + 5 * 13, 0.47);
         ASSERT_EQ(a.size(), b.size());
-        for (const auto& [node, d] : a) EXPECT_NEAR(b.at(node), d, 1e-12);
+        for (const auto& [node, d] : a) EXPECT_WITHIN(std::abs(b.at(node) - d), unfolded(1.2));
     }
 }
 
@@ -78,7 +82,7 @@ TEST(SurfaceDistance, ItBendsAroundAReentrantCorner) {
     });
     const std::int32_t from = 8 + 3 * 11, to = 3 + 8 * 11;  // (0.8, 0.3) and (0.3, 0.8)
     const auto near = SurfaceDistance(shape.point, shape.patch).from_node(from, 2.0);
-    EXPECT_NEAR(near.at(to), 2.0 * std::hypot(0.3, 0.2), 1e-12);
+    EXPECT_WITHIN(std::abs(near.at(to) - 2.0 * std::hypot(0.3, 0.2)), unfolded(1.0));
 }
 
 TEST(SurfaceDistance, NotThroughAThinWall) {
@@ -89,7 +93,7 @@ TEST(SurfaceDistance, NotThroughAThinWall) {
         if ((plate.point[i] - Vector3d(0.05, 0.05, 0.001)).norm() < 1e-9) middle = std::int32_t(i);
     ASSERT_GE(middle, 0);
     for (const auto& [node, d] : distance.from_node(middle, 0.045))
-        EXPECT_NEAR(plate.point[std::size_t(node)].z(), 0.001, 1e-12) << "the lower side is 101 mm away";
+        EXPECT_GT(plate.point[std::size_t(node)].z(), 0.0005) << "the lower side is 101 mm away";
 }
 
 TEST(Masks, WeightsSumToOneAndAFineMaskIsItsVertex) {
@@ -98,14 +102,15 @@ TEST(Masks, WeightsSumToOneAndAFineMaskIsItsVertex) {
         const Masks masks = make_masks(shape.point, shape.patch, radius);
         for (const auto* list : {&masks.vertex, &masks.edge})
             for (const NodeWeights& w : *list)
-                EXPECT_NEAR(std::accumulate(w.weight.begin(), w.weight.end(), 0.0), 1.0, 1e-12);
+                EXPECT_WITHIN(std::abs(std::accumulate(w.weight.begin(), w.weight.end(), 0.0) - 1.0),
+                              .count = 4.0 * static_cast<double>(w.weight.size()));
         const std::size_t places = masks.vertex.size() + masks.edge.size();
         EXPECT_EQ(masks.widened == places, radius < 0.0026) << radius;
         if (radius > 0.0026) continue;
         // Coarser than the mask: w is alpha, that is 2 alpha_v alpha_w (1/2 v + 1/2 w) on edges.
         for (const NodeWeights& w : masks.edge) {
             ASSERT_EQ(w.node.size(), 2U);
-            EXPECT_NEAR(w.weight[0], 0.5, 1e-12);
+            EXPECT_WITHIN(std::abs(w.weight[0] - 0.5), .count = 4);
         }
     }
 }

@@ -84,7 +84,7 @@ TEST_F(PrecomputeProgram, BadInputIsOneLineAStatusAndNothingWritten) {
         {"young", "yung", "scene.toml:6: material.yung: unknown key"},
         {"0.3", "0.5", "scene.toml:7: material.poisson"},
         {"1e4", "-1e4", "scene.toml:6: material.young"},
-        {"[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n", "", "scene.toml: fixed: 27 of 27 nodes are loose"},
+        {"[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n", "", "scene.toml: fixed: 27 of 27 nodes are under-constrained"},
         {"generate = \"cube\"\nnodes_per_side = 3", "file = \"no.msh\"", "no.msh: mesh file cannot be read"},
         {"[[fixed]]", "[[touch]]\nbox = [5, 5, 5, 6, 6, 6]\n[[fixed]]", "scene.toml:8: touch.box"},
         {"name = ", "name ", "scene.toml:1: "},

@@ -66,7 +66,7 @@ TEST_F(SceneFile, ValuesAreRead) {
     EXPECT_EQ((*scene.fixed[0].box_m)[5], 1e-9);
     EXPECT_EQ(scene.touch.at(0).line, 11);
     EXPECT_EQ(scene.device.max_force_n, 3.0);
-    EXPECT_EQ(scene.tables.columns, "none");
+    EXPECT_EQ(scene.tables.columns, ColumnRows::kNone);
     EXPECT_EQ(scene.contact.rigid_stiffness_n_per_m, ContactOptions().rigid_stiffness_n_per_m);
 }
 
@@ -89,7 +89,7 @@ TEST_F(SceneFile, TheReadmesSceneIsRead) {
     const std::size_t from = page.find(begin) + begin.size();
     const Scene scene = read(page.substr(from, page.find("```", from) - from));
     EXPECT_EQ(scene.name, "duck");
-    EXPECT_EQ(scene.tables.precision, "float32") << "a copier wants the defaults";
+    EXPECT_EQ(scene.tables.precision, Storage::kFloat32) << "a copier wants the defaults";
     EXPECT_EQ(scene.tables.flash_budget, 0U);
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "host/base/error.hpp"
+#include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -85,7 +86,7 @@ TEST_F(ReplayTest, NamesTheNodesOfTheMesh) {
             double god = 0.0;
             for (std::size_t c = 0; c < 3; ++c)
                 god += row[8 + c] * box.model().tables().position[static_cast<std::size_t>(row[5 + c])][a];
-            EXPECT_NEAR(god, row[11 + a], 1e-8);
+            EXPECT_WITHIN(std::abs(god - row[11 + a]), rounded(box.model()));
         }
     }
 }

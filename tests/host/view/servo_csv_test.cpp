@@ -9,6 +9,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "tests/host/view/cube_tables.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -70,7 +71,7 @@ TEST_F(ViewServoCsv, LoadsAreThoseOfEquations9And10) {
     EXPECT_TRUE(frames[0].finger_known);
     const ContactFrame& frame = frames[1];
     EXPECT_EQ(frame.number, 1);
-    EXPECT_DOUBLE_EQ(frame.time_s, 0.001);
+    EXPECT_WITHIN(std::abs(frame.time_s - 0.001), .count = 4, .size = 0.001);
     EXPECT_EQ(frame.force_n, Vector3d(0.1, -0.2, 0.3));
     ASSERT_EQ(frame.loads.size(), 3U);
     const Vector3d u = Vector3d(0.015, 0.015, 0.028) - Vector3d(0.015, 0.014, 0.03);
@@ -82,7 +83,9 @@ TEST_F(ViewServoCsv, LoadsAreThoseOfEquations9And10) {
         const auto& s = tables_.stiffness[i];
         for (std::size_t a = 0; a < 3; ++a) {
             const double f = alpha[k] * (s[3 * a] * u.x() + s[3 * a + 1] * u.y() + s[3 * a + 2] * u.z());
-            EXPECT_NEAR(frame.loads[k].force_n[a], f, 1e-6 * std::abs(f) + 1e-9);
+            const double size = alpha[k] * Vector3d(s[3 * a], s[3 * a + 1], s[3 * a + 2]).norm();
+            // u is a difference of floats near 0.03.
+            EXPECT_WITHIN(std::abs(frame.loads[k].force_n[a] - f), .count = 8, .epsilon = kFloat, .size = size * 0.03);
         }
     }
 }
@@ -92,8 +95,9 @@ TEST_F(ViewServoCsv, AFixedNodeHasTheRigidStiffness) {
                            [&](const auto& p) { return tables_.position[static_cast<std::size_t>(p[0])][2] == 0.0; });
     const ContactFrame frame = read(kHeader + press(0, "1,0,0")).at(0);
     // The rounding of u, a difference of floats near 0.03.
-    EXPECT_NEAR(frame.loads[0].force_n[1], 1000.0 * 0.001, 1000.0 * 0.03 * 1.2e-7);
-    EXPECT_NEAR(frame.loads[0].force_n[2], 1000.0 * -0.002, 1000.0 * 0.03 * 1.2e-7);
+    const Bound rounded{.count = 8, .epsilon = kFloat, .size = 1000.0 * 0.03};
+    EXPECT_WITHIN(std::abs(frame.loads[0].force_n[1] - 1000.0 * 0.001), rounded);
+    EXPECT_WITHIN(std::abs(frame.loads[0].force_n[2] + 1000.0 * 0.002), rounded);
 }
 
 TEST_F(ViewServoCsv, PicksEveryNthTickOrTheNamedOnes) {

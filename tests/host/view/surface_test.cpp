@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "tests/host/view/cube_tables.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -34,8 +35,8 @@ TEST(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnly) {
     for (const auto& crease : surface.crease) creases += crease[0] + crease[1] + crease[2];
     EXPECT_EQ(creases, 2 * 12 * 4);  // 12 edges of 4 segments, seen from both sides
     for (const Vector3f& n : surface.normal) {
-        EXPECT_NEAR(n.cwiseAbs().maxCoeff(), 1.0F, 1e-6F);  // along an axis
-        EXPECT_NEAR(n.norm(), 1.0F, 1e-6F);
+        EXPECT_WITHIN(std::abs(n.cwiseAbs().maxCoeff() - 1.0F), .count = 32, .epsilon = kFloat);  // along an axis
+        EXPECT_WITHIN(std::abs(n.norm() - 1.0F), .count = 32, .epsilon = kFloat);
     }
 }
 
@@ -49,6 +50,9 @@ TEST(ViewSurface, NormalsPointOutwards) {
         }
 }
 
+// Edges of 5 mm are differences of positions of up to 30 mm, and a normal is made of some six patches' cross products.
+constexpr Bound kNormal{.count = 16, .epsilon = kFloat, .condition = 30.0 / 5.0};
+
 TEST(ViewSurface, NormalsFollowTheDeformation) {
     const Tables tables = cube_tables();
     DrawnSurface surface(tables);
@@ -58,7 +62,8 @@ TEST(ViewSurface, NormalsFollowTheDeformation) {
     for (std::size_t i = 0; i < surface.nodes(); ++i)
         surface.displacement_m[i] = turn * surface.rest_m[i] - surface.rest_m[i];
     surface.update_normals();
-    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_LT((surface.normal[i] - turn * before[i]).norm(), 1e-5F);
+    for (std::size_t i = 0; i < before.size(); ++i)
+        EXPECT_WITHIN((surface.normal[i] - turn * before[i]).norm(), kNormal);
 }
 
 TEST(ViewSurface, NormalsAreWeightedByAngle) {
@@ -77,7 +82,7 @@ TEST(ViewSurface, NormalsAreWeightedByAngle) {
             sum[static_cast<std::size_t>(surface.normal_of[p][c])] += std::acos(a.dot(b)) * a.cross(b).normalized();
         }
     for (std::size_t s = 0; s < sum.size(); ++s)
-        EXPECT_LT((surface.normal[s].cast<double>() - sum[s].normalized()).norm(), 1e-5);
+        EXPECT_WITHIN((surface.normal[s].cast<double>() - sum[s].normalized()).norm(), kNormal);
 }
 
 TEST(ViewSurface, FixedNodesStay) {

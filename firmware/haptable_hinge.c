@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Hinges: vertices with more than one ring of patches, edges with more than two. Bodies without them never come here.
+ */
+#include "haptable_surface.h"
+
+/* The first of the table's patches at the vertex; where it has none, that of the next vertex, or hinge_count. */
+static uint16_t first_at(const struct haptable_model* model, uint16_t vertex) {
+    uint16_t low = 0;
+    uint16_t high = model->hinge_count;
+    while (low < high) {
+        const uint16_t middle = (uint16_t)((low + high) / 2);
+        if (model->hinge[middle].vertex < vertex)
+            low = (uint16_t)(middle + 1);
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static int is_at(const struct haptable_model* model, uint16_t hinge, uint16_t vertex) {
+    return hinge < model->hinge_count && model->hinge[hinge].vertex == vertex;
+}
+
+/* The patch's ring at the vertex whose entries begin at `first`. */
+static uint16_t ring_of(const struct haptable_model* model, uint16_t first, uint16_t patch) {
+    const uint16_t vertex = model->hinge[first].vertex;
+    uint16_t i;
+    for (i = first; is_at(model, i, vertex); ++i)
+        if (model->hinge[i].patch == patch) return model->hinge[i].ring;
+    return HAPTABLE_NONE;
+}
+
+uint16_t haptable_hinge_next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin) {
+    const uint16_t first = first_at(model, vertex);
+    uint16_t ring;
+    uint16_t i;
+    if (!is_at(model, first, vertex)) return HAPTABLE_NONE;
+    ring = ring_of(model, first, patch);
+    for (i = first; is_at(model, i, vertex) && model->hinge[i].ring <= ring; ++i) {
+    }
+    if (!is_at(model, i, vertex)) i = first; /* the circle closes */
+    return model->hinge[i].ring == ring_of(model, first, begin) ? HAPTABLE_NONE : model->hinge[i].patch;
+}
+
+static int has_vertex(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
+    const uint16_t* v = model->patch[patch];
+    return v[0] == vertex || v[1] == vertex || v[2] == vertex;
+}
+
+uint16_t haptable_hinge_next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last) {
+    const uint16_t vertex = model->patch[patch][next_corner(corner)];
+    const uint16_t other = model->patch[patch][previous_corner(corner)];
+    const uint16_t neighbour = model->neighbour[patch][corner];
+    int is_after = last == neighbour;
+    uint16_t i;
+    for (i = first_at(model, vertex); is_at(model, i, vertex); ++i) {
+        const uint16_t next = model->hinge[i].patch;
+        if (next == patch || next == neighbour || !has_vertex(model, next, other)) continue;
+        if (is_after) return next;
+        is_after = next == last;
+    }
+    return HAPTABLE_NONE;
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a scene may choose, as enums, and the scene's words for it.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <ostream>
+#include <string_view>
+
+namespace haptable {
+
+enum class ForceLaw { kInterpolated, kConsistent, kPressureMask };
+enum class GodObject { kNearest, kLeastEnergy };
+/// How numbers of a table are stored.
+enum class Storage { kFloat32, kFloat16, kInt16 };
+/// Rows of the columns that are kept for the deformation.
+enum class ColumnRows { kSurface, kAll, kNone };
+
+constexpr std::array<const char*, 3> words(ForceLaw /*kind*/) {
+    return {"interpolated", "consistent", "pressure-mask"};
+}
+constexpr std::array<const char*, 2> words(GodObject /*kind*/) { return {"nearest", "least-energy"}; }
+constexpr std::array<const char*, 3> words(Storage /*kind*/) { return {"float32", "float16", "int16"}; }
+constexpr std::array<const char*, 3> words(ColumnRows /*kind*/) { return {"surface", "all", "none"}; }
+
+/// The scene's word.
+template <typename Choice>
+constexpr const char* word(Choice choice) {
+    return words(choice)[static_cast<std::size_t>(choice)];
+}
+
+/// The choice of that word, if there is one.
+template <typename Choice>
+std::optional<Choice> choice_of(std::string_view text) {
+    const auto all = words(Choice{});
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (text == all[i]) return static_cast<Choice>(i);
+    return {};
+}
+
+/// For messages.
+template <typename Choice>
+requires requires(Choice choice) { words(choice); }
+std::ostream& operator<<(std::ostream& out, Choice choice) { return out << word(choice); }
+
+}  // namespace haptable

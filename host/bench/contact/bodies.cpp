@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bench/contact/bodies.hpp"
+
+#include <fmt/format.h>
+
+#include "host/precompute/precompute.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d vector(const float x[3]) { return Eigen::Map<const Eigen::Vector3f>(x).cast<double>(); }
+
+}  // namespace
+
+std::unique_ptr<Subject> touched_as(Scene scene, const ContactMode& mode, double mask_radius_m,
+                                    const std::filesystem::path& build) {
+    scene.contact.force = mode.force;
+    scene.contact.god_object = mode.god_object;
+    scene.contact.mask_radius_m = scene.contact.force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
+    if (scene.contact.god_object == GodObject::kLeastEnergy)
+        scene.contact.release_n_per_ms = 0.01;  // as a scene has by default
+    scene.tables.columns = ColumnRows::kNone;
+    const auto folder = build / fmt::format("{}-{}-{}", scene.name, word(mode.force), word(mode.god_object));
+    Progress progress(true);
+    precompute(scene, folder, progress);
+    return std::make_unique<Subject>(folder);
+}
+
+Scene cube_scene(int nodes_per_side, double poisson) {
+    Scene scene;
+    scene.file = "cube.toml";
+    scene.name = fmt::format("cube{}-{:.0f}", nodes_per_side, 100.0 * poisson);
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = nodes_per_side;
+    scene.material = {1e4, poisson};
+    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    if (nodes_per_side > 9)
+        scene.touch.push_back({std::array<double, 6>{0.004, 0.004, 0.03 - 1e-9, 0.026, 0.026, 1}, "", 1});
+    return scene;
+}
+
+haptable_model bare(haptable_model model) {
+    model.max_force_n = 1e6F;
+    model.release = nullptr;
+    return model;
+}
+
+BenchFinger::BenchFinger(const haptable_model& model) : model_(model) {
+    model_.max_force_n = 1e6F;
+    begin();
+}
+
+void BenchFinger::begin() { haptable_init(&servo_); }
+
+Vector3d BenchFinger::to(const Vector3d& x_m) {
+    for (std::size_t c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x_m[static_cast<Eigen::Index>(c)]);
+    haptable_step(&model_, &servo_, finger_m_.data(), 0, &out_);
+    return vector(out_.force_n);
+}
+
+double BenchFinger::energy() const {
+    return touches() ? -0.5 * vector(out_.force_n).dot(at() - vector(out_.god_object_m)) : 0.0;
+}
+
+Vector3d BenchFinger::at() const { return vector(finger_m_.data()); }
+
+}  // namespace haptable

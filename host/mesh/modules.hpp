@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What the shared objects in lib/ export. Gmsh and CGAL stand behind them: Gmsh's library brings a hundred others,
+// which take a tenth of a second to load, and a body that is made or is VTK XML needs neither.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "host/mesh/fill.hpp"
+#include "host/mesh/in_child.hpp"
+#include "host/mesh/readers.hpp"
+#include "host/mesh/soup.hpp"
+
+extern "C" {
+
+/// lib/haptable-gmsh.so: reads `staged`, which errors call `file`. Packed: see unpack_model.
+void haptable_gmsh_read(const std::filesystem::path& file, const std::string& staged, std::string& packed);
+
+/// lib/haptable-cgal.so: the text of a surface. Packed: coordinates [3 P], corners [3 F].
+void haptable_cgal_read(const std::filesystem::path& file, std::string_view text, haptable::SurfaceKind kind,
+                        std::string& packed);
+
+/// lib/haptable-cgal.so: the inside of a closed surface, meshed about `centre`. Packed: coordinates [3 N], corners
+/// [4 E], mean length of an edge of its surface.
+void haptable_cgal_fill(const std::filesystem::path& file, const haptable::Soup& soup, const Eigen::Vector3d& centre,
+                        const haptable::FillTarget& target, haptable::ChildCount& count, std::string& packed);
+}
+
+namespace haptable {
+
+/// The address of `function` in lib/MODULE.so, beside the folder of this program, loaded at the first call. `file` is
+/// what it is wanted for. Throws Error where there is no such module or what it needs is missing.
+void* find_in_module(const std::filesystem::path& file, const char* module, const char* function);
+
+/// Function: decltype of its declaration above.
+template <typename Function>
+Function* from_module(const std::filesystem::path& file, const char* module, const char* function) {
+    return reinterpret_cast<Function*>(find_in_module(file, module, function));
+}
+
+}  // namespace haptable

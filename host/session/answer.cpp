@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/session/answer.hpp"
+
+#include <algorithm>
+
+namespace haptable {
+
+// The message's words for what the firmware says.
+static_assert(servo_force::SILENT == HAPTABLE_SILENT && servo_force::FREE == HAPTABLE_FREE &&
+              servo_force::CONTACT == HAPTABLE_CONTACT && servo_force::REJECTED == HAPTABLE_REJECTED);
+
+Answer::Answer(const ServoScene& scene, Connection& connection) : scene_(scene), connection_(connection) {
+    force_.model_hash = contact_.model_hash = static_cast<std::int64_t>(scene.model->hash);
+    contact_.node.reserve(3);
+    contact_.force_n.resize(3);
+    for (auto& force_n : contact_.force_n) force_n.reserve(3);
+}
+
+void Answer::publish_force(const device_state& state, const haptable_output& output) {
+    force_.utime = is_simulated(state.utime) ? state.utime : utime_now();
+    force_.seq = state.seq;
+    std::copy_n(output.force_n, 3, force_.force_n);
+    force_.servo_state = static_cast<std::int8_t>(output.state);
+    connection_.publish(kForceChannel, force_);
+}
+
+void Answer::publish_contact(const device_state& state, const haptable_output& output) {
+    contact_.utime = force_.utime;
+    contact_.seq = state.seq;
+    std::copy_n(state.position_m, 3, contact_.finger_m);
+    std::copy_n(output.god_object_m, 3, contact_.god_object_m);
+    contact_.node.clear();
+    for (std::size_t corner = 0; corner < 3 && output.state == HAPTABLE_CONTACT; ++corner) {
+        contact_.node.push_back(mesh_node(scene_, output, corner));
+        contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
+    }
+    contact_.count = static_cast<std::int32_t>(contact_.node.size());
+    connection_.publish(kContactChannel, contact_);
+}
+
+}  // namespace haptable

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a servo publishes for one state, whoever computed it: servo_force and contact.
+#pragma once
+
+#include "host/link/clock.hpp"
+#include "host/link/connection.hpp"
+#include "host/link/messages.hpp"
+#include "host/session/scene.hpp"
+
+namespace haptable {
+
+/// The firmware's wrapping clock.
+inline std::uint32_t to_firmware_us(Clock::time_point now) {
+    return static_cast<std::uint32_t>(
+        std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
+}
+
+/// A state's time for the firmware. Simulated time is the message's, real time is this machine's: the device's clock
+/// may be another one.
+inline std::uint32_t time_of(const device_state& state, Clock::time_point now) {
+    return is_simulated(state.utime) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
+}
+
+class Answer {
+public:
+    Answer(const ServoScene& scene, Connection& connection);
+
+    std::int64_t model_hash() const { return force_.model_hash; }
+    void publish_force(const device_state& state, const haptable_output& output);
+    void publish_contact(const device_state& state, const haptable_output& output);
+
+private:
+    ServoScene scene_;
+    Connection& connection_;
+    servo_force force_{};
+    contact contact_{};
+};
+
+}  // namespace haptable

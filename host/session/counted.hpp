@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What the sessions of servo and bridge count on the host: one list each makes the fields, the status and the summary.
+#pragma once
+
+#include <cstdint>
+
+namespace haptable {
+
+/// X(name) for every counter of the servo's side of the link, beside the firmware's own.
+#define HAPTABLE_LINK_COUNTERS(X)                                             \
+    X(lost_states)     /* gaps in the device's numbering */                   \
+    X(late_ticks)      /* answers that took longer than a tick */             \
+    X(repeated_states) /* asked again by the device: the same answer given */ \
+    X(foreign_states)  /* meant for another model: not answered */
+
+/// X(name) for every counter of a bridge.
+#define HAPTABLE_BRIDGE_COUNTERS(X)                                           \
+    X(ticks)           /* forces that answered a state */                     \
+    X(contact_ticks)   /* of these, with contact */                           \
+    X(lost_states)     /* gaps in the device's numbering */                   \
+    X(repeated_states) /* asked again by the device */                        \
+    X(foreign_states)  /* meant for another model: not sent on */             \
+    X(resent_frames)   /* states sent again because no answer came */         \
+    X(lost_answers)    /* states that the device's next one overtook */       \
+    X(stale_answers)   /* to a state that was answered or overtaken before */ \
+    X(skipped_bytes)   /* of the line, that belonged to no frame */           \
+    X(foreign_frames)  /* whole, but not forces */                            \
+    X(rejected_forces) /* that no servo of these tables gives: not published */
+
+#define HAPTABLE_COUNTED_FIELD(name) std::int64_t name = 0;
+#define HAPTABLE_COUNTED_VISIT(name) visit(#name, name);
+
+struct LinkCounters {
+    HAPTABLE_LINK_COUNTERS(HAPTABLE_COUNTED_FIELD)
+
+    /// visit(name, value) for each.
+    template <typename Visit>
+    void each(Visit&& visit) const {
+        HAPTABLE_LINK_COUNTERS(HAPTABLE_COUNTED_VISIT)
+    }
+};
+
+struct BridgeCounters {
+    HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_FIELD)
+
+    /// visit(name, value) for each.
+    template <typename Visit>
+    void each(Visit&& visit) const {
+        HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_VISIT)
+    }
+};
+
+#undef HAPTABLE_COUNTED_FIELD
+#undef HAPTABLE_COUNTED_VISIT
+
+}  // namespace haptable

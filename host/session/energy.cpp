@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/session/energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptable {
+
+namespace {
+
+/// 0 where the load is not a number: then the servo gave no force either.
+double stored(const std::array<float, 3>& finger_m, const haptable_output& output) {
+    double sum_j = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        double load_n = 0.0;
+        for (const auto& nodal_force_n : output.nodal_force_n) load_n += double{nodal_force_n[axis]};
+        sum_j += 0.5 * load_n * (double{finger_m[axis]} - double{output.god_object_m[axis]});
+    }
+    return std::isfinite(sum_j) ? sum_j : 0.0;
+}
+
+}  // namespace
+
+void EnergyAccount::add(const std::array<float, 3>& finger_m, const haptable_output& output) {
+    const std::optional<Held> before = std::exchange(last_, std::nullopt);
+    stored_j_ = 0.0;
+    if (output.state != HAPTABLE_CONTACT && output.state != HAPTABLE_FREE) return;
+    last_ = Held{finger_m, {output.force_n[0], output.force_n[1], output.force_n[2]}};
+    if (output.state == HAPTABLE_CONTACT) stored_j_ = stored(finger_m, output);
+    most_stored_j_ = std::max(most_stored_j_, stored_j_);
+    for (std::size_t axis = 0; before && axis < 3; ++axis)
+        given_j_ += double{before->force_n[axis]} * (double{finger_m[axis]} - double{before->finger_m[axis]});
+    most_given_j_ = std::max(most_given_j_, given_j_);
+}
+
+void ForceReport::note(const std::array<float, 3>& finger_m, const haptable_output& output) {
+    const float* force_n = output.force_n;
+    largest_force_n = std::max(largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
+    energy.add(finger_m, output);
+}
+
+void ForceReport::add_to(SummaryLines& summary) const {
+    summary.add("largest_force_n", largest_force_n);
+    for (const auto& [name, energy_j] : energy.by_name()) summary.add(name + "_j", energy_j);
+}
+
+}  // namespace haptable

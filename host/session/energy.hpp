@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The forces of a session: the largest, and their energy: what the body stores, and what they gave to the user.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "firmware/haptable.h"
+#include "host/link/summary.hpp"
+
+namespace haptable {
+
+/// Kept on the host, in double: the servo pays nothing for it. Fixed memory, any number of ticks.
+class EnergyAccount {
+public:
+    /// One tick: where the finger was (m) and what the servo answered. A force is held until the next tick, so that the
+    /// one before did F . d over a motion d (Hannaford and Ryu 2002). After a rejected position, or silence, there is
+    /// none.
+    void add(const std::array<float, 3>& finger_m, const haptable_output& output);
+
+    /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in
+    /// the body, and in the coupling where the scene has one. J.
+    double stored_j() const { return stored_j_; }
+    /// The largest of stored_j() so far.
+    double most_stored_j() const { return most_stored_j_; }
+    /// Given to the user so far, less what was taken, J: never above what rounding makes of 0 where the servo is
+    /// passive and contact begins at rest on the surface.
+    double given_j() const { return given_j_; }
+    /// The largest of given_j() so far, 0 at the least.
+    double most_given_j() const { return most_given_j_; }
+
+    /// All of them for reports: names without a unit, J.
+    std::array<std::pair<std::string, double>, 4> by_name() const {
+        return {{{"energy_stored", stored_j_},
+                 {"energy_most_stored", most_stored_j_},
+                 {"energy_given", given_j_},
+                 {"energy_most_given", most_given_j_}}};
+    }
+
+private:
+    struct Held {
+        std::array<float, 3> finger_m;
+        std::array<float, 3> force_n;
+    };
+
+    std::optional<Held> last_;
+    double stored_j_ = 0.0, most_stored_j_ = 0.0;
+    double given_j_ = 0.0, most_given_j_ = 0.0;
+};
+
+/// What a session's forces came to: of a servo, or of the bridge that stands for it.
+struct ForceReport {
+    double largest_force_n = 0.0;
+    EnergyAccount energy;
+
+    /// One tick: where the finger was, and what the servo answered.
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output);
+    void add_to(SummaryLines& summary) const;
+};
+
+}  // namespace haptable

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo's CSV: one line a tick, what went in and what came out.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "host/link/text_file.hpp"
+#include "host/session/scene.hpp"
+
+namespace haptable {
+
+/// The servo's CSV under construction: beside its final place until finish().
+class ServoRecord {
+public:
+    /// Throws Error that names the path when it cannot be written there.
+    ServoRecord(const ServoScene& scene, const std::filesystem::path& path);
+
+    /// One line. Floats have 9 digits, so that reading them back gives the same bits.
+    void add(std::int64_t tick, const std::array<float, 3>& finger_m, const haptable_output& out);
+    /// Throws Error when the disk did not take it.
+    void finish() { file_.finish(); }
+
+private:
+    ServoScene scene_;
+    TextFile file_;
+    std::string line_;
+};
+
+}  // namespace haptable

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/session/status.hpp"
+
+#include <cmath>
+
+namespace haptable {
+
+Status::Status(std::int64_t model_hash, std::uint8_t servo_state, double longest_us) {
+    message_.utime = utime_now();
+    message_.model_hash = model_hash;
+    message_.servo_state = static_cast<std::int8_t>(servo_state);
+    message_.longest_step_us = longest_us;
+}
+
+void Status::operator()(std::string name, std::int64_t value) {
+    message_.name.push_back(std::move(name));
+    message_.value.push_back(value);
+}
+
+void Status::add(const ForceReport& forces) {
+    for (const auto& [name, energy_j] : forces.energy.by_name()) (*this)(name + "_nj", std::llround(energy_j * 1e9));
+}
+
+void Status::publish(Connection& connection) {
+    (*this)("undecodable_messages", static_cast<std::int64_t>(connection.undecodable()));
+    message_.count = static_cast<std::int32_t>(message_.name.size());
+    connection.publish(kStatusChannel, message_);
+}
+
+}  // namespace haptable

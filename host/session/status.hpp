@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// servo_status under construction: what a servo, or the bridge that stands for it, publishes ten times a second.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "host/link/connection.hpp"
+#include "host/link/messages.hpp"
+#include "host/session/energy.hpp"
+
+namespace haptable {
+
+class Status {
+public:
+    Status(std::int64_t model_hash, std::uint8_t servo_state, double longest_us);
+
+    /// For the lists of counters, which call it with name and value.
+    void operator()(std::string name, std::int64_t value);
+    /// The energies, in nJ.
+    void add(const ForceReport& forces);
+    /// Counts what could not be read last, and publishes.
+    void publish(Connection& connection);
+
+private:
+    servo_status message_{};
+};
+
+}  // namespace haptable

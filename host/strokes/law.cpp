@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// P(alpha) = sum degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk;   S = P of degree 1, or C = P and S = C^-1
+#include "host/strokes/law.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d matrix_of(const std::array<double, 9>& rows) {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data());
+}
+
+/// What f^T B f sees of it.
+Matrix3d symmetric(const Matrix3d& b) { return 0.5 * (b + b.transpose()); }
+
+double factorial(int n) { return n < 2 ? 1.0 : n * factorial(n - 1); }
+
+double power(double x, int n) {
+    double product = 1.0;
+    for (; n > 0; --n) product *= x;
+    return product;
+}
+
+std::map<std::array<std::int32_t, 2>, std::size_t> places(const std::vector<std::array<std::int32_t, 2>>& edges) {
+    std::map<std::array<std::int32_t, 2>, std::size_t> place;
+    for (std::size_t e = 0; e < edges.size(); ++e) place[edges[e]] = e;
+    return place;
+}
+
+}  // namespace
+
+Law::Law(const Tables& tables, const ServoModel& servo)
+    : degree_(std::max(1, tables.compliance.degree)), rigid_n_per_m_(tables.rigid_stiffness_n_per_m) {
+    for (int i = degree_; i >= 0; --i)
+        for (int j = degree_ - i; j >= 0; --j) {
+            exponent_.push_back({i, j, degree_ - i - j});
+            multinomial_.push_back(factorial(degree_) / factorial(i) / factorial(j) / factorial(degree_ - i - j));
+        }
+    controls_ = exponent_.size();
+    for (std::size_t p = 0; p < servo.patch.size(); ++p) {
+        std::array<bool, 3> fixed{};
+        for (std::size_t c = 0; c < 3; ++c) fixed[c] = servo.patch[p][c] >= servo.free_count;
+        fixed_.push_back(fixed);
+    }
+    if (degree_ == 1)
+        gather_stiffness(tables, servo);
+    else
+        gather_compliance(tables, servo);
+    if (degree_ == 2) gather_pairs(tables, servo);
+}
+
+/// S_a of the corners; rigid where fixed.
+void Law::gather_stiffness(const Tables& tables, const ServoModel& servo) {
+    for (const auto& corners : servo.patch)
+        for (const std::uint16_t vertex : corners)
+            control_.push_back(vertex < servo.free_count ? symmetric(matrix_of(tables.stiffness[vertex]))
+                                                         : Matrix3d(rigid_n_per_m_ * Matrix3d::Identity()));
+}
+
+/// B_ijk as docs/SPEC.md has them: of vertices, of edges from the node with the lower number, and within patches.
+void Law::gather_compliance(const Tables& tables, const ServoModel& servo) {
+    const ComplianceTables& from = tables.compliance;
+    const auto edge_place = places(from.edge_id);
+    std::map<std::int32_t, std::size_t> vertex_place;
+    for (std::size_t t = 0; t < from.vertex_id.size(); ++t) vertex_place[from.vertex_id[t]] = t;
+    const auto vertex_block = [&](std::uint16_t vertex) -> Block {
+        if (degree_ == 4) return matrix_of(from.vertex[vertex_place.at(servo.node[vertex])]);
+        if (vertex >= servo.free_count) return Block::Zero();
+        return matrix_of(tables.stiffness[vertex]).inverse();
+    };
+    for (std::size_t p = 0; p < servo.patch.size(); ++p)
+        for (const std::array<int, 3>& n : exponent_) {
+            const auto& v = servo.patch[p];
+            const auto whole = static_cast<std::size_t>(std::max_element(n.begin(), n.end()) - n.begin());
+            const auto none = static_cast<std::size_t>(std::min_element(n.begin(), n.end()) - n.begin());
+            if (n[whole] == degree_) {
+                control_.push_back(symmetric(vertex_block(v[whole])));
+            } else if (n[none] == 0) {
+                const std::size_t a = (none + 1) % 3, b = (none + 2) % 3;
+                const std::int32_t node_a = servo.node[v[a]], node_b = servo.node[v[b]];
+                const std::size_t e = edge_place.at({std::min(node_a, node_b), std::max(node_a, node_b)});
+                const int from_low = (node_a < node_b ? n[b] : n[a]) - 1;
+                control_.push_back(symmetric(matrix_of(
+                    from.edge[e * static_cast<std::size_t>(degree_ - 1) + static_cast<std::size_t>(from_low)])));
+            } else {
+                control_.push_back(symmetric(matrix_of(from.patch[3 * servo.index.order[p] + whole])));
+            }
+        }
+}
+
+/// L_ab of the patches' corners, 0 where one is fixed.
+void Law::gather_pairs(const Tables& tables, const ServoModel& servo) {
+    const auto edge_place = places(tables.compliance.edge_id);
+    for (const auto& v : servo.patch) {
+        std::array<Block, 9> pairs;
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t b = 0; b < 3; ++b) {
+                Block& pair = pairs[3 * a + b];
+                pair.setZero();
+                if (v[a] >= servo.free_count || v[b] >= servo.free_count) continue;
+                const std::int32_t node_a = servo.node[v[a]], node_b = servo.node[v[b]];
+                if (a == b)
+                    pair = matrix_of(tables.stiffness[v[a]]).inverse();
+                else if (node_a < node_b)
+                    pair = matrix_of(tables.compliance.edge[edge_place.at({node_a, node_b})]);
+                else
+                    pair = matrix_of(tables.compliance.edge[edge_place.at({node_b, node_a})]).transpose();
+            }
+        pair_.push_back(pairs);
+    }
+}
+
+Matrix3d Law::polynomial(const SurfacePoint& g) const {
+    Matrix3d sum = Matrix3d::Zero();
+    for (std::size_t n = 0; n < controls_; ++n) {
+        const auto& e = exponent_[n];
+        const double weight =
+            multinomial_[n] * power(g.alpha[0], e[0]) * power(g.alpha[1], e[1]) * power(g.alpha[2], e[2]);
+        sum += weight * control_[g.patch * controls_ + n];
+    }
+    return sum;
+}
+
+/// C + max(0, s / rigid_stiffness - trace C / 3) I, s the share of alpha on fixed vertices.
+double Law::lift(const SurfacePoint& g, const Matrix3d& c) const {
+    double share = 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+        if (fixed_[g.patch][k]) share += g.alpha[static_cast<Eigen::Index>(k)];
+    return share > 0.0 ? std::max(0.0, share / rigid_n_per_m_ - c.trace() / 3.0) : 0.0;
+}
+
+Matrix3d Law::stiffness(const SurfacePoint& g) const {
+    const Matrix3d p = polynomial(g);
+    if (degree_ == 1) return p;
+    return (p + lift(g, p) * Matrix3d::Identity()).inverse();
+}
+
+Vector3d Law::nodal_force(const SurfacePoint& g, const Matrix3d& s, const Vector3d& u, int c) const {
+    if (degree_ == 1) return g.alpha[c] * (control_[3 * g.patch + static_cast<std::size_t>(c)] * u);
+    return g.alpha[c] * (s * u);
+}
+
+bool Law::draws(const SurfacePoint& g) const { return degree_ == 2 && lift(g, polynomial(g)) == 0.0; }
+
+Vector3d Law::drawn(const SurfacePoint& g, const std::array<Vector3d, 3>& nodal_n) const {
+    Vector3d moved = Vector3d::Zero();
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b)
+            moved += g.alpha[static_cast<Eigen::Index>(a)] * (pair_[g.patch][3 * a + b] * nodal_n[b]);
+    return moved;
+}
+
+}  // namespace haptable

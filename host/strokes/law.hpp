@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// f = S(g) u in double, from the tables in double: what a contact's force must be.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "codegen/model.hpp"
+
+namespace haptable {
+
+/// A point of the servo's surface.
+struct SurfacePoint {
+    std::size_t patch = 0;
+    Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
+};
+
+/// The three forces of [contact] (docs/CONTACT.md) as polynomials of alpha on every patch.
+class Law {
+public:
+    /// servo: built from the tables; its numbering of patches and corners is used, none of its blocks.
+    Law(const Tables& tables, const ServoModel& servo);
+
+    /// S(g), N/m: sum alpha_a S_a, or C(alpha)^-1, lifted where vertices are fixed.
+    Eigen::Matrix3d stiffness(const SurfacePoint& g) const;
+    /// The force on corner c under a displacement u, N. s: stiffness(g).
+    Eigen::Vector3d nodal_force(const SurfacePoint& g, const Eigen::Matrix3d& s, const Eigen::Vector3d& u, int c) const;
+    /// True where the surface drawn with a contact's forces must meet the finger: force = "consistent", not lifted.
+    bool draws(const SurfacePoint& g) const;
+    /// By how much nodal forces on the patch move the point, m: sum alpha_a L_ab F_b. before: draws(g).
+    Eigen::Vector3d drawn(const SurfacePoint& g, const std::array<Eigen::Vector3d, 3>& nodal_n) const;
+
+private:
+    using Block = Eigen::Matrix3d;
+    void gather_stiffness(const Tables& tables, const ServoModel& servo);
+    void gather_compliance(const Tables& tables, const ServoModel& servo);
+    void gather_pairs(const Tables& tables, const ServoModel& servo);
+    Block polynomial(const SurfacePoint& g) const;
+    double lift(const SurfacePoint& g, const Block& c) const;
+
+    int degree_;  ///< 1: S itself; 2, 4: C
+    double rigid_n_per_m_;
+    std::size_t controls_ = 0;                  ///< of a patch
+    std::vector<std::array<int, 3>> exponent_;  ///< [controls] of alpha
+    std::vector<double> multinomial_;           ///< [controls]
+    std::vector<Block> control_;                ///< [p controls]
+    std::vector<std::array<bool, 3>> fixed_;    ///< [p] corners
+    std::vector<std::array<Block, 9>> pair_;    ///< [p] L_ab, row by row of corners; consistent only
+};
+
+}  // namespace haptable

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a campaign found: numbers for a page, JSON for scripts, strokes as files.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "host/report/numbers.hpp"
+#include "host/strokes/campaign.hpp"
+#include "host/strokes/specimen.hpp"
+
+namespace haptable {
+
+/// One body: a tally for each of the modes.
+struct SpecimenResult {
+    Specimen specimen;
+    std::vector<Tally> tally;  ///< [m]
+};
+
+struct CampaignResult {
+    std::uint64_t seed = 0;
+    double wall_s = 0.0, cpu_s = 0.0;
+    int threads = 1;
+    std::vector<TouchMode> modes;  ///< [m]
+    std::vector<SpecimenResult> results;
+    std::vector<Refused> refused;
+
+    Tally total() const;
+};
+
+/// For docs/STROKES.md: the totals, a table of modes and faults, and a row a body with a column a mode, without
+/// friction and with it; a cell counts the strokes with each fault.
+Numbers numbers_of(const CampaignResult& result);
+/// Every tally, for scripts.
+nlohmann::ordered_json to_json(const CampaignResult& result);
+
+/// A stroke as the servo's CSV (docs/SPEC.md), to the bits of its floats; and back.
+std::string to_csv(const Stroke& stroke);
+Stroke read_stroke(const std::filesystem::path& file);
+
+/// What the judge saw of a stroke, a line a tick.
+std::string to_csv(const Stroke& stroke, const std::vector<Judged>& ticks);
+
+}  // namespace haptable

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Random fingers: what a hand does to a body, and what it should not be able to do.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "codegen/model.hpp"
+
+namespace haptable {
+
+/// Finger positions, m, one a millisecond, as the servo is given them.
+using Stroke = std::vector<std::array<float, 3>>;
+
+/// Makes strokes over one surface. The same numbers give the same stroke.
+class StrokeMaker {
+public:
+    explicit StrokeMaker(const ServoModel& servo);
+
+    /// One of: in along a normal, slide, out; along the surface at a depth; over a sharp edge or into a crease; a
+    /// closed loop; straight through at 1 to 5 m/s; tremble at the surface; zigzag in and out; one that begins inside.
+    Stroke make(std::uint64_t seed, std::uint64_t number) const;
+
+private:
+    struct Pen;
+    Eigen::Vector3d corner(std::size_t patch, std::size_t c) const;
+    Eigen::Vector3d normal(std::size_t patch) const;
+    Eigen::Vector3d any_point(std::size_t patch, Pen& pen) const;
+    std::size_t any_patch(Pen& pen) const;
+    std::size_t any_neighbour(std::size_t patch, Pen& pen) const;
+    double sharpness(std::size_t patch, std::size_t corner) const;
+
+    void slide(Pen& pen) const;
+    void follow(Pen& pen) const;
+    void cross_edge(Pen& pen) const;
+    void loop(Pen& pen) const;
+    void pass(Pen& pen) const;
+    void tremble(Pen& pen) const;
+    void poke(Pen& pen) const;
+    void begin_inside(Pen& pen) const;
+
+    const ServoModel& servo_;
+    double size_m_;
+    std::vector<double> area_;  ///< [p] sums of the areas so far
+};
+
+}  // namespace haptable
