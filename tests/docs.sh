@@ -5,7 +5,7 @@
 # Called by tests/lint.sh from the project's root; needs nothing built.
 set -eu
 
-reference='docs/(SPEC|NOTATION|INSTRUCTIONS).md' # looked up, not read
+reference='docs/(SPEC|NOTATION|INSTRUCTIONS|STROKES).md' # looked up, not read
 most_words=1500
 most_columns=100
 status=0
