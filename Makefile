@@ -58,8 +58,8 @@ TARGETED   = $(call objects,host/target) $(REPORT) $(CODEGEN)
 STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(REPORT) $(PRECOMPUTE)
 BENCH      = $(call objects,host/bench) $(REPORT) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
-LIBS_BASE       = -lfmt
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz -lxxhash $(LIBS_BASE) $(FIND_MODULES)
+LIBS_BASE       = -lfmt -lxxhash
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES)
 LIBS_STROKES    = $(LIBS_PRECOMPUTE) -lgmp -lmpfr
 LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)
@@ -81,7 +81,9 @@ $(BUILD)/host/mesh/cgal/%.cpp.o: private FP += -frounding-math
 $(BUILD)/host/strokes/solid.cpp.o: private FP += -frounding-math
 $(IN_MODULES): private CXXFLAGS += -fPIC
 
-TESTS = $(patsubst %,$(BUILD)/%.o,$(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*'))
+# The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
+# at the end.
+TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES)
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count haptable-report)
@@ -97,36 +99,36 @@ all: $(MODULES) $(PROGRAMS)
 demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/mouse.toml
-	@BUILD=$(BUILD) sh host/demo.sh
+	@BUILD=$(BUILD) sh scripts/demo.sh
 
 # test: install what is missing, build and run every test
 .PHONY: test
-test: $(BUILD)/tests/unit
+test: $(MODULES) $(BUILD)/tests/unit
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
-	@if sh host/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
-	@BUILD=$(BUILD) sh tests/fuzz/run.sh 3
-	@BUILD=$(BUILD) sh tests/run.sh
+	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
+	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-kernels: the numerical tests under every OpenBLAS kernel that this processor can run, with 1 and 2 threads
 .PHONY: test-kernels
-test-kernels: $(BUILD)/tests/unit $(BUILD)/bin/haptable-precompute
-	@if sh host/setup.sh mpi; then $(MAKE) --no-print-directory mpi; fi
-	@BUILD=$(BUILD) sh tests/kernels.sh $(KERNELS)
+test-kernels: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-precompute
+	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi; fi
+	@BUILD=$(BUILD) sh scripts/test-kernels.sh $(KERNELS)
 
 # fuzz: the readers that we wrote and the scene file under libFuzzer, ten minutes each (make fuzz SECONDS=600)
 SECONDS ?= 600
 .PHONY: fuzz
 fuzz: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
-	@BUILD=$(BUILD) sh tests/fuzz/run.sh $(SECONDS)
+	@BUILD=$(BUILD) sh scripts/fuzz.sh $(SECONDS)
 
 # sanitize: every mesh of ../shared, sound and broken, under Address- and UndefinedBehaviorSanitizer
 .PHONY: sanitize
 sanitize: $(BUILD)/setup.stamp $(BUILD)/setup-surface.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= \
 	$(addprefix $(BUILD)/sanitize/,bin/haptable-precompute lib/haptable-cgal.so lib/haptable-gmsh.so)
-	@BUILD=$(BUILD) sh tests/sanitize.sh ../shared/meshes ../shared/meshes/bad
+	@BUILD=$(BUILD) sh scripts/sanitize.sh ../shared/meshes ../shared/meshes/bad
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
@@ -144,7 +146,7 @@ scene-alone: $(BUILD)/bin/haptable-precompute
 # mpi: haptable-precompute for several machines, with Open MPI and MUMPS
 .PHONY: mpi
 mpi:
-	@sh host/setup.sh mpi
+	@sh scripts/setup.sh mpi
 	@$(MAKE) --no-print-directory $(MODULES) $(BUILD)/bin/haptable-precompute-mpi
 
 # strokes: a million random strokes over every mesh, judged by geometry that is not the servo's (then: make report)
@@ -154,40 +156,59 @@ strokes: $(MODULES) $(BUILD)/bin/haptable-strokes
 	@mkdir -p $(BUILD)/report
 	@$(BUILD)/bin/haptable-strokes $(STROKES_OVER) --build $(BUILD)/strokes -o $(BUILD)/report/strokes.json
 
-# bench: measure speed and error, print them beside the paper's Table 2, put every number into its page
+# bench: measure speed and error into every page and build/report/index.html, beside the paper's Table 2; QUICK=1: a
+# minute or two, on coarse meshes, into the report alone
+QUICK ?=
+DOCS = $(if $(QUICK),$(BUILD)/quick/docs,docs)
+MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
+bench_step = @echo "bench: $(1)"
 .PHONY: bench
-bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-inversion haptable-contact haptable-bench-target haptable-count haptable-report)
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-error haptable-contact haptable-report) $(if $(QUICK),,bench-programs)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
-	@$(MAKE) --no-print-directory images
-	@mkdir -p $(BUILD)/report
-	$(BUILD)/bin/haptable-bench meshes/cube.toml meshes/mouse.toml --build $(BUILD) -o $(BUILD)/report/bench.json
-	$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(BUILD)/report/contact.json
-	$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse -o $(BUILD)/report/instructions.json
-	$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(BUILD)/report/modes.json
-	BUILD=$(BUILD) sh host/bench/size.sh $(BUILD)/report/size.json
-	$(BUILD)/bin/haptable-bench-inversion --sides 8,12,16,20 --scene meshes/mouse.toml
+	@rm -rf $(BUILD)/quick
+	@mkdir -p $(MEASURED)
+	$(call bench_step,speed of tick and picture)
+	@$(BUILD)/bin/haptable-bench meshes/cube.toml meshes/mouse.toml --build $(BUILD) -o $(MEASURED)/bench.json $(if $(QUICK),--repetitions 3)
+	$(call bench_step,error against the body of every configuration)
+	@$(BUILD)/bin/haptable-bench-error --build $(BUILD)/error -o $(MEASURED)/error.json $(if $(QUICK),--quick)
+	$(call bench_step,what contact feels like)
+	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
+	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
 	@$(MAKE) --no-print-directory report
 
-# report: the newest numbers of $(BUILD)/report into docs/numbers.json, and from there into the pages
-PAGES = README.md CHANGELOG.md $(wildcard docs/*.md docs/design/*.md firmware/*.md)
+# What `make bench` counts on the microcontrollers' images, and how the inversion grows.
+.PHONY: bench-programs bench-target
+bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count)
+bench-target: bench-programs
+	@$(MAKE) --no-print-directory images
+	$(call bench_step,instructions and bytes on the microcontrollers)
+	@$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse -o $(MEASURED)/instructions.json
+	@$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(MEASURED)/modes.json
+	@BUILD=$(BUILD) sh scripts/bench-size.sh $(MEASURED)/size.json
+	$(call bench_step,growth of the inversion)
+	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
+
+# report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages and into one page
+PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md))
 .PHONY: report
-report: $(BUILD)/bin/haptable-report
-	@mkdir -p $(BUILD)/report
-	@$(BUILD)/bin/haptable-report --take $(BUILD)/report $(PAGES)
-	@$(BUILD)/bin/haptable-report --check $(PAGES)
+report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp
+	@mkdir -p $(BUILD)/report $(MEASURED)
+	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --take $(MEASURED) $(PAGES)
+	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --check $(PAGES)
+	@BUILD=$(BUILD) sh scripts/report.sh $(DOCS) $(BUILD)/report
 
 # figures: remake every picture of README and docs
 .PHONY: figures
 figures: $(addprefix $(BUILD)/bin/,haptable-view haptable-contact haptable-report)
-	@sh host/setup.sh figures
+	@sh scripts/setup.sh figures
 	@for scene in cube mouse mouse-mask; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
-	@BUILD=$(BUILD) sh docs/figures/figures.sh
+	@BUILD=$(BUILD) sh scripts/figures.sh
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
 .PHONY: lint
 lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
-	@BUILD=$(BUILD) sh tests/lint.sh
+	@BUILD=$(BUILD) sh scripts/lint.sh
 
 # format: put every C and C++ file into the project's form
 .PHONY: format
@@ -214,13 +235,13 @@ say = @$(if $(V),:,printf '  %-8s %s\n')
 
 # ---- how things are made -------------------------------------------------------------------------------------------
 
-$(BUILD)/setup.stamp: host/setup.sh
-	@sh host/setup.sh
+$(BUILD)/setup.stamp: scripts/setup.sh
+	@sh scripts/setup.sh
 	@mkdir -p $(@D) && touch $@
 
 # What only a part of the project needs is installed with it.
-$(BUILD)/setup-%.stamp: host/setup.sh | $(BUILD)/setup.stamp
-	@sh host/setup.sh $*
+$(BUILD)/setup-%.stamp: scripts/setup.sh | $(BUILD)/setup.stamp
+	@sh scripts/setup.sh $*
 	@mkdir -p $(@D) && touch $@
 
 $(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES)) $(BUILD)/host/strokes/solid.cpp.o: | $(BUILD)/setup-surface.stamp
@@ -258,7 +279,7 @@ $(BUILD)/bin/haptable-precompute-mpi: $(BUILD)/host/mpi/main.cpp.o $(MPI)
 	$(link) $(LIBS_MPI)
 
 # The tests of an Inverse, for ranks of MPI; tests/host/mpi/mpi_test.cpp runs it.
-$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies conditioning dense tolerance) $(MPI)
+$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies conditioning dense pressures tolerance) $(MPI)
 	$(link) -lgtest $(LIBS_MPI)
 
 $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
@@ -285,13 +306,16 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(BENCH)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
+$(BUILD)/bin/haptable-bench-error: $(BUILD)/host/bench/error/main.cpp.o $(call objects,host/bench/error) $(BUILD)/host/bench/contact/bodies.cpp.o $(BENCH)
+	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+
 $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 	$(link) $(LIBS_STROKES)
 
-$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(REPORT) $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/tests/unit: $(TESTS) $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED) | $(MODULES)
@@ -320,4 +344,5 @@ endif
 
 include firmware/firmware.mk
 
--include $(shell find $(BUILD) -name '*.d' -not -name scene.d 2>/dev/null)
+# Not of the folders in it that are builds of their own.
+-include $(shell find $(BUILD) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)

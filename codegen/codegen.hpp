@@ -12,6 +12,7 @@ namespace haptable {
 
 /// What a model takes, and what other ways to store its blocks would.
 struct ModelSize {
+    std::uint64_t tables_hash = 0;          ///< haptable_model.hash
     std::vector<TableBytes> flash;          ///< by table, in the order of model.c
     std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
     ServoStiffness stiffness;               ///< what it feels like
@@ -38,6 +39,6 @@ struct ModelText {
     std::string header;
     std::string source;
 };
-ModelText model_text(const Tables& tables, const ServoModel& model);
+ModelText model_text(const Tables& tables, const ServoModel& servo);
 
 }  // namespace haptable

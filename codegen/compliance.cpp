@@ -18,32 +18,32 @@ using Edge = std::array<std::int32_t, 2>;
 using Block = std::array<double, 9>;
 
 constexpr const char* kWhat = "a compliance";
-constexpr std::array<float, 6> kNone{};  // a fixed node adds no compliance
+constexpr Block kNone{};  // a fixed node adds no compliance
 
 /// L_ii = S_i^-1, through S as the tables have it.
-std::array<float, 6> inverse(const Block& s) {
+Block inverse(const Block& s) {
     Block l{};
     const Eigen::Map<const Eigen::Matrix3d> stiffness(s.data());
     Eigen::Map<Eigen::Matrix3d>(l.data()) = stiffness.inverse();
-    return packed(l, kWhat);
+    return l;
 }
 
 /// [v] of the consistent force: L_ii of the free vertices, which stand first, and nothing for the fixed ones.
-std::vector<std::array<float, 6>> consistent_vertices(const Tables& tables, const ServoModel& model) {
-    std::vector<std::array<float, 6>> blocks;
+std::vector<Block> consistent_vertices(const Tables& tables, const ServoModel& model) {
+    std::vector<Block> blocks;
     for (const Block& s : tables.stiffness) blocks.push_back(inverse(s));
     blocks.resize(model.node.size(), kNone);
     return blocks;
 }
 
-std::vector<std::array<float, 6>> mask_vertices(const ComplianceTables& tables, const ServoModel& model) {
+std::vector<Block> mask_vertices(const ComplianceTables& tables, const ServoModel& model) {
     std::map<std::int32_t, std::size_t> place;
     for (std::size_t t = 0; t < tables.vertex_id.size(); ++t) place[tables.vertex_id[t]] = t;
-    std::vector<std::array<float, 6>> blocks;
+    std::vector<Block> blocks;
     for (std::int32_t node : model.node) {
         const auto found = place.find(node);
         if (found == place.end()) throw Error(fmt::format("vertex_id.npy lacks node {}: make the tables again", node));
-        blocks.push_back(packed(tables.vertex[found->second], kWhat));
+        blocks.push_back(tables.vertex[found->second]);
     }
     return blocks;
 }
@@ -67,31 +67,47 @@ std::vector<std::array<std::uint16_t, 3>> patch_edges(const ComplianceTables& ta
     return patch_edge;
 }
 
+std::vector<std::array<float, 6>> in_float(const std::vector<Block>& blocks) {
+    std::vector<std::array<float, 6>> floats;
+    for (const Block& block : blocks) floats.push_back(packed(block, kWhat));
+    return floats;
+}
+
 }  // namespace
 
-ServoCompliance build_compliance(const Tables& tables, const ServoModel& model) {
+ExactCompliance exact_compliance(const Tables& tables, const ServoModel& model) {
     const ComplianceTables& from = tables.compliance;
-    ServoCompliance to;
-    to.degree = from.degree;
-    to.edge_count = from.edge_id.size();
-    if (to.edge_count >= HAPTABLE_NONE)
-        throw Error(
-            fmt::format("the touchable surface has {} edges, more than the servo's {} with force = \"{}\": give "
-                        "[[touch]] regions or a coarser mesh",
-                        to.edge_count, HAPTABLE_NONE - 1, word(tables.force)));
-    to.vertex_m_per_n = from.degree == 2 ? consistent_vertices(tables, model) : mask_vertices(from, model);
+    ExactCompliance to;
+    to.vertex = from.degree == 2 ? consistent_vertices(tables, model) : mask_vertices(from, model);
     std::map<std::int32_t, std::size_t> vertex;
     for (std::size_t v = 0; v < model.node.size(); ++v) vertex[model.node[v]] = v;
     const auto per_edge = static_cast<std::size_t>(from.degree - 1);
-    for (std::size_t e = 0; e < to.edge_count; ++e) {
+    for (std::size_t e = 0; e < from.edge_id.size(); ++e) {
         const bool turned = vertex.at(from.edge_id[e][0]) > vertex.at(from.edge_id[e][1]);
         for (std::size_t i = 0; i < per_edge; ++i)
-            to.edge_m_per_n.push_back(packed(from.edge[per_edge * e + (turned ? per_edge - 1 - i : i)], kWhat));
+            to.edge.push_back(from.edge[per_edge * e + (turned ? per_edge - 1 - i : i)]);
     }
     if (from.degree == 4)
-        for (std::size_t old : model.index.order)
-            for (std::size_t c = 0; c < 3; ++c) to.patch_m_per_n.push_back(packed(from.patch[3 * old + c], kWhat));
-    to.patch_edge = patch_edges(from, model);
+        for (std::size_t old : model.leaf_order)
+            to.patch.insert(to.patch.end(), &from.patch[3 * old], &from.patch[3 * old] + 3);
+    return to;
+}
+
+ServoCompliance build_compliance(const Tables& tables, const ServoModel& model) {
+    const std::size_t edges = tables.compliance.edge_id.size();
+    if (edges >= HAPTABLE_NONE)
+        throw Error(
+            fmt::format("the touchable surface has {} edges, more than the servo's {} with force = \"{}\": give "
+                        "[[touch]] regions or a coarser mesh",
+                        edges, HAPTABLE_NONE - 1, word(tables.force)));
+    const ExactCompliance exact = exact_compliance(tables, model);
+    ServoCompliance to;
+    to.degree = static_cast<std::uint8_t>(tables.compliance.degree);
+    to.edge_count = static_cast<std::uint16_t>(edges);
+    to.vertex = in_float(exact.vertex);
+    to.edge = in_float(exact.edge);
+    to.patch = in_float(exact.patch);
+    to.patch_edge = patch_edges(tables.compliance, model);
     return to;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "codegen/model.hpp"
+#include "codegen/polynomial.hpp"
 #include "firmware/haptable.h"
 
 namespace haptable {
@@ -18,13 +19,6 @@ constexpr double kPeriod_s = HAPTABLE_TICK_US / 1e6;
 // A fast exploring hand. Above it the device's friction no longer covers what the sampled spring gives.
 constexpr double kSpeed_m_s = 0.5;
 
-Matrix3d unpacked(const Block& s) {
-    const auto d = [&](std::size_t i) { return static_cast<double>(s[i]); };
-    Matrix3d m;
-    m << d(0), d(3), d(5), d(3), d(1), d(4), d(5), d(4), d(2);
-    return m;
-}
-
 Block packed_again(const Matrix3d& m) {
     return {static_cast<float>(m(0, 0)), static_cast<float>(m(1, 1)), static_cast<float>(m(2, 2)),
             static_cast<float>(m(0, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(0, 2))};
@@ -37,66 +31,46 @@ double smallest_eigenvalue(const Matrix3d& m) {
     return Eigen::SelfAdjointEigenSolver<Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[0];
 }
 
-double factorial(int n) {
-    double product = 1.0;
-    for (int k = 2; k <= n; ++k) product *= k;
-    return product;
-}
-
-/// The block of a patch's control point with these exponents.
-const Block& control_block(const ServoModel& model, std::size_t patch, const std::array<int, 3>& n) {
-    const ServoCompliance& c = model.compliance;
-    const auto& v = model.patch[patch];
-    const auto per_edge = static_cast<std::size_t>(c.degree - 1);
-    for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
-        if (n[k] == c.degree) return c.vertex_m_per_n[v[k]];
-        if (n[k] != 0 || n[a] == 0 || n[b] == 0) continue;
-        const auto from_low = static_cast<std::size_t>((v[a] < v[b] ? n[b] : n[a]) - 1);
-        return c.edge_m_per_n[c.patch_edge[patch][k] * per_edge + from_low];
-    }
-    const auto corner = static_cast<std::size_t>(n[0] == 2 ? 0 : n[1] == 2 ? 1 : 2);
-    return c.patch_m_per_n[3 * patch + corner];
-}
-
-/// C(alpha) of a patch, by Bernstein's formula; fixed vertices lift it as the firmware does.
-Matrix3d compliance_at(const ServoModel& model, std::size_t patch, const std::array<double, 3>& alpha) {
-    const int degree = model.compliance.degree;
-    Matrix3d sum = Matrix3d::Zero();
-    double fixed = 0.0;
-    for (int i = 0; i <= degree; ++i)
-        for (int j = 0; i + j <= degree; ++j) {
-            const std::array<int, 3> n{i, j, degree - i - j};
-            double weight = factorial(degree);
-            for (std::size_t k = 0; k < 3; ++k) weight *= std::pow(alpha[k], n[k]) / factorial(n[k]);
-            sum += weight * unpacked(control_block(model, patch, n));
-        }
-    for (std::size_t k = 0; k < 3; ++k)
-        if (model.patch[patch][k] >= model.free_count) fixed += alpha[k];
-    if (fixed > 0.0)
-        sum += std::max(0.0, fixed / static_cast<double>(model.rigid_stiffness_n_per_m) - sum.trace() / 3.0) *
-               Matrix3d::Identity();
-    return sum;
-}
-
-/// Of the points of a grid of eighths on every patch.
-double largest_of_compliance(const ServoModel& model) {
+/// Of a grid of eighths.
+std::vector<BernsteinPoint> grid_of(int degree) {
     constexpr int kSteps = 8;
+    const auto fraction = [](int n) { return static_cast<double>(n) / kSteps; };
+    std::vector<BernsteinPoint> grid;
+    for (int i = 0; i <= kSteps; ++i)
+        for (int j = 0; i + j <= kSteps; ++j)
+            grid.emplace_back(degree, std::array{fraction(i), fraction(j), fraction(kSteps - i - j)});
+    return grid;
+}
+
+/// True where every eigenvalue of a symmetric C is surely above the bound: C - bound I has positive pivots.
+bool all_above(const Matrix3d& c, double bound) {
+    const double a = c(0, 0) - bound, b = c(1, 1) - bound - c(1, 0) * c(1, 0) / a;
+    const double l = c(2, 1) - c(1, 0) * c(2, 0) / a;
+    return a > 0.0 && b > 0.0 && c(2, 2) - bound - c(2, 0) * c(2, 0) / a - l * l / b > 0.0;
+}
+
+/// Of the points of a grid on every patch.
+double largest_of_compliance(const ServoModel& model) {
+    constexpr double kSurely = 1.0 + 1e-6;  // far beyond the rounding of all_above
+    const std::vector<BernsteinPoint> grid = grid_of(model.compliance.degree);
+    const std::vector<Block> blocks = compliance_blocks(model);
     double largest = 0.0;
-    for (std::size_t p = 0; p < model.patch.size(); ++p)
-        for (int i = 0; i <= kSteps; ++i)
-            for (int j = 0; i + j <= kSteps; ++j) {
-                const auto fraction = [](int n) { return static_cast<double>(n) / kSteps; };
-                const Matrix3d c = compliance_at(model, p, {fraction(i), fraction(j), fraction(kSteps - i - j)});
-                largest = std::max(largest, 1.0 / smallest_eigenvalue(c));
-            }
+    for (std::size_t p = 0; p < model.patch.size(); ++p) {
+        std::vector<Matrix3d> control;
+        for (std::size_t b : control_blocks(model, p)) control.push_back(symmetric(blocks[b]));
+        for (const BernsteinPoint& point : grid) {
+            const Matrix3d c = compliance_at(model, p, control, point);
+            if (largest > 0.0 && all_above(c, kSurely / largest)) continue;
+            largest = std::max(largest, 1.0 / smallest_eigenvalue(c));
+        }
+    }
     return largest;
 }
 
 /// S is a mean of the vertices' blocks, so none of its eigenvalues is larger than the largest of theirs.
 double largest_of_vertices(const ServoModel& model) {
     double largest = model.free_count < model.node.size() ? static_cast<double>(model.rigid_stiffness_n_per_m) : 0.0;
-    for (const Block& s : model.stiffness_n_per_m) largest = std::max(largest, largest_eigenvalue(unpacked(s)));
+    for (const Block& s : model.stiffness_n_per_m) largest = std::max(largest, largest_eigenvalue(symmetric(s)));
     return largest;
 }
 
@@ -111,10 +85,9 @@ double stable_stiffness(const Tables& tables) {
 
 void put_in_series(double compliance_m_per_n, ServoModel& model) {
     const Matrix3d more = compliance_m_per_n * Matrix3d::Identity();
-    for (Block& s : model.stiffness_n_per_m) s = packed_again((unpacked(s).inverse() + more).inverse());
-    for (auto* blocks :
-         {&model.compliance.vertex_m_per_n, &model.compliance.edge_m_per_n, &model.compliance.patch_m_per_n})
-        for (Block& c : *blocks) c = packed_again(unpacked(c) + more);
+    for (Block& s : model.stiffness_n_per_m) s = packed_again((symmetric(s).inverse() + more).inverse());
+    for (auto* blocks : {&model.compliance.vertex, &model.compliance.edge, &model.compliance.patch})
+        for (Block& c : *blocks) c = packed_again(symmetric(c) + more);
     model.rigid_stiffness_n_per_m =
         static_cast<float>(1.0 / (1.0 / static_cast<double>(model.rigid_stiffness_n_per_m) + compliance_m_per_n));
 }

@@ -64,7 +64,7 @@ std::string header_text() {
            "#ifndef HAPTABLE_DISPLAY_H\n#define HAPTABLE_DISPLAY_H\n\n#include \"haptable_deformation.h\"\n\n";
 }
 
-std::string source_text(const Tables& tables, const Display& display) {
+std::string source_text(const Tables& tables, std::uint64_t tables_hash, const Display& display) {
     std::string text =
         fmt::format("/* haptable {}, {}: {} rows of {} vertices, {} bytes of flash */\n#include \"display.h\"\n\n",
                     kVersion, tables.scene_file, display.node.size(), tables.node_id.size(), display.bytes());
@@ -87,7 +87,7 @@ std::string source_text(const Tables& tables, const Display& display) {
     text += fmt::format(
         "const struct haptable_deformation HAPTABLE_DISPLAY = {{\n    .model_hash = 0x{:016x}ULL,\n"
         "    .row_count = {},\n    .free_count = {},\n    .node = display_node,\n    .rest_m = display_rest_m,\n",
-        tables.model_hash, display.node.size(), tables.node_id.size());
+        tables_hash, display.node.size(), tables.node_id.size());
     text += packed ? "    .add = haptable_column_int16,\n    .packed = display_packed,\n"
                      "    .packed_scale_m_per_n = display_scale_m_per_n,\n};\n"
                    : "    .add = haptable_column_float32,\n    .column_m_per_n = display_column_m_per_n,\n};\n";
@@ -125,9 +125,9 @@ Display build_display(const std::filesystem::path& folder, const Tables& tables)
     return display;
 }
 
-haptable_deformation display_in_memory(const Tables& tables, const Display& display) {
+haptable_deformation display_in_memory(const Tables& tables, std::uint64_t tables_hash, const Display& display) {
     haptable_deformation deformation{};
-    deformation.model_hash = tables.model_hash;
+    deformation.model_hash = tables_hash;
     deformation.row_count = static_cast<std::uint16_t>(display.node.size());
     deformation.free_count = static_cast<std::uint16_t>(tables.node_id.size());
     deformation.node = display.node.data();
@@ -139,13 +139,13 @@ haptable_deformation display_in_memory(const Tables& tables, const Display& disp
     return deformation;
 }
 
-std::size_t write_display(const std::filesystem::path& folder, const Tables& tables) {
+std::size_t write_display(const std::filesystem::path& folder, const Tables& tables, std::uint64_t tables_hash) {
     const Display display = build_display(folder, tables);
     write_file(folder / "display.h",
                header_text() + fmt::format("#define HAPTABLE_DISPLAY_ROWS {}\n\n"
                                            "extern const struct haptable_deformation HAPTABLE_DISPLAY;\n\n#endif\n",
                                            display.node.size()));
-    write_file(folder / "display.c", source_text(tables, display));
+    write_file(folder / "display.c", source_text(tables, tables_hash, display));
     return display.bytes();
 }
 

@@ -22,10 +22,11 @@ struct Display {
 /// Reads the rows that the scene asks for from columns.npy in `folder`. Throws Error that names a row without columns.
 Display build_display(const std::filesystem::path& folder, const Tables& tables);
 
-/// The firmware's struct; it points into `display`, which must outlive it and stay where it is.
-haptable_deformation display_in_memory(const Tables& tables, const Display& display);
+/// The firmware's struct, for the servo with this hash of its tables; it points into `display`, which must outlive it
+/// and stay where it is.
+haptable_deformation display_in_memory(const Tables& tables, std::uint64_t tables_hash, const Display& display);
 
-/// display.h and display.c beside model.h; returns the bytes of flash that they take.
-std::size_t write_display(const std::filesystem::path& folder, const Tables& tables);
+/// display.h and display.c beside the model.h of that hash; returns the bytes of flash that they take.
+std::size_t write_display(const std::filesystem::path& folder, const Tables& tables, std::uint64_t tables_hash);
 
 }  // namespace haptable

@@ -54,12 +54,12 @@ private:
 
 }  // namespace
 
-std::vector<Hinge> build_hinges(std::size_t vertices, const std::vector<Patch>& patch,
-                                const std::vector<Patch>& neighbour) {
+std::vector<haptable_hinge> build_hinges(std::size_t vertices, const std::vector<Patch>& patch,
+                                         const std::vector<Patch>& neighbour) {
     std::vector<std::vector<std::uint16_t>> around(vertices);
     for (std::size_t p = 0; p < patch.size(); ++p)
         for (const std::uint16_t v : patch[p]) around[v].push_back(static_cast<std::uint16_t>(p));
-    std::vector<Hinge> hinges;
+    std::vector<haptable_hinge> hinges;
     for (std::size_t v = 0; v < vertices; ++v) {
         const auto vertex = static_cast<std::uint16_t>(v);
         const Fan fan(vertex, around[v]);
@@ -68,7 +68,7 @@ std::vector<Hinge> build_hinges(std::size_t vertices, const std::vector<Patch>& 
         if (is_single && !fan.has_crowded_edge(patch)) continue;
         for (std::size_t i = 0; i < ring.size(); ++i) hinges.push_back({vertex, around[v][i], ring[i]});
     }
-    std::sort(hinges.begin(), hinges.end(), [](const Hinge& a, const Hinge& b) {
+    std::sort(hinges.begin(), hinges.end(), [](const haptable_hinge& a, const haptable_hinge& b) {
         return std::tie(a.vertex, a.ring, a.patch) < std::tie(b.vertex, b.ring, b.patch);
     });
     return hinges;

@@ -7,7 +7,8 @@
 
 namespace haptable {
 
-/// A model that points into `servo`, which must outlive it and stay where it is.
+/// A model that points into `servo`, which must outlive it and stay where it is. Its hash is of its every byte, of
+/// the nodes of its vertices and of what the tables were made from: tables that differ in one bit have another.
 haptable_model model_in_memory(const Tables& tables, const ServoModel& servo);
 
 }  // namespace haptable

@@ -96,8 +96,8 @@ private:
         return (leaves + 1) / 2 * HAPTABLE_LEAF;
     }
 
-    IndexBox on_grid(const Bounds& bounds) const {
-        IndexBox box{{}, {}, 0, HAPTABLE_NONE};
+    haptable_box on_grid(const Bounds& bounds) const {
+        haptable_box box{{}, {}, 0, HAPTABLE_NONE};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto steps = [&](double x) {
                 return (x - static_cast<double>(index_.origin_m[axis])) * static_cast<double>(index_.per_m);

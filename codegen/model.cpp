@@ -103,8 +103,12 @@ ServoModel build_model(const Tables& tables) {
     for (const auto& block : tables.stiffness) model.stiffness_n_per_m.push_back(packed(block, "a stiffness"));
 
     const auto patches = vertex_patches(tables, model.node);
-    model.index = build_index(model.vertex_m, patches);
-    for (std::size_t old : model.index.order) model.patch.push_back(patches[old]);
+    SpatialIndex index = build_index(model.vertex_m, patches);
+    model.grid_origin_m = index.origin_m;
+    model.grid_per_m = index.per_m;
+    model.leaf_order = std::move(index.order);
+    model.box = std::move(index.boxes);
+    for (std::size_t old : model.leaf_order) model.patch.push_back(patches[old]);
     model.neighbour = build_neighbours(model.vertex_m, model.patch);
     model.hinge = build_hinges(model.vertex_m.size(), model.patch, model.neighbour);
     check_size(model.hinge.size(), "patches at hinges");

@@ -13,40 +13,43 @@
 
 namespace haptable {
 
-/// One box of the spatial index; the same fields as firmware/haptable.h's struct haptable_box.
-struct IndexBox {
-    std::array<std::uint16_t, 3> low;
-    std::array<std::uint16_t, 3> high;
-    std::uint16_t skip;
-    std::uint16_t patch;
+/// A firmware's type as a value: T[k] is std::array<T, k>, any other type itself.
+template <typename T>
+struct ValueOf {
+    using type = T;
+};
+template <typename T, std::size_t k>
+struct ValueOf<T[k]> {
+    using type = std::array<T, k>;
 };
 
-/// A patch at a hinge; the same fields as firmware/haptable.h's struct haptable_hinge.
-struct Hinge {
-    std::uint16_t vertex;
-    std::uint16_t patch;
-    std::uint16_t ring;
-};
+#define HAPTABLE_VALUE_MEMBER(type_, name) ValueOf<type_>::type name{};
+#define HAPTABLE_ROWS_MEMBER(type_, name, count) std::vector<ValueOf<type_>::type> name;
+#define HAPTABLE_NO_MEMBER(...)
 
 /// The spatial index over patches: boxes in depth-first order over patches in leaf order.
 struct SpatialIndex {
     std::array<float, 3> origin_m{};
     float per_m = 0.0F;              ///< grid steps in a metre
     std::vector<std::size_t> order;  ///< [p] leaf order: the old number of each new patch
-    std::vector<IndexBox> boxes;
+    std::vector<haptable_box> boxes;
 };
 
 /// The fields of struct haptable_compliance; degree 0: the force needs none.
 struct ServoCompliance {
-    int degree = 0;
-    std::size_t edge_count = 0;
-    std::vector<std::array<float, 6>> vertex_m_per_n;      ///< [v]
-    std::vector<std::array<float, 6>> edge_m_per_n;        ///< [edge_count (degree - 1)] from the lower vertex
-    std::vector<std::array<float, 6>> patch_m_per_n;       ///< [3 p] with degree 4, or empty
-    std::vector<std::array<std::uint16_t, 3>> patch_edge;  ///< [p]
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_VALUE_MEMBER, HAPTABLE_ROWS_MEMBER)
     /// Where model_in_memory keeps the struct that its model points to.
     mutable std::shared_ptr<haptable_compliance> in_memory;
 };
+
+/// The tables of struct haptable_model, by their names there.
+struct ServoTables {
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_NO_MEMBER, HAPTABLE_ROWS_MEMBER, HAPTABLE_NO_MEMBER, HAPTABLE_NO_MEMBER)
+};
+
+#undef HAPTABLE_VALUE_MEMBER
+#undef HAPTABLE_ROWS_MEMBER
+#undef HAPTABLE_NO_MEMBER
 
 /// How stiff the servo's object is to a finger.
 struct ServoStiffness {
@@ -68,28 +71,34 @@ struct TableBytes {
     std::size_t bytes;
 };
 
-/// The fields of struct haptable_model, ready to be written as text.
-struct ServoModel {
-    std::vector<std::int32_t> node;  ///< [v] mesh node of each vertex, free ones first
-    std::size_t free_count = 0;
-    std::vector<std::array<float, 3>> vertex_m;           ///< [v]
-    std::vector<std::array<float, 6>> stiffness_n_per_m;  ///< [free_count] xx yy zz xy yz zx
-    std::vector<std::array<std::uint16_t, 6>> packed;     ///< [free_count] the same in 16 bits; empty for float32
-    std::vector<float> packed_scale_n_per_m;              ///< [1] for float16, [free_count] for int16
-    std::vector<std::array<std::uint16_t, 3>> patch;      ///< [p] vertices
-    std::vector<std::array<std::uint16_t, 3>> neighbour;  ///< [p] across the edge opposite to each corner
-    std::vector<Hinge> hinge;                             ///< by vertex; empty on most bodies
-    SpatialIndex index;
-    ServoIndex search;  ///< what a search of it takes; made by measure_search
+/// What struct haptable_model holds, beside what the scene's options choose. The blocks that `packed` holds
+/// are there in float32 too, for comparison.
+struct ServoModel : ServoTables {
+    std::vector<std::int32_t> node;       ///< [v] mesh node of each vertex, free ones first
+    std::size_t free_count = 0;           ///< [v]
+    std::vector<std::size_t> leaf_order;  ///< [p] of each patch its number in the tables of the scene
+    std::array<float, 3> grid_origin_m{};
+    float grid_per_m = 0.0F;
+    ServoIndex search;  ///< what a search of the spatial index takes; made by measure_search
     ServoCompliance compliance;
     ServoStiffness stiffness;
     float rigid_stiffness_n_per_m = 0.0F;
     float tolerance_m = 0.0F;
     float workspace_limit_m = 0.0F;
+
+    /// Which blocks the force reads in float32: S of the vertices, those of a compliance, or none as it unpacks them.
+    bool reads_stiffness() const { return compliance.degree == 0 && packed.empty(); }
+    bool reads_compliance() const { return compliance.degree != 0 && packed.empty(); }
 };
 
 /// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.
 ServoModel build_model(const Tables& tables);
+
+/// The blocks of C(alpha) in double, in the servo's order; as in ServoCompliance.
+struct ExactCompliance {
+    std::vector<std::array<double, 9>> vertex, edge, patch;
+};
+ExactCompliance exact_compliance(const Tables& tables, const ServoModel& model);
 
 /// C(alpha) on the patches of `model`, which is complete but for it.
 ServoCompliance build_compliance(const Tables& tables, const ServoModel& model);
@@ -104,7 +113,7 @@ std::array<float, 6> packed(const std::array<double, 9>& block, const char* what
 /// The most boxes that the search of any segment of up to `segment_m` can visit, wherever it lies: an upper bound,
 /// which counts every box that comes within half the segment of its middle. Where the finger is slower, a search takes
 /// one tick when this is at most HAPTABLE_TICK_BOXES.
-std::size_t most_boxes(const SpatialIndex& index, double segment_m);
+std::size_t most_boxes(const ServoModel& model, double segment_m);
 
 /// Fills in `search`.
 void measure_search(ServoModel& model);
@@ -120,7 +129,7 @@ std::vector<std::array<std::uint16_t, 3>> build_neighbours(const std::vector<std
 
 /// The patches around every vertex that has more than one ring of them or an edge of more than two; vertices and
 /// rings ascend. A ring is named by its lowest patch. patches and neighbours [p].
-std::vector<Hinge> build_hinges(std::size_t vertices, const std::vector<std::array<std::uint16_t, 3>>& patch,
-                                const std::vector<std::array<std::uint16_t, 3>>& neighbour);
+std::vector<haptable_hinge> build_hinges(std::size_t vertices, const std::vector<std::array<std::uint16_t, 3>>& patch,
+                                         const std::vector<std::array<std::uint16_t, 3>>& neighbour);
 
 }  // namespace haptable

@@ -32,7 +32,7 @@ struct Cell {
 
 class MostBoxes {
 public:
-    MostBoxes(const std::vector<IndexBox>& boxes, double radius) : boxes_(boxes), radius_(radius + kRounding) {}
+    MostBoxes(const std::vector<haptable_box>& boxes, double radius) : boxes_(boxes), radius_(radius + kRounding) {}
 
     /// The most inner boxes that a segment meets.
     std::size_t find() {
@@ -66,7 +66,7 @@ private:
         }
     }
 
-    bool comes_near(const Cell& cell, const IndexBox& box) const {
+    bool comes_near(const Cell& cell, const haptable_box& box) const {
         double gap2 = 0.0;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double gap =
@@ -76,20 +76,20 @@ private:
         return gap2 <= radius_ * radius_;
     }
 
-    const std::vector<IndexBox>& boxes_;
+    const std::vector<haptable_box>& boxes_;
     double radius_;
     std::priority_queue<Cell> queue_;
 };
 
 }  // namespace
 
-std::size_t most_boxes(const SpatialIndex& index, double segment_m) {
+std::size_t most_boxes(const ServoModel& model, double segment_m) {
     // The first box, and two more for each inner one that is met.
-    return 1 + 2 * MostBoxes(index.boxes, 0.5 * segment_m * static_cast<double>(index.per_m)).find();
+    return 1 + 2 * MostBoxes(model.box, 0.5 * segment_m * static_cast<double>(model.grid_per_m)).find();
 }
 
 void measure_search(ServoModel& model) {
-    model.search = {model.index.boxes.size(), most_boxes(model.index, static_cast<double>(HAPTABLE_FAST_SEGMENT_M))};
+    model.search = {model.box.size(), most_boxes(model, static_cast<double>(HAPTABLE_FAST_SEGMENT_M))};
 }
 
 }  // namespace haptable

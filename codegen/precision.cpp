@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// |F - F_d| / |F_d| <= || (S - S_d) S_d^-1 ||,   S = sum alpha_i S_i
+// |F - F_d| / |F_d| <= || (S - S_d) S_d^-1 ||,   S = sum alpha_i S_i   or   C^-1
 #include "codegen/precision.hpp"
+
+#include <fmt/format.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,6 +10,8 @@
 #include <cmath>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/polynomial.hpp"
+#include "host/base/error.hpp"
 
 namespace haptable {
 
@@ -16,7 +20,7 @@ namespace {
 constexpr float kLargestHalf = 32768.0F;  // a power of two below 65504
 constexpr float kLargestInt = 32767.0F;
 // Points of a patch by their area coordinates.
-constexpr double kPoint[7][3] = {
+constexpr std::array<double, 3> kPoint[7] = {
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}, {0.5, 0, 0.5}, {0, 0.5, 0.5}, {1 / 3., 1 / 3., 1 / 3.}};
 
 float largest_of(const std::array<float, 6>& block) {
@@ -25,83 +29,140 @@ float largest_of(const std::array<float, 6>& block) {
     return largest;
 }
 
+using Floats = std::vector<std::array<float, 6>>;
+
 /// One scale, a power of two, so that the largest number of all lies in (16384, 32768].
-void pack_float16(ServoModel& model) {
+void pack_float16(const Floats& blocks, ServoModel& model) {
     float largest = 0.0F;
-    for (const auto& block : model.stiffness_n_per_m) largest = std::max(largest, largest_of(block));
-    const float scale = std::exp2(std::ceil(std::log2(largest / kLargestHalf)));
-    model.packed_scale_n_per_m = {scale};
-    for (const auto& block : model.stiffness_n_per_m) {
+    for (const auto& block : blocks) largest = std::max(largest, largest_of(block));
+    const float scale = largest > 0.0F ? std::exp2(std::ceil(std::log2(largest / kLargestHalf))) : 1.0F;
+    model.packed_scale = {scale};
+    for (const auto& block : blocks) {
         std::array<std::uint16_t, 6> packed{};
         for (std::size_t i = 0; i < 6; ++i) packed[i] = std::bit_cast<std::uint16_t>(Eigen::half(block[i] / scale).x);
         model.packed.push_back(packed);
     }
 }
 
-void pack_int16(ServoModel& model) {
-    for (const auto& block : model.stiffness_n_per_m) {
-        const float scale = largest_of(block) / kLargestInt;
+void pack_int16(const Floats& blocks, ServoModel& model) {
+    for (const auto& block : blocks) {
+        const float largest = largest_of(block), scale = largest / kLargestInt;
         std::array<std::uint16_t, 6> packed{};
-        for (std::size_t i = 0; i < 6; ++i)
+        for (std::size_t i = 0; i < 6 && largest > 0.0F; ++i)
             packed[i] = static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(block[i] / scale)));
         model.packed.push_back(packed);
-        model.packed_scale_n_per_m.push_back(scale);
+        model.packed_scale.push_back(scale);
     }
 }
 
-using Blocks = std::vector<Eigen::Matrix3d>;  // [v] S of each vertex
-
-Eigen::Matrix3d symmetric(const float s[6]) {
-    Eigen::Matrix3d block;
-    block << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-    return block;
+/// What the force reads: S of the free vertices; or a compliance's blocks, in the order of HAPTABLE_PACKED_BLOCKS.
+Floats blocks_of(const ServoModel& model) {
+    return model.compliance.degree == 0 ? model.stiffness_n_per_m : compliance_blocks(model);
 }
 
-Blocks exact_blocks(const Tables& tables, const ServoModel& model) {
-    Blocks blocks(model.node.size(), tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity());
-    for (std::size_t v = 0; v < model.free_count; ++v) {
-        const Eigen::Map<const Eigen::Matrix3d> s(tables.stiffness[v].data());
-        blocks[v] = 0.5 * (s + s.transpose());
-    }
-    return blocks;
+using Blocks = std::vector<Eigen::Matrix3d>;  // S of each vertex, or a compliance's
+
+Eigen::Matrix3d symmetric_part(const std::array<double, 9>& rows) {
+    const Eigen::Map<const Eigen::Matrix3d> block(rows.data());
+    return 0.5 * (block + block.transpose());
 }
 
-/// As the servo reads them.
+/// As the servo reads them: of blocks_of().
 Blocks stored_blocks(const Tables& tables, const ServoModel& model) {
     const haptable_model in_memory = model_in_memory(tables, model);
-    Blocks blocks(model.node.size(), static_cast<float>(tables.rigid_stiffness_n_per_m) * Eigen::Matrix3d::Identity());
-    for (std::size_t v = 0; v < model.free_count; ++v) {
-        std::array<float, 6> room{};
-        if (in_memory.unpack != nullptr) in_memory.unpack(&in_memory, static_cast<std::uint16_t>(v), room.data());
-        blocks[v] = symmetric(in_memory.unpack != nullptr ? room.data() : model.stiffness_n_per_m[v].data());
+    const Floats floats = blocks_of(model);
+    Blocks blocks;
+    for (std::size_t b = 0; b < floats.size(); ++b) {
+        std::array<float, 6> room = floats[b];
+        if (in_memory.unpack != nullptr) in_memory.unpack(&in_memory, static_cast<std::uint32_t>(b), room.data());
+        blocks.push_back(symmetric(room));
     }
     return blocks;
 }
 
+// ---- S of the vertices ----------------------------------------------------------------------------------------------
+
 /// The coupling's spring in series with every block, as couple() has put it.
-Blocks coupled(Blocks blocks, const ServoModel& model) {
+Blocks exact_stiffness(const Tables& tables, const ServoModel& model) {
+    Blocks blocks;
+    for (const auto& s : tables.stiffness) blocks.push_back(symmetric_part(s));
+    blocks.resize(model.node.size(), tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity());
     if (model.stiffness.coupling_n_per_m <= 0.0) return blocks;
     const Eigen::Matrix3d spring = Eigen::Matrix3d::Identity() / model.stiffness.coupling_n_per_m;
     for (Eigen::Matrix3d& s : blocks) s = (s.inverse() + spring).inverse().eval();
     return blocks;
 }
 
-Eigen::Matrix3d at(const Blocks& blocks, const std::array<std::uint16_t, 3>& patch, const double (&alpha)[3]) {
+Eigen::Matrix3d mean(const Blocks& blocks, const std::array<std::uint16_t, 3>& patch,
+                     const std::array<double, 3>& alpha) {
     return alpha[0] * blocks[patch[0]] + alpha[1] * blocks[patch[1]] + alpha[2] * blocks[patch[2]];
+}
+
+/// (S - S_d) S_d^-1 at every point of every patch.
+Blocks stiffness_errors(const Blocks& exact, Blocks stored, const ServoModel& model) {
+    stored.resize(model.node.size(), static_cast<double>(model.rigid_stiffness_n_per_m) * Eigen::Matrix3d::Identity());
+    Blocks errors;
+    for (const auto& patch : model.patch)
+        for (const auto& alpha : kPoint) {
+            const Eigen::Matrix3d s = mean(exact, patch, alpha);
+            errors.push_back((mean(stored, patch, alpha) - s) * s.inverse());
+        }
+    return errors;
+}
+
+// ---- C of the patches -----------------------------------------------------------------------------------------------
+
+Blocks exact_blocks(const Tables& tables, const ServoModel& model) {
+    const ExactCompliance exact = exact_compliance(tables, model);
+    const double k = model.stiffness.coupling_n_per_m;
+    Blocks blocks;
+    for (const auto* list : {&exact.vertex, &exact.edge, &exact.patch})
+        for (const auto& block : *list)
+            blocks.push_back(symmetric_part(block) + (k > 0.0 ? 1.0 / k : 0.0) * Eigen::Matrix3d::Identity());
+    return blocks;
+}
+
+/// The same with S = C^-1: C^-1 (C_d - C).
+Blocks compliance_errors(const Blocks& exact, const Blocks& stored, const ServoModel& model) {
+    std::vector<BernsteinPoint> points;
+    for (const auto& alpha : kPoint) points.emplace_back(model.compliance.degree, alpha);
+    Blocks errors;
+    for (std::size_t p = 0; p < model.patch.size(); ++p) {
+        Blocks of_exact, of_stored;
+        for (std::size_t b : control_blocks(model, p)) {
+            of_exact.push_back(exact[b]);
+            of_stored.push_back(stored[b]);
+        }
+        for (const BernsteinPoint& point : points) {
+            const Eigen::Matrix3d c = compliance_at(model, p, of_stored, point);
+            errors.push_back(c.inverse() * (compliance_at(model, p, of_exact, point) - c));
+        }
+    }
+    return errors;
+}
+
+/// 2-norm, by the largest eigenvalue of A^T A in closed form; infinite where A is not finite.
+double norm_of(const Eigen::Matrix3d& a) {
+    if (!a.allFinite()) return HUGE_VAL;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+    eigen.computeDirect(a.transpose() * a, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
 }
 
 }  // namespace
 
 void pack_blocks(Storage precision, ServoModel& model) {
     model.packed.clear();
-    model.packed_scale_n_per_m.clear();
-    if (model.stiffness_n_per_m.empty()) return;
-    if (precision == Storage::kFloat16) pack_float16(model);
-    if (precision == Storage::kInt16) pack_int16(model);
+    model.packed_scale.clear();
+    const Floats blocks = blocks_of(model);
+    if (blocks.empty()) return;
+    if (precision == Storage::kFloat16) pack_float16(blocks, model);
+    if (precision == Storage::kInt16) pack_int16(blocks, model);
 }
 
 std::vector<PrecisionError> compare_precisions(const Tables& tables, const ServoModel& model) {
-    const Blocks exact = coupled(exact_blocks(tables, model), model);
+    const bool is_stiffness = model.compliance.degree == 0;
+    const Blocks exact = is_stiffness ? exact_stiffness(tables, model) : exact_blocks(tables, model);
     std::vector<PrecisionError> all;
     for (const Storage precision : {Storage::kFloat32, Storage::kFloat16, Storage::kInt16}) {
         Tables as = tables;
@@ -111,19 +172,27 @@ std::vector<PrecisionError> compare_precisions(const Tables& tables, const Servo
         const Blocks blocks = stored_blocks(as, stored);
         PrecisionError error;
         error.precision = precision;
-        error.bytes = stored.packed.empty() ? 24 * model.free_count
-                                            : 12 * model.free_count + 4 * stored.packed_scale_n_per_m.size();
-        for (const auto& patch : model.patch)
-            for (const auto& alpha : kPoint) {
-                const Eigen::Matrix3d s = at(exact, patch, alpha);
-                const Eigen::Matrix3d off = (at(blocks, patch, alpha) - s) * s.inverse();
-                const double norm = off.jacobiSvd().singularValues()[0];
-                error.worst = std::max(error.worst, norm);
-                error.mean += norm / static_cast<double>(7 * model.patch.size());
-            }
+        error.bytes = stored.packed.empty() ? 24 * blocks.size() : 12 * blocks.size() + 4 * stored.packed_scale.size();
+        const Blocks errors =
+            is_stiffness ? stiffness_errors(exact, blocks, model) : compliance_errors(exact, blocks, model);
+        for (const Eigen::Matrix3d& off : errors) {
+            const double norm = norm_of(off);
+            error.worst = std::max(error.worst, norm);
+            error.mean += norm / static_cast<double>(errors.size());
+        }
         all.push_back(error);
     }
     return all;
+}
+
+void require_precision(const std::vector<PrecisionError>& all, Storage chosen) {
+    if (all.empty() || !(all.front().worst < 1.0)) return;  // C is singular at a point: float32 cannot hold it either
+    for (const PrecisionError& error : all)
+        if (error.precision == chosen && !(error.worst < 1.0))
+            throw Error(
+                fmt::format("tables.precision = \"{}\" cannot hold blocks that are as different as this body's: the "
+                            "worst force would be off by {:.2g} of itself; choose another",
+                            word(chosen), error.worst));
 }
 
 }  // namespace haptable

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Blocks S_i in 16 bits, and what that does to the force.
+// Blocks of S or C in 16 bits, and what that does to the force.
 #pragma once
 
 #include "codegen/model.hpp"
 
 namespace haptable {
 
-/// Packs model.stiffness_n_per_m as tables.precision says: float32 leaves it, float16 and int16 fill
+/// Packs the blocks that the force reads, of S or of a compliance: float32 leaves them, float16 and int16 fill
 /// model.packed. The floats stay, for comparison: codegen does not write them.
 void pack_blocks(Storage precision, ServoModel& model);
 
@@ -22,5 +22,8 @@ struct PrecisionError {
 /// centroid, with the worst direction of u (the 2-norm of (S - S_double) S_double^-1). The blocks are read by the
 /// firmware's own code.
 std::vector<PrecisionError> compare_precisions(const Tables& tables, const ServoModel& model);
+
+/// Throws Error where the chosen one would give no force worth the name, and float32 would.
+void require_precision(const std::vector<PrecisionError>& all, Storage chosen);
 
 }  // namespace haptable

@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <concepts>
 #include <iterator>
+#include <ranges>
+#include <string_view>
+#include <type_traits>
 
 #include "codegen/codegen.hpp"
 #include "codegen/display.hpp"
-#include "codegen/modes.hpp"
+#include "codegen/in_memory.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -28,40 +32,37 @@ std::string literal(float value) {
     if (text.find_first_of(".e") == std::string::npos) text += ".0";
     return text + "f";
 }
-std::string literal(std::uint16_t value) { return fmt::format("{}", value); }
-
-template <typename Row>
-std::string row(const Row& values) {
+std::string literal(std::integral auto value) { return fmt::format("{}", value); }
+std::string literal(const std::ranges::range auto& values) {
     std::string text = "{";
-    for (std::size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + literal(values[i]);
+    for (const auto value : values) text += (text.size() == 1 ? "" : ", ") + literal(value);
     return text + "}";
 }
-
-template <typename Rows>
-std::string rows(const Rows& values) {
-    std::string text;
-    for (const auto& value : values) text += "    " + row(value) + ",\n";
-    return text;
+std::string literal(const haptable_box& box) {
+    return fmt::format("{{{}, {}, {}, {}}}", literal(box.low), literal(box.high), box.skip, box.patch);
+}
+std::string literal(const haptable_hinge& hinge) {
+    return fmt::format("{{{}, {}, {}}}", hinge.vertex, hinge.patch, hinge.ring);
 }
 
-std::string boxes(const std::vector<IndexBox>& values) {
-    std::string text;
-    for (const IndexBox& box : values)
-        text += fmt::format("    {{{}, {}, {}, {}}},\n", row(box.low), row(box.high), box.skip, box.patch);
-    return text;
+/// The type of a row in C.
+constexpr const char* type_of(float) { return "float"; }
+constexpr const char* type_of(std::uint16_t) { return "uint16_t"; }
+constexpr const char* type_of(const haptable_box&) { return "struct haptable_box"; }
+constexpr const char* type_of(const haptable_hinge&) { return "struct haptable_hinge"; }
+template <typename Number, std::size_t k>
+constexpr const char* type_of(const std::array<Number, k>&) {
+    return type_of(Number());
 }
 
-std::string hinges(const std::vector<Hinge>& values) {
-    std::string text;
-    for (const Hinge& hinge : values)
-        text += fmt::format("    {{{}, {}, {}}},\n", hinge.vertex, hinge.patch, hinge.ring);
-    return text;
+/// What of it stands behind the table's name.
+template <typename Row>
+std::string extent_of(const Row&) {
+    return "";
 }
-
-std::string numbers(const std::vector<float>& values) {
-    std::string text;
-    for (float value : values) text += "    " + literal(value) + ",\n";
-    return text;
+template <typename Number, std::size_t k>
+std::string extent_of(const std::array<Number, k>&) {
+    return fmt::format("[{}]", k);
 }
 
 std::string nodes(const std::vector<std::int32_t>& values) {
@@ -94,11 +95,11 @@ std::string banner(const Tables& tables, const ServoModel& model) {
         " * a segment of the finger's path of up to {:g} mm visits at most {} boxes; a tick visits at most {}\n"
         " */\n",
         kVersion, tables.scene_file, word(tables.force), word(tables.god_object), word(tables.precision),
-        model.node.size(), model.free_count, model.patch.size(), model.index.boxes.size(), flash_bytes(model),
+        model.node.size(), model.free_count, model.patch.size(), model.box.size(), flash_bytes(model),
         1e3 * static_cast<double>(HAPTABLE_FAST_SEGMENT_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
 }
 
-std::string header_text(const Tables& tables, const ServoModel& model) {
+std::string header_text(const Tables& tables, const ServoModel& model, std::uint64_t hash) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
     std::string text = banner(tables, model);
@@ -111,8 +112,8 @@ std::string header_text(const Tables& tables, const ServoModel& model) {
                    "#define {0}_HASH 0x{1:016x}ULL\n#define {0}_VERTICES {2}\n#define {0}_FREE_VERTICES {3}\n"
                    "#define {0}_PATCHES {4}\n#define {0}_BOXES {5}\n#define {0}_FAST_WAY_BOXES {6}\n"
                    "#define {0}_TABLE_BYTES {7}\n\n",
-                   macro, tables.model_hash, model.node.size(), model.free_count, model.patch.size(),
-                   model.index.boxes.size(), model.search.fast_way_boxes, flash_bytes(model));
+                   macro, hash, model.node.size(), model.free_count, model.patch.size(), model.box.size(),
+                   model.search.fast_way_boxes, flash_bytes(model));
     fmt::format_to(
         Out(text),
         "/* For a program with one model: what it is called. */\n#ifndef HAPTABLE_MODEL\n"
@@ -129,55 +130,54 @@ std::string header_text(const Tables& tables, const ServoModel& model) {
     return text;
 }
 
-/// A table of the model: its C type, name, extents as they stand in C, and rows. Empty ones are not written.
-struct TableText {
-    std::string type, name, extents, rows;
-    std::size_t bytes;
-};
-
-template <typename Row>
-void add_table(const char* type, const char* name, const std::string& count, const std::vector<Row>& values,
-               std::vector<TableText>& tables) {
-    if (values.empty()) return;
-    tables.push_back(
-        {type, name, fmt::format("[{}][{}]", count, values[0].size()), rows(values), values.size() * sizeof values[0]});
+/// The macro of model.h for a number of rows; empty where it has none.
+std::string macro_of(std::string_view count, const std::string& macro) {
+    constexpr std::pair<std::string_view, const char*> kMacros[] = {{"vertex_count", "_VERTICES"},
+                                                                    {"free_count", "_FREE_VERTICES"},
+                                                                    {"patch_count", "_PATCHES"},
+                                                                    {"box_count", "_BOXES"}};
+    for (const auto& [name, ending] : kMacros)
+        if (name == count) return macro + ending;
+    return "";
 }
 
-/// A force with a compliance reads no S, and a surface that is fixed as a whole has none.
-bool has_stiffness(const ServoModel& model) {
-    return model.compliance.degree == 0 && model.free_count > 0 && model.packed.empty();
+/// What a compliance's table is called in model.c, where the model's own stand beside it.
+std::string compliance_name(const std::string& name) {
+    return name == "patch_edge" ? name : name + "_compliance_m_per_n";
 }
 
-/// Every table that the model's modes need, in the order of the file.
-std::vector<TableText> tables_of(const ServoModel& model, const std::string& macro) {
-    std::vector<TableText> tables;
-    const ServoCompliance& c = model.compliance;
-    add_table("float", "vertex_m", macro + "_VERTICES", model.vertex_m, tables);
-    if (!model.packed.empty()) {
-        add_table("uint16_t", "packed", macro + "_FREE_VERTICES", model.packed, tables);
-        const std::size_t scales = model.packed_scale_n_per_m.size();
-        tables.push_back({"float", "packed_scale_n_per_m", fmt::format("[{}]", scales),
-                          numbers(model.packed_scale_n_per_m), scales * sizeof(float)});
-    }
-    if (has_stiffness(model))
-        add_table("float", "stiffness_n_per_m", macro + "_FREE_VERTICES", model.stiffness_n_per_m, tables);
-    add_table("uint16_t", "patch", macro + "_PATCHES", model.patch, tables);
-    add_table("uint16_t", "neighbour", macro + "_PATCHES", model.neighbour, tables);
-    tables.push_back({"struct haptable_box", "box", "[" + macro + "_BOXES]", boxes(model.index.boxes),
-                      model.index.boxes.size() * sizeof(IndexBox)});
-    if (!model.hinge.empty())
-        tables.push_back({"struct haptable_hinge", "hinge", fmt::format("[{}]", model.hinge.size()),
-                          hinges(model.hinge), model.hinge.size() * sizeof(Hinge)});
-    add_table("float", "vertex_compliance_m_per_n", macro + "_VERTICES", c.vertex_m_per_n, tables);
-    add_table("float", "edge_compliance_m_per_n", fmt::format("{}", c.edge_m_per_n.size()), c.edge_m_per_n, tables);
-    add_table("float", "patch_compliance_m_per_n", fmt::format("{}", c.patch_m_per_n.size()), c.patch_m_per_n, tables);
-    add_table("uint16_t", "patch_edge", macro + "_PATCHES", c.patch_edge, tables);
-    return tables;
+#define HAPTABLE_PASS(...)
+#define HAPTABLE_VISIT(type, name, count) visit_written(#name, #count, model.name);
+#define HAPTABLE_VISIT_COMPLIANCE(type, name, count) \
+    visit_written(compliance_name(#name), #count, model.compliance.name);
+
+/// visit(name, count as text, rows) for every table that the model's modes need, in the order of the file.
+template <typename Visit>
+void each_table(const ServoModel& model, Visit visit) {
+    const auto visit_written = [&](const std::string& name, const char* count, const auto& rows) {
+        const bool is_block = name == "stiffness_n_per_m" || name.ends_with("_compliance_m_per_n");
+        const bool is_read = name == "stiffness_n_per_m" ? model.reads_stiffness() : model.reads_compliance();
+        if (!rows.empty() && (!is_block || is_read)) visit(name, count, rows);
+    };
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_PASS, HAPTABLE_VISIT, HAPTABLE_PASS, HAPTABLE_PASS)
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_PASS, HAPTABLE_VISIT_COMPLIANCE)
 }
 
-std::string asserts(const std::string& name, const std::string& macro, const std::vector<TableText>& tables) {
+std::string definitions(const ServoModel& model, const std::string& macro) {
+    std::string text;
+    each_table(model, [&](const std::string& name, const char* count, const auto& rows) {
+        const std::string rows_macro = macro_of(count, macro);
+        text += fmt::format("static const {} {}[{}]{} = {{\n", type_of(rows[0]), name,
+                            rows_macro.empty() ? std::to_string(rows.size()) : rows_macro, extent_of(rows[0]));
+        for (const auto& row : rows) text += "    " + literal(row) + ",\n";
+        text += "};\n\n";
+    });
+    return text;
+}
+
+std::string asserts(const std::string& name, const std::string& macro, const ServoModel& model) {
     std::vector<std::string> sizes;
-    for (const TableText& table : tables) sizes.push_back("sizeof " + table.name);
+    for (const TableBytes& table : flash_tables(model)) sizes.push_back("sizeof " + table.name);
     return fmt::format(
         "/* What the servo relies on: 16-bit indices, free vertices first, boxes without padding. */\n"
         "typedef char {0}_fits[({1}_VERTICES < HAPTABLE_NONE && {1}_PATCHES < HAPTABLE_NONE) ? 1 : -1];\n"
@@ -187,75 +187,65 @@ std::string asserts(const std::string& name, const std::string& macro, const std
         name, macro, fmt::join(sizes, " +\n                        "));
 }
 
-std::string text_of(const TableText& table) {
-    return fmt::format("static const {} {}{} = {{\n{}}};\n\n", table.type, table.name, table.extents, table.rows);
+/// The fields of a struct by name, in its order; what is 0 or NULL is left out.
+class Initialiser {
+public:
+    explicit Initialiser(std::string macro) : macro_(std::move(macro)) {}
+
+    void add(const char* name, const std::string& value) { text_ += fmt::format("    .{} = {},\n", name, value); }
+    template <typename Value>
+    void add_value(const char* name, const Value& value) {
+        if constexpr (std::is_arithmetic_v<Value>)
+            if (value == Value()) return;
+        const std::string in_model_h = macro_of(name, macro_);
+        add(name, in_model_h.empty() ? literal(value) : in_model_h);
+    }
+    template <typename Function>
+    void add_function(const char* name, Function* function,
+                      std::initializer_list<std::pair<Function*, const char*>> choices) {
+        for (const auto& [known, its_name] : choices)
+            if (known == function) add(name, its_name);
+    }
+    const std::string& text() const { return text_; }
+
+private:
+    std::string macro_, text_;
+};
+
+#define HAPTABLE_ADD_VALUE(type, name) to.add_value(#name, from.name);
+#define HAPTABLE_ADD_TABLE(type, name, count) \
+    if (from.name != nullptr) to.add(#name, #name);
+#define HAPTABLE_ADD_COMPLIANCE_TABLE(type, name, count) \
+    if (from.name != nullptr) to.add(#name, compliance_name(#name));
+#define HAPTABLE_NAMED(function) {function, #function},
+#define HAPTABLE_ADD_FUNCTION(type, name, choices) to.add_function<type>(#name, from.name, {choices(HAPTABLE_NAMED)});
+#define HAPTABLE_ADD_PART(type, name) \
+    if (from.name != nullptr) to.add(#name, "&" #name);
+
+std::string compliance_text(const haptable_compliance* compliance) {
+    if (compliance == nullptr) return "";
+    const haptable_compliance& from = *compliance;
+    Initialiser to("");
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_COMPLIANCE_TABLE)
+    return fmt::format("static const struct haptable_compliance compliance = {{\n{}}};\n\n", to.text());
 }
 
-std::string compliance_text(const ServoCompliance& c) {
-    if (c.degree == 0) return "";
-    return fmt::format(
-        "static const struct haptable_compliance compliance = {{\n    .degree = {},\n    .edge_count = {},\n"
-        "    .vertex = vertex_compliance_m_per_n,\n    .edge = edge_compliance_m_per_n,\n{}"
-        "    .patch_edge = patch_edge,\n}};\n\n",
-        c.degree, c.edge_count, c.degree == 4 ? "    .patch = patch_compliance_m_per_n,\n" : "");
+std::string model_fields(const haptable_model& from, const std::string& macro) {
+    Initialiser to(macro);
+    to.add("hash", macro + "_HASH");
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
+    return to.text();
 }
 
-std::string fields(const Tables& tables, const ServoModel& model, const std::string& macro) {
-    std::string text;
-    const auto field = [&](const char* name, const std::string& value) {
-        text += fmt::format("    .{} = {},\n", name, value);
-    };
-    field("hash", macro + "_HASH");
-    field("max_force_n", literal(static_cast<float>(tables.max_force_n)));
-    field("rigid_stiffness_n_per_m", literal(model.rigid_stiffness_n_per_m));
-    field("tolerance_m", literal(model.tolerance_m));
-    field("workspace_limit_m", literal(model.workspace_limit_m));
-    field("grid_origin_m", row(model.index.origin_m));
-    field("grid_per_m", literal(model.index.per_m));
-    field("vertex_count", macro + "_VERTICES");
-    field("free_count", macro + "_FREE_VERTICES");
-    field("patch_count", macro + "_PATCHES");
-    field("box_count", macro + "_BOXES");
-    for (const char* name : {"vertex_m", "stiffness_n_per_m", "patch", "neighbour", "box"})
-        if (name != std::string("stiffness_n_per_m") || has_stiffness(model)) field(name, name);
-    if (!model.hinge.empty()) {
-        field("hinge_count", fmt::format("{}", model.hinge.size()));
-        field("hinge", "hinge");
-    }
-    const Modes modes = modes_of(tables);
-    field("god_object", modes.god_object.name);
-    field("force", modes.force.name);
-    if (!model.packed.empty()) {
-        field("unpack", modes.unpack.name);
-        field("packed", "packed");
-        field("packed_scale_n_per_m", "packed_scale_n_per_m");
-    }
-    if (modes.energy.function != nullptr) field("energy", modes.energy.name);
-    if (model.compliance.degree != 0) field("compliance", "&compliance");
-    field("stiffness_limit_n_per_m", literal(static_cast<float>(model.stiffness.felt_n_per_m)));
-    if (modes.frictionless.function != nullptr) {
-        field("frictionless", modes.frictionless.name);
-        field("static_friction", literal(static_cast<float>(tables.static_friction)));
-        field("kinetic_friction", literal(static_cast<float>(tables.kinetic_friction)));
-    }
-    if (modes.release.function != nullptr) {
-        field("release", modes.release.name);
-        field("release_n", literal(static_cast<float>(tables.release_n_per_ms)));
-    }
-    if (modes.passivity.function != nullptr) field("passivity", modes.passivity.name);
-    return text;
-}
-
-std::string source_text(const Tables& tables, const ServoModel& model) {
+std::string source_text(const Tables& tables, const ServoModel& servo, const haptable_model& model) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
-    std::string text = banner(tables, model) + "#include \"model.h\"\n\n";
-    const std::vector<TableText> all = tables_of(model, macro);
-    for (const TableText& one : all) text += text_of(one);
+    std::string text = banner(tables, servo) + "#include \"model.h\"\n\n";
+    text += definitions(servo, macro);
     text += compliance_text(model.compliance);
-    text += asserts(name, macro, all);
-    text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(model.node));
-    text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, fields(tables, model, macro));
+    text += asserts(name, macro, servo);
+    text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(servo.node));
+    text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, model_fields(model, macro));
     return text;
 }
 
@@ -263,7 +253,9 @@ std::string source_text(const Tables& tables, const ServoModel& model) {
 
 std::vector<TableBytes> flash_tables(const ServoModel& model) {
     std::vector<TableBytes> tables;
-    for (const TableText& table : tables_of(model, "")) tables.push_back({table.name, table.bytes});
+    each_table(model, [&](const std::string& name, const char* /*count*/, const auto& rows) {
+        tables.push_back({name, rows.size() * sizeof rows[0]});
+    });
     return tables;
 }
 
@@ -278,7 +270,7 @@ void require_flash(const std::vector<TableBytes>& tables, const ServoModel& mode
     std::vector<std::string> list;
     for (const TableBytes& table : tables) {
         bytes += table.bytes;
-        if (table.name == "stiffness_n_per_m") blocks = table.bytes;
+        if (table.name == "stiffness_n_per_m" || table.name.ends_with("_compliance_m_per_n")) blocks += table.bytes;
         list.push_back(fmt::format("{} {}", table.name, table.bytes));
     }
     if (budget_bytes == 0 || bytes <= budget_bytes) return;
@@ -292,18 +284,21 @@ void require_flash(const std::vector<TableBytes>& tables, const ServoModel& mode
                             budget_bytes, fmt::join(list, ", "), advice));
 }
 
-ModelText model_text(const Tables& tables, const ServoModel& model) {
-    return {header_text(tables, model), source_text(tables, model)};
+ModelText model_text(const Tables& tables, const ServoModel& servo) {
+    const haptable_model model = model_in_memory(tables, servo);
+    return {header_text(tables, servo, model.hash), source_text(tables, servo, model)};
 }
 
 ModelSize generate_model(const std::filesystem::path& folder) {
     const Tables tables = read_tables(folder);
     ServoModel model = build_model(tables);
     measure_search(model);
-    ModelSize size{flash_tables(model), {}, model.stiffness, model.search};
-    if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables)});
+    const std::uint64_t hash = model_in_memory(tables, model).hash;
+    ModelSize size{hash, flash_tables(model), {}, model.stiffness, model.search};
+    if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables, hash)});
     require_flash(size.flash, model, tables.flash_budget);
-    if (tables.force == ForceLaw::kInterpolated) size.precision = compare_precisions(tables, model);
+    size.precision = compare_precisions(tables, model);
+    require_precision(size.precision, tables.precision);
     const ModelText text = model_text(tables, model);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);

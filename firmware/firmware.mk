@@ -59,12 +59,12 @@ firmware: $(BUILD)/setup-cross.stamp
 AGAINST ?= main
 .PHONY: firmware-diff
 firmware-diff: firmware
-	@sh firmware/against.sh $(AGAINST) $(BUILD) '$(MAKE)' SCENE=$(SCENE) TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
+	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' SCENE=$(SCENE) TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
 
 # misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
 .PHONY: misra
 misra: $(BUILD)/setup-lint.stamp
-	@sh tests/misra.sh --list
+	@sh scripts/misra.sh --list
 
 # loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
 LINE ?= pipes
@@ -74,13 +74,13 @@ LOOP_SECONDS ?= 10
 loop: firmware
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
 	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
-	sh host/bridge/loop.sh $$name $(SCENE) $(TARGET)
+	sh scripts/loop.sh $$name $(SCENE) $(TARGET)
 
 # The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images
 images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
-	@if sh host/setup.sh cross; then \
+	@if sh scripts/setup.sh cross; then \
 	for target in $(TARGETS); do \
 	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
 	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
@@ -155,6 +155,6 @@ $(IMAGE)/measure.elf: private STACK = 8K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) firmware/size.sh firmware/stack.sh
-	$(Q)CROSS=$(CROSS_$(TARGET)) sh firmware/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh
+	$(Q)CROSS=$(CROSS_$(TARGET)) sh scripts/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

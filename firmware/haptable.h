@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 5
+#define HAPTABLE_TABLE_VERSION 6
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -82,16 +82,37 @@ struct haptable_hinge {
     uint16_t ring; /* patches of one ring are reached from one another around the vertex */
 };
 
+/* ---- what tables hold ------------------------------------------------------------------------------------------
+ * One list for each struct of tables makes the struct, codegen's own, its C text, the tables' hash, and the file that
+ * port/measure.c reads. Its entries:
+ *   VALUE(type, name)
+ *   TABLE(type, name, count)        that many rows, by the values of other fields; NULL: there is none
+ *   FUNCTION(type, name, choices)   one of the list `choices`; or NULL
+ *   PART(type, name)                another struct with a list; or NULL */
+#define HAPTABLE_VALUE_FIELD(type, name) type name;
+#define HAPTABLE_TABLE_FIELD(type, name, count) const type* name;
+#define HAPTABLE_FUNCTION_FIELD(type, name, choices) type* name;
+#define HAPTABLE_PART_FIELD(type, name) const type* name;
+
+/* Rows of tables. */
+typedef float haptable_float3[3];
+typedef float haptable_float6[6];
+typedef uint16_t haptable_index3[3];
+typedef uint16_t haptable_packed6[6];
+
 /* The compliance of a contact, m/N, as a polynomial of the area coordinates on every patch, in Bernstein's form:
  * C(alpha) = sum over i + j + k = degree of degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk.
  * Symmetric blocks: xx yy zz xy yz zx. Blocks of vertices and edges are shared, so C is continuous over the surface. */
+#define HAPTABLE_COMPLIANCE_FIELDS(VALUE, TABLE)                                                                   \
+    VALUE(uint8_t, degree) /* 2: force = "consistent", 4: force = "pressure-mask" */                               \
+    VALUE(uint16_t, edge_count)                                                                                    \
+    TABLE(haptable_float6, vertex, vertex_count)                                                                   \
+    TABLE(haptable_float6, edge, (degree - 1) * edge_count) /* from an edge's lower vertex to its higher one */    \
+    TABLE(haptable_float6, patch, 3 * patch_count)          /* with exponent 2 at corner 0, 1, 2; degree 4 only */ \
+    TABLE(haptable_index3, patch_edge, patch_count)         /* the edge opposite to corner c */
+
 struct haptable_compliance {
-    uint8_t degree; /* 2: force = "consistent", 4: force = "pressure-mask" */
-    uint16_t edge_count;
-    const float (*vertex)[6];        /* [vertex_count] */
-    const float (*edge)[6];          /* [edge_count x (degree - 1)] from an edge's lower vertex to its higher one */
-    const float (*patch)[6];         /* [patch_count x 3] the ones with exponent 2 at corner 0, 1, 2; degree 4 only */
-    const uint16_t (*patch_edge)[3]; /* [patch_count] the edge opposite to corner c */
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD)
 };
 
 struct haptable_model;
@@ -106,8 +127,15 @@ struct haptable_servo;
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                     const float x_m[3]);
 
-/* A block that is stored in 16 bits, expanded. before: vertex < free_count. */
-typedef void haptable_unpack_fn(const struct haptable_model* model, uint16_t vertex, float s[6]);
+/* A block that is stored in 16 bits, expanded. before: block < HAPTABLE_PACKED_BLOCKS of the model. */
+typedef void haptable_unpack_fn(const struct haptable_model* model, uint32_t block, float s[6]);
+
+/* How many blocks are stored in 16 bits, by a model's fields: S of the free vertices; or those of a compliance, of
+ * vertices, edges and patches in a row. */
+#define HAPTABLE_PACKED_BLOCKS                                                            \
+    (compliance == 0 ? free_count                                                         \
+                     : vertex_count + (compliance->degree - 1) * compliance->edge_count + \
+                           (compliance->degree == 4 ? 3 * patch_count : 0))
 
 /* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
 typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -138,41 +166,47 @@ typedef void haptable_finish_fn(const struct haptable_model* model, struct hapta
 
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
  * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
+#define HAPTABLE_MODEL_FIELDS(VALUE, TABLE, FUNCTION, PART)                                                            \
+    VALUE(float, max_force_n)             /* the device's limit, > 0 */                                                \
+    VALUE(float, rigid_stiffness_n_per_m) /* S of a fixed node is this times the identity, > 0 */                      \
+    VALUE(float, tolerance_m)             /* 2^-20 of the body's diagonal: points nearer than this are the same */     \
+    VALUE(float, workspace_limit_m)       /* a finger farther than this from grid_origin_m is refused */               \
+    VALUE(haptable_float3, grid_origin_m) /* spatial index: lowest corner of the surface */                            \
+    VALUE(float, grid_per_m)              /* spatial index: grid steps in a metre */                                   \
+    VALUE(uint16_t, vertex_count)         /* vertices of touchable patches: free ones first */                         \
+    VALUE(uint16_t, free_count)           /* how many of them are free: these have a block */                          \
+    VALUE(uint16_t, patch_count)                                                                                       \
+    VALUE(uint16_t, box_count)                                                                                         \
+    VALUE(uint16_t, hinge_count)                   /* 0: every vertex has one ring of patches and every edge two */    \
+    TABLE(haptable_float3, vertex_m, vertex_count) /* rest positions V_i */                                            \
+    TABLE(haptable_float6, stiffness_n_per_m, free_count)  /* S_i, xx yy zz xy yz zx, where the force reads it so */   \
+    FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
+    TABLE(haptable_packed6, packed, HAPTABLE_PACKED_BLOCKS) /* in 16 bits: numbers to be scaled */                     \
+    TABLE(float, packed_scale, unpack == haptable_unpack_int16 ? HAPTABLE_PACKED_BLOCKS : 1) /* N/m; C: m/N */         \
+    TABLE(haptable_index3, patch, patch_count)     /* vertices, counter-clockwise from outside */                      \
+    TABLE(haptable_index3, neighbour, patch_count) /* patch across the edge opposite to corner c, or NONE */           \
+    TABLE(struct haptable_box, box, box_count)                                                                         \
+    TABLE(struct haptable_hinge, hinge, hinge_count)                                                                   \
+    FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
+    FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
+    FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
+    PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
+    VALUE(float, stiffness_limit_n_per_m)                   /* the largest eigenvalue of any point's S */              \
+    FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
+    VALUE(float, static_friction)  /* for god_object_friction: >= kinetic_friction */                                  \
+    VALUE(float, kinetic_friction) /* for god_object_friction: > 0 */                                                  \
+    FUNCTION(haptable_finish_fn, release, HAPTABLE_FINISHES)                                                           \
+    VALUE(float, release_n) /* for release: by how much a force may fall in a tick that lets go */                     \
+    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)
+
 struct haptable_model {
-    uint64_t hash;                 /* of scene, mesh, options and tool version: messages carry it */
-    float max_force_n;             /* the device's limit, > 0 */
-    float rigid_stiffness_n_per_m; /* S of a fixed node is this times the identity, > 0 */
-    float tolerance_m;             /* 2^-20 of the body's diagonal: points nearer than this are the same */
-    float workspace_limit_m;       /* a finger farther than this from grid_origin_m is refused */
-    float grid_origin_m[3];        /* spatial index: lowest corner of the surface */
-    float grid_per_m;              /* spatial index: grid steps in a metre */
-    uint16_t vertex_count;         /* vertices of touchable patches: free ones first */
-    uint16_t free_count;           /* how many of them are free: these have a block */
-    uint16_t patch_count;
-    uint16_t box_count;
-    uint16_t hinge_count;       /* 0: every vertex has one ring of patches and every edge two */
-    const float (*vertex_m)[3]; /* [vertex_count] rest positions V_i */
-    const float (
-        *stiffness_n_per_m)[6];         /* [free_count] S_i: xx yy zz xy yz zx; NULL: the force reads none, or packed */
-    haptable_unpack_fn* unpack;         /* how S_i is read from packed; NULL: it is not packed */
-    const uint16_t (*packed)[6];        /* [free_count] S_i in 16 bits: numbers to be scaled */
-    const float* packed_scale_n_per_m;  /* [1] float16, [free_count] int16 */
-    const uint16_t (*patch)[3];         /* [patch_count] vertices, counter-clockwise from outside */
-    const uint16_t (*neighbour)[3];     /* [patch_count] patch across the edge opposite to corner c, or NONE */
-    const struct haptable_box* box;     /* [box_count] */
-    const struct haptable_hinge* hinge; /* [hinge_count]; NULL: none */
-    haptable_god_object_fn* god_object; /* one of those below */
-    haptable_force_fn* force;           /* one of those below */
-    haptable_energy_fn* energy;         /* of that force, for a god-object that needs it; or NULL */
-    const struct haptable_compliance* compliance; /* for a force that needs it; or NULL */
-    haptable_god_object_fn* frictionless;         /* for god_object_friction: the one that it holds back; or NULL */
-    float static_friction;                        /* for god_object_friction: >= kinetic_friction */
-    float kinetic_friction;                       /* for god_object_friction: > 0 */
-    float stiffness_limit_n_per_m;                /* the largest eigenvalue of any point's S */
-    haptable_finish_fn* release;                  /* or NULL */
-    float release_n;                              /* for release: by how much a force may fall in a tick that lets go */
-    haptable_finish_fn* passivity;                /* or NULL */
+    uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
 };
+#undef HAPTABLE_VALUE_FIELD
+#undef HAPTABLE_TABLE_FIELD
+#undef HAPTABLE_FUNCTION_FIELD
+#undef HAPTABLE_PART_FIELD
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
 #define HAPTABLE_COUNTERS(X)                                              \
@@ -224,7 +258,8 @@ struct haptable_segment {
     uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
     uint16_t box;       /* of the index: where the search goes on */
     uint16_t boxes;     /* visited in this tick */
-    uint16_t left;      /* the patch that it begins on; HAPTABLE_NONE: it begins at the finger */
+    uint16_t left[3];   /* the patches that it leaves are those with these vertices; first one HAPTABLE_NONE: none */
+    uint8_t is_beside;  /* 1: it begins in front of or behind them, and may enter them; 0: it begins on them */
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 
@@ -271,6 +306,26 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
 
 /* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
 
+#define HAPTABLE_GOD_OBJECTS(X)         \
+    X(haptable_god_object_nearest)      \
+    X(haptable_god_object_least_energy) \
+    X(haptable_god_object_friction)
+#define HAPTABLE_FORCES(X)              \
+    X(haptable_force_interpolated)      \
+    X(haptable_force_consistent)        \
+    X(haptable_force_pressure_mask)     \
+    X(haptable_force_of_least_energy)   \
+    X(haptable_force_consistent_packed) \
+    X(haptable_force_pressure_mask_packed)
+#define HAPTABLE_ENERGIES(X)             \
+    X(haptable_energy_interpolated)      \
+    X(haptable_energy_consistent)        \
+    X(haptable_energy_pressure_mask)     \
+    X(haptable_energy_consistent_packed) \
+    X(haptable_energy_pressure_mask_packed)
+#define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
+#define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
+
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
  * model->energy. By the envelope theorem the force is minus the gradient of E, so moving in closed loops gains nothing.
  * haptable_least_energy.c has its conditions. */
@@ -291,11 +346,15 @@ haptable_energy_fn haptable_energy_interpolated;
  * leave the point stiffer than its fraction of rigid_stiffness, it is lifted to that (haptable_compliance.h). */
 haptable_force_fn haptable_force_consistent;
 haptable_energy_fn haptable_energy_consistent;
+haptable_force_fn haptable_force_consistent_packed;
+haptable_energy_fn haptable_energy_consistent_packed;
 
 /* force: the same for a contact of finite size (degree 4). The nodal forces are those of the whole load by alpha;
  * the load's distribution over the nodes under the mask is in the host's tables. */
 haptable_force_fn haptable_force_pressure_mask;
 haptable_energy_fn haptable_energy_pressure_mask;
+haptable_force_fn haptable_force_pressure_mask_packed;
+haptable_energy_fn haptable_energy_pressure_mask_packed;
 
 /* force: the load that god_object_least_energy found at its point, which is that of the two forces above; not under
  * another god-object, nor under friction. */
@@ -312,6 +371,7 @@ haptable_finish_fn haptable_release_slew;
 /* passivity: observes the energy that the servo gives over what it took, and damps the finger's motion until it is paid
  * back (Hannaford and Ryu 2002, time domain). */
 haptable_finish_fn haptable_passivity_control;
+
 /* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
 haptable_unpack_fn haptable_unpack_float16;
 haptable_unpack_fn haptable_unpack_int16;

@@ -19,12 +19,8 @@ enum {
     MOST_STEPS = HAPTABLE_WALK_STEPS - 1 + STEPS_OF_TWO_EDGES + 2 * STEPS_OF_PATCH /* counter most_steps */
 };
 
-/* Boxes of the index: going around the three vertices of a patch costs as much as five, which a search at its last box
- * may do for every patch of a leaf. */
-enum {
-    BOXES_OF_FANS = 5,
-    MOST_BOXES = HAPTABLE_TICK_BOXES + HAPTABLE_LEAF * BOXES_OF_FANS /* counter most_boxes */
-};
+/* Boxes of the index. */
+enum { MOST_BOXES = HAPTABLE_TICK_BOXES /* counter most_boxes */ };
 
 /* Evaluations of the energy: one costs at most as much as eight boxes. What a tick's search for an entry took, its
  * slides have not; what its slides took beyond some, its look at the finger has not. The last trial around a vertex may

@@ -30,6 +30,10 @@ void haptable_compliance_solve(const struct haptable_model* model, const struct 
 void haptable_compliance_load(const struct haptable_model* model, const struct haptable_compliance_form* form,
                               const struct haptable_contact* contact, const float finger_m[3], float load_n[3]);
 
+/* The same where the blocks are stored in 16 bits, of either degree. before: model->unpack is not NULL. */
+void haptable_compliance_load_packed(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                                     const struct haptable_contact* contact, const float finger_m[3], float load_n[3]);
+
 /* The nodal forces alpha_i f of a load f, and the reaction -f. */
 void haptable_compliance_distribute(const float load_n[3], const struct haptable_contact* contact,
                                     float nodal_force_n[3][3], float force_n[3]);
@@ -39,5 +43,10 @@ void haptable_compliance_distribute(const float load_n[3], const struct haptable
 void haptable_compliance_energy(const struct haptable_model* model, const struct haptable_compliance_form* form,
                                 const struct haptable_contact* contact, const float finger_m[3],
                                 enum haptable_energy_terms terms, struct haptable_energy* energy);
+
+/* The same where the blocks are stored in 16 bits. cost: besides, every block expanded once. */
+void haptable_compliance_energy_packed(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                                       const struct haptable_contact* contact, const float finger_m[3],
+                                       enum haptable_energy_terms terms, struct haptable_energy* energy);
 
 #endif

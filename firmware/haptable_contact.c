@@ -178,22 +178,29 @@ void haptable_contact_end(struct haptable_servo* servo) {
     servo->fade_ticks = 0;
 }
 
+/* The finger is seen: its path goes on from there. */
+static void let_go(const struct haptable_model* model, struct haptable_servo* servo) {
+    haptable_segment_step_back(model, &servo->segment);
+    haptable_contact_end(servo);
+}
+
 enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo) {
     enum haptable_sight sight;
     if (servo->contact.patch == HAPTABLE_NONE || !servo->segment.unfinished) return HAPTABLE_SIGHT_INSIDE;
     sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters);
-    if (sight == HAPTABLE_SIGHT_CLEAR) haptable_contact_end(servo);
+    if (sight == HAPTABLE_SIGHT_CLEAR) let_go(model, servo);
     if (sight == HAPTABLE_SIGHT_BLOCKED) servo->undecided_ticks = 0;
     return sight;
 }
 
-int haptable_contact_decide(struct haptable_servo* servo, enum haptable_sight sight) {
+int haptable_contact_decide(const struct haptable_model* model, struct haptable_servo* servo,
+                            enum haptable_sight sight) {
     if (sight == HAPTABLE_SIGHT_UNFINISHED) {
         if (servo->undecided_ticks < HAPTABLE_UNDECIDED_TICKS) ++servo->undecided_ticks;
         return 1;
     }
     servo->undecided_ticks = 0;
-    if (sight == HAPTABLE_SIGHT_CLEAR) haptable_contact_end(servo);
+    if (sight == HAPTABLE_SIGHT_CLEAR) let_go(model, servo);
     return sight != HAPTABLE_SIGHT_BLOCKED;
 }
 
@@ -226,7 +233,7 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
         if (earlier != HAPTABLE_SIGHT_UNFINISHED)
             sight = haptable_surface_sight(model, contact, x_m, HAPTABLE_TICK_BOXES, segment, &servo->counters);
         if (!rests && sight != HAPTABLE_SIGHT_CLEAR) sight = HAPTABLE_SIGHT_UNFINISHED;
-        if (haptable_contact_decide(servo, sight)) return;
+        if (haptable_contact_decide(model, servo, sight)) return;
         haptable_segment_entry(model, segment, contact);
         ++servo->counters.contacts;
     }

@@ -30,6 +30,7 @@ void haptable_contact_end(struct haptable_servo* servo);
 
 /* What a tick has seen of the finger: ends the contact where it is clear, and counts the ticks in a row that could not
  * tell. Returns 0 where the line is blocked: then contact is to begin where that enters, or to stay. */
-int haptable_contact_decide(struct haptable_servo* servo, enum haptable_sight sight);
+int haptable_contact_decide(const struct haptable_model* model, struct haptable_servo* servo,
+                            enum haptable_sight sight);
 
 #endif

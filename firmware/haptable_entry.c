@@ -22,32 +22,35 @@ static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16
     return i < j ? vec_dot(along, normal) : -vec_dot(along, normal);
 }
 
-/* 1 when one can go from a patch to the other around a vertex that both have. */
-static int are_around(const struct haptable_model* model, uint16_t patch, uint16_t other) {
-    int corner;
-    for (corner = 0; corner < 3; ++corner) {
-        struct fan fan = fan_begin(model, patch, corner);
-        int patches = 0;
-        do
-            if (fan.patch == other) return 1;
-        while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+/* 1 where the patch is one of those that the segment leaves. */
+static int is_left(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch) {
+    const uint16_t* v = model->patch[patch];
+    int i;
+    if (segment->left[0] == HAPTABLE_NONE) return 0;
+    for (i = 0; i < 3; ++i) {
+        const uint16_t left = segment->left[i];
+        if (left != v[0] && left != v[1] && left != v[2]) return 0;
     }
-    return 0;
+    return 1;
 }
 
-/* 1 where the segment may begin at its height over the patch (start) to enter it; heights are times normal's length. */
-static int may_begin(const struct haptable_model* model, struct haptable_segment* segment, uint16_t patch, float start,
-                     float end, const float normal[3]) {
+/* How far behind a patch that it leaves a segment may begin to enter it, in tolerance_m: the rounding of a coordinate.
+ * Farther behind it came through the patch. */
+#define BEHIND 0.0625f
+
+/* 1 where the segment may begin at its height over the patch (start) and end under it (end) to enter it; heights are
+ * times the normal's length. One from the surface that stays within the tolerance of a patch runs along it. */
+static int may_enter(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
+                     float start, float end, const float normal[3]) {
     const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
     const int is_near = start * start <= near2;
-    if (segment->left == HAPTABLE_NONE || !is_near) return start >= 0.0f || is_near;
-    if (end * end <= near2) return 0;
-    segment->boxes += BOXES_OF_FANS;
-    return !are_around(model, segment->left, patch);
+    if (segment->left[0] != HAPTABLE_NONE && is_near && end * end <= near2) return 0;
+    if (!is_left(model, segment, patch)) return start >= 0.0f || is_near;
+    return segment->is_beside && (start >= 0.0f || start * start <= BEHIND * BEHIND * near2);
 }
 
 /* 1 when the segment crosses the patch from outside to inside; *fraction is where, 0 to 1 of the segment. */
-static int enters(const struct haptable_model* model, uint16_t patch, struct haptable_segment* segment,
+static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
                   float* fraction) {
     const uint16_t* v = model->patch[patch];
     float edge1[3];
@@ -67,7 +70,7 @@ static int enters(const struct haptable_model* model, uint16_t patch, struct hap
     if (side_of_edge(model, v[0], v[1], segment->from_m, along) > 0.0f) return 0;
     if (side_of_edge(model, v[1], v[2], segment->from_m, along) > 0.0f) return 0;
     if (side_of_edge(model, v[2], v[0], segment->from_m, along) > 0.0f) return 0;
-    if (!may_begin(model, segment, patch, start, end, normal)) return 0;
+    if (!may_enter(model, segment, patch, start, end, normal)) return 0;
     *fraction = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
 }
@@ -147,15 +150,35 @@ static void search(const struct haptable_model* model, int boxes, struct haptabl
     segment->unfinished = box < model->box_count;
 }
 
-void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t left,
-                            struct haptable_segment* segment) {
+static void begin(const float from_m[3], const float to_m[3], struct haptable_segment* segment) {
     vec_copy(from_m, segment->from_m);
     vec_copy(to_m, segment->to_m);
-    segment->left = left;
+    segment->left[0] = HAPTABLE_NONE;
+    segment->is_beside = 0;
     segment->fraction = 2.0f; /* beyond the segment's end */
     segment->patch = HAPTABLE_NONE;
     segment->box = 0;
     segment->unfinished = 1;
+}
+
+/* The patches that the point lies on are left. */
+static void leave(const struct haptable_model* model, const struct haptable_contact* from,
+                  struct haptable_segment* segment) {
+    const uint16_t* v = model->patch[from->patch];
+    const int on = from->alpha[0] > 0.0f ? 0 : (from->alpha[1] > 0.0f ? 1 : 2);
+    int corner;
+    for (corner = 0; corner < 3; ++corner) segment->left[corner] = v[from->alpha[corner] > 0.0f ? corner : on];
+}
+
+void haptable_segment_step_back(const struct haptable_model* model, struct haptable_segment* segment) {
+    float along[3];
+    float length2;
+    float back;
+    vec_sub(segment->to_m, segment->from_m, along);
+    length2 = vec_dot(along, along);
+    if (!(length2 > 0.0f)) return;
+    back = model->tolerance_m * vec_inverse_root(length2);
+    vec_add_scaled(back < 0.5f ? -back : -0.5f, along, segment->to_m);
 }
 
 void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
@@ -183,7 +206,7 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
                            struct haptable_contact* contact, struct haptable_counters* counters) {
     enum haptable_sight sight;
     do {
-        if (!segment->unfinished) haptable_segment_begin(segment->to_m, x_m, HAPTABLE_NONE, segment);
+        if (!segment->unfinished) begin(segment->to_m, x_m, segment);
         sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, segment, counters);
     } while (sight == HAPTABLE_SIGHT_CLEAR && gap2(segment->to_m, x_m) > 0.0f); /* that was an earlier tick's */
     if (sight != HAPTABLE_SIGHT_BLOCKED) return 0;
@@ -192,12 +215,63 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
     return 1;
 }
 
+/* So much of the line from a point of the surface, in tolerance_m, is too near to it to be anywhere: twice as far as an
+ * edge or a vertex next to the point may be. */
+#define LEFT_OUT 16.0f
+
+/* The line from a point beside the edge or the vertex `at`, past which it may leave the body: it begins where it is out
+ * of their reach. Returns 1 where it is outside there. before: |u| > tolerance_m. */
+static int begin_beside(const struct haptable_model* model, const struct haptable_contact* from,
+                        const struct haptable_contact* at, const float x_m[3], const float u[3],
+                        struct haptable_segment* segment) {
+    const float out = LEFT_OUT * model->tolerance_m * vec_inverse_root(vec_dot(u, u));
+    const float fraction = out < 0.5f ? out : 0.5f;
+    float begin_m[3];
+    float from_border[3];
+    vec_sub(from->god_object_m, at->god_object_m, from_border);
+    vec_add_scaled(fraction, u, from_border);
+    if (!haptable_surface_begins_outside(model, at, from_border)) return 0;
+    vec_copy(from->god_object_m, begin_m);
+    vec_add_scaled(fraction, u, begin_m);
+    begin(begin_m, x_m, segment);
+    leave(model, at, segment);
+    segment->is_beside = 1;
+    return 1;
+}
+
+/* The line from a point on an edge or a vertex, or next to one. Returns 1 where it begins outside. */
+static int begin_near_border(const struct haptable_model* model, const struct haptable_contact* from,
+                             const float x_m[3], struct haptable_segment* segment) {
+    const float near2 = model->tolerance_m * model->tolerance_m;
+    struct haptable_contact at = *from;
+    float u[3];
+    vec_sub(x_m, from->god_object_m, u);
+    if (vec_dot(u, u) <= near2) return 0;
+    haptable_patch_onto_border(model, &at);
+    if (gap2(at.god_object_m, from->god_object_m) > HAPTABLE_ROUNDING * HAPTABLE_ROUNDING * near2)
+        return begin_beside(model, from, &at, x_m, u, segment);
+    vec_sub(x_m, at.god_object_m, u);
+    if (!haptable_surface_begins_outside(model, &at, u)) return 0;
+    begin(at.god_object_m, x_m, segment);
+    leave(model, &at, segment);
+    return 1;
+}
+
+/* The line from a point within a patch. Returns 1 where it begins outside: in most ticks it does not. */
+static inline int begin_within(const struct haptable_model* model, const struct haptable_contact* from,
+                               const float x_m[3], struct haptable_segment* segment) {
+    float u[3];
+    vec_sub(x_m, from->god_object_m, u);
+    if (!is_over_patch(model, from->patch, u) || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
+    begin(from->god_object_m, x_m, segment);
+    leave(model, from, segment);
+    return 1;
+}
+
 enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
                                            const float x_m[3], int boxes, struct haptable_segment* segment,
                                            struct haptable_counters* counters) {
-    float u[3];
-    vec_sub(x_m, from->god_object_m, u);
-    if (!haptable_surface_begins_outside(model, from, u)) return HAPTABLE_SIGHT_INSIDE;
-    haptable_segment_begin(from->god_object_m, x_m, from->patch, segment);
-    return haptable_segment_search(model, boxes, segment, counters);
+    const int begins = haptable_patch_is_near_border(from) ? begin_near_border(model, from, x_m, segment)
+                                                           : begin_within(model, from, x_m, segment);
+    return begins ? haptable_segment_search(model, boxes, segment, counters) : HAPTABLE_SIGHT_INSIDE;
 }

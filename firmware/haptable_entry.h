@@ -7,12 +7,6 @@
 
 #include "haptable.h"
 
-/* A segment that is still to be searched; from_m may be segment->to_m. One from a finger (left: HAPTABLE_NONE) may
- * begin within tolerance_m behind a patch: it let go there a tick ago. One from a point of the patch `left` begins on
- * the patches around it, and outside of them: only others count, or these farther than the tolerance in front of it. */
-void haptable_segment_begin(const float from_m[3], const float to_m[3], uint16_t left,
-                            struct haptable_segment* segment);
-
 /* Begins contact where the finger, now at x_m, first crossed the surface inwards: the first patch that its segment
  * enters, by the spatial index. First the segment that is not finished, if there is one, then from its end to x_m.
  * Returns 0, and leaves the contact, when it enters none as far as the tick's boxes go. after: contact, or the segment
@@ -25,9 +19,13 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
 void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
                             struct haptable_contact* contact);
 
+/* Sets the end of a segment that enters nothing back by tolerance_m: there it is outside for sure, while its end may
+ * lie a rounding behind a patch, and a path from there would enter none. */
+void haptable_segment_step_back(const struct haptable_model* model, struct haptable_segment* segment);
+
 /* How a finger is seen from a point of the surface. */
 enum haptable_sight {
-    HAPTABLE_SIGHT_INSIDE,    /* not: the line to it begins within the body */
+    HAPTABLE_SIGHT_INSIDE,    /* not: the line to it begins within the body, or is no longer than tolerance_m */
     HAPTABLE_SIGHT_CLEAR,     /* through free air: the finger is outside */
     HAPTABLE_SIGHT_BLOCKED,   /* not: the line to it enters the body, where segment says */
     HAPTABLE_SIGHT_UNFINISHED /* the tick's boxes were too few: segment is to be searched on */

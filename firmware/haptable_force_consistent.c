@@ -30,8 +30,21 @@ void haptable_force_consistent(const struct haptable_model* model, const struct 
     haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);
 }
 
+void haptable_force_consistent_packed(const struct haptable_model* model, const struct haptable_contact* contact,
+                                      const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
+    float load_n[3];
+    haptable_compliance_load_packed(model, &consistent_form, contact, finger_m, load_n);
+    haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);
+}
+
 void haptable_energy_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                                 const float finger_m[3], enum haptable_energy_terms terms,
                                 struct haptable_energy* energy) {
     haptable_compliance_energy(model, &consistent_form, contact, finger_m, terms, energy);
+}
+
+void haptable_energy_consistent_packed(const struct haptable_model* model, const struct haptable_contact* contact,
+                                       const float finger_m[3], enum haptable_energy_terms terms,
+                                       struct haptable_energy* energy) {
+    haptable_compliance_energy_packed(model, &consistent_form, contact, finger_m, terms, energy);
 }

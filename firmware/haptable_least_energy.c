@@ -13,6 +13,7 @@
 #include "haptable_bounds.h"
 #include "haptable_contact.h"
 #include "haptable_entry.h"
+#include "haptable_patch.h"
 #include "haptable_surface.h"
 
 /* A point of the surface and the energy there. */
@@ -386,19 +387,22 @@ static int is_known(float sensitivity_per_m[2][3]) {
            0.0f;
 }
 
-/* The load's change to first order times the correction's part of a patch may be this much of the load at the most:
- * what is left out is then below 1e-4 of it, however small the finger's depth is against the patch. */
-#define LOAD_CORRECTION 1e-5f
+/* The load is taken to first order where neither it nor u = x - g changes by more than this part of itself: what is
+ * left out is of the order of both squared, below 1e-4 of the load. The one alone does not tell: what the two do to the
+ * load may cancel. */
+#define LOAD_CORRECTION 2.5e-3f
 
-/* The load after the correction d: to first order where that does, or else evaluated. before: here->at is corrected,
- * the energy is that before it. */
-static void correct_load(struct walk* walk, const float d[3], struct point* here) {
+/* Moves to the corrected point, with the load there: to first order where that does, or else evaluated. */
+static void correct(struct walk* walk, const float d[3], const struct haptable_contact* corrected, struct point* here) {
     const float most = LOAD_CORRECTION * LOAD_CORRECTION;
     struct haptable_energy* e = &here->energy;
+    const float moved2 = gap2(here->at.god_object_m, corrected->god_object_m);
     float change[3] = {0.0f, 0.0f, 0.0f};
+    here->at = *corrected;
     vec_add_scaled(d[1], e->load_gradient_n[0], change);
     vec_add_scaled(d[2], e->load_gradient_n[1], change);
-    if (vec_dot(change, change) * vec_dot(d, d) <= most * vec_dot(e->load_n, e->load_n))
+    if (vec_dot(change, change) <= most * vec_dot(e->load_n, e->load_n) &&
+        moved2 <= most * gap2(walk->x_m, here->at.god_object_m))
         vec_add_scaled(1.0f, change, e->load_n);
     else
         evaluate(walk, here);
@@ -415,8 +419,7 @@ static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float 
     if (move_on(walk->model, &start, d, &here->at)) {
         evaluate(walk, here);
         if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
-            here->at = end;
-            correct_load(walk, d, here);
+            correct(walk, d, &end, here);
             return 1;
         }
     }
@@ -471,27 +474,52 @@ static int presses_on(const struct haptable_model* model, uint16_t patch, const 
            vec_dot(normal, load_n) < 0.0f;
 }
 
-/* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
-static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
-    const struct haptable_contact* at = &here->at;
+/* 1 where the patch presses and is not so thin at a point of its edge from a to b that what lies beyond must press too.
+ */
+static int presses_from_edge(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b,
+                             const float at_m[3], const float u[3], const float load_n[3]) {
+    const int opposite = 3 - corner_of(model, patch, a) - corner_of(model, patch, b);
+    return presses_on(model, patch, u, load_n) && haptable_patch_ends_beyond(model, patch, opposite, at_m) < 0;
+}
+
+/* See surely_presses; on the edge opposite to `corner`. */
+static int presses_on_edge(const struct haptable_model* model, const struct haptable_contact* at, int corner,
+                           const float u[3], const float load_n[3]) {
+    const uint16_t a = model->patch[at->patch][next_corner(corner)];
+    const uint16_t b = model->patch[at->patch][previous_corner(corner)];
+    struct across across = across_begin(model, at->patch, corner);
+    if (model->neighbour[at->patch][corner] == HAPTABLE_NONE) return 0;
+    for (; across.patch != HAPTABLE_NONE; across_next(model, &across))
+        if (!presses_from_edge(model, across.patch, a, b, at->god_object_m, u, load_n)) return 0;
+    return presses_from_edge(model, at->patch, a, b, at->god_object_m, u, load_n);
+}
+
+/* See surely_presses; at an edge or a vertex, or next to one. */
+static int presses_on_border(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
     const float* load_n = here->energy.load_n;
+    struct haptable_contact at = here->at;
+    enum place_on_patch feature;
     int corner = 0;
-    const enum place_on_patch feature = feature_of(at->alpha, &corner);
     float u[3];
-    vec_sub(x_m, at->god_object_m, u);
-    if (!presses_on(model, at->patch, u, load_n)) return 0;
-    if (feature == ON_EDGE) {
-        struct across across = across_begin(model, at->patch, corner);
-        if (model->neighbour[at->patch][corner] == HAPTABLE_NONE) return 0;
-        for (; across.patch != HAPTABLE_NONE; across_next(model, &across))
-            if (!presses_on(model, across.patch, u, load_n)) return 0;
-    }
+    haptable_patch_onto_border(model, &at);
+    feature = feature_of(at.alpha, &corner);
+    vec_sub(x_m, at.god_object_m, u);
+    if (feature == ON_EDGE) return presses_on_edge(model, &at, corner, u, load_n);
+    if (!presses_on(model, at.patch, u, load_n)) return 0;
     if (feature == ON_VERTEX) {
-        struct fan fan = fan_begin(model, at->patch, corner);
+        struct fan fan = fan_begin(model, at.patch, corner);
         while (fan_next(model, &fan))
             if (!presses_on(model, fan.patch, u, load_n)) return 0;
     }
     return 1;
+}
+
+/* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
+static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+    float u[3];
+    if (haptable_patch_is_near_border(&here->at)) return presses_on_border(model, here, x_m);
+    vec_sub(x_m, here->at.god_object_m, u);
+    return presses_on(model, here->at.patch, u, here->energy.load_n);
 }
 
 /* Boxes that the tick has after its evaluations. */
@@ -582,7 +610,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
         settle(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);
-        if (haptable_contact_decide(servo, look(&walk, servo, &here, earlier))) return;
+        if (haptable_contact_decide(model, servo, look(&walk, servo, &here, earlier))) return;
         if (!enters_lower(&walk, servo, &here)) return;
         *contact = here.at;
         is_new = 1;

@@ -14,6 +14,7 @@
 struct on_border {
     int corner;     /* opposite to the edge */
     float fraction; /* of the edge, from the corner after it to the corner before it */
+    float length2;  /* of the edge, squared */
     float gap2;     /* to the finger, squared; negative: none yet */
 };
 
@@ -37,7 +38,14 @@ static inline void nearest_on_edge(const struct haptable_model* model, uint16_t 
     if (best->gap2 >= 0.0f && gap2_here >= best->gap2) return;
     best->corner = corner;
     best->fraction = fraction;
+    best->length2 = length2;
     best->gap2 = gap2_here;
+}
+
+static inline void put_on_border(const struct on_border* best, float alpha[3]) {
+    alpha[best->corner] = 0.0f;
+    alpha[next_corner(best->corner)] = 1.0f - best->fraction;
+    alpha[previous_corner(best->corner)] = best->fraction;
 }
 
 /* Area coordinates of x's foot on the patch's plane (eq. 11), by triple products with the normal: these keep their
@@ -64,18 +72,42 @@ static void area_coordinates(const struct haptable_model* model, uint16_t patch,
 /* The nearest point lies inside, or on an edge whose opposite area coordinate is negative or next to nothing. */
 void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
                             struct haptable_contact* nearest) {
-    struct on_border best = {0, 0.0f, -1.0f};
+    struct on_border best = {0, 0.0f, 0.0f, -1.0f};
     float alpha[3];
     area_coordinates(model, patch, x_m, alpha);
     nearest->patch = patch;
     if (!(alpha[0] >= ON_BORDER)) nearest_on_edge(model, patch, 0, x_m, &best);
     if (!(alpha[1] >= ON_BORDER)) nearest_on_edge(model, patch, 1, x_m, &best);
     if (!(alpha[2] >= ON_BORDER)) nearest_on_edge(model, patch, 2, x_m, &best);
-    if (best.gap2 >= 0.0f) {
-        alpha[best.corner] = 0.0f;
-        alpha[next_corner(best.corner)] = 1.0f - best.fraction;
-        alpha[previous_corner(best.corner)] = best.fraction;
-    }
+    if (best.gap2 >= 0.0f) put_on_border(&best, alpha);
     vec_copy(alpha, nearest->alpha);
     place(model, nearest);
+}
+
+/* How near a border is, in tolerance_m. Where two patches meet at a knife's edge, the body next to it is thinner than
+ * the point is far from the edge. */
+#define BORDER_REACH 8.0f
+
+int haptable_patch_onto_border(const struct haptable_model* model, struct haptable_contact* point) {
+    const float near2 = BORDER_REACH * BORDER_REACH * model->tolerance_m * model->tolerance_m;
+    struct on_border best = {0, 0.0f, 0.0f, -1.0f};
+    float rest;
+    int corner;
+    for (corner = 0; corner < 3; ++corner)
+        if (point->alpha[corner] < HAPTABLE_NEAR_BORDER)
+            nearest_on_edge(model, point->patch, corner, point->god_object_m, &best);
+    if (best.gap2 < 0.0f || best.gap2 > near2) return 0;
+    rest = 1.0f - best.fraction;
+    if (best.fraction * best.fraction * best.length2 <= near2) best.fraction = 0.0f;
+    if (rest * rest * best.length2 <= near2) best.fraction = 1.0f;
+    put_on_border(&best, point->alpha);
+    place(model, point);
+    return 1;
+}
+
+int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3]) {
+    struct on_border best = {-1, 0.0f, 0.0f, -1.0f};
+    nearest_on_edge(model, patch, next_corner(corner), at_m, &best);
+    nearest_on_edge(model, patch, previous_corner(corner), at_m, &best);
+    return best.gap2 <= model->tolerance_m * model->tolerance_m ? best.corner : -1;
 }

@@ -19,7 +19,8 @@ static float shown_stiffness2(const struct haptable_model* model, const struct h
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
     u2 = vec_dot(u, u);
     force2 = vec_dot(force_n, force_n);
-    return u2 > 0.0f && force2 < most2 * u2 ? force2 / u2 : most2;
+    if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
+    return force2 < most2 * u2 ? force2 / u2 : most2;
 }
 
 /* 1 where the force changed by more than the finger's motion explains; without contact, where it has ended. */

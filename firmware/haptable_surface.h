@@ -61,14 +61,6 @@ struct fan {
     int clockwise;
 };
 
-/* To the first patch of a ring. before: fan->vertex is set. */
-static inline void fan_begin_ring(const struct haptable_model* model, uint16_t patch, struct fan* fan) {
-    fan->first = patch;
-    fan->patch = patch;
-    fan->corner = corner_of(model, patch, fan->vertex);
-    fan->clockwise = 0;
-}
-
 static inline struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
     struct fan fan;
     fan.vertex = model->patch[patch][corner];
@@ -89,21 +81,17 @@ static inline uint16_t fan_turn(const struct haptable_model* model, const struct
  * ring of `begin`. before: both patches have the vertex. */
 uint16_t haptable_hinge_next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin);
 
+/* The fan after the last patch of a turn: turning the other way from the border, or on the next ring; without a patch
+ * where all were visited. Apart from fan_next, and by value, so that a fan stays in registers. */
+struct fan haptable_surface_fan_turned(const struct haptable_model* model, struct fan fan);
+
 /* Goes on to the next patch of the fan; 0 when all were visited. */
 static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
-    uint16_t next = fan_turn(model, fan);
-    if (next == HAPTABLE_NONE && !fan->clockwise) {
-        fan->clockwise = 1;
-        fan->patch = fan->first;
-        fan->corner = corner_of(model, fan->first, fan->vertex);
-        next = fan_turn(model, fan);
-    }
+    const uint16_t next = fan_turn(model, fan);
+    if (next == fan->first && model->hinge_count == 0) return 0; /* at most vertices */
     if (next == HAPTABLE_NONE || next == fan->first) {
-        if (model->hinge_count == 0) return 0; /* most bodies */
-        next = haptable_hinge_next_ring(model, fan->vertex, fan->first, fan->begin);
-        if (next == HAPTABLE_NONE) return 0;
-        fan_begin_ring(model, next, fan);
-        return 1;
+        *fan = haptable_surface_fan_turned(model, *fan);
+        return fan->patch != HAPTABLE_NONE;
     }
     fan->patch = next;
     fan->corner = corner_of(model, next, fan->vertex);
@@ -181,8 +169,27 @@ static inline enum place_on_patch feature_of(const float alpha[3], int* corner) 
 void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
                               float normal[3]);
 
-/* 1 when the line from the god-object along u begins outside of the body or on its surface. Exact wherever the
- * god-object is: the patch, edge or vertex there that is nearest to u has the sign (haptable_surface.c).
+/* Heights within this, in tolerance_m, are rounding: of the points, and of a plane beyond its patch. */
+#define HAPTABLE_ROUNDING 0.25f
+
+/* 1 where u is over the plane of a normal, of any length, by more than rounding: a line that runs along a patch is not
+ * told to be outside. */
+static inline int is_over_plane(const struct haptable_model* model, const float normal[3], const float u[3]) {
+    const float over = vec_dot(normal, u);
+    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
+    return over > 0.0f && over * over > rounding * rounding * vec_dot(normal, normal);
+}
+
+static inline int is_over_patch(const struct haptable_model* model, uint16_t patch, const float u[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(model, patch, edge1, edge2, normal);
+    return is_over_plane(model, normal, u);
+}
+
+/* 1 when the line from the god-object along u begins outside of the body, farther than rounding from its surface. Exact
+ * wherever the god-object is: the patch, edge or vertex there that is nearest to u has the sign (haptable_surface.c).
  * cost: at a vertex a look at each patch around it, and at a nearest point its normal. */
 int haptable_surface_begins_outside(const struct haptable_model* model, const struct haptable_contact* contact,
                                     const float u[3]);

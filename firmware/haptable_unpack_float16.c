@@ -17,7 +17,7 @@ static float widened(uint16_t half) {
     return value.number;
 }
 
-void haptable_unpack_float16(const struct haptable_model* model, uint16_t vertex, float s[6]) {
+void haptable_unpack_float16(const struct haptable_model* model, uint32_t block, float s[6]) {
     int i;
-    for (i = 0; i < 6; ++i) s[i] = model->packed_scale_n_per_m[0] * widened(model->packed[vertex][i]);
+    for (i = 0; i < 6; ++i) s[i] = model->packed_scale[0] * widened(model->packed[block][i]);
 }

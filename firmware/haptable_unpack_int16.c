@@ -4,8 +4,8 @@
  */
 #include "haptable.h"
 
-void haptable_unpack_int16(const struct haptable_model* model, uint16_t vertex, float s[6]) {
-    const float scale = model->packed_scale_n_per_m[vertex];
+void haptable_unpack_int16(const struct haptable_model* model, uint32_t block, float s[6]) {
+    const float scale = model->packed_scale[block];
     int i;
-    for (i = 0; i < 6; ++i) s[i] = scale * (float)(int16_t)model->packed[vertex][i];
+    for (i = 0; i < 6; ++i) s[i] = scale * (float)(int16_t)model->packed[block][i];
 }

@@ -86,7 +86,7 @@ Scene cube_scene(int nodes_per_side, double poisson, bool top_only) {
 
 Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson) {
     const Scene scene = cube_scene(nodes_per_side, poisson);
-    return assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+    return assemble_free(scene, make_body(scene, make_mesh(scene.mesh))).matrix();
 }
 
 Scene mouse_scene(bool front_only) {

@@ -32,8 +32,28 @@ double scaled_condition(const Eigen::SparseMatrix<double>& k) {
     return largest_eigenvalue(k.rows(), multiply) * largest_eigenvalue(k.rows(), solve);
 }
 
-Bound inverse_bound(const Eigen::SparseMatrix<double>& k) {
-    return {.count = 8.0 * std::sqrt(double(k.rows())), .epsilon = kDouble, .condition = scaled_condition(k)};
+Eigen::SparseMatrix<double> assembled(const Stiffness& k) {
+    const Eigen::SparseMatrix<double> g = k.matrix().bottomLeftCorner(k.pressures(), k.size());
+    return Eigen::SparseMatrix<double>(k.matrix().topLeftCorner(k.size(), k.size())) +
+           Eigen::SparseMatrix<double>(g.transpose() * g);
+}
+
+Bound inverse_bound(const Stiffness& k) {
+    const Bound bound{.count = 8.0 * std::sqrt(double(k.matrix().rows())), .epsilon = kDouble};
+    if (k.pressures() == 0) return bound.times(scaled_condition(k.matrix()));
+    const Eigen::SparseMatrix<double> g = k.matrix().bottomLeftCorner(k.pressures(), k.size());
+    const Eigen::SparseMatrix<double> a = k.matrix().topLeftCorner(k.size(), k.size()), whole = assembled(k);
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor(whole), factor_of_a(a);
+    Eigen::VectorXd d_p(k.pressures());
+    for (Eigen::Index p = 0; p < k.pressures(); ++p) {
+        const Eigen::VectorXd g_p = g.row(p).transpose();
+        d_p[p] = 1.0 + g_p.dot(factor_of_a.solve(g_p));
+    }
+    const Eigen::VectorXd d_k = whole.diagonal();
+    return bound.times(largest_eigenvalue(k.size(), [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+        const Eigen::VectorXd gx = g * x;
+        return factor.solve(d_k.cwiseProduct(x) + g.transpose() * d_p.cwiseProduct(gx));
+    }));
 }
 
 }  // namespace haptable::test

@@ -25,7 +25,7 @@ struct Outcome {
 /// Runs a command of the shell in `folder` (here, where it is empty) until it ends. After `patience` it is killed, with
 /// all that it started, and the test fails.
 Outcome run(const std::string& command, const std::filesystem::path& folder = {},
-            std::chrono::seconds patience = std::chrono::seconds(60));
+            std::chrono::seconds patience = std::chrono::minutes(10));
 
 /// A program beside the test. It leads a process group of its own, which ends with this object.
 class Process {
@@ -46,7 +46,7 @@ public:
 
     void kill(int signal) const;
     /// Its exit status, -signal where a signal ended it. After `patience` it is killed, and the test fails.
-    int wait_for_exit(std::chrono::seconds patience = std::chrono::seconds(60));
+    int wait_for_exit(std::chrono::seconds patience = std::chrono::minutes(10));
 
 private:
     bool reap();

@@ -17,11 +17,15 @@ namespace haptable::test::reference {
 #define haptable_god_object_least_energy reference_god_object_least_energy
 #define haptable_force_interpolated reference_force_interpolated
 #define haptable_force_consistent reference_force_consistent
+#define haptable_force_consistent_packed reference_force_consistent_packed
 #define haptable_force_pressure_mask reference_force_pressure_mask
+#define haptable_force_pressure_mask_packed reference_force_pressure_mask_packed
 #define haptable_force_of_least_energy reference_force_of_least_energy
 #define haptable_energy_interpolated reference_energy_interpolated
 #define haptable_energy_consistent reference_energy_consistent
+#define haptable_energy_consistent_packed reference_energy_consistent_packed
 #define haptable_energy_pressure_mask reference_energy_pressure_mask
+#define haptable_energy_pressure_mask_packed reference_energy_pressure_mask_packed
 #define haptable_god_object_friction reference_god_object_friction
 #define haptable_unpack_float16 reference_unpack_float16
 #define haptable_unpack_int16 reference_unpack_int16
@@ -52,6 +56,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/haptable_force_interpolated.c"
 #include "firmware/haptable_energy_interpolated.c"
 #include "firmware/haptable_compliance.c"
+#include "firmware/haptable_compliance_packed.c"
 
 #include "firmware/haptable_force_consistent.c"
 #include "firmware/haptable_force_mask.c"
@@ -66,11 +71,15 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_god_object_least_energy
 #undef haptable_force_interpolated
 #undef haptable_force_consistent
+#undef haptable_force_consistent_packed
 #undef haptable_force_pressure_mask
+#undef haptable_force_pressure_mask_packed
 #undef haptable_force_of_least_energy
 #undef haptable_energy_interpolated
 #undef haptable_energy_consistent
+#undef haptable_energy_consistent_packed
 #undef haptable_energy_pressure_mask
+#undef haptable_energy_pressure_mask_packed
 #undef haptable_god_object_friction
 #undef haptable_unpack_float16
 #undef haptable_unpack_int16

@@ -4,7 +4,7 @@
 //     EXPECT_WITHIN((x - y).norm(), .count = 8, .epsilon = kFloat, .size = model.size()) << "tick " << tick;
 //
 // A failure prints the measured number, the bound's terms and how far over it is. With HAPTABLE_MARGINS=file the
-// largest measured / bound of every assertion is appended to that file; tests/margins.sh lists those above a third.
+// largest measured / bound of every assertion is appended to that file; scripts/margins.sh lists those above a third.
 #pragma once
 
 #include <gtest/gtest.h>

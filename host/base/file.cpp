@@ -24,6 +24,14 @@ std::string read_file(const std::filesystem::path& path) {
     return std::move(text).str();
 }
 
+std::string read_text(const std::filesystem::path& path) {
+    std::string text = read_file(path);
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+        throw Error(path.string() + ": is text in UTF-16, which is not read here; save it as ASCII or UTF-8");
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+    return text;
+}
+
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
     Beside beside(path);
     errno = 0;

@@ -11,6 +11,9 @@ namespace haptable {
 /// The whole file. Throws Error that names the path when it cannot be read.
 std::string read_file(const std::filesystem::path& path);
 
+/// The whole file, without the mark of UTF-8 that some editors put first. Throws Error for UTF-16 too, by its mark.
+std::string read_text(const std::filesystem::path& path);
+
 /// Writes `bytes` to `path`, whole or not at all. Throws Error that names the path.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 

@@ -9,6 +9,8 @@
 
 namespace haptable {
 
+/// How a tetrahedron deforms (host/fem/stiffness.hpp).
+enum class Element { kLinear, kAverageNodalPressure, kQuadratic };
 enum class ForceLaw { kInterpolated, kConsistent, kPressureMask };
 enum class GodObject { kNearest, kLeastEnergy };
 /// How numbers of a table are stored.
@@ -16,6 +18,9 @@ enum class Storage { kFloat32, kFloat16, kInt16 };
 /// Rows of the columns that are kept for the deformation.
 enum class ColumnRows { kSurface, kAll, kNone };
 
+constexpr std::array<const char*, 3> words(Element /*kind*/) {
+    return {"linear", "average-nodal-pressure", "quadratic"};
+}
 constexpr std::array<const char*, 3> words(ForceLaw /*kind*/) {
     return {"interpolated", "consistent", "pressure-mask"};
 }

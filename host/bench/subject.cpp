@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
@@ -35,9 +36,9 @@ Eigen::Matrix3d stiffness(const Subject& subject, std::uint16_t vertex) {
 
 }  // namespace
 
-Subject::Subject(const std::filesystem::path& folder)
+Subject::Subject(const std::filesystem::path& folder, Tables tables)
     : folder_(folder),
-      tables_(read_tables(folder)),
+      tables_(std::move(tables)),
       servo_(build_model(tables_)),
       model_(model_in_memory(tables_, servo_)) {}
 

@@ -19,7 +19,9 @@ using FingerPath = std::vector<std::array<float, 3>>;  ///< [ticks] positions, m
 /// A scene that precompute has made, with its servo in memory.
 class Subject {
 public:
-    explicit Subject(const std::filesystem::path& folder);
+    explicit Subject(const std::filesystem::path& folder) : Subject(folder, read_tables(folder)) {}
+    /// The folder's tables, with other options.
+    Subject(const std::filesystem::path& folder, Tables tables);
     Subject(const Subject&) = delete;
     Subject& operator=(const Subject&) = delete;
 

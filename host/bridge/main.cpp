@@ -98,7 +98,7 @@ SummaryLines summarise(const BridgeReport& report, const BuiltScene& scene, cons
                        const std::string& url) {
     SummaryLines summary;
     summary.add("scene", scene.tables.name);
-    summary.add("model_hash", fmt::format("{:016x}", scene.model.hash));
+    summary.add("tables_hash", fmt::format("{:016x}", scene.model.hash));
     summary.add("url", url);
     summary.add("line", target.line().name());
     report.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });

@@ -77,7 +77,7 @@ void BridgeSession::take_answers() {
 void BridgeSession::take(const TargetForce& force) {
     if (force.model_hash != scene_.model->hash)
         throw Error(
-            fmt::format("{}: the target runs model {:016x}, the tables are of {:016x}: build and flash it again",
+            fmt::format("{}: the target runs the tables {:016x}, the folder's are {:016x}: build and flash it again",
                         target_.line().name(), force.model_hash, scene_.model->hash));
     if (!waiting_ || force.sequence != number_) {
         ++report_.stale_answers;

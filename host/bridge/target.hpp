@@ -14,7 +14,7 @@ namespace haptable {
 /// One force as the target sent it.
 struct TargetForce {
     std::uint32_t sequence = 0;    ///< of the state that it answers
-    std::uint64_t model_hash = 0;  ///< of the tables that the target runs
+    std::uint64_t model_hash = 0;  ///< tables_hash of those that the target runs
     haptable_output output{};      ///< all but `patch`
 };
 

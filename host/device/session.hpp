@@ -19,7 +19,7 @@ struct SessionOptions {
     bool lockstep = false;        ///< the clock waits for the answer to each state
     double seconds = 0.0;         ///< of real or simulated time; 0: once along the path
     double patience_s = 10.0;     ///< how long the first answer, or any in lockstep, may take; 0: do not wait
-    std::int64_t model_hash = 0;  ///< of the model that must answer; 0: the first that does
+    std::int64_t model_hash = 0;  ///< of the tables whose servo must answer; 0: the first that does
 };
 
 struct DeviceReport {

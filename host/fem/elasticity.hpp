@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The stiffness of linear tetrahedra: small strain, isotropic.
+// The stiffness of one linear tetrahedron: small strain, isotropic.
 #pragma once
 
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 namespace haptable {
 
@@ -31,16 +28,5 @@ TetGeometry tet_geometry(const Corners& corner_m);
 
 /// The element's stiffness, N/m: 3 rows a corner. Symmetric to the last bit.
 Eigen::Matrix<double, 12, 12> element_stiffness(const TetGeometry& geometry, const Lame& material);
-
-/// Assembles K (N/m), both triangles stored, symmetric to the last bit.
-///   position_m     [N] nodes
-///   tets           [T] mesh nodes, positively oriented
-///   material       [T] of each tetrahedron
-///   unknown        [N] place of a node among the unknowns, or -1 to leave its rows and columns out
-///   unknown_count  nodes in K: it has three rows each
-Eigen::SparseMatrix<double> assemble_stiffness(std::span<const Eigen::Vector3d> position_m,
-                                               std::span<const std::array<std::int32_t, 4>> tets,
-                                               std::span<const Lame> material, std::span<const std::int32_t> unknown,
-                                               std::int32_t unknown_count);
 
 }  // namespace haptable

@@ -13,11 +13,15 @@ namespace haptable {
 
 namespace {
 
+/// All processors, unless a number is wanted.
+int all_threads(int wanted) {
+    return wanted > 0 ? wanted : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
 /// Below about ten thousand nodes the supernodes are too small to share.
 int threads_for(int wanted, Eigen::Index nodes) {
     constexpr Eigen::Index kSmall = 10000;
-    if (wanted > 0) return wanted;
-    return nodes < kSmall ? 1 : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    return wanted == 0 && nodes < kSmall ? 1 : all_threads(wanted);
 }
 
 }  // namespace
@@ -27,13 +31,13 @@ bool CholmodInverse::in_pattern(std::span<const NodePair> wanted) const {
     return std::count(inside.begin(), inside.end(), 0) == 0;
 }
 
-MemoryNeed CholmodInverse::analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& request) {
-    workers_.emplace(threads_for(threads_, k.rows() / 3));
+MemoryNeed CholmodInverse::analyse(const Stiffness& k, const InverseRequest& request) {
+    workers_.emplace(threads_for(threads_, k.size() / 3));
     factor_.emplace(k, Factor::kPattern);
     const Supernodes pattern = factor_->supernodes();
     const int threads = workers_->count();
     MemoryNeed need;
-    need.stiffness = stiffness_bytes(k);
+    need.stiffness = k.bytes();
     need.factor = factor_->bytes() + factorize_bytes(pattern, threads);
     for (const std::span<const NodePair> wanted : request.blocks)
         if (in_pattern(wanted))  // in double: after a trial in float it may have to be done again
@@ -41,18 +45,18 @@ MemoryNeed CholmodInverse::analyse(const Eigen::SparseMatrix<double>& k, const I
                 need.fronts,
                 sizeof(double) * static_cast<double>(SelectedInversion(pattern, wanted).stack_entries(threads)));
         else
-            need.pairs = std::max(need.pairs, CompliancePairs(pattern, wanted).bytes(threads) +
+            need.pairs = std::max(need.pairs, CompliancePairs(pattern, wanted).bytes(all_threads(threads_)) +
                                                   2.0 * static_cast<double>(wanted.size()) * sizeof(Eigen::Matrix3d));
     for (const Precision precision : {Precision::kDouble, Precision::kFloat})
         if (!request.node.empty() && (precision == Precision::kDouble || request.float_columns))
             need.columns =
                 std::max(need.columns, ColumnSolver(pattern, request.node, request.row, precision).bytes(threads));
-    need.solves = 4.0 * static_cast<double>(k.rows()) * request.right_sides * sizeof(double);
+    need.solves = 4.0 * static_cast<double>(k.matrix().rows()) * request.right_sides * sizeof(double);
     need.available = available_memory();
     return need;
 }
 
-FactorFacts CholmodInverse::factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) {
+FactorFacts CholmodInverse::factorize(const Stiffness& k, Progress& progress) {
     factor_->factorize(k, *workers_, progress);
     return {"METIS", factor_->fill(), factor_->flops(), workers_->count(), factor_->weakest_pivot()};
 }
@@ -61,7 +65,8 @@ Blocks CholmodInverse::blocks(std::span<const NodePair> wanted, Precision precis
     factor_->release_workspace();
     if (!in_pattern(wanted)) {
         const CompliancePairs pairs(factor_->supernodes(), wanted);
-        return {pairs.compute(progress, &*workers_), {pairs.method(), Precision::kDouble, pairs.flops()}};
+        Workers all(all_threads(threads_));  // groups of nodes are worth sharing in a body of any size
+        return {pairs.compute(progress, &all), {pairs.method(), Precision::kDouble, pairs.flops()}};
     }
     const SelectedInversion inversion(factor_->supernodes(), wanted);
     const BlockFacts facts{"selected inversion", precision, inversion.flops()};

@@ -12,8 +12,8 @@ public:
     /// threads: 0: all processors, one for less than 10,000 nodes.
     explicit CholmodInverse(int threads = 0) : threads_(threads) {}
 
-    MemoryNeed analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& request) override;
-    FactorFacts factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) override;
+    MemoryNeed analyse(const Stiffness& k, const InverseRequest& request) override;
+    FactorFacts factorize(const Stiffness& k, Progress& progress) override;
     Eigen::Index size() const override { return factor_->size(); }
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override { factor_->solve(b, x); }
     /// Pairs in the factor's pattern by selected inversion; with others among them, in double by what needs the fewest

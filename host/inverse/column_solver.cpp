@@ -10,8 +10,6 @@ namespace haptable {
 
 namespace {
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 /// Marks the supernodes and all their ancestors.
 void mark_ancestors(const std::vector<std::int32_t>& parent, std::vector<char>& marked) {
     for (std::size_t s = 0; s < parent.size(); ++s)  // children come before their parents

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// P K P^T = L L^T
+// P M P^T = L S L^T
 #include "host/inverse/factor.hpp"
 
+#include <cblas.h>
 #include <cholmod.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 #include <utility>
 
 #include "host/base/error.hpp"
 #include "host/inverse/numeric.hpp"
-
-extern "C" void openblas_set_num_threads(int threads);  // declared in OpenBLAS's own cblas.h only
 
 namespace haptable {
 
@@ -25,6 +23,8 @@ struct Factor::State {
     mutable cholmod_dense* y = nullptr;
     mutable cholmod_dense* e = nullptr;
     Pivot weakest;
+    Eigen::Index size = 0;      // rows of K
+    std::vector<int> positive;  // [supernodes] columns with S = 1, which stand first; empty: all
 
     State() {
         cholmod_start(&common);
@@ -60,8 +60,6 @@ struct Factor::State {
 
 namespace {
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 /// A view of k as CHOLMOD sees it; nothing is copied.
 cholmod_sparse view(const Eigen::SparseMatrix<double>& k) {
     cholmod_sparse a{};
@@ -80,40 +78,79 @@ cholmod_sparse view(const Eigen::SparseMatrix<double>& k) {
     return a;
 }
 
-/// The graph of the nodes: one row for every three of K, where any entry of their 3x3 block is stored.
-std::vector<int> order_nodes(const Eigen::SparseMatrix<double>& k, cholmod_common& common) {
-    const int nodes = static_cast<int>(k.rows()) / 3;
-    std::vector<int> begin{0}, neighbour, seen(static_cast<std::size_t>(nodes), -1);
-    for (int b = 0; b < nodes; ++b) {
-        for (int e = k.outerIndexPtr()[Eigen::Index{3} * b]; e < k.outerIndexPtr()[Eigen::Index{3} * b + 3]; ++e) {
-            const int a = k.innerIndexPtr()[e] / 3;
-            if (a > b && std::exchange(seen[static_cast<std::size_t>(a)], b) != b) neighbour.push_back(a);
-        }
-        std::sort(neighbour.begin() + begin.back(), neighbour.end());
-        begin.push_back(static_cast<int>(neighbour.size()));
+/// The graph of the bundles, lower triangle: which have entries in common.
+struct Graph {
+    std::vector<int> begin{0}, neighbour;
+};
+Graph graph_of(const Eigen::SparseMatrix<double>& m, const Stiffness::Bundles& bundles) {
+    const int count = static_cast<int>(bundles.begin.size()) - 1;
+    std::vector<int> bundle_of(bundles.row.size()), seen(at(count), -1);
+    const auto for_each_row = [&](int bundle, auto visit) {
+        for (int r = bundles.begin[at(bundle)]; r < bundles.begin[at(bundle) + 1]; ++r) visit(bundles.row[at(r)]);
+    };
+    for (int b = 0; b < count; ++b) for_each_row(b, [&](int row) { bundle_of[at(row)] = b; });
+    Graph graph;
+    for (int b = 0; b < count; ++b) {
+        for_each_row(b, [&](int row) {
+            for (int e = m.outerIndexPtr()[row]; e < m.outerIndexPtr()[row + 1]; ++e) {
+                const int a = bundle_of[at(m.innerIndexPtr()[e])];
+                if (a > b && std::exchange(seen[at(a)], b) != b) graph.neighbour.push_back(a);
+            }
+        });
+        std::sort(graph.neighbour.begin() + graph.begin.back(), graph.neighbour.end());
+        graph.begin.push_back(static_cast<int>(graph.neighbour.size()));
     }
+    return graph;
+}
+
+/// The rows of M, bundle by bundle, in METIS's order.
+std::vector<int> order_rows(const Stiffness& k, cholmod_common& common) {
+    const Stiffness::Bundles bundles = k.bundles();
+    const std::size_t count = bundles.begin.size() - 1;
+    Graph lower = graph_of(k.matrix(), bundles);
     cholmod_sparse graph{};
-    graph.nrow = graph.ncol = static_cast<std::size_t>(nodes);
-    graph.nzmax = neighbour.size();
-    graph.p = begin.data();
-    graph.i = neighbour.data();
+    graph.nrow = graph.ncol = count;
+    graph.nzmax = lower.neighbour.size();
+    graph.p = lower.begin.data();
+    graph.i = lower.neighbour.data();
     graph.stype = -1;
     graph.itype = CHOLMOD_INT;
     graph.xtype = CHOLMOD_PATTERN;
     graph.dtype = CHOLMOD_DOUBLE;
     graph.sorted = graph.packed = 1;
-    std::vector<int> order(static_cast<std::size_t>(nodes));
+    std::vector<int> order(count), rows;
     // Postordering is left to the analysis, which does it with all rows.
     if (!cholmod_metis(&graph, nullptr, 0, 0, order.data(), &common)) std::iota(order.begin(), order.end(), 0);
-    return order;
+    for (int b : order)
+        rows.insert(rows.end(), bundles.row.begin() + bundles.begin[at(b)],
+                    bundles.row.begin() + bundles.begin[at(b) + 1]);
+    return rows;
 }
 
-/// Three rows for every node, in the nodes' order.
-std::vector<int> expand(const std::vector<int>& node_order) {
-    std::vector<int> order;
-    for (int node : node_order)
-        for (int c = 0; c < 3; ++c) order.push_back(3 * node + c);
-    return order;
+/// Puts a supernode's pressures behind its displacements, so that its signs change once at the most; within a
+/// supernode any order has the same pattern. Returns how many of its columns are displacements.
+///   size  rows of K: the rows of M from here on are pressures
+std::vector<int> put_pressures_last(cholmod_factor& factor, Eigen::Index size) {
+    auto* permutation = static_cast<int*>(factor.Perm);
+    auto* row = static_cast<int*>(factor.s);
+    const auto* super = static_cast<const int*>(factor.super);
+    const auto* row_begin = static_cast<const int*>(factor.pi);
+    const std::vector<int> before(permutation, permutation + factor.n);
+    std::vector<int> place(factor.n), positive;
+    for (std::size_t s = 0; s < factor.nsuper; ++s) {
+        int next = super[s];
+        for (const bool pressures : {false, true}) {
+            for (int j = super[s]; j < super[s + 1]; ++j)
+                if ((before[at(j)] >= size) == pressures) permutation[place[at(j)] = next++] = before[at(j)];
+            if (!pressures) positive.push_back(next - super[s]);
+        }
+    }
+    for (std::size_t s = 0; s < factor.nsuper; ++s) {
+        std::transform(row + row_begin[s], row + row_begin[s + 1], row + row_begin[s],
+                       [&](int r) { return place[at(r)]; });
+        std::sort(row + row_begin[s], row + row_begin[s + 1]);
+    }
+    return positive;
 }
 
 cholmod_dense view(const Eigen::MatrixXd& b) {
@@ -143,13 +180,16 @@ void for_each_pivot(const cholmod_factor& factor, Visit visit) {
     }
 }
 
-Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatrix<double>& k) {
+/// Of the rows of K: no pivot of a pressure is nearer to 0 than its entry of M.
+Pivot find_weakest(const cholmod_factor& factor, const Stiffness& k) {
     const auto* permutation = static_cast<const int*>(factor.Perm);
-    if (factor.minor < factor.n) return {permutation[factor.minor], 0.0};
+    if (factor.minor < factor.n) return {k.row_of_k(permutation[factor.minor]), 0.0};
+    const Eigen::VectorXd diagonal = k.diagonal();
     Pivot weakest{0, 2.0};
     for_each_pivot(factor, [&](int j, double pivot) {
         const int row = permutation[j];
-        const double ratio = pivot * pivot / k.coeff(row, row);
+        if (row >= k.size()) return;
+        const double ratio = pivot * pivot / diagonal[row];
         if (!(ratio >= weakest.ratio)) weakest = {row, ratio};
     });
     return weakest;
@@ -157,43 +197,58 @@ Pivot find_weakest(const cholmod_factor& factor, const Eigen::SparseMatrix<doubl
 
 }  // namespace
 
-Factor::Factor(const Eigen::SparseMatrix<double>& k, PatternOnly) : state_(std::make_unique<State>()) {
-    if (k.rows() % 3 != 0) throw Error(fmt::format("K has {} rows, and three a node are expected", k.rows()));
+Factor::Factor(const Stiffness& k, PatternOnly) : state_(std::make_unique<State>()) {
+    if (k.size() % 3 != 0) throw Error(fmt::format("K has {} rows, and three a node are expected", k.size()));
     openblas_set_num_threads(1);
-    cholmod_sparse a = view(k);
-    std::vector<int> order = expand(order_nodes(k, state_->common));
+    cholmod_sparse m = view(k.matrix());
+    std::vector<int> order = order_rows(k, state_->common);
     state_->require(state_->common.status == CHOLMOD_OK, "ordering of K");
-    state_->factor = cholmod_analyze_p(&a, order.data(), nullptr, 0, &state_->common);
+    state_->factor = cholmod_analyze_p(&m, order.data(), nullptr, 0, &state_->common);
     state_->require(state_->factor != nullptr, "analysis of K");
+    state_->size = k.size();
+    if (k.pressures() > 0) state_->positive = put_pressures_last(*state_->factor, k.size());
 }
 
-Factor::Factor(const Eigen::SparseMatrix<double>& k) : Factor(k, kPattern) {
+Factor::Factor(const Stiffness& k) : Factor(k, kPattern) {
     Workers alone(1);
     Progress silent(true);
     factorize(k, alone, silent);
 }
 
-void Factor::factorize(const Eigen::SparseMatrix<double>& k, Workers& workers, Progress& progress) {
+void Factor::factorize(const Stiffness& k, Workers& workers, Progress& progress) {
     // Takes the memory of a numeric factor and leaves its numbers open.
     const int ok = cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, state_->factor, &state_->common);
     state_->require(ok != 0, "factorisation of K");
     const std::int32_t stopped =
-        haptable::factorize(supernodes(), k, static_cast<double*>(state_->factor->x), workers, progress);
+        haptable::factorize(supernodes(), k.matrix(), static_cast<double*>(state_->factor->x), workers, progress);
     state_->factor->minor = stopped < 0 ? state_->factor->n : at(stopped);
     state_->weakest = find_weakest(*state_->factor, k);
 }
 
 Factor::~Factor() = default;
 
-Eigen::Index Factor::size() const { return static_cast<Eigen::Index>(state_->factor->n); }
+Eigen::Index Factor::size() const { return state_->size; }
 
 void Factor::solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const {
-    cholmod_dense right = view(b);
-    const int ok = cholmod_solve2(CHOLMOD_A, state_->factor, &right, nullptr, &state_->x, nullptr, &state_->y,
-                                  &state_->e, &state_->common);
-    state_->require(ok != 0, "solve");
-    x.resize(b.rows(), b.cols());
-    std::memcpy(x.data(), state_->x->x, static_cast<std::size_t>(b.size()) * sizeof(double));
+    const State& state = *state_;
+    const auto step = [&](int system, const cholmod_dense& given) {
+        const int ok = cholmod_solve2(system, state.factor, const_cast<cholmod_dense*>(&given), nullptr, &state.x,
+                                      nullptr, &state.y, &state.e, &state.common);
+        state.require(ok != 0, "solve");
+        const auto* values = static_cast<const double*>(state.x->x);
+        x = Eigen::Map<const Eigen::MatrixXd>(values, static_cast<Eigen::Index>(state.factor->n), b.cols());
+    };
+    if (state.positive.empty()) return step(CHOLMOD_A, view(b));
+    x = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(state.factor->n), b.cols());
+    x.topRows(b.rows()) = b;
+    step(CHOLMOD_P, view(x));
+    step(CHOLMOD_L, view(x));
+    const Supernodes s = supernodes();
+    for (std::int32_t k = 0; k < s.count(); ++k)
+        x.middleRows(s.first_column[at(k)] + s.positive_count(k), s.column_count(k) - s.positive_count(k)) *= -1.0;
+    step(CHOLMOD_Lt, view(x));
+    step(CHOLMOD_Pt, view(x));
+    x = x.topRows(b.rows()).eval();
 }
 
 void Factor::release_workspace() const {
@@ -211,7 +266,8 @@ Supernodes Factor::supernodes() const {
     };
     return {ints(factor.super, factor.nsuper + 1), ints(factor.pi, factor.nsuper + 1),
             ints(factor.px, factor.nsuper + 1),    ints(factor.s, factor.ssize),
-            ints(factor.Perm, factor.n),           static_cast<const double*>(factor.x)};
+            ints(factor.Perm, factor.n),           state_->positive,
+            static_cast<const double*>(factor.x)};
 }
 
 double Factor::bytes() const {

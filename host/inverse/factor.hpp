@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The Cholesky factor of a stiffness matrix. What only solves meets it as a LinearSolver.
+// The factor of a stiffness matrix. What only solves meets it as a LinearSolver.
 #pragma once
 
 #include <memory>
@@ -9,23 +9,24 @@
 
 namespace haptable {
 
-/// P K P^T = L L^T, supernodal: analysed and solved with by CHOLMOD, factorised by factorize() (numeric.hpp), which can
-/// be watched, stopped and shared by threads. METIS orders the graph of the nodes, so that the three rows of a node
-/// stay together and the ordering costs half of what it costs on the graph of the rows. One BLAS thread: the number of
-/// BLAS threads changes the rounding, that of workers does not.
+/// P M P^T = L S L^T, supernodal, M the stiffness' matrix and S = -1 at its pressures: analysed and solved with by
+/// CHOLMOD, factorised by factorize() (numeric.hpp), which can be watched, stopped and shared by threads. METIS orders
+/// the graph of the nodes, so that the rows of a node stay together and the ordering costs half of what it costs on the
+/// graph of the rows. One BLAS thread: the number of BLAS threads changes the rounding, that of workers does not.
+///
+/// Such an M can be factorised in any order without pivoting (Vanderbei 1995): no pivot is nearer to 0 than in K.
 class Factor : public LinearSolver {
 public:
     enum PatternOnly { kPattern };
     /// The pattern; factorize() fills it.
-    ///   k  symmetric with both triangles stored, three rows a node
     /// Throws Error where CHOLMOD runs out of memory or of its integers.
-    Factor(const Eigen::SparseMatrix<double>& k, PatternOnly);
+    Factor(const Stiffness& k, PatternOnly);
     /// Both at once, on this thread.
-    explicit Factor(const Eigen::SparseMatrix<double>& k);
+    explicit Factor(const Stiffness& k);
     ~Factor() override;
 
     /// A k that is not positive definite makes a factor whose weakest_pivot() says so and that cannot solve.
-    void factorize(const Eigen::SparseMatrix<double>& k, Workers& workers, Progress& progress);
+    void factorize(const Stiffness& k, Workers& workers, Progress& progress);
 
     Eigen::Index size() const override;
     /// Needs weakest_pivot().ratio > 0.

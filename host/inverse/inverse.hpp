@@ -3,7 +3,7 @@
 // Neither knows scenes, files or the report: they return facts and fill sinks.
 #pragma once
 
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,6 +15,7 @@
 #include "host/base/process_cost.hpp"
 #include "host/base/progress.hpp"
 #include "host/inverse/memory.hpp"
+#include "host/inverse/stiffness.hpp"
 #include "host/solve/supernodes.hpp"
 
 namespace haptable {
@@ -107,12 +108,11 @@ public:
 /// threads changes no bit of what they give.
 class Inverse : public LinearSolver {
 public:
-    /// Orders K and finds the factor's pattern, or what the solver has in its place.
-    ///   k  symmetric with both triangles stored, three rows a node
-    /// Returns what the machine (of many: the fullest) will need and has. Throws Error where K is too large to number.
-    virtual MemoryNeed analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& request) = 0;
+    /// Orders K and finds the factor's pattern, or what the solver has in its place. Returns what the machine (of many:
+    /// the fullest) will need and has. Throws Error where K is too large to number.
+    virtual MemoryNeed analyse(const Stiffness& k, const InverseRequest& request) = 0;
     /// k: that of analyse(); it may go afterwards. Nothing may be asked where the weakest pivot is zero.
-    virtual FactorFacts factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) = 0;
+    virtual FactorFacts factorize(const Stiffness& k, Progress& progress) = 0;
     /// L_ij of pairs of unknown nodes, in the factor's pattern or not.
     virtual Blocks blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) = 0;
     /// node: [n] unknown nodes whose columns are wanted; row: [r] unknown nodes whose rows are. No node twice.

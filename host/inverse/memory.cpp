@@ -49,10 +49,6 @@ double available_memory() {
     return std::min({kernel_estimate(), group_2, group_1});
 }
 
-double stiffness_bytes(const Eigen::SparseMatrix<double>& k) {
-    return static_cast<double>(k.nonZeros()) * (sizeof(double) + sizeof(int));
-}
-
 void require_memory(const std::string& scene, const MemoryNeed& need, double node_count) {
     if (need.peak() <= need.available) return;
     // The factor of a solid body grows with the nodes to the power 4/3 (nested dissection in three dimensions).

@@ -2,7 +2,6 @@
 // What a run will need of the machine's memory, known from the factor's pattern before the long work begins.
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <string>
 
 namespace haptable {
@@ -23,8 +22,6 @@ struct MemoryNeed {
 /// Bytes that this process may still take: the kernel's estimate, or what is left of the control group's limit.
 /// Infinite where neither can be read.
 double available_memory();
-
-double stiffness_bytes(const Eigen::SparseMatrix<double>& k);
 
 /// Throws Error where the need is more than what is available, with what would fit.
 ///   scene  named in the error

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// L_J = (K_J - sum over the descendants D of L_RD L_JD^T) L_JJ^-T,   L_JJ L_JJ^T = the same at the rows J
+// L_J = (M_J - sum over the descendants D of L_RD S L_JD^T) L_JJ^-T S,   L_JJ S L_JJ^T = the same at the rows J
 //
 // Left-looking over supernodes (Ng and Peyton 1993): a supernode takes what its descendants owe it and is then
 // factorised as a dense matrix. Beside the factor itself only one product is held. The columns J are cut into panels of
@@ -22,18 +22,16 @@ namespace {
 constexpr int kPanel = 128;    // columns
 constexpr int kStretch = 512;  // rows
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 struct NotPositive {
     std::int32_t column;
 };
 
 class Factorization {
 public:
-    Factorization(const Supernodes& pattern, const Eigen::SparseMatrix<double>& k, double* value, Workers& workers,
+    Factorization(const Supernodes& pattern, const Eigen::SparseMatrix<double>& m, double* value, Workers& workers,
                   Progress& progress)
         : pattern_(pattern),
-          k_(k),
+          m_(m),
           value_(value),
           workers_(workers),
           progress_(progress),
@@ -137,10 +135,10 @@ private:
         const int first = pattern_.first_column[at(s)];
         for (int j = begin; j < end; ++j) {
             const int column = pattern_.permutation[at(first + j)];
-            for (int e = k_.outerIndexPtr()[column]; e < k_.outerIndexPtr()[column + 1]; ++e) {
-                const std::int32_t row = place_[at(k_.innerIndexPtr()[e])];
+            for (int e = m_.outerIndexPtr()[column]; e < m_.outerIndexPtr()[column + 1]; ++e) {
+                const std::int32_t row = place_[at(m_.innerIndexPtr()[e])];
                 if (row >= first + j)
-                    l[at(find(rows, pattern_.column_count(s), first, row)) + at(j) * rows.size()] = k_.valuePtr()[e];
+                    l[at(find(rows, pattern_.column_count(s), first, row)) + at(j) * rows.size()] = m_.valuePtr()[e];
             }
         }
     }
@@ -158,8 +156,12 @@ private:
         const int lda = static_cast<int>(all.size());
         const double* d = value_ + pattern_.value_begin[at(debt.descendant)] + debt.begin + from;
         own.product.resize(std::max(own.product.size(), at(m) * at(n)));
-        blas::gemm('N', 'T', m, n, pattern_.column_count(debt.descendant), 1.0, d, lda, d, lda, 0.0, own.product.data(),
-                   m);
+        const int columns = pattern_.column_count(debt.descendant), positive = pattern_.positive_count(debt.descendant);
+        blas::gemm('N', 'T', m, n, positive, 1.0, d, lda, d, lda, 0.0, own.product.data(), m);
+        if (positive < columns) {
+            const double* q = d + static_cast<std::ptrdiff_t>(positive) * lda;
+            blas::gemm('N', 'T', m, n, columns - positive, -1.0, q, lda, q, lda, 1.0, own.product.data(), m);
+        }
         locate(height, target, pattern_.column_count(s), first, own.local);
         for (int j = 0; j < n; ++j) {
             double* column = l + static_cast<std::size_t>(height[at(j)] - first) * target.size();
@@ -181,18 +183,28 @@ private:
         }
     }
 
-    /// Cholesky of the dense panels of one supernode, left-looking.
+    /// L S L^T of the dense panels of one supernode, left-looking. In a panel all signs are alike.
     void factorize_dense(std::int32_t s, Workers& workers, double* l) const {
         const int rows = static_cast<int>(pattern_.rows(s).size()), columns = pattern_.column_count(s);
+        const int positive = pattern_.positive_count(s);
         const auto stretches = [&](int begin) { return at((rows - begin + kStretch - 1) / kStretch); };
-        for (int j = 0; j < columns; j += kPanel) {
-            const int width = std::min(kPanel, columns - j);
+        for (int j = 0, width = 0; j < columns; j += width) {
+            const bool is_positive = j < positive;
+            width = std::min(kPanel, (is_positive ? positive : columns) - j);
             double* diagonal = l + j + static_cast<std::ptrdiff_t>(j) * rows;
+            // The panel less what earlier columns owe it, times its sign.
             const auto update = [&](std::size_t stretch, int) {
                 const int r = j + static_cast<int>(stretch) * kStretch, m = std::min(kStretch, rows - r);
-                blas::gemm('N', 'T', m, width, j, -1.0, l + r, rows, l + j, rows, 1.0, diagonal + (r - j), rows);
+                const double sign = is_positive ? 1.0 : -1.0;
+                const auto subtract_columns = [&](int begin, int end, double alpha, double keep) {
+                    const double* q = l + static_cast<std::ptrdiff_t>(begin) * rows;
+                    blas::gemm('N', 'T', m, width, end - begin, alpha, q + r, rows, q + j, rows, keep,
+                               diagonal + (r - j), rows);
+                };
+                subtract_columns(0, std::min(j, positive), -sign, sign);
+                if (j > positive) subtract_columns(positive, j, -1.0, 1.0);
             };
-            if (j > 0) workers.for_each(stretches(j), update);
+            if (j > 0 || !is_positive) workers.for_each(stretches(j), update);
             const int info = blas::potrf_lower(width, diagonal, rows);
             if (info > 0) throw NotPositive{pattern_.first_column[at(s)] + j + info - 1};
             const int end = j + width;
@@ -205,7 +217,7 @@ private:
     }
 
     Supernodes pattern_;
-    const Eigen::SparseMatrix<double>& k_;
+    const Eigen::SparseMatrix<double>& m_;
     double* value_;
     Workers& workers_;
     Progress& progress_;
@@ -236,9 +248,9 @@ std::vector<std::int32_t> find_subtrees(const std::vector<std::int32_t>& parent,
     return root;
 }
 
-std::int32_t factorize(const Supernodes& pattern, const Eigen::SparseMatrix<double>& k, double* value, Workers& workers,
+std::int32_t factorize(const Supernodes& pattern, const Eigen::SparseMatrix<double>& m, double* value, Workers& workers,
                        Progress& progress) {
-    return Factorization(pattern, k, value, workers, progress).run();
+    return Factorization(pattern, m, value, workers, progress).run();
 }
 
 double factorize_bytes(const Supernodes& pattern, int workers) {

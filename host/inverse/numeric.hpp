@@ -11,11 +11,12 @@
 
 namespace haptable {
 
-/// Fills `value` (laid out as `pattern` says) with L of P K P^T = L L^T.
-///   k  symmetric with both triangles stored
-/// Returns the first column of L whose pivot is not positive, or -1. What is computed, down to the last bit, does not
-/// depend on the number of workers. The workspace is that of one supernode a worker. Tells progress; stops on Ctrl-C.
-std::int32_t factorize(const Supernodes& pattern, const Eigen::SparseMatrix<double>& k, double* value, Workers& workers,
+/// Fills `value` (laid out as `pattern` says) with L of P M P^T = L S L^T.
+///   m  symmetric with both triangles stored
+/// Returns the first column of L whose pivot has not the sign of S, or -1. What is computed, down to the last bit, does
+/// not depend on the number of workers. The workspace is that of one supernode a worker. Tells progress; stops on
+/// Ctrl-C.
+std::int32_t factorize(const Supernodes& pattern, const Eigen::SparseMatrix<double>& m, double* value, Workers& workers,
                        Progress& progress);
 
 /// Bytes of that workspace.

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// L_ij = (L^-1 E_i)^T (L^-1 E_j)   or   L^T X_j = L^-1 E_j at row i   (L with blocks: K^-1; alone: the factor)
+// L_ij = (L^-1 E_i)^T S (L^-1 E_j)   or   L^T X_j = S L^-1 E_j at row i   (L with blocks: K^-1; alone: the factor)
 #include "host/inverse/pairs.hpp"
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <numeric>
 #include <utility>
 
+#include "host/base/shared_progress.hpp"
 #include "host/solve/blas.hpp"
 
 namespace haptable {
 
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 std::vector<std::int32_t> merge(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
     std::vector<std::int32_t> all;
@@ -53,7 +51,8 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
     plan_ = plan(all, only);
     flops_ = plan_.flops;
     if (only) return;
-    // Would selected inversion of what lies in the pattern, and solves for the rest, be cheaper?
+    // Would selected inversion of what lies in the pattern, and solves for the rest, be cheaper? Not where the rest
+    // alone is not.
     std::vector<NodePair> pairs;
     for (const Unique& pair : unique_) pairs.push_back({pair.later, pair.earlier});
     const std::vector<char> inside = find_in_pattern(factor_, pairs);
@@ -64,8 +63,9 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
         if (inside[u]) inside_pairs.push_back(pairs[u]);
     }
     if (inverted.empty()) return;
-    SelectedInversion inversion(factor_, inside_pairs);
     Plan rest = plan(std::move(outside), {});
+    if (rest.flops >= flops_) return;
+    SelectedInversion inversion(factor_, inside_pairs);
     if (inversion.flops() + rest.flops >= flops_) return;
     flops_ = inversion.flops() + rest.flops;
     plan_ = std::move(rest);
@@ -74,23 +74,29 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
 }
 
 void CompliancePairs::find_unique(std::span<const NodePair> wanted) {
-    std::vector<std::pair<std::int32_t, std::int32_t>> sorted;  // by place in the tree: deterministic, and near
-    std::vector<std::int32_t> node_at(tree_.place.size(), -1);
-    const auto key = [&](const NodePair& pair) {
-        const std::int32_t a = tree_.place_of(pair.row), b = tree_.place_of(pair.column);
-        node_at[at(a)] = pair.row;
-        node_at[at(b)] = pair.column;
-        return std::pair(std::min(a, b), std::max(a, b));
+    struct Ask {
+        std::int32_t earlier, later;  // places in the tree
+        std::size_t number;           // of the wanted pair
+        auto operator<=>(const Ask&) const = default;
     };
-    for (const NodePair& pair : wanted) sorted.emplace_back(key(pair));
-    std::sort(sorted.begin(), sorted.end());
-    sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
-    for (const auto& [earlier, later] : sorted) unique_.push_back({node_at[at(earlier)], node_at[at(later)]});
+    std::vector<std::int32_t> place(tree_.place.size() / 3), node_at(tree_.place.size());
+    for (std::size_t node = 0; node < place.size(); ++node) {
+        place[node] = tree_.place_of(static_cast<std::int32_t>(node));
+        node_at[at(place[node])] = static_cast<std::int32_t>(node);
+    }
+    std::vector<Ask> ask;  // by place in the tree: deterministic, and near
     for (const NodePair& pair : wanted) {
-        const std::pair<std::int32_t, std::int32_t> k = key(pair);
-        unique_of_.push_back(
-            static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), k) - sorted.begin()));
-        transposed_.push_back(unique_[unique_of_.back()].later != pair.row ? 1 : 0);
+        const auto [earlier, later] = std::minmax(place[at(pair.row)], place[at(pair.column)]);
+        ask.push_back({earlier, later, ask.size()});
+    }
+    std::sort(ask.begin(), ask.end());
+    unique_of_.resize(wanted.size());
+    transposed_.resize(wanted.size());
+    for (std::size_t a = 0; a < ask.size(); ++a) {
+        if (a == 0 || ask[a].earlier != ask[a - 1].earlier || ask[a].later != ask[a - 1].later)
+            unique_.push_back({node_at[at(ask[a].earlier)], node_at[at(ask[a].later)]});
+        unique_of_[ask[a].number] = unique_.size() - 1;
+        transposed_[ask[a].number] = unique_.back().later != wanted[ask[a].number].row ? 1 : 0;
     }
 }
 
@@ -107,11 +113,13 @@ CompliancePairs::Plan CompliancePairs::plan(std::vector<std::size_t> solved, std
 
 /// All nodes of the pairs, in the order of the tree, kGroup at a time.
 void CompliancePairs::make_groups(Plan& plan) const {
+    std::vector<char> asked(tree_.place.size() / 3, 0);
+    for (std::size_t u : plan.solved) asked[at(unique_[u].earlier)] = asked[at(unique_[u].later)] = 1;
     std::vector<std::int32_t> nodes;
-    for (std::size_t u : plan.solved) nodes.insert(nodes.end(), {unique_[u].earlier, unique_[u].later});
+    for (std::size_t node = 0; node < asked.size(); ++node)
+        if (asked[node] != 0) nodes.push_back(static_cast<std::int32_t>(node));
     const auto before = [&](std::int32_t a, std::int32_t b) { return tree_.place_of(a) < tree_.place_of(b); };
     std::sort(nodes.begin(), nodes.end(), before);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     plan.group_of.assign(tree_.place.size() / 3, -1);
     plan.column_of = plan.group_of;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -223,13 +231,9 @@ double CompliancePairs::bytes(int workers) const {
 void CompliancePairs::by_solves(Progress& progress, Workers& workers, std::vector<Eigen::Matrix3d>& block) const {
     std::vector<TreeSolver<double>> x;
     for (int worker = 0; worker < workers.count(); ++worker) x.emplace_back(factor_, tree_, factor_.value);
-    std::mutex mutex;
-    std::size_t begun = 0;
+    SharedProgress share(progress, plan_.group.size());
     workers.for_each(plan_.group.size(), [&](std::size_t g, int worker) {
-        {
-            const std::lock_guard lock(mutex);
-            progress.done(static_cast<double>(begun++) / static_cast<double>(plan_.group.size()));
-        }
+        share.begin_one();
         if (!plan_.group[g].pair.empty()) solve(plan_.group[g], x[static_cast<std::size_t>(worker)], block);
     });
 }
@@ -255,8 +259,13 @@ void CompliancePairs::multiply(const Group& a, const TreeSolver<double>& x, std:
     Eigen::MatrixXd product = Eigen::MatrixXd::Zero(x.width(), y.width());
     for (std::int32_t s : common(a.path, b.path)) {
         const std::int32_t first = factor_.first_column[at(s)];
-        blas::gemm('N', 'T', x.width(), y.width(), factor_.column_count(s), 1.0, x.row(first), x.width(), y.row(first),
-                   y.width(), 1.0, product.data(), x.width());
+        const int columns = factor_.column_count(s), positive = factor_.positive_count(s);
+        const auto add = [&](double sign, std::int32_t begin, int count) {
+            blas::gemm('N', 'T', x.width(), y.width(), count, sign, x.row(begin), x.width(), y.row(begin), y.width(),
+                       1.0, product.data(), x.width());
+        };
+        if (positive > 0) add(1.0, first, positive);
+        if (positive < columns) add(-1.0, first + positive, columns - positive);
     }
     for (std::size_t p = a.pair_begin[partner]; p < a.pair_begin[partner + 1]; ++p) {
         const Unique& pair = unique_[a.pair[p]];
@@ -301,6 +310,9 @@ std::vector<Eigen::Matrix3d> CompliancePairs::compute(Progress& progress, Worker
         by_paths(progress, *workers, block);
     else
         by_solves(progress, *workers, block);
+    for (std::size_t u : plan_.solved)  // a solve rounds L_ii's two triangles each for itself
+        if (unique_[u].earlier == unique_[u].later)
+            block[u] = Eigen::Matrix3d(block[u].selfadjointView<Eigen::Lower>());
     std::vector<Eigen::Matrix3d> answer(unique_of_.size());
     for (std::size_t w = 0; w < answer.size(); ++w) {
         answer[w] = block[unique_of_[w]];

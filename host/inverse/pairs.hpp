@@ -19,7 +19,7 @@ namespace haptable {
 
 /// How blocks that selected inversion does not give are found.
 enum class PairSolve {
-    kPaths,   ///< L_ij = (L^-1 E_i)^T (L^-1 E_j): forward solves along the nodes' paths to the root, and products
+    kPaths,   ///< L_ij = (L^-1 E_i)^T S (L^-1 E_j): forward solves along the nodes' paths to the root, and products
     kSolves,  ///< pruned solves: forward along the path of the earlier node, back along that of the later
 };
 
@@ -31,8 +31,8 @@ public:
     /// all of them (for tests and measurements).
     CompliancePairs(const Supernodes& factor, std::span<const NodePair> wanted, std::optional<PairSolve> only = {});
 
-    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double. The number of workers
-    /// changes no bit.
+    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double. L_ii comes out symmetric to
+    /// the last bit, and the number of workers changes none.
     std::vector<Eigen::Matrix3d> compute(Progress& progress, Workers* workers = nullptr) const;
 
     double flops() const { return flops_; }  ///< multiplications and additions of compute()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Y = L_RJ L_JJ^-1,   Z_RJ = -Z_RR Y,   Z_JJ = (L_JJ L_JJ^T)^-1 - Y^T Z_RJ,   Z = (L L^T)^-1
+// Y = L_RJ L_JJ^-1,   Z_RJ = -Z_RR Y,   Z_JJ = (L_JJ S L_JJ^T)^-1 - Y^T Z_RJ,   Z = (L S L^T)^-1
 //
 // Takahashi, Fagan and Chen's recurrence over supernodes, from the root of the elimination tree to its leaves: J are
 // the columns of one supernode and R its rows below, all of which belong to its ancestors. The sweep is multifrontal:
@@ -109,7 +109,7 @@ private:
         int begin, end, source;
     };
     struct Shape {
-        int rows, columns, below;
+        int rows, columns, below, positive;
     };
     /// What a worker works on: L_JJ and Y at the top of a stack; and its own stack.
     struct Own {
@@ -135,7 +135,7 @@ private:
 
     Shape shape_of(std::int32_t s) const {
         const int rows = static_cast<int>(factor_.rows(s).size()), columns = factor_.column_count(s);
-        return {rows, columns, rows - columns};
+        return {rows, columns, rows - columns, factor_.positive_count(s)};
     }
 
     /// Where the rows below of s are in its parent's front. Both lists ascend.
@@ -213,16 +213,16 @@ private:
         });
     }
 
-    /// The lower triangle of Z_JJ = (L_JJ L_JJ^T)^-1; L_JJ is lost.
+    /// The lower triangle of Z_JJ = (L_JJ S L_JJ^T)^-1; L_JJ is lost.
     void invert_diagonal(const Shape& shape, T* z_jj, Workers& workers, Own& own) const {
-        const int n = shape.columns;
+        const int n = shape.columns, positive = shape.positive;
         const std::ptrdiff_t ldz = shape.rows, ldl = n;
         T* l_jj = own.l_jj;
-        if (n <= kWhole) {
+        if (n <= kWhole && positive == n) {
             if (blas::potri_lower(n, l_jj, n) != 0)
                 throw Error("the factor of K has a pivot of 0; please report this mesh");
         } else {
-            // W = L_JJ^-1, a panel of columns at a time, into Z_JJ; then W^T W over L_JJ.
+            // W = L_JJ^-1, a panel of columns at a time, into Z_JJ; then W^T S W over L_JJ.
             workers.for_each(parts(n, kInverse), [&](std::size_t p, int) {
                 const int j = static_cast<int>(p) * kInverse, width = std::min(kInverse, n - j);
                 T* w = z_jj + j + j * ldz;
@@ -234,9 +234,15 @@ private:
             });
             workers.for_each(parts(n, kInverse), [&](std::size_t p, int) {
                 const int j = static_cast<int>(p) * kInverse, width = std::min(kInverse, n - j);
-                for (int i = j; i < n; i += kInverse)
-                    blas::gemm('T', 'N', std::min(kInverse, n - i), width, n - i, T(1), z_jj + i + i * ldz, shape.rows,
-                               z_jj + i + j * ldz, shape.rows, T(0), l_jj + i + j * ldl, n);
+                for (int i = j; i < n; i += kInverse) {
+                    const int height = std::min(kInverse, n - i), split = std::max(i, positive);
+                    const auto add = [&](T sign, int begin, int end, T keep) {
+                        blas::gemm('T', 'N', height, width, end - begin, sign, z_jj + begin + i * ldz, shape.rows,
+                                   z_jj + begin + j * ldz, shape.rows, keep, l_jj + i + j * ldl, n);
+                    };
+                    add(T(1), i, split, T(0));
+                    if (split < n) add(T(-1), split, n, T(1));
+                }
             });
         }
         workers.for_each(parts(n, kPanel), [&](std::size_t p, int) {
@@ -429,7 +435,6 @@ private:
     struct Range {
         std::size_t begin, end;
     };
-    static std::size_t at(std::int32_t s) { return static_cast<std::size_t>(s); }
 
     void find_subtree_ranges() {
         small_.resize(plan_.parent_.size() + 1);

@@ -38,7 +38,7 @@ private:
     if (url.rfind("udpm://", 0) == 0)
         throw Error("LCM cannot open " + url +
                     ": no multicast route. As root run: ip link set lo up; ip route add 224.0.0.0/4 dev lo; "
-                    "or put before the command: sh host/link/loopback.sh");
+                    "or put before the command: sh scripts/loopback.sh");
     throw Error("LCM cannot open " + url + ": unset LCM_DEFAULT_URL, or set it to something like " + kDefaultUrl);
 }
 

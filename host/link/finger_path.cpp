@@ -13,8 +13,6 @@ namespace haptable {
 
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
 /// The lines of a text, without their ends: \n, or \r\n as other systems write them.
 class Lines {
 public:
@@ -97,10 +95,8 @@ std::string excerpt(std::string_view line) {
 }  // namespace
 
 std::vector<std::array<double, 3>> read_finger_path(const std::filesystem::path& file, Positions allowed) {
-    const std::string text = read_file(file);
-    std::string_view body = text;
-    if (body.substr(0, kByteOrderMark.size()) == kByteOrderMark) body.remove_prefix(kByteOrderMark.size());
-    Lines lines(body);
+    const std::string text = read_text(file);
+    Lines lines(text);
     std::string_view line;
     if (!lines.next(line) || !is_header(line))
         fail(file, 1, "the header is " + excerpt(line) + ": a finger path begins with the line x,y,z");

@@ -10,6 +10,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "host/base/index.hpp"
 #include "host/mesh/sets.hpp"
 #include "host/mesh/shells.hpp"
 
@@ -23,8 +24,6 @@ constexpr double kSliver = 0.1;
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 // Nodes nearer than this share of the body's diagonal are at one place.
 constexpr double kSamePlace = 1e-9;
-
-std::size_t at(std::int32_t node) { return static_cast<std::size_t>(node); }
 
 struct Quality {
     double ratio = 0.0, least_deg = 180.0, greatest_deg = 0.0;

@@ -21,9 +21,11 @@ using WatchFill = std::function<void(std::size_t nodes, std::size_t expected)>;
 
 /// Meshes the inside of raw.triangle by Delaunay refinement (CGAL's Mesh_3; Jamin, Alliez, Yvinec and Boissonnat 2015);
 /// the surface is meshed anew, within a tenth of an edge of the given one, and keeps its creases of more than 75
-/// degrees. Same input, same mesh. Triangles that are turned inside out are turned, with a note.
+/// degrees. Where that misses the count of nodes or the volume, or pinches the body, as the noise of a scan makes it,
+/// it is filled without creases too, and the better one is taken, with a note. Same input, same mesh. Triangles that
+/// are turned inside out are turned, with a note.
 /// Throws Error that counts the bad edges and says where the first is: open or non-manifold ones, or triangles that
-/// intersect.
+/// intersect; and where the filling has a cavity that the surface does not have.
 RawMesh fill_surface(const std::filesystem::path& file, const RawMesh& raw, const FillTarget& target,
                      const WatchFill& watch = {});
 

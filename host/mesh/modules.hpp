@@ -22,10 +22,12 @@ void haptable_gmsh_read(const std::filesystem::path& file, const std::string& st
 void haptable_cgal_read(const std::filesystem::path& file, std::string_view text, haptable::SurfaceKind kind,
                         std::string& packed);
 
-/// lib/haptable-cgal.so: the inside of a closed surface, meshed about `centre`. Packed: coordinates [3 N], corners
-/// [4 E], mean length of an edge of its surface.
+/// lib/haptable-cgal.so: the inside of a closed surface, meshed about `centre`, its edges sharper than crease_deg kept;
+/// 0: none. Packed: the surface's volume, its cavities, its creases, why it failed (empty: it did not); then
+/// coordinates [3 N], corners [4 E], mean length of an edge of the new surface.
 void haptable_cgal_fill(const std::filesystem::path& file, const haptable::Soup& soup, const Eigen::Vector3d& centre,
-                        const haptable::FillTarget& target, haptable::ChildCount& count, std::string& packed);
+                        const haptable::FillTarget& target, double crease_deg, haptable::ChildCount& count,
+                        std::string& packed);
 }
 
 namespace haptable {

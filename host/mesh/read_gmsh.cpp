@@ -304,7 +304,8 @@ RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind ki
     const std::size_t promised = kind == ".msh" ? check_msh(file, text) : 0;
     if (kind == ".vtk") check_vtk(file, text);
     if (kind == ".mesh") refuse_comma_decimals(file, text);
-    const Staged staged(file, text, kind, !plain.empty());
+    const bool is_as_given = plain.empty() && fs::file_size(file) == text.size();  // without UTF-8's mark
+    const Staged staged(file, text, kind, !is_as_given);
     const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
                              kCpu_s + static_cast<unsigned>(text.size() >> 20)};
     const auto read = from_module<decltype(haptable_gmsh_read)>(file, "haptable-gmsh", "haptable_gmsh_read");

@@ -35,12 +35,10 @@ std::string read_whole(const fs::path& file) {
     if (fs::is_directory(file, ignored)) fail(file, "is a folder, not a mesh file");
     if (fs::is_other(file, ignored)) fail(file, "is a device or a pipe, not a mesh file");
     if (!fs::exists(file, ignored)) fail(file, "mesh file cannot be read: there is none; mend mesh.file in the scene");
-    std::string text = read_file(file);
+    std::string text = read_text(file);
     if (text.empty()) fail(file, "the file is empty; give a mesh");
     if (text.starts_with("version https://git-lfs"))
         fail(file, "is a Git LFS pointer, not the mesh; fetch it with: git lfs pull");
-    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
-        fail(file, "is text in UTF-16, which no mesh format is; save it as ASCII or UTF-8");
     return text;
 }
 
@@ -63,8 +61,7 @@ bool is_obj(std::string_view text) {
 
 /// What the file holds, by its content; only where the content does not tell (numbers alone) by its name.
 RawMesh read_raw(const fs::path& file) {
-    std::string text = read_whole(file);
-    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8's mark
+    const std::string text = read_whole(file);
     const std::string head = text.substr(0, 4096);
     const std::size_t begin = std::min(head.find_first_not_of(" \t\r\n"), head.size());
     const std::string_view first = std::string_view(head).substr(begin);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLeastBytes = 6;  // of a record: "0 0 0\n" and more
 
 void read_nodes(const fs::path& file, RawMesh& raw) {
-    const std::string text = read_file(file);
+    const std::string text = read_text(file);
     Lines in(file, text);
     in.require("the number of nodes");
     const std::size_t count = in.count(0, "the number of nodes", kLeastBytes);
@@ -31,7 +31,7 @@ void read_nodes(const fs::path& file, RawMesh& raw) {
 
 /// The attribute of an element is its region: a group named after it.
 void read_tets(const fs::path& file, RawMesh& raw) {
-    const std::string text = read_file(file);
+    const std::string text = read_text(file);
     Lines in(file, text);
     in.require("the number of tetrahedra");
     const std::size_t count = in.count(0, "the number of tetrahedra", kLeastBytes);

@@ -12,8 +12,6 @@ namespace haptable {
 
 namespace {
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 /// A list of rank 0's, on every rank.
 void share(std::vector<std::int32_t>& list, MPI_Comm communicator) {
     auto count = static_cast<int>(list.size());
@@ -151,25 +149,28 @@ MemoryNeed DistributedInverse::need_of_fullest_machine() const {
     return fullest;
 }
 
-MemoryNeed DistributedInverse::analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& /*request*/) {
+MemoryNeed DistributedInverse::analyse(const Stiffness& k, const InverseRequest& /*request*/) {
     begin(Task::kAnalyse);
+    size_ = k.size();
     mumps_.analyse(k);
     MemoryNeed need = need_of_fullest_machine();
-    need.stiffness = stiffness_bytes(k);
+    need.stiffness = k.bytes();
     need.available += need.stiffness;  // K was there when the rest was measured
     return need;
 }
 
-FactorFacts DistributedInverse::factorize(const Eigen::SparseMatrix<double>& /*k*/, Progress& /*progress*/) {
+FactorFacts DistributedInverse::factorize(const Stiffness& /*k*/, Progress& /*progress*/) {
     begin(Task::kFactorise);
     mumps_.factorise();
     return {"METIS", mumps_.fill(), mumps_.flops(), 1, {}};
 }
 
 void DistributedInverse::solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const {
-    x = b;
+    x = Eigen::MatrixXd::Zero(mumps_.size(), b.cols());
+    x.topRows(size()) = b;
     begin(Task::kSolve);
     mumps_.solve(x);
+    x.conservativeResize(size(), Eigen::NoChange);
 }
 
 Blocks DistributedInverse::blocks(std::span<const NodePair> wanted, Precision /*precision*/, Progress& /*progress*/) {

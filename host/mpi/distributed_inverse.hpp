@@ -20,9 +20,9 @@ public:
     /// What the other ranks do until rank 0 is done.
     void serve();
 
-    MemoryNeed analyse(const Eigen::SparseMatrix<double>& k, const InverseRequest& request) override;
-    FactorFacts factorize(const Eigen::SparseMatrix<double>& k, Progress& progress) override;
-    Eigen::Index size() const override { return mumps_.size(); }
+    MemoryNeed analyse(const Stiffness& k, const InverseRequest& request) override;
+    FactorFacts factorize(const Stiffness& k, Progress& progress) override;
+    Eigen::Index size() const override { return size_; }
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;
     Blocks blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) override;
     std::unique_ptr<Columns> columns(std::span<const std::int32_t> node, std::span<const std::int32_t> row,
@@ -47,7 +47,8 @@ private:
     MPI_Comm communicator_;
     int rank_ = 0, ranks_ = 1;
     mutable Mumps mumps_;
-    std::vector<std::int32_t> place_of_row_;  // [unknowns] 3 k + component of a wanted row, or -1
+    Eigen::Index size_ = 0;                   // rank 0's: rows of K, the first of M
+    std::vector<std::int32_t> place_of_row_;  // [rows of M] 3 k + component of a wanted row, or -1
     Eigen::Index wanted_rows_ = 0;            // 3 r
 };
 

@@ -9,6 +9,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/mpi/distributed_inverse.hpp"
+#include "host/precompute/locking.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace {
@@ -33,6 +34,9 @@ void run(const Options& options, DistributedInverse& inverse) {
     const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
     if (!options.quiet)
         for (const std::string& note : body.mesh.notes) fmt::print(stderr, "haptable-precompute-mpi: note: {}\n", note);
+    if (!options.quiet)
+        for (const std::string& line : locking_warnings(scene, body.mesh))
+            fmt::print(stderr, "haptable-precompute-mpi: warning: {}\n", line);
     if (options.json)
         fmt::print("{}", read_file(folder / "summary.json"));
     else if (unchanged && !options.quiet)

@@ -2,13 +2,12 @@
 // Control parameters are numbered as in the MUMPS 5.5 user's guide.
 #include "host/mpi/mumps.hpp"
 
+#include <cblas.h>
 #include <fmt/format.h>
 
 #include <numeric>
 
 #include "host/base/error.hpp"
-
-extern "C" void openblas_set_num_threads(int threads);
 
 namespace haptable {
 
@@ -21,14 +20,26 @@ constexpr int kColumnsAtOnce = 192;
 
 }  // namespace
 
-Mumps::Mumps(MPI_Comm communicator) {
+Mumps::Mumps(MPI_Comm communicator) : communicator_(communicator) {
     openblas_set_num_threads(1);  // processes share the processors
-    id_.comm_fortran = static_cast<MUMPS_INT>(MPI_Comm_c2f(communicator));
-    id_.par = 1;  // the root works too
-    id_.sym = 1;  // positive definite
+    begin(pressures_);
+}
+
+/// MUMPS is told at its beginning what kind of matrix will come.
+void Mumps::begin(int pressures) {
+    id_ = {};
+    id_.comm_fortran = static_cast<MUMPS_INT>(MPI_Comm_c2f(communicator_));
+    id_.par = 1;                       // the root works too
+    id_.sym = pressures == 0 ? 1 : 2;  // positive definite, or any symmetric
     run(kInit);
     for (int stream = 1; stream <= 3; ++stream) control(stream) = -1;  // silent
     control(4) = 0;
+    if (pressures == 0) return;
+    // M has a factor in any order: rows stay where METIS puts them, and no pivot is put off.
+    control(6) = 0;
+    control(12) = 1;
+    id_.cntl[0] = 0.0;
+    control(13) = 1;  // no dense root: it does not count negative pivots
 }
 
 Mumps::~Mumps() { run(kEnd); }
@@ -40,10 +51,10 @@ void Mumps::run(int job) {
 
 void Mumps::require(const char* what) const {
     const int status = id_.infog[0];
-    // Without its dense root MUMPS does not stop at a pivot that is not positive, but counts it.
-    const bool negative = id_.job == kFactorise && id_.infog[11] > 0;
-    if (status >= 0 && !negative) return;
-    if (negative || status == -40 || status == -10)
+    // Without its dense root MUMPS does not stop at a pivot that is not positive, but counts it. A pressure has one.
+    const bool wrong_signs = id_.job == kFactorise && id_.infog[11] != pressures_;
+    if (status >= 0 && !wrong_signs) return;
+    if ((status >= 0 && wrong_signs) || status == -40 || status == -10)
         throw Error(
             fmt::format("{}: K is not positive definite to rounding: hold the body still, mend slivers in the "
                         "mesh, or lower a Poisson's ratio near 0.5",
@@ -54,16 +65,41 @@ void Mumps::require(const char* what) const {
         fmt::format("{}: MUMPS failed with status {}, {}; please report this mesh", what, status, id_.infog[1]));
 }
 
-void Mumps::analyse(const Eigen::SparseMatrix<double>& k) {
-    id_.n = static_cast<MUMPS_INT>(k.rows());
+void Mumps::analyse(const Stiffness& k) {
+    auto pressures = static_cast<int>(k.pressures());
+    MPI_Bcast(&pressures, 1, MPI_INT, 0, communicator_);
+    if ((pressures == 0) != (pressures_ == 0)) {
+        run(kEnd);
+        begin(pressures);
+    }
+    pressures_ = pressures;
+    give_matrix(k.matrix());
+    Stiffness::Bundles bundles;
+    if (pressures > 0) bundles = k.bundles();
+    for (std::vector<std::int32_t>* list : {&bundles.begin, &bundles.row})
+        for (std::int32_t& i : *list) ++i;  // 1-based
+    id_.nblk = static_cast<MUMPS_INT>(bundles.begin.size()) - 1;
+    id_.blkptr = bundles.begin.data();
+    id_.blkvar = bundles.row.data();
+    control(7) = 5;                         // METIS
+    control(15) = pressures == 0 ? -3 : 1;  // on the graph of the nodes: three rows each, or those of the bundles
+    control(28) = 1;                        // the ordering runs on the root
+    run(kAnalyse);
+    id_.blkptr = id_.blkvar = nullptr;
+    require("analysis of K");
+}
+
+/// The lower triangle.
+void Mumps::give_matrix(const Eigen::SparseMatrix<double>& m) {
+    id_.n = static_cast<MUMPS_INT>(m.rows());
     row_ = column_ = {};
     value_ = {};
-    const auto most = static_cast<std::size_t>((k.nonZeros() + k.rows()) / 2);
+    const auto most = static_cast<std::size_t>((m.nonZeros() + m.rows()) / 2);
     row_.reserve(most);
     column_.reserve(most);
     value_.reserve(most);
-    for (Eigen::Index j = 0; j < k.outerSize(); ++j)
-        for (Eigen::SparseMatrix<double>::InnerIterator e(k, j); e; ++e) {
+    for (Eigen::Index j = 0; j < m.outerSize(); ++j)
+        for (Eigen::SparseMatrix<double>::InnerIterator e(m, j); e; ++e) {
             if (e.row() < j) continue;
             row_.push_back(static_cast<std::int32_t>(e.row()) + 1);
             column_.push_back(static_cast<std::int32_t>(j) + 1);
@@ -73,11 +109,6 @@ void Mumps::analyse(const Eigen::SparseMatrix<double>& k) {
     id_.irn = row_.data();
     id_.jcn = column_.data();
     id_.a = value_.data();
-    control(7) = 5;    // METIS
-    control(15) = -3;  // on the graph of the nodes: three rows each
-    control(28) = 1;   // the ordering runs on the root
-    run(kAnalyse);
-    require("analysis of K");
 }
 
 void Mumps::factorise() {

@@ -2,7 +2,6 @@
 #include "host/precompute/column_store.hpp"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +9,7 @@
 #include <sstream>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 
 namespace haptable {
 
@@ -92,15 +91,10 @@ ColumnStore::~ColumnStore() {
 
 /// XXH3 over the group's blocks as they are in the file.
 std::uint64_t ColumnStore::hash_of(std::size_t group) const {
-    XXH3_state_t* state = XXH3_createState();
-    XXH3_64bits_reset(state);
-    columns_.for_each_block(group, [&](std::size_t c, std::size_t k) {
-        const std::span<const std::byte> block = file_->bytes_of_block(node_of(c), row_of(k));
-        XXH3_64bits_update(state, block.data(), block.size());
-    });
-    const std::uint64_t hash = XXH3_64bits_digest(state);
-    XXH3_freeState(state);
-    return hash;
+    Hash hash;
+    columns_.for_each_block(
+        group, [&](std::size_t c, std::size_t k) { hash.add_bytes(file_->bytes_of_block(node_of(c), row_of(k))); });
+    return hash.digest();
 }
 
 void ColumnStore::put(std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) {

@@ -27,19 +27,12 @@ void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
 }
 
 /// Largest ||K x - b|| / ||b|| of the columns of one block; the norm of a unit load is 1.
-double block_residual(const Eigen::SparseMatrix<double>& k, const Eigen::MatrixXd& x, const Eigen::MatrixXd& b) {
-    // Eight columns side by side fill one cache line a row: K x costs a third of what column after column does.
-    constexpr int kPanel = 8;
-    using Panel = Eigen::Matrix<double, Eigen::Dynamic, kPanel, Eigen::RowMajor>;
+double block_residual(const Stiffness& k, const Eigen::MatrixXd& x, const Eigen::MatrixXd& b) {
+    constexpr Eigen::Index kPanel = 8;  // columns at a time: the residual of all would be one more right-hand side each
     double largest = 0.0;
-    Panel panel(x.rows(), kPanel), residual(x.rows(), kPanel);
     for (Eigen::Index first = 0; first < x.cols(); first += kPanel) {
-        const Eigen::Index count = std::min<Eigen::Index>(kPanel, x.cols() - first);
-        panel.setZero();
-        residual.setZero();
-        panel.leftCols(count) = x.middleCols(first, count);
-        residual.leftCols(count) = -b.middleCols(first, count);
-        residual.noalias() += k.transpose() * panel;  // K is symmetric, and its transpose reads by rows
+        const Eigen::Index count = std::min(kPanel, x.cols() - first);
+        const Eigen::MatrixXd residual = k * x.middleCols(first, count) - b.middleCols(first, count);
         largest = std::max(largest, residual.colwise().norm().maxCoeff());
     }
     return largest;
@@ -73,8 +66,8 @@ double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eig
 
 }  // namespace
 
-double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                     std::span<const std::int32_t> node, Progress& progress, const TakeColumns& take) {
+double solve_columns(const LinearSolver& solver, const Stiffness& k, std::span<const std::int32_t> node,
+                     Progress& progress, const TakeColumns& take) {
     double largest_residual = 0.0;
     Eigen::MatrixXd b, x;
     for (std::size_t first = 0; first < node.size(); first += kNodesPerBlock) {
@@ -122,18 +115,18 @@ double largest_asymmetry(const Eigen::MatrixXd& l) {
     return largest;
 }
 
-double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver) {
+double estimate_condition(const Stiffness& k, const LinearSolver& solver) {
     const double largest =
-        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { y.noalias() = k * x; });
+        dominant_eigenvalue(k.size(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { y = k * x; });
     const double inverse_of_smallest =
-        dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { solver.solve(x, y); });
+        dominant_eigenvalue(k.size(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { solver.solve(x, y); });
     return largest * inverse_of_smallest;
 }
 
-double least_scaled_eigenvalue(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver) {
+double least_scaled_eigenvalue(const Stiffness& k, const LinearSolver& solver) {
     const Eigen::VectorXd root = k.diagonal().cwiseSqrt();
     Eigen::MatrixXd scaled;
-    return 1.0 / dominant_eigenvalue(k.rows(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) {
+    return 1.0 / dominant_eigenvalue(k.size(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) {
                scaled = root.asDiagonal() * x;
                solver.solve(scaled, y);
                y = root.asDiagonal() * y;

@@ -2,7 +2,7 @@
 // Blocks and columns of L = K^-1, from solves of many right-hand sides at once.
 #pragma once
 
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -22,11 +22,10 @@ inline constexpr std::size_t kNodesPerBlock = 16;
 using TakeColumns = std::function<void(std::size_t first, const Eigen::MatrixXd& x)>;
 
 /// Solves for the columns of all nodes, a block at a time, and hands each block to `take`.
-///   k     both triangles stored, [3 unknowns, 3 unknowns]
 ///   node  [n] places among the unknowns, in table order
 /// Returns the largest ||K x - b|| / ||b|| of any right-hand side.
-double solve_columns(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                     std::span<const std::int32_t> node, Progress& progress, const TakeColumns& take);
+double solve_columns(const LinearSolver& solver, const Stiffness& k, std::span<const std::int32_t> node,
+                     Progress& progress, const TakeColumns& take);
 
 /// Of a symmetric block, 2-norm; infinite where it is not positive definite.
 double condition_of(const Eigen::Matrix3d& block);
@@ -49,11 +48,11 @@ double largest_asymmetry(const Eigen::MatrixXd& l);
 
 /// Estimate of the 2-norm condition number of K from below, by Lanczos's method for the largest eigenvalue of K and of
 /// K^-1: at most 40 products and 40 solves, fewer once three steps together change either by less than 1 %.
-double estimate_condition(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver);
+double estimate_condition(const Stiffness& k, const LinearSolver& solver);
 
 /// Least eigenvalue of D^-1/2 K D^-1/2, D the diagonal of K, by Lanczos's method on the inverse: at most 40 solves, to
 /// about 1 % from above. No Cholesky factor of K, in any order, has a pivot l_jj^2 / k_jj below it: pivots are entries
 /// of Schur complements, whose eigenvalues are not below the matrix's own.
-double least_scaled_eigenvalue(const Eigen::SparseMatrix<double>& k, const LinearSolver& solver);
+double least_scaled_eigenvalue(const Stiffness& k, const LinearSolver& solver);
 
 }  // namespace haptable

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "host/base/index.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -21,8 +22,6 @@ std::vector<std::int32_t> places_in(std::span<const std::int32_t> list, std::spa
     for (std::int32_t value : values) places.push_back(place_in(list, value));
     return places;
 }
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Copies a 3x3 block, or its transpose.
 void copy_block(const ColumnReader& from, std::size_t from_block, ColumnFile& to, std::size_t to_block,

@@ -6,44 +6,79 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <vector>
 
 namespace haptable {
 
-class SurfaceDistance {
-public:
+/// What a search asks of a surface, in flat lists that many searches share. A corner is 3 patch + 0, 1 or 2, and stands
+/// for the edge opposite to it too.
+struct SurfaceGraph {
     /// position_m [N], patch [p] nodes of the surface, counter-clockwise from outside.
-    SurfaceDistance(std::span<const Eigen::Vector3d> position_m, std::span<const std::array<std::int32_t, 3>> patch);
+    SurfaceGraph(std::span<const Eigen::Vector3d> position_m, std::span<const std::array<std::int32_t, 3>> patch);
 
-    using Distances = std::map<std::int32_t, double>;  ///< node -> m, for the nodes that are reached
-    /// Nodes within reach_m of a node, over the surface.
-    Distances from_node(std::int32_t node, double reach_m) const;
-    /// Nodes within reach_m of the middle of an edge.
-    Distances from_edge(std::int32_t a, std::int32_t b, double reach_m) const;
+    std::vector<std::int32_t> node;      ///< [3 p] of a corner
+    std::vector<double> length_m;        ///< [3 p] of the edge opposite to it
+    std::vector<Eigen::Vector2d> far_m;  ///< [3 p] the corner before, with this one at 0 and the next along x
+    std::vector<std::int32_t> across;    ///< [3 p] opposite to the same edge in the patch across; -1: not two patches
+    std::vector<std::int32_t> around_begin, around;  ///< [N + 1], [3 p] corners at each node, ascending
+    std::vector<char> turns;                         ///< [N] a shortest way may bend there
+    std::vector<std::array<std::int32_t, 3>> edge;   ///< [3 p] lower node, higher node, corner opposite; ascending
+
+    /// Corners opposite to an edge, as rows of `edge`.
+    std::span<const std::array<std::int32_t, 3>> sides(std::int32_t a, std::int32_t b) const;
 
 private:
-    struct Search;
-    struct Window;
-    struct Side {
-        std::int32_t patch, opposite;  // the patch and its node that is not on the edge
+    void find_sides();
+    void find_turning_nodes(std::span<const Eigen::Vector3d> position_m);
+};
+
+struct NodeDistance {
+    std::int32_t node;
+    double distance_m;
+};
+
+/// Searches on one surface, one after the other.
+class SurfaceDistance {
+public:
+    explicit SurfaceDistance(const SurfaceGraph& surface);
+
+    using Distances = std::vector<NodeDistance>;  ///< of the nodes that are reached, ascending
+    /// Nodes within reach_m of a node, over the surface.
+    Distances from_node(std::int32_t node, double reach_m);
+    /// Nodes within reach_m of the middle of an edge.
+    Distances from_edge(std::int32_t a, std::int32_t b, double reach_m);
+
+private:
+    /// What a source sees through an edge: the source unfolded to the origin, the edge's ends a and b with b
+    /// counter-clockwise of a, and the rays that bound the view.
+    struct Window {
+        std::int32_t corner, a, b;  // the corner opposite to the edge, on the side of the source
+        Eigen::Vector2d at_a, at_b;
+        Eigen::Vector2d ray_a, ray_b;
+        double base;  // from the true source to the origin
     };
-    using Edge = std::array<std::int32_t, 2>;  // lower node first
+    struct Event {
+        double distance;
+        std::int32_t node;  // -1: the window
+        std::int32_t window;
+        bool operator<(const Event& other) const { return distance > other.distance; }
+    };
 
-    static Edge edge_of(std::int32_t a, std::int32_t b) { return a < b ? Edge{a, b} : Edge{b, a}; }
-    double length(std::int32_t a, std::int32_t b) const;
-    void find_turning_nodes();
-    void spread(std::int32_t node, double distance, Search& search) const;
-    void look_through(const Window& window, Search& search) const;
-    void add(const Window& window, Search& search) const;
-    Distances run(Search& search) const;
+    void begin(double reach_m);
+    void reach(std::int32_t node, double distance);
+    void push(const Event& event);
+    void spread(std::int32_t node, double distance);
+    void look_through(const Window& window);
+    void add(const Window& window);
+    Distances run();
 
-    std::span<const Eigen::Vector3d> position_m_;
-    std::span<const std::array<std::int32_t, 3>> patch_;
-    std::map<Edge, std::vector<Side>> side_;
-    std::map<std::int32_t, std::vector<std::int32_t>> around_;  // node -> its patches
-    std::map<std::int32_t, bool> turns_;                        // node -> a shortest way may bend there
+    const SurfaceGraph& surface_;
+    double reach_m_ = 0.0;
+    std::vector<double> best_;           // [N] m, infinite where no way is known
+    std::vector<std::int32_t> reached_;  // nodes with one
+    std::vector<Event> queue_;           // a heap, the nearest first
+    std::vector<Window> window_;
 };
 
 }  // namespace haptable

@@ -2,76 +2,40 @@
 #include "host/precompute/identity.hpp"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <type_traits>
-#include <vector>
 
+#include "host/base/hash.hpp"
 #include "host/base/program.hpp"
 
 namespace haptable {
 
 namespace {
 
-/// XXH3 over values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
-class Hash {
-public:
-    Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
-    ~Hash() { XXH3_freeState(state_); }
-    Hash(const Hash&) = delete;
-    Hash& operator=(const Hash&) = delete;
+void add(const Material& material, Hash& hash) {
+    hash.add(material.young_pa);
+    hash.add(material.poisson);
+}
 
-    template <typename T>
-    void add(std::span<const T> values) {
-        static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, double>);
-        const std::uint64_t count = values.size();
-        XXH3_64bits_update(state_, &count, sizeof count);
-        XXH3_64bits_update(state_, values.data(), values.size_bytes());
-    }
-    void add(const std::string& text) { add(std::span<const char>(text)); }
-    void add(const Material& material) {
-        add(material.young_pa);
-        add(material.poisson);
-    }
-    void add(double value) { add(std::span<const double>(&value, 1)); }
-    std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
-
-private:
-    XXH3_state_t* state_;
-};
-
-/// Version, mesh and fixed nodes.
-void add_mesh(const Body& body, Hash& hash) {
+/// Version, mesh, element and fixed nodes.
+void add_mesh(const Scene& scene, const Body& body, Hash& hash) {
     hash.add(std::string(kVersion));
     for (const Eigen::Vector3d& p : body.mesh.position_m) hash.add(std::span<const double>(p.data(), 3));
     hash.add(std::span<const Tet>(body.mesh.tet));
     hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the fixed nodes
+    // Only where chosen: the hash of linear tetrahedra is what it was.
+    if (scene.mesh.element != Element::kLinear) hash.add(std::string(word(scene.mesh.element)));
 }
 
 void add_materials(const Scene& scene, const Body& body, Hash& hash) {
     hash.add(std::span<const std::int32_t>(body.region));
-    hash.add(scene.material);
-    for (const Region& region : scene.regions) hash.add(region.material);
+    add(scene.material, hash);
+    for (const Region& region : scene.regions) add(region.material, hash);
 }
 
 }  // namespace
 
 std::string program_hash() { return hash_file("/proc/self/exe"); }
-
-std::string hash_file(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return {};
-    XXH3_state_t* state = XXH3_createState();
-    XXH3_64bits_reset(state);
-    std::vector<char> piece(std::size_t{1} << 20U);
-    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
-        XXH3_64bits_update(state, piece.data(), static_cast<std::size_t>(file.gcount()));
-    const std::uint64_t hash = XXH3_64bits_digest(state);
-    XXH3_freeState(state);
-    return fmt::format("{:016x}", hash);
-}
 
 nlohmann::ordered_json to_json(const Scene& scene, const Identity& identity) {
     return {{"name", scene.name},
@@ -86,7 +50,7 @@ nlohmann::ordered_json to_json(const Scene& scene, const Identity& identity) {
 
 std::uint64_t hash_body(const Scene& scene, const Body& body) {
     Hash hash;
-    add_mesh(body, hash);
+    add_mesh(scene, body, hash);
     add_materials(scene, body, hash);
     return hash.digest();
 }
@@ -104,7 +68,7 @@ std::uint64_t hash_work(const Scene& scene, const Identity& identity, const std:
 
 std::uint64_t hash_model(const Scene& scene, const Body& body) {
     Hash hash;
-    add_mesh(body, hash);
+    add_mesh(scene, body, hash);
     hash.add(std::span<const Patch>(body.touch_patch));
     add_materials(scene, body, hash);
     hash.add(std::string(word(scene.contact.force)));

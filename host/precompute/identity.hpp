@@ -39,7 +39,4 @@ std::uint64_t hash_work(const Scene& scene, const Identity& identity, const std:
 /// XXH3 of this program's own bytes, 16 hex digits.
 std::string program_hash();
 
-/// XXH3 of a file's bytes, 16 hex digits; empty where it cannot be read.
-std::string hash_file(const std::filesystem::path& path);
-
 }  // namespace haptable

@@ -10,6 +10,7 @@
 #include "host/base/program.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
+#include "host/precompute/locking.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/precompute/under_constrained.hpp"
 
@@ -85,6 +86,7 @@ void check(const Scene& scene, const Options& options) {
         print_check(audit, {}, options);
         throw;
     }
+    say(options, "warning", locking_warnings(scene, body.mesh));
     print_check(audit, find_supports(body, under_constrained), options);
     if (!under_constrained.empty())
         throw Error(
@@ -121,6 +123,7 @@ void run(const Options& options) {
     // 4. What people and scripts want to know.
     say(options, "note", body.mesh.notes);
     say(options, "warning", warnings_of(summary.audit));
+    say(options, "warning", locking_warnings(scene, body.mesh));
     if (unchanged && options.json)
         fmt::print("{}", read_file(folder / "summary.json"));
     else if (unchanged && !options.quiet)
@@ -145,8 +148,8 @@ int main(int argc, char** argv) {
     app.option("-o", options.folder, "where to write; default build/<name of the scene>");
     app.option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
     app.option("--tolerance", options.how.tolerance,
-               "relative error allowed in a stiffness block; 0 (default): double precision; 1e-5 or more: single "
-               "precision, in half the time, where the blocks' condition allows it")
+               "relative error allowed in a stiffness block; 0 (default): double precision; more, 1e-4 say: single "
+               "precision, in half the time, where a comparison with solves bounds the error below")
         .range(0.0, 1e-2);
     app.option("--column-tolerance", options.how.column_tolerance,
                "relative error allowed in the solves for columns.npy, which pictures are drawn from: single "

@@ -4,8 +4,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <set>
+#include <utility>
+
+#include "host/base/index.hpp"
+#include "host/base/shared_progress.hpp"
+#include "host/precompute/geodesic.hpp"
 
 namespace haptable {
 
@@ -13,15 +18,14 @@ namespace {
 
 using Edge = std::array<std::int32_t, 2>;
 using Patch = std::array<std::int32_t, 3>;
-using Distances = SurfaceDistance::Distances;
 
 /// A node's part of its patches: Voronoi regions, by halves and quarters in obtuse ones (Meyer et al. 2003). Equal for
 /// all nodes of a regular grid however its diagonals run.
-std::map<std::int32_t, double> node_areas(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch) {
-    std::map<std::int32_t, double> area;
+std::vector<double> node_areas(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch) {
+    std::vector<double> area(position_m.size(), 0.0);
     for (const Patch& corner : patch) {
         std::array<Eigen::Vector3d, 3> x;
-        for (std::size_t c = 0; c < 3; ++c) x[c] = position_m[static_cast<std::size_t>(corner[c])];
+        for (std::size_t c = 0; c < 3; ++c) x[c] = position_m[at(corner[c])];
         const double twice = (x[1] - x[0]).cross(x[2] - x[0]).norm();
         if (!(twice > 0.0)) continue;
         std::array<double, 3> dot{};
@@ -31,117 +35,153 @@ std::map<std::int32_t, double> node_areas(std::span<const Eigen::Vector3d> posit
             const std::size_t n = (c + 1) % 3, m = (c + 2) % 3;
             const double voronoi =
                 ((x[n] - x[c]).squaredNorm() * dot[m] + (x[m] - x[c]).squaredNorm() * dot[n]) / (8.0 * twice);
-            area[corner[c]] += obtuse ? (dot[c] < 0.0 ? 0.25 : 0.125) * twice : voronoi;
+            area[at(corner[c])] += obtuse ? (dot[c] < 0.0 ? 0.25 : 0.125) * twice : voronoi;
         }
     }
     return area;
 }
 
+/// One worker's masks, one after the other.
 class Maker {
 public:
-    Maker(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch, double radius_m)
-        : distance_(position_m, patch), area_(node_areas(position_m, patch)), radius_m_(radius_m) {}
+    Maker(const SurfaceGraph& surface, std::span<const double> area_m2, double radius_m)
+        : distance_(surface), area_m2_(area_m2), radius_m_(radius_m) {}
 
-    using Sparse = std::map<std::int32_t, double>;
-    Sparse at_node(std::int32_t node) const { return distribute(distance_.from_node(node, radius_m_), {node}); }
-    Sparse at_edge(const Edge& edge) const {
-        return distribute(distance_.from_edge(edge[0], edge[1], radius_m_), {edge[0], edge[1]});
+    NodeWeights at_node(std::int32_t node) {
+        return distribute(distance_.from_node(node, radius_m_), std::array{node});
     }
+    NodeWeights at_edge(const Edge& edge) { return distribute(distance_.from_edge(edge[0], edge[1], radius_m_), edge); }
 
 private:
     /// Where nothing is within reach, the nodes of the feature itself.
-    Sparse distribute(const Distances& near, const std::vector<std::int32_t>& own) const {
-        Sparse weight;
+    NodeWeights distribute(const SurfaceDistance::Distances& near, std::span<const std::int32_t> own) const {
+        NodeWeights mask;
         double sum = 0.0;
         for (const auto& [node, d] : near) {
             const double rest = std::max(0.0, 1.0 - d * d / (radius_m_ * radius_m_));
-            const double w = rest * rest * area_.at(node);
-            if (w > 0.0) weight[node] = w;
+            const double w = rest * rest * area_m2_[at(node)];
+            if (!(w > 0.0)) continue;
+            mask.node.push_back(node);
+            mask.weight.push_back(w);
             sum += w;
         }
-        if (weight.size() < own.size()) weight.clear();
-        if (weight.empty())
-            for (std::int32_t node : own) sum = static_cast<double>(own.size()), weight[node] = 1.0;
-        for (auto& [node, w] : weight) w /= sum;
-        return weight;
+        if (mask.node.size() < own.size()) {
+            mask.node.assign(own.begin(), own.end());
+            mask.weight.assign(own.size(), 1.0);
+            sum = static_cast<double>(own.size());
+        }
+        for (double& w : mask.weight) w /= sum;
+        return mask;
     }
 
     SurfaceDistance distance_;
-    std::map<std::int32_t, double> area_;
+    std::span<const double> area_m2_;
     double radius_m_;
 };
 
-NodeWeights to_weights(const Maker::Sparse& sparse) {
-    NodeWeights weights;
-    for (const auto& [node, weight] : sparse) {
-        weights.node.push_back(node);
-        weights.weight.push_back(weight);
+/// a + factor b.
+NodeWeights sum_of(const NodeWeights& a, double factor, const NodeWeights& b) {
+    NodeWeights sum;
+    for (std::size_t i = 0, j = 0; i < a.node.size() || j < b.node.size();) {
+        const bool from_a = j == b.node.size() || (i < a.node.size() && a.node[i] <= b.node[j]);
+        const bool from_b = i == a.node.size() || (j < b.node.size() && b.node[j] <= a.node[i]);
+        sum.node.push_back(from_a ? a.node[i] : b.node[j]);
+        double weight = from_a ? a.weight[i++] : 0.0;
+        if (from_b) weight += factor * b.weight[j++];
+        sum.weight.push_back(weight);
     }
-    return weights;
-}
-
-/// The control mask between those of a quadratic's ends v, w and middle m: 2 m - (v + w) / 2.
-Maker::Sparse control(const Maker::Sparse& v, const Maker::Sparse& middle, const Maker::Sparse& w) {
-    Maker::Sparse sum;
-    for (const auto& [node, weight] : middle) sum[node] += 2.0 * weight;
-    for (const auto* end : {&v, &w})
-        for (const auto& [node, weight] : *end) sum[node] -= 0.5 * weight;
     return sum;
 }
 
-std::size_t most_nodes_of(const Masks& masks, std::span<const Patch> patch) {
-    std::size_t most = 0;
-    const auto at = [](const auto& list, const auto& key) {
-        return static_cast<std::size_t>(std::lower_bound(list.begin(), list.end(), key) - list.begin());
-    };
-    for (const Patch& corner : patch) {
-        std::set<std::int32_t> under;
+/// The control mask between those of a quadratic's ends v, w and middle m: 2 m - (v + w) / 2.
+NodeWeights control_between(const NodeWeights& v, NodeWeights middle, const NodeWeights& w) {
+    for (double& weight : middle.weight) weight *= 2.0;
+    return sum_of(sum_of(middle, -0.5, v), -0.5, w);
+}
+
+std::size_t place_in(const auto& list, const auto& key) {
+    return static_cast<std::size_t>(std::lower_bound(list.begin(), list.end(), key) - list.begin());
+}
+
+std::vector<std::array<std::size_t, 6>> controls_of(const Masks& masks, std::span<const Patch> patch) {
+    std::vector<std::array<std::size_t, 6>> controls(patch.size());
+    for (std::size_t p = 0; p < patch.size(); ++p)
         for (std::size_t c = 0; c < 3; ++c) {
-            const auto [low, high] = std::minmax(corner[(c + 1) % 3], corner[(c + 2) % 3]);
-            for (const NodeWeights* w :
-                 {&masks.vertex[at(masks.vertex_id, corner[c])], &masks.edge[at(masks.edge_id, Edge{low, high})]})
-                under.insert(w->node.begin(), w->node.end());
+            const auto [low, high] = std::minmax(patch[p][(c + 1) % 3], patch[p][(c + 2) % 3]);
+            controls[p][c] = place_in(masks.vertex_id, patch[p][c]);
+            controls[p][3 + c] = masks.vertex_id.size() + place_in(masks.edge_id, Edge{low, high});
         }
-        most = std::max(most, under.size());
+    return controls;
+}
+
+std::size_t most_nodes_of(const Masks& masks, std::size_t nodes) {
+    std::size_t most = 0, round = 0;
+    std::vector<std::size_t> seen(nodes, 0);
+    for (const auto& controls : masks.control) {
+        std::size_t count = 0;
+        ++round;
+        for (std::size_t control : controls)
+            for (std::int32_t node : masks.weights(control).node)
+                if (std::exchange(seen[at(node)], round) != round) ++count;
+        most = std::max(most, count);
     }
     return most;
+}
+
+template <typename Key>
+std::vector<Key> sorted(std::vector<Key> list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    return list;
 }
 
 }  // namespace
 
 std::vector<std::int32_t> nodes_of(std::span<const Patch> patch) {
-    std::set<std::int32_t> nodes;
-    for (const Patch& corner : patch) nodes.insert(corner.begin(), corner.end());
-    return {nodes.begin(), nodes.end()};
+    std::vector<std::int32_t> nodes;
+    for (const Patch& corner : patch) nodes.insert(nodes.end(), corner.begin(), corner.end());
+    return sorted(std::move(nodes));
 }
 
 std::vector<Edge> edges_of(std::span<const Patch> patch) {
-    std::set<Edge> edges;
+    std::vector<Edge> edges;
     for (const Patch& corner : patch)
         for (std::size_t c = 0; c < 3; ++c) {
             const auto [low, high] = std::minmax(corner[c], corner[(c + 1) % 3]);
-            edges.insert(Edge{low, high});
+            edges.push_back({low, high});
         }
-    return {edges.begin(), edges.end()};
+    return sorted(std::move(edges));
 }
 
-Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch, double radius_m) {
+Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch, double radius_m,
+                 Workers& workers, Progress& progress) {
     Masks masks;
     masks.vertex_id = nodes_of(patch);
     masks.edge_id = edges_of(patch);
-    const Maker maker(position_m, patch, radius_m);
-    std::map<std::int32_t, Maker::Sparse> vertex;
-    for (std::int32_t node : masks.vertex_id) {
-        const Maker::Sparse& w = vertex[node] = maker.at_node(node);
-        masks.widened += w.size() == 1;
-        masks.vertex.push_back(to_weights(w));
-    }
-    for (const Edge& edge : masks.edge_id) {
-        const Maker::Sparse middle = maker.at_edge(edge);
-        masks.widened += middle.size() == 2;
-        masks.edge.push_back(to_weights(control(vertex[edge[0]], middle, vertex[edge[1]])));
-    }
-    masks.most_nodes = most_nodes_of(masks, patch);
+    masks.control = controls_of(masks, patch);
+    const std::size_t vertices = masks.vertex_id.size(), places = vertices + masks.edge_id.size();
+    const std::vector<double> area_m2 = node_areas(position_m, patch);
+    const SurfaceGraph surface(position_m, patch);
+    std::vector<Maker> maker(static_cast<std::size_t>(workers.count()), Maker(surface, area_m2, radius_m));
+    masks.vertex.resize(vertices);
+    masks.edge.resize(places - vertices);
+    std::atomic<std::size_t> widened = 0;
+    SharedProgress share(progress, places);
+    workers.for_each(vertices, [&](std::size_t v, int worker) {
+        share.begin_one();
+        masks.vertex[v] = maker[at(worker)].at_node(masks.vertex_id[v]);
+        widened += masks.vertex[v].node.size() == 1 ? 1 : 0;
+    });
+    workers.for_each(places - vertices, [&](std::size_t e, int worker) {
+        share.begin_one();
+        const Edge& edge = masks.edge_id[e];
+        NodeWeights middle = maker[at(worker)].at_edge(edge);
+        widened += middle.node.size() == 2 ? 1 : 0;
+        masks.edge[e] = control_between(masks.vertex[place_in(masks.vertex_id, edge[0])], std::move(middle),
+                                        masks.vertex[place_in(masks.vertex_id, edge[1])]);
+    });
+    masks.widened = widened;
+    masks.most_nodes = most_nodes_of(masks, position_m.size());
     return masks;
 }
 

@@ -8,7 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "host/precompute/geodesic.hpp"
+#include <Eigen/Core>
+
+#include "host/base/progress.hpp"
+#include "host/base/workers.hpp"
 
 namespace haptable {
 
@@ -28,15 +31,21 @@ struct Masks {
     std::vector<std::array<std::int32_t, 2>> edge_id;  ///< [e] mesh nodes of their edges, lower first, ascending
     std::vector<NodeWeights> vertex;                   ///< [t]
     std::vector<NodeWeights> edge;                     ///< [e]
-    std::size_t most_nodes = 0;                        ///< under the mask of any point
-    std::size_t widened = 0;                           ///< vertices and edges with no node within reach but their own
+    /// [p] control masks of each patch: its vertices, then the edges opposite to them. Edges are numbered after all
+    /// vertices.
+    std::vector<std::array<std::size_t, 6>> control;
+    std::size_t most_nodes = 0;  ///< under the mask of any point
+    std::size_t widened = 0;     ///< vertices and edges with no node within reach but their own
+
+    const NodeWeights& weights(std::size_t k) const { return k < vertex.size() ? vertex[k] : edge[k - vertex.size()]; }
 };
 
 /// Mesh nodes and edges of patches, as Masks holds them.
 std::vector<std::int32_t> nodes_of(std::span<const std::array<std::int32_t, 3>> patch);
 std::vector<std::array<std::int32_t, 2>> edges_of(std::span<const std::array<std::int32_t, 3>> patch);
 
+/// The workers share the vertices and edges; their number changes no bit.
 Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const std::array<std::int32_t, 3>> patch,
-                 double radius_m);
+                 double radius_m, Workers& workers, Progress& progress);
 
 }  // namespace haptable

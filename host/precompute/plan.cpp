@@ -95,11 +95,12 @@ Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Iden
     plan.column_place = plan.earlier.has_columns() && drawing == Drawing::kColumns ? place : none;
     plan_blocks(scene, body, plan);
     plan_columns(plan);
-    if (scene.contact.force == ForceLaw::kPressureMask) {
-        plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m);
-        plan.mask_pairs = mask_pairs(plan.masks, body.touch_patch, body.unknown);
-    }
     return plan;
+}
+
+void plan_masks(const Scene& scene, const Body& body, Workers& workers, Progress& progress, Plan& plan) {
+    plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m, workers, progress);
+    plan.mask_pairs = mask_pairs(plan.masks, body.unknown, workers);
 }
 
 }  // namespace haptable

@@ -45,4 +45,7 @@ struct Plan {
 Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Identity& identity,
                const std::filesystem::path& folder, bool force);
 
+/// The masks of force = "pressure-mask", and the pairs that they need.
+void plan_masks(const Scene& scene, const Body& body, Workers& workers, Progress& progress, Plan& plan);
+
 }  // namespace haptable

@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "host/inverse/selected_inversion.hpp"
+#include "host/base/progress.hpp"
+#include "host/base/workers.hpp"
+#include "host/inverse/inverse.hpp"
 #include "host/precompute/mask.hpp"
 
 namespace haptable {
@@ -19,17 +21,19 @@ struct MaskCompliance {
     std::vector<Eigen::Matrix3d> vertex;                ///< [t] exponent 4 at the vertex
     std::vector<std::array<Eigen::Matrix3d, 3>> edge;   ///< [e] exponents 31, 22, 13 from the lower node
     std::vector<std::array<Eigen::Matrix3d, 3>> patch;  ///< [p] exponent 2 at corner 0, 1, 2 and 1 at the others
+    double flops = 0.0;                                 ///< multiplications and additions of the dense products
 };
 
 /// Pairs of unknown nodes whose L_ij the masks need: those that are under one patch's control masks. Each pair once,
-/// ascending. A fixed node adds no compliance.
-///   unknown [N] place of a mesh node among the unknowns, -1 where it is fixed
-std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
-                                 std::span<const std::int32_t> unknown);
+/// ascending, the lower node first. A fixed node adds no compliance.
+///   unknown [N] place of a mesh node among the unknowns, ascending, -1 where it is fixed
+std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const std::int32_t> unknown, Workers& workers);
 
-/// C = w^T L w with the masks' w.
-///   l_ij  blocks of mask_pairs(), in that order, m/N
-MaskCompliance compute_mask_compliance(const Masks& masks, std::span<const std::array<std::int32_t, 3>> patch,
-                                       std::span<const std::int32_t> unknown, std::span<const Eigen::Matrix3d> l_ij);
+/// C = w^T L w with the masks' w. The number of workers changes no bit.
+///   position_m [N] of mesh nodes
+///   pair, l_ij  of mask_pairs() and their blocks in that order, m/N
+MaskCompliance compute_mask_compliance(const Masks& masks, std::span<const Eigen::Vector3d> position_m,
+                                       std::span<const std::int32_t> unknown, std::span<const NodePair> pair,
+                                       std::span<const Eigen::Matrix3d> l_ij, Workers& workers, Progress& progress);
 
 }  // namespace haptable

@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <thread>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/folder_lock.hpp"
+#include "host/base/hash.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/plan.hpp"
@@ -25,9 +28,11 @@ namespace {
 namespace fs = std::filesystem;
 using Matrices = std::vector<Eigen::Matrix3d>;
 
-// Relative error of an L_ii that was computed in float from the factor in double: at most 1.4e-6 in
-// every case that was tried, slender bodies and Poisson's ratio 0.49999999 among them.
-constexpr double kFloatError = 2e-6;
+// Below it a trial in float would be in vain: rounding the factor to float alone costs as much.
+constexpr double kLeastFloatError = 8.0 * std::numeric_limits<float>::epsilon();
+// The error of the worst L_ii of all in float, as a multiple of the worst of a sample of 16 to 32: at most 5 on 18
+// bodies (needle, slivers, Poisson's ratio up to 0.4999999) under four kernels.
+constexpr double kWorseThanSample = 8.0;
 
 /// What the steps of one run share.
 struct Run {
@@ -40,7 +45,12 @@ struct Run {
     StageClock& clock;
     const fs::path& folder;  ///< where the tables are to be
     const fs::path& beside;  ///< where they are written first
+    Workers& workers;        ///< for what is not the inverse's
 };
+
+int threads_of(const PrecomputeOptions& options) {
+    return options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
 
 /// The mesh, and what of it is fixed and touched.
 Body read_body(const Scene& scene, Progress& progress) {
@@ -67,8 +77,8 @@ Drawing choose_drawing(const Scene& scene, const Inverse& inverse, Body& body) {
 }
 
 /// Is there room for all that follows?
-MemoryNeed foresee(const Run& run, const Eigen::SparseMatrix<double>& k) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
+MemoryNeed foresee(const Run& run, const Stiffness& k) {
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     InverseRequest request{
         {plan.blocks, plan.mask_pairs}, {}, {}, options.column_tolerance > 0.0, 3 * static_cast<int>(kNodesPerBlock)};
     if (plan.drawing == Drawing::kColumns) {
@@ -84,19 +94,6 @@ MemoryNeed foresee(const Run& run, const Eigen::SparseMatrix<double>& k) {
     return need;
 }
 
-/// The missing blocks; in float only where inverting the worst L_ii leaves the error below the tolerance.
-Blocks compute_blocks(const Run& run) {
-    const Plan& plan = run.plan;
-    if (plan.blocks.empty()) return {{}, {BlockFacts().method, plan.earlier.summary().blocks.precision, 0.0}};
-    if (run.options.tolerance > kFloatError && !run.inverse.is_distributed()) {
-        Blocks trial = run.inverse.blocks(plan.blocks, Precision::kFloat, run.progress);
-        double worst = 0.0;
-        for (std::size_t i = 0; i < plan.l_ii_count; ++i) worst = std::max(worst, condition_of(trial.l_ij[i]));
-        if (trial.facts.precision == Precision::kDouble || worst * kFloatError < run.options.tolerance) return trial;
-    }
-    return run.inverse.blocks(plan.blocks, Precision::kDouble, run.progress);
-}
-
 /// L_ii of all nodes: of `found` and of the earlier run.
 Matrices complete_l_ii(const Plan& plan, const Matrices& found) {
     const Matrices earlier = plan.earlier.compliance();
@@ -105,6 +102,30 @@ Matrices complete_l_ii(const Plan& plan, const Matrices& found) {
     for (std::int32_t place : plan.block_place)
         l_ii.push_back(place < 0 ? found[next++] : earlier[static_cast<std::size_t>(place)]);
     return l_ii;
+}
+
+/// Bound of the relative error of S_i = (L_ii)^-1 where L_ii was found in float: that of L_ii, as the sample's solves
+/// show it, times its condition. Infinite where too few of the sample were found now.
+double float_error(const Plan& plan, const Sample& sample, const Matrices& found) {
+    const auto is_new = [&](std::size_t place) { return plan.block_place[place] < 0; };
+    if (2 * std::count_if(sample.place.begin(), sample.place.end(), is_new) < std::ssize(sample.place))
+        return std::numeric_limits<double>::infinity();
+    double condition = 1.0;
+    for (std::size_t i = 0; i < plan.l_ii_count; ++i) condition = std::max(condition, condition_of(found[i]));
+    return kWorseThanSample * condition * largest_difference(sample, complete_l_ii(plan, found));
+}
+
+/// The missing blocks; in float only where that is shown to keep the tolerance.
+Blocks compute_blocks(const Run& run, const Sample& sample) {
+    const Plan& plan = run.plan;
+    if (plan.blocks.empty()) return {{}, {BlockFacts().method, plan.earlier.summary().blocks.precision, 0.0}};
+    if (run.options.tolerance > kLeastFloatError && !run.inverse.is_distributed()) {
+        Blocks trial = run.inverse.blocks(plan.blocks, Precision::kFloat, run.progress);
+        if (trial.facts.precision == Precision::kDouble ||
+            float_error(plan, sample, trial.l_ij) < run.options.tolerance)
+            return trial;
+    }
+    return run.inverse.blocks(plan.blocks, Precision::kDouble, run.progress);
 }
 
 /// S_i of all nodes; those of the earlier run to the last bit.
@@ -118,11 +139,14 @@ NodeStiffness invert_l_ii(const Body& body, const Plan& plan, const Matrices& l_
 
 MaskSummary make_mask(const Run& run) {
     const Masks& masks = run.plan.masks;
+    run.clock.begin("mask_blocks");
     const Blocks under = run.inverse.blocks(run.plan.mask_pairs, Precision::kDouble, run.progress);
-    const auto compliance = compute_mask_compliance(masks, run.body.touch_patch, run.body.unknown, under.l_ij);
+    run.clock.begin("mask_products");
+    const auto compliance = compute_mask_compliance(masks, run.body.mesh.position_m, run.body.unknown,
+                                                    run.plan.mask_pairs, under.l_ij, run.workers, run.progress);
     write_mask(masks, compliance, run.beside);
-    return {under.facts, under.l_ij.size(), masks.most_nodes, masks.widened,
-            masks.vertex_id.size() + masks.edge_id.size()};
+    return {under.facts,      compliance.flops, under.l_ij.size(),
+            masks.most_nodes, masks.widened,    masks.vertex_id.size() + masks.edge_id.size()};
 }
 
 /// Entries of columns.npy in half precision are multiples of a power of 2 that puts the largest L_ii at 2^8: far above
@@ -138,7 +162,7 @@ ColumnFormat format_of(const Scene& scene, const Matrices& l_ii) {
 /// tolerance for columns that are worse. Returns the largest difference to the sample too.
 std::pair<ColumnSummary, double> make_columns(const Run& run, const Identity& identity, const Matrices& l_ii,
                                               const Sample& sample) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     const ColumnFormat format = format_of(scene, l_ii);
     ColumnSummary summary{word(scene.tables.column_precision), format.unit_m_per_n, 0.0, {}};
     Precision precision = Precision::kDouble;
@@ -168,11 +192,11 @@ std::pair<ColumnSummary, double> make_columns(const Run& run, const Identity& id
 
 /// What is missing of L. Returns S_i of all nodes; edges, masks and columns go into files.
 Matrices compute(const Run& run, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     Checks& checks = summary.inverse.checks;
     // 4. K of the free nodes, and its factor where there is room for all that follows.
     clock.begin("assembly");
-    Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    Stiffness k = assemble_free(scene, body);
     clock.begin("analysis");
     summary.memory = foresee(run, k);
     clock.begin("factor");
@@ -187,10 +211,10 @@ Matrices compute(const Run& run, Summary& summary) {
     checks.largest_residual = sample.largest_residual;
     checks.largest_asymmetry = largest_asymmetry(sample.l);
     require_residual(scene, sample.largest_residual);
-    Eigen::SparseMatrix<double>().swap(k);
+    k = Stiffness();
     // 6. L_ii of nodes, L_ij of edges and under masks.
     clock.begin("blocks");
-    const Blocks blocks = compute_blocks(run);
+    const Blocks blocks = compute_blocks(run, sample);
     summary.inverse.blocks = blocks.facts;
     const Matrices l_ii = complete_l_ii(plan, blocks.l_ij);
     const NodeStiffness stiffness = invert_l_ii(body, plan, l_ii);
@@ -199,10 +223,7 @@ Matrices compute(const Run& run, Summary& summary) {
     checks.largest_block_difference = largest_difference(sample, l_ii);
     if (scene.contact.force == ForceLaw::kConsistent)
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
-    if (!plan.mask_pairs.empty()) {
-        clock.begin("mask");
-        summary.mask = make_mask(run);
-    }
+    if (!plan.mask_pairs.empty()) summary.mask = make_mask(run);
     // 7. Columns; or the factor, for a viewer that solves.
     clock.begin("columns");
     if (plan.drawing == Drawing::kColumns)
@@ -216,7 +237,7 @@ Matrices compute(const Run& run, Summary& summary) {
 
 /// Nothing is missing: neither K nor its factor is needed.
 Matrices take_over(const Run& run, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     clock.begin("reuse");
     summary.inverse = plan.earlier.summary();
     if (plan.drawing == Drawing::kColumns) {
@@ -237,7 +258,7 @@ Matrices take_over(const Run& run, Summary& summary) {
 
 /// The tables, and the same as C; the summary, and again with sizes and times.
 void write(const Run& run, const Matrices& stiffness_n_per_m, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside] = run;
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, beside);
     write_file(beside / "summary.json", to_json(scene, body, summary));
@@ -282,8 +303,13 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");
-    const Plan plan = make_plan(scene, body, drawing, summary.identity, folder, options.force);
-    const Run run{scene, body, plan, options, inverse, progress, clock, folder, beside.path()};
+    Plan plan = make_plan(scene, body, drawing, summary.identity, folder, options.force);
+    Workers workers(threads_of(options));
+    if (scene.contact.force == ForceLaw::kPressureMask) {
+        clock.begin("masks");
+        plan_masks(scene, body, workers, progress, plan);
+    }
+    const Run run{scene, body, plan, options, inverse, progress, clock, folder, beside.path(), workers};
     const Matrices stiffness_n_per_m = plan.is_complete() ? take_over(run, summary) : compute(run, summary);
     // 8. All tables, as C too, and the summary; then into their place.
     write(run, stiffness_n_per_m, summary);

@@ -42,8 +42,8 @@ void require_servo(const Scene& scene, const Body& body) {
     }
 }
 
-double require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
-                      const LinearSolver& solver, const FactorFacts& facts) {
+double require_pivots(const Scene& scene, const Body& body, const Stiffness& k, const LinearSolver& solver,
+                      const FactorFacts& facts) {
     const double least = facts.weakest ? facts.weakest->ratio : least_scaled_eigenvalue(k, solver);
     if (least > kZeroPivot) return least;
     const auto mesh_node = [&](std::int32_t unknown) { return body.free_node[static_cast<std::size_t>(unknown)]; };

@@ -16,8 +16,8 @@ void require_servo(const Scene& scene, const Body& body);
 
 /// No pivot is zero to rounding: what the mesh could not tell. Returns the least as a fraction of K's diagonal; where
 /// the solver does not tell it, a bound from below.
-double require_pivots(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& k,
-                      const LinearSolver& solver, const FactorFacts& facts);
+double require_pivots(const Scene& scene, const Body& body, const Stiffness& k, const LinearSolver& solver,
+                      const FactorFacts& facts);
 
 /// The solves' residual cannot be seen in float32 tables.
 void require_residual(const Scene& scene, double residual);

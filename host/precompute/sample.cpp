@@ -19,10 +19,10 @@ std::size_t size_of_sample(std::size_t nodes, std::size_t unknown_nodes) {
 
 }  // namespace
 
-Sample solve_sample(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                    std::span<const std::int32_t> node, std::span<const std::int32_t> row, Progress& progress) {
+Sample solve_sample(const LinearSolver& solver, const Stiffness& k, std::span<const std::int32_t> node,
+                    std::span<const std::int32_t> row, Progress& progress) {
     Sample sample;
-    const std::size_t count = size_of_sample(node.size(), static_cast<std::size_t>(k.rows()) / 3);
+    const std::size_t count = size_of_sample(node.size(), static_cast<std::size_t>(k.size()) / 3);
     for (std::size_t c = 0; c < count; ++c) {
         sample.place.push_back(c * node.size() / count);
         sample.node.push_back(node[sample.place.back()]);

@@ -17,8 +17,8 @@ struct Sample {
 
 /// Nodes of the table, spread evenly: at most 32, of a large body 16.
 ///   node, row  [n], [r] unknown nodes of the table and of the rows of columns.npy
-Sample solve_sample(const LinearSolver& solver, const Eigen::SparseMatrix<double>& k,
-                    std::span<const std::int32_t> node, std::span<const std::int32_t> row, Progress& progress);
+Sample solve_sample(const LinearSolver& solver, const Stiffness& k, std::span<const std::int32_t> node,
+                    std::span<const std::int32_t> row, Progress& progress);
 
 /// Largest ||L_ii - solved|| / ||solved|| of the sample. l_ii: [n]
 double largest_difference(const Sample& sample, std::span<const Eigen::Matrix3d> l_ii);

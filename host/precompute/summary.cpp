@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 #include "host/base/program.hpp"
+#include "host/precompute/locking.hpp"
 #include "host/solve/blas_core.hpp"
 
 namespace haptable {
@@ -40,26 +42,30 @@ nlohmann::ordered_json counts(const Body& body) {
             {"touchable_patches", body.touch_patch.size()}};
 }
 
-constexpr std::pair<const char*, double Checks::*> kChecks[] = {
-    {"largest_residual", &Checks::largest_residual},
-    {"largest_block_difference", &Checks::largest_block_difference},
-    {"largest_column_difference", &Checks::largest_column_difference},
-    {"largest_asymmetry", &Checks::largest_asymmetry},
-    {"smallest_eigenvalue_m_per_n", &Checks::smallest_eigenvalue_m_per_n},
-    {"largest_block_condition", &Checks::largest_block_condition},
-    {"condition_estimate", &Checks::condition_estimate},
-    {"smallest_pivot_ratio", &Checks::smallest_pivot_ratio}};
+struct Check {
+    const char *key, *text;  ///< in summary.json, for people
+    double Checks::*value;
+};
+constexpr Check kChecks[] = {
+    {"largest_residual", "largest ||K x - b|| / ||b||", &Checks::largest_residual},
+    {"largest_block_difference", "largest difference of L_ii to solves", &Checks::largest_block_difference},
+    {"largest_column_difference", "largest difference of columns to solves", &Checks::largest_column_difference},
+    {"largest_asymmetry", "largest asymmetry of L", &Checks::largest_asymmetry},
+    {"smallest_eigenvalue_m_per_n", "smallest eigenvalue of any L_ii (m/N)", &Checks::smallest_eigenvalue_m_per_n},
+    {"largest_block_condition", "largest condition of any L_ii", &Checks::largest_block_condition},
+    {"condition_estimate", "condition of K, estimated", &Checks::condition_estimate},
+    {"smallest_pivot_ratio", "smallest pivot / diagonal of K", &Checks::smallest_pivot_ratio}};
 
 nlohmann::ordered_json to_json(const Checks& checks) {
     nlohmann::ordered_json json{{"solved_nodes", checks.solved_nodes}};
-    for (const auto& [name, member] : kChecks) json[name] = checks.*member;
+    for (const Check& check : kChecks) json[check.key] = checks.*check.value;
     return json;
 }
 
 Checks read_checks(const nlohmann::json& json) {
     Checks checks;
     json.at("solved_nodes").get_to(checks.solved_nodes);
-    for (const auto& [name, member] : kChecks) json.at(name).get_to(checks.*member);
+    for (const Check& check : kChecks) json.at(check.key).get_to(checks.*check.value);
     return checks;
 }
 
@@ -219,6 +225,7 @@ std::string to_json(const Audit& audit, const std::vector<Support>& supports) {
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
     const auto& [factor, blocks, columns, checks] = summary.inverse;
     nlohmann::ordered_json json = to_json(scene, summary.identity);
+    json["tables_hash"] = fmt::format("{:016x}", summary.size.tables_hash);
     json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
     json["reused"] = summary.reused.all;
     json["reused_blocks"] = summary.reused.blocks;
@@ -229,6 +236,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
     json["mesh"]["body"] = to_json(summary.supports);
+    json["element"] = {{"name", word(scene.mesh.element)}, {"expected_locking", expected_locking(scene, body.mesh)}};
     json["material"] = to_json(scene.material);
     if (!scene.regions.empty()) json["regions"] = regions(scene, body);
     json["contact"] = {{"force", word(scene.contact.force)},
@@ -241,6 +249,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                                    {"pairs", summary.mask.pairs},
                                    {"method", summary.mask.blocks.method},
                                    {"flops", summary.mask.blocks.flops},
+                                   {"product_flops", summary.mask.product_flops},
                                    {"widened", summary.mask.widened},
                                    {"places", summary.mask.places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n},
@@ -286,9 +295,9 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
 }
 
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary) {
-    const Checks& c = summary.inverse.checks;
-    std::string text =
-        fmt::format("{} (model {:016x})\n", scene.name, summary.identity.model_hash) + to_table(summary.audit);
+    std::string text = fmt::format("{} (model {:016x}, tables {:016x})\n", scene.name, summary.identity.model_hash,
+                                   summary.size.tables_hash) +
+                       to_table(summary.audit);
     text +=
         fmt::format("  fixed {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
                     body.fixed_count(), body.free_surface_node.size(), body.touch_node.size(), body.touch_patch.size());
@@ -313,15 +322,8 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     text += fmt::format("  spatial index: {} boxes, of which a finger's way of 5 mm visits at most {}; a tick {}\n",
                         summary.size.index.boxes, summary.size.index.fast_way_boxes, HAPTABLE_TICK_BOXES);
     text += "\n  check                                        value\n";
-    const auto check = [&](const char* name, double value) { text += fmt::format("  {:<40} {:>9.3g}\n", name, value); };
-    check("largest ||K x - b|| / ||b||", c.largest_residual);
-    check("largest difference of L_ii to solves", c.largest_block_difference);
-    check("largest difference of columns to solves", c.largest_column_difference);
-    check("largest asymmetry of L", c.largest_asymmetry);
-    check("smallest eigenvalue of any L_ii (m/N)", c.smallest_eigenvalue_m_per_n);
-    check("largest condition of any L_ii", c.largest_block_condition);
-    check("condition of K, estimated", c.condition_estimate);
-    check("smallest pivot / diagonal of K", c.smallest_pivot_ratio);
+    for (const Check& check : kChecks)
+        text += fmt::format("  {:<40} {:>9.3g}\n", check.text, summary.inverse.checks.*check.value);
     if (summary.identity.drawing == "solves")
         text +=
             "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "
@@ -335,7 +337,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
         else
             text += fmt::format("{:28}", "");
         if (i < summary.stages.size())
-            text += fmt::format("    {:<10} {:>9.4f} s", summary.stages[i].name, summary.stages[i].time_s);
+            text += fmt::format("    {:<13} {:>9.4f} s", summary.stages[i].name, summary.stages[i].time_s);
         text += '\n';
     }
     return text;

@@ -48,6 +48,7 @@ struct InverseSummary {
 /// The pressure mask's tables.
 struct MaskSummary {
     BlockFacts blocks;
+    double product_flops = 0.0;  ///< of the products of masks and blocks
     std::size_t pairs = 0;       ///< blocks under masks
     std::size_t most_nodes = 0;  ///< under the mask of any point
     std::size_t widened = 0;     ///< vertices and edges with only their own nodes

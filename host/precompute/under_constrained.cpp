@@ -149,14 +149,12 @@ std::vector<std::int32_t> find_under_constrained(const Body& body) {
     return parts.count > kMostParts ? find_adrift(body) : find_hinged(body, parts);
 }
 
-std::vector<std::int32_t> find_softest_nodes(const Eigen::SparseMatrix<double>& k) {
+std::vector<std::int32_t> find_softest_nodes(const Stiffness& k) {
     // The shift makes K definite; it is far below every stiffness of a constrained body and far above rounding.
     constexpr double kShift = 1e-9;
-    Eigen::SparseMatrix<double> shifted = k;
-    for (Eigen::Index j = 0; j < k.cols(); ++j) shifted.coeffRef(j, j) *= 1.0 + kShift;
-    const Factor factor(shifted);
-    Eigen::MatrixXd x(k.cols(), 1);
-    for (Eigen::Index j = 0; j < k.cols(); ++j) x(j, 0) = 1.0 + 0.5 * static_cast<double>(j % 7);  // no symmetry
+    const Factor factor(k.shifted(kShift));
+    Eigen::MatrixXd x(k.size(), 1);
+    for (Eigen::Index j = 0; j < k.size(); ++j) x(j, 0) = 1.0 + 0.5 * static_cast<double>(j % 7);  // no symmetry
     for (int step = 0; step < 3 && factor.weakest_pivot().ratio > 0.0; ++step) {
         Eigen::MatrixXd next;
         factor.solve(x, next);
@@ -164,7 +162,7 @@ std::vector<std::int32_t> find_softest_nodes(const Eigen::SparseMatrix<double>& 
     }
     std::vector<std::int32_t> softest;
     const double most = x.cwiseAbs().maxCoeff();
-    for (Eigen::Index i = 0; i < k.cols() / 3; ++i)
+    for (Eigen::Index i = 0; i < k.size() / 3; ++i)
         if (x.block<3, 1>(3 * i, 0).norm() > 1e-3 * most) softest.push_back(static_cast<std::int32_t>(i));
     return softest;
 }

@@ -2,8 +2,7 @@
 // What makes K singular: parts of the body that can move without deforming.
 #pragma once
 
-#include <Eigen/SparseCore>
-
+#include "host/inverse/stiffness.hpp"
 #include "host/precompute/body.hpp"
 
 namespace haptable {
@@ -23,8 +22,8 @@ struct Support {
 std::vector<Support> find_supports(const Body& body, const std::vector<std::int32_t>& under_constrained);
 
 /// The unknown nodes, ascending, that move in the softest motion of a K whose factorisation met a pivot that is zero
-/// to rounding: by inverse iteration on K plus a small multiple of its diagonal. k: lower triangle at least.
-std::vector<std::int32_t> find_softest_nodes(const Eigen::SparseMatrix<double>& k);
+/// to rounding: by inverse iteration on K plus a small multiple of its diagonal.
+std::vector<std::int32_t> find_softest_nodes(const Stiffness& k);
 
 /// "47 nodes are under-constrained (...)": which mesh nodes, where they lie and what to fix.
 std::string describe_under_constrained(const std::vector<std::int32_t>& nodes, const Body& body);

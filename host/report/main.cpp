@@ -47,11 +47,12 @@ int main(int argc, char** argv) {
     fs::path numbers = "docs/numbers.json", folder;
     std::vector<fs::path> paths;
     std::string plot;
-    bool only_check = false;
+    bool only_check = false, list_runs = false;
     app.option("PAGE", paths, "Markdown pages with markers <!-- topic --> <!-- /topic -->");
     app.option("--numbers", numbers, "the numbers that pages quote").show_default();
     app.option("--take", folder, "first take the numbers of every .json in this folder into them");
     app.option("--plot", plot, "print the values of this topic, a table, for gnuplot");
+    app.flag("--runs", list_runs, "print which commands measured what, on which machine, as a table in Markdown");
     app.flag("--check", only_check, "write nothing: every marker has its number, every number one page");
     return run_program(app, argc, argv, [&] {
         Json topics = fs::exists(numbers) || folder.empty() ? read_numbers(numbers) : Json::object();
@@ -61,6 +62,7 @@ int main(int argc, char** argv) {
         }
         if (!plot.empty() && !topics.contains(plot)) throw Error(fmt::format("{}: has no {}", numbers.string(), plot));
         if (!plot.empty()) fmt::print("{}", to_plot_data(topics.at(plot)));
+        if (list_runs) fmt::print("{}", runs(topics));
         std::vector<Page> pages;
         for (const fs::path& path : paths) pages.push_back({path, read_file(path)});
         only_check ? check(pages, topics) : fill_pages(pages, topics);

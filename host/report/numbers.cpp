@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -16,11 +17,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The processor that measured, for times mean little without it.
+/// The processors that measured, for times mean little without them.
 std::string machine() {
     std::ifstream file("/proc/cpuinfo");
+    const unsigned processors = std::thread::hardware_concurrency();
     for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name")) return line.substr(std::min(line.find(':') + 2, line.size()));
+        if (line.starts_with("model name"))
+            return fmt::format("{} x {}", processors, line.substr(std::min(line.find(':') + 2, line.size())));
     return "unknown";
 }
 
@@ -81,6 +84,7 @@ Number error_of(double relative) { return {{relative}, fmt::format("{:.1e}", rel
 Numbers::Numbers(std::string command) : command_(std::move(command)), topics_(std::make_unique<Json>(Json::object())) {}
 Numbers::~Numbers() = default;
 Numbers::Numbers(Numbers&&) noexcept = default;
+Numbers& Numbers::operator=(Numbers&&) noexcept = default;
 
 void Numbers::add(const std::string& topic, const Number& number) {
     Json& json = (*topics_)[topic] = {{"command", command_}, {"machine", machine()}};

@@ -39,6 +39,7 @@ public:
     explicit Numbers(std::string command);
     ~Numbers();
     Numbers(Numbers&&) noexcept;
+    Numbers& operator=(Numbers&&) noexcept;
 
     void add(const std::string& topic, const Number& number);
     /// Throws Error where a row has other cells than the table has columns.

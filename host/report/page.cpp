@@ -160,11 +160,22 @@ std::vector<std::string> find_faults(const std::vector<Page>& pages, const Json&
 std::string to_plot_data(const Json& topic) {
     std::string text;
     for (const Json& row : topic.at("rows")) {
-        text += fmt::format("\"{}\"", text_of(row.at(0)));
-        for (std::size_t k = 1; k < row.size(); ++k)
-            if (row[k].is_object()) text += fmt::format(" {}", row[k].at("value").dump());
-        text += "\n";
+        std::vector<std::string> values;
+        for (const Json& cell : row)
+            values.push_back(&cell != &row.front() && cell.is_object() ? cell.at("value").dump()
+                                                                       : fmt::format("\"{}\"", text_of(cell)));
+        text += fmt::format("{}\n", fmt::join(values, " "));
     }
+    return text;
+}
+
+std::string runs(const Json& topics) {
+    std::map<std::pair<std::string, std::string>, std::vector<std::string>> measured;
+    for (const auto& [name, topic] : topics.items())
+        measured[{topic.value("command", "unknown"), topic.value("machine", "unknown")}].push_back(name);
+    std::string text = row_of({"command", "machine", "topics of docs/numbers.json"}) + "|---|---|---|\n";
+    for (const auto& [run, names] : measured)
+        text += row_of({"`" + run.first + "`", run.second, fmt::format("{}", fmt::join(names, ", "))});
     return text;
 }
 

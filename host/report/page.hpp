@@ -33,7 +33,10 @@ std::string fill(const Page& page, const nlohmann::ordered_json& topics);
 /// one that a page quotes though another page owns it. A number is told by its digits, four or more of them.
 std::vector<std::string> find_faults(const std::vector<Page>& pages, const nlohmann::ordered_json& topics);
 
-/// The rows of a table for a plot: the first cell in quotes, then the values.
+/// The rows of a table for a plot: values as they were measured; texts, and the first cell, in quotes.
 std::string to_plot_data(const nlohmann::ordered_json& topic);
+
+/// A table in Markdown: which commands measured which topics, on which machine.
+std::string runs(const nlohmann::ordered_json& topics);
 
 }  // namespace haptable

@@ -26,6 +26,9 @@ using Names = std::vector<std::string_view>;
 // A million nodes: beyond that the factor does not fit into the memory of a workstation.
 constexpr std::int64_t kMostNodesPerSide = 100;
 
+// Where a linear tetrahedron is half as stiff again as the body on any mesh of today.
+constexpr double kMostPoissonOfLinear = 0.4999;
+
 // A filled surface needs room for some tetrahedra.
 constexpr std::int64_t kFewestNodes = 20;
 
@@ -283,13 +286,15 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
 
 MeshSource read_source(const Section& root, const fs::path& scene_file) {
     const Section mesh = root.section(
-        "mesh", {"generate", "nodes_per_side", "side", "file", "scale", "linearize", "edge_length", "node_count"},
+        "mesh",
+        {"element", "generate", "nodes_per_side", "side", "file", "scale", "linearize", "edge_length", "node_count"},
         true);
     if (mesh.has("generate") && mesh.has("file"))
         mesh.fail("file", "there is a generator too; keep either generate or file");
     if (!mesh.has("generate") && !mesh.has("file"))
         mesh.fail("file", "is missing; give a mesh file, or generate = \"cube\"");
     MeshSource source;
+    source.element = mesh.one_of("element", {Element::kLinear, Element::kAverageNodalPressure});
     if (mesh.has("generate"))
         read_generator(mesh, source);
     else
@@ -297,7 +302,7 @@ MeshSource read_source(const Section& root, const fs::path& scene_file) {
     return source;
 }
 
-Material read_material(const Section& section) {
+Material read_material(const Section& section, Element element) {
     Material material;
     material.young_pa = section.positive("young");
     if (material.young_pa < kSoftest_pa || material.young_pa > kStiffest_pa)
@@ -308,6 +313,11 @@ Material read_material(const Section& section) {
         section.fail("poisson", fmt::format("is {} and must lie between -1 and 0.5, both excluded; 0.5 is "
                                             "incompressible, which this method cannot do: use 0.49",
                                             material.poisson));
+    if (element == Element::kLinear && material.poisson > kMostPoissonOfLinear)
+        section.fail("poisson",
+                     fmt::format("is {}, and linear tetrahedra above {} give the mesh's stiffness, not the "
+                                 "body's: write element = \"{}\" in [mesh]",
+                                 material.poisson, kMostPoissonOfLinear, word(Element::kAverageNodalPressure)));
     return material;
 }
 
@@ -341,10 +351,10 @@ std::vector<Selection> read_touch(const Section& root) {
     return selections;
 }
 
-std::vector<Region> read_regions(const Section& root) {
+std::vector<Region> read_regions(const Section& root, Element element) {
     std::vector<Region> regions;
     for (const Section& section : root.sections("region", {"box", "group", "young", "poisson"}))
-        regions.push_back({read_selection(section), read_material(section)});
+        regions.push_back({read_selection(section), read_material(section, element)});
     return regions;
 }
 
@@ -411,11 +421,6 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
                                          false);
     TableOptions tables;
     tables.precision = section.one_of<Storage>("precision");
-    if (tables.precision != Storage::kFloat32 && contact.force != ForceLaw::kInterpolated)
-        section.fail("precision",
-                     fmt::format("16 bits hold the blocks of force = \"interpolated\", not those of \"{}\"; "
-                                 "remove the line",
-                                 word(contact.force)));
     tables.columns = section.one_of<ColumnRows>("columns");
     tables.column_precision = section.one_of<Storage>("column_precision", {Storage::kFloat32, Storage::kFloat16});
     tables.column_budget_bytes = section.not_negative("column_budget", tables.column_budget_bytes);
@@ -489,8 +494,7 @@ void require_letters(const fs::path& file, std::string_view text) {
 }
 
 toml::table parse(const fs::path& file) {
-    std::string text = read_file(file);
-    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // UTF-8's mark
+    const std::string text = read_text(file);
     require_letters(file, text);
     try {
         return toml::parse(text);
@@ -514,8 +518,8 @@ Scene read_scene(const fs::path& file) {
     scene.file = file;
     scene.name = read_name(root);
     scene.mesh = read_source(root, file);
-    scene.material = read_material(root.section("material", {"young", "poisson"}, true));
-    scene.regions = read_regions(root);
+    scene.material = read_material(root.section("material", {"young", "poisson"}, true), scene.mesh.element);
+    scene.regions = read_regions(root, scene.mesh.element);
     scene.fixed = read_fixed(root);
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);

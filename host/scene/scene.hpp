@@ -12,8 +12,9 @@
 
 namespace haptable {
 
-/// [mesh]: either the cube generator or a file.
+/// [mesh]: either the cube generator or a file; and how its tetrahedra deform.
 struct MeshSource {
+    Element element = Element::kLinear;
     std::string generate;        ///< "cube", or empty where a file is named
     int nodes_per_side = 5;      ///< of the generated cube, 2 or more
     double side_m = 0.03;        ///< of the generated cube

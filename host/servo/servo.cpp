@@ -22,7 +22,7 @@ constexpr int kPriority = 50;  // of 1..99: above all normal work, below the ker
 
 struct Options {
     bool lcm = false;
-    std::string in, out, csv;
+    std::string in, out, csv, tables;
     SessionEnd end;
     bool no_realtime = false;
     bool json = false;
@@ -35,6 +35,9 @@ void add_options(CommandLine& app, Options& o) {
     const Option lcm = app.flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
     in.needs(out).excludes(lcm);
     out.needs(in);
+    app.option("--tables", o.tables,
+               "with --replay: the tables_hash of the session that recorded IN.csv; other tables are an error")
+        .needs(in);
     app.option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it").needs(lcm);
     app.option("--seconds", o.end.after_s, "with --lcm: end after this time").needs(lcm).positive();
     app.option("--until-silent", o.end.until_silent_s,
@@ -63,15 +66,26 @@ void add_link_report(const LinkReport& link, SummaryLines& summary) {
     summary.add("latency_max_us", link.latency.max_us());
 }
 
+std::string tables_hash(const ServoScene& scene) { return fmt::format("{:016x}", scene.model->hash); }
+
 SummaryLines head(const ServoScene& scene) {
     SummaryLines summary;
     summary.add("scene", std::string(scene.name));
-    summary.add("model_hash", fmt::format("{:016x}", scene.model->hash));
+    summary.add("tables_hash", tables_hash(scene));
     return summary;
+}
+
+void require_tables(const ServoScene& scene, const Options& o) {
+    if (!o.tables.empty() && o.tables != tables_hash(scene))
+        throw Error(
+            fmt::format("{}: was recorded with the tables {}, and this servo has {}: its forces may be others, be it "
+                        "in the last bit; take the servo of those tables, or leave out --tables",
+                        o.in, o.tables, tables_hash(scene)));
 }
 
 void run_replay(const ServoScene& scene, const Options& o) {
     catch_interrupts();
+    require_tables(scene, o);
     const ServoReport report = replay(scene, o.in, o.out, o.quiet);
     SummaryLines summary = head(scene);
     add_report(report, summary);

@@ -11,7 +11,7 @@ namespace haptable {
     X(lost_states)     /* gaps in the device's numbering */                   \
     X(late_ticks)      /* answers that took longer than a tick */             \
     X(repeated_states) /* asked again by the device: the same answer given */ \
-    X(foreign_states)  /* meant for another model: not answered */
+    X(foreign_states)  /* meant for other tables: not answered */
 
 /// X(name) for every counter of a bridge.
 #define HAPTABLE_BRIDGE_COUNTERS(X)                                           \
@@ -19,7 +19,7 @@ namespace haptable {
     X(contact_ticks)   /* of these, with contact */                           \
     X(lost_states)     /* gaps in the device's numbering */                   \
     X(repeated_states) /* asked again by the device */                        \
-    X(foreign_states)  /* meant for another model: not sent on */             \
+    X(foreign_states)  /* meant for other tables: not sent on */              \
     X(resent_frames)   /* states sent again because no answer came */         \
     X(lost_answers)    /* states that the device's next one overtook */       \
     X(stale_answers)   /* to a state that was answered or overtaken before */ \

@@ -3,33 +3,20 @@
 // one name. Column-major; a matrix is its first entry and the distance between its columns.
 #pragma once
 
+#include <cblas.h>
+
 #include <type_traits>
 
 namespace haptable::blas {
 
+// LAPACK, which no header of OpenBLAS declares with const.
 extern "C" {
-void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*, const double*, const int*,
-            const double*, const int*, const double*, double*, const int*);
-void sgemm_(const char*, const char*, const int*, const int*, const int*, const float*, const float*, const int*,
-            const float*, const int*, const float*, float*, const int*);
-void dsymm_(const char*, const char*, const int*, const int*, const double*, const double*, const int*, const double*,
-            const int*, const double*, double*, const int*);
-void ssymm_(const char*, const char*, const int*, const int*, const float*, const float*, const int*, const float*,
-            const int*, const float*, float*, const int*);
-void dtrsm_(const char*, const char*, const char*, const char*, const int*, const int*, const double*, const double*,
-            const int*, double*, const int*);
-void strsm_(const char*, const char*, const char*, const char*, const int*, const int*, const float*, const float*,
-            const int*, float*, const int*);
-void dtrsv_(const char*, const char*, const char*, const int*, const double*, const int*, double*, const int*);
-void strsv_(const char*, const char*, const char*, const int*, const float*, const int*, float*, const int*);
-void dgemv_(const char*, const int*, const int*, const double*, const double*, const int*, const double*, const int*,
-            const double*, double*, const int*);
-void sgemv_(const char*, const int*, const int*, const float*, const float*, const int*, const float*, const int*,
-            const float*, float*, const int*);
 void dpotrf_(const char*, const int*, double*, const int*, int*);
 void dpotri_(const char*, const int*, double*, const int*, int*);
 void spotri_(const char*, const int*, float*, const int*, int*);
 }
+
+inline CBLAS_TRANSPOSE transposed(char op) { return op == 'T' ? CblasTrans : CblasNoTrans; }
 
 /// The routine for numbers of type T.
 template <typename T, typename Double, typename Single>
@@ -44,35 +31,33 @@ constexpr auto* pick(Double* in_double, Single* in_float) {
 template <typename T>
 void gemm(char op_a, char op_b, int m, int n, int k, T alpha, const T* a, int lda, const T* b, int ldb, T beta, T* c,
           int ldc) {
-    pick<T>(dgemm_, sgemm_)(&op_a, &op_b, &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
+    pick<T>(cblas_dgemm, cblas_sgemm)(CblasColMajor, transposed(op_a), transposed(op_b), m, n, k, alpha, a, lda, b, ldb,
+                                      beta, c, ldc);
 }
 
 /// C = alpha A B,   A [m,m] symmetric, its lower triangle is read; B and C [m,n].
 template <typename T>
 void symm_lower(int m, int n, T alpha, const T* a, int lda, const T* b, int ldb, T* c, int ldc) {
-    const T beta = 0;
-    pick<T>(dsymm_, ssymm_)("L", "L", &m, &n, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);
+    pick<T>(cblas_dsymm, cblas_ssymm)(CblasColMajor, CblasLeft, CblasLower, m, n, alpha, a, lda, b, ldb, T(0), c, ldc);
 }
 
 /// B = op(A)^-1 B (side 'L') or B = B op(A)^-1 (side 'R'),   A lower triangular, B [m,n].
 template <typename T>
 void trsm_lower(char side, char op, int m, int n, const T* a, int lda, T* b, int ldb) {
-    const T one = 1;
-    pick<T>(dtrsm_, strsm_)(&side, "L", &op, "N", &m, &n, &one, a, &lda, b, &ldb);
+    pick<T>(cblas_dtrsm, cblas_strsm)(CblasColMajor, side == 'L' ? CblasLeft : CblasRight, CblasLower, transposed(op),
+                                      CblasNonUnit, m, n, T(1), a, lda, b, ldb);
 }
 
 /// y = alpha op(A) x + beta y,   A [m,n].
 template <typename T>
 void gemv(char op, int m, int n, T alpha, const T* a, int lda, const T* x, T beta, T* y) {
-    const int one = 1;
-    pick<T>(dgemv_, sgemv_)(&op, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);
+    pick<T>(cblas_dgemv, cblas_sgemv)(CblasColMajor, transposed(op), m, n, alpha, a, lda, x, 1, beta, y, 1);
 }
 
 /// x = op(A)^-1 x,   A [n,n] lower triangular.
 template <typename T>
 void trsv_lower(char op, int n, const T* a, int lda, T* x) {
-    const int one = 1;
-    pick<T>(dtrsv_, strsv_)("L", &op, "N", &n, a, &lda, x, &one);
+    pick<T>(cblas_dtrsv, cblas_strsv)(CblasColMajor, CblasLower, transposed(op), CblasNonUnit, n, a, lda, x, 1);
 }
 
 /// The lower triangle of A = its Cholesky factor, A [n,n]. Returns 0, or k where the k-th pivot is not positive.

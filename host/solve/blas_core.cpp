@@ -6,13 +6,11 @@
 // is the only way to change that: the program starts itself once more.
 #include "host/solve/blas_core.hpp"
 
+#include <cblas.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
-
-extern "C" char* openblas_get_corename(void);
-extern "C" char* openblas_get_config(void);
 
 namespace haptable {
 

@@ -11,7 +11,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::vector<std::int32_t> positive_counts(const Supernodes& factor) {
+    std::vector<std::int32_t> count;
+    for (std::int32_t k = 0; k < factor.count(); ++k) count.push_back(factor.positive_count(k));
+    return count;
+}
 
 }  // namespace
 
@@ -25,7 +29,8 @@ void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknow
     write(kFactorFiles[3], factor.row);
     write(kFactorFiles[4], factor.permutation);
     write(kFactorFiles[5], unknown_node);
-    NpyWriter<float> writer(folder / kFactorFiles[6], {at(factor.value_begin.back())});
+    write(kFactorFiles[6], positive_counts(factor));
+    NpyWriter<float> writer(folder / kFactorFiles[7], {at(factor.value_begin.back())});
     std::vector<float> column;
     std::size_t written = 0;
     for (std::int32_t k = 0; k < factor.count(); ++k) {
@@ -46,7 +51,7 @@ void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknow
 
 double factor_file_bytes(const Supernodes& s) {
     return static_cast<double>(s.value_begin.back()) * sizeof(float) +
-           static_cast<double>(s.row.size() + 3 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
+           static_cast<double>(s.row.size() + 4 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
 }
 
 FactorFile::FactorFile(const fs::path& folder)
@@ -56,13 +61,14 @@ FactorFile::FactorFile(const fs::path& folder)
       row_(folder / kFactorFiles[3]),
       permutation_(folder / kFactorFiles[4]),
       unknown_node_(folder / kFactorFiles[5]),
-      value_(folder / kFactorFiles[6]) {
+      positive_(folder / kFactorFiles[6]),
+      value_(folder / kFactorFiles[7]) {
     check(folder);
 }
 
 Supernodes FactorFile::supernodes() const {
-    return {first_column_.values(), row_begin_.values(),   value_begin_.values(),
-            row_.values(),          permutation_.values(), nullptr};
+    return {first_column_.values(), row_begin_.values(), value_begin_.values(), row_.values(),
+            permutation_.values(),  positive_.values(),  nullptr};
 }
 
 /// Damaged indices must be an error here, not a read beyond an array later.
@@ -86,12 +92,17 @@ void FactorFile::check(const fs::path& folder) const {
             kFactorFiles[2]);
     require(below(s.row, n), kFactorFiles[3]);
     require(below(s.permutation, n), kFactorFiles[4]);
-    require(3 * unknown_node_.values().size() == s.permutation.size(), kFactorFiles[5]);
+    require(3 * unknown_node_.values().size() <= s.permutation.size(), kFactorFiles[5]);
+    require(s.positive.size() + 1 == s.first_column.size(), kFactorFiles[6]);
+    std::size_t positive = 0;  // columns: as many as there are displacements
     for (std::int32_t k = 0; k < s.count(); ++k) {
         const std::size_t rows = s.rows(k).size(), columns = at(s.column_count(k));
         require(columns > 0 && rows >= columns, kFactorFiles[1]);
         require(at(s.value_begin[at(k) + 1] - s.value_begin[at(k)]) >= rows * columns, kFactorFiles[2]);
+        require(s.positive[at(k)] >= 0 && at(s.positive[at(k)]) <= columns, kFactorFiles[6]);
+        positive += at(s.positive[at(k)]);
     }
+    require(positive == 3 * unknown_node_.values().size(), kFactorFiles[6]);
 }
 
 }  // namespace haptable

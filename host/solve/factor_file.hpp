@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A Cholesky factor on the disk: what a viewer solves with where the columns would be too large.
+// A factor on the disk: what a viewer solves with where the columns would be too large.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 namespace haptable {
 
 /// Names of the files; docs/SPEC.md says what they hold.
-inline constexpr std::array<const char*, 7> kFactorFiles{
+inline constexpr std::array<const char*, 8> kFactorFiles{
     "factor_first_column.npy", "factor_row_begin.npy",    "factor_value_begin.npy", "factor_row.npy",
-    "factor_permutation.npy",  "factor_unknown_node.npy", "factor_value.npy"};
+    "factor_permutation.npy",  "factor_unknown_node.npy", "factor_positive.npy", "factor_value.npy"};
 
 /// Writes them into the folder, the values as float.
-///   unknown_node  [n / 3] mesh node of every unknown node
+///   unknown_node  [n] mesh node of every unknown node
 void write_factor(const Supernodes& factor, std::span<const std::int32_t> unknown_node,
                   const std::filesystem::path& folder);
 
@@ -36,7 +36,7 @@ public:
 private:
     void check(const std::filesystem::path& folder) const;
 
-    MappedNpy<std::int32_t> first_column_, row_begin_, value_begin_, row_, permutation_, unknown_node_;
+    MappedNpy<std::int32_t> first_column_, row_begin_, value_begin_, row_, permutation_, unknown_node_, positive_;
     MappedNpy<float> value_;
 };
 

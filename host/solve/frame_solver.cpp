@@ -5,12 +5,6 @@
 
 namespace haptable {
 
-namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 FrameSolver::FrameSolver(const Supernodes& factor, const float* value, std::span<const std::int32_t> row)
     : factor_(factor),
       tree_(factor),

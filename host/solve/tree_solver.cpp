@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// X_J <- L_JJ^-1 X_J,  X_R <- X_R - L_RJ X_J  up the tree;   X_J <- L_JJ^-T (X_J - L_RJ^T X_R)  down again
+// X_J <- L_JJ^-1 X_J,  X_R <- X_R - L_RJ X_J  up the tree;   X_J <- L_JJ^-T (S X_J - L_RJ^T X_R)  down again
 //
 // J: columns of a supernode, R: its rows below.
 #include "host/solve/tree_solver.hpp"
@@ -9,12 +9,6 @@
 #include "host/solve/blas.hpp"
 
 namespace haptable {
-
-namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 EliminationTree::EliminationTree(const Supernodes& factor)
     : parent(factor.parents()), owner(factor.owners()), place(factor.places()) {}
@@ -94,6 +88,7 @@ void TreeSolver<T>::backward(std::int32_t s) {
     const auto rows = static_cast<int>(factor_.rows(s).size());
     const int columns = factor_.column_count(s), below = rows - columns;
     T* x_j = row(factor_.first_column[at(s)]);
+    for (T* x = x_j + at(factor_.positive_count(s)) * at(width_); x < x_j + at(columns) * at(width_); ++x) *x = -*x;
     if (below > 0) {
         below_.resize(at(width_) * at(below));
         T* to = below_.data();

@@ -15,8 +15,8 @@ struct EliminationTree {
     explicit EliminationTree(const Supernodes& factor);
 
     std::vector<std::int32_t> parent;  ///< [supernodes] or -1
-    std::vector<std::int32_t> owner;   ///< [3 unknowns] supernode of a column of L
-    std::vector<std::int32_t> place;   ///< [3 unknowns] row of L that a row of K became
+    std::vector<std::int32_t> owner;   ///< [n] supernode of a column of L
+    std::vector<std::int32_t> place;   ///< [n] row of L that a row of M became
 
     /// The least of the supernodes that hold a node's three rows.
     std::int32_t first_of(std::int32_t node) const;
@@ -26,7 +26,7 @@ struct EliminationTree {
     std::vector<std::int32_t> path(std::span<const std::int32_t> nodes) const;
 };
 
-/// The right-hand sides of one solve with L L^T X = B in precision T, at the supernodes that take part. They lie side
+/// The right-hand sides of one solve with L S L^T X = B in precision T, at the supernodes that take part. They lie side
 /// by side for each row of L (X^T is column-major), so that gathering the rows below a supernode copies whole
 /// stretches.
 template <typename T>
@@ -43,7 +43,7 @@ public:
 
     /// X_J <- L_JJ^-1 X_J, X_R <- X_R - L_RJ X_J; of the right-hand sides only the first `active` are not zero here.
     void forward(std::int32_t s, int active);
-    /// X_J <- L_JJ^-T (X_J - L_RJ^T X_R).
+    /// X_J <- L_JJ^-T (S X_J - L_RJ^T X_R).
     void backward(std::int32_t s);
     int width() const { return width_; }
 

@@ -179,7 +179,7 @@ private:
         }
         outside_ticks_ = 0;
         const bool inside = where_.is_inside(now_.x);
-        came_from_outside_ |= !inside;
+        came_from_outside_ |= !inside && where_.is_beyond(now_.x, kClear * size_m_);
         deep_ticks_ = inside && came_from_outside_ && where_.is_beyond(now_.x, kDeep * size_m_) ? deep_ticks_ + 1 : 0;
         if (deep_ticks_ >= kDeepTicks) fault(Fault::kLost);
     }
@@ -253,12 +253,15 @@ private:
     // ---- energy ----
 
     /// What the finger did on a spring at the place where it came through the surface to a new contact.
-    double work_of_entry() const {
+    double work_of_entry() {
         if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return 0.0;
-        double most = 0.0;
-        // A motion may begin within the tolerance behind the surface.
+        // A motion may begin within the tolerance behind the surface, and go along it there.
         const Vector3d from = last_.x - kClear * size_m_ * (now_.x - last_.x).normalized();
-        for (const Solid::Entry& entry : touched_.solid.entries(from, now_.x, kClear * size_m_))
+        std::vector<Solid::Entry> entries = touched_.solid.entries(from, now_.x, kClear * size_m_);
+        if (entries.empty() && !where_.is_beyond(last_.x, kClear * size_m_))
+            entries.push_back(touched_.solid.nearest(last_.x));
+        double most = 0.0;
+        for (const Solid::Entry& entry : entries)
             most = std::max(most, 0.5 * (now_.x - entry.point_m).dot(spring_at(entry) * (now_.x - entry.point_m)));
         return most;
     }
@@ -290,7 +293,7 @@ private:
 
     /// Until a clamp is met: beyond it the force is no gradient.
     void check_energy() {
-        verdict_.clamped |= now_.contact && now_.load_n.norm() > static_cast<double>(model_.max_force_n);
+        verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
         if (verdict_.clamped) return;
         if (index_ > 0) given_j_ += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
         const double stored = now_.energy_j();

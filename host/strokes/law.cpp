@@ -91,7 +91,7 @@ void Law::gather_compliance(const Tables& tables, const ServoModel& servo) {
                 control_.push_back(symmetric(matrix_of(
                     from.edge[e * static_cast<std::size_t>(degree_ - 1) + static_cast<std::size_t>(from_low)])));
             } else {
-                control_.push_back(symmetric(matrix_of(from.patch[3 * servo.index.order[p] + whole])));
+                control_.push_back(symmetric(matrix_of(from.patch[3 * servo.leaf_order[p] + whole])));
             }
         }
 }

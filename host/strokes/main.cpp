@@ -26,7 +26,7 @@ struct Options {
     std::vector<std::string> meshes, modes;
     std::size_t strokes = 1'000'000;
     std::uint64_t seed = 1;
-    std::size_t most_nodes = 50'000;
+    std::size_t most_nodes = 150'000;
     std::size_t examples = 3;
     fs::path folder = "build/strokes";
     fs::path json, numbers;

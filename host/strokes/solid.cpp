@@ -134,6 +134,11 @@ std::vector<Solid::Entry> Solid::entries(const Vector3d& from, const Vector3d& t
     return list;
 }
 
+Solid::Entry Solid::nearest(const Vector3d& x) const {
+    const auto [point, triangle] = trees_->tree.closest_point_and_primitive(point_of(x));
+    return {static_cast<std::size_t>(triangle - trees_->triangle.begin()), vector_of(point)};
+}
+
 Vector3d Solid::normal(std::size_t triangle) const {
     const Corners& v = corners_[triangle];
     return (point_[v[1]] - point_[v[0]]).cross(point_[v[2]] - point_[v[0]]).normalized();

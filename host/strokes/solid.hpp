@@ -36,6 +36,8 @@ public:
     };
     /// Into every triangle that it crosses inwards; into one that it runs along within `near_m`, where it begins.
     std::vector<Entry> entries(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double near_m) const;
+    /// The surface's nearest point.
+    Entry nearest(const Eigen::Vector3d& x) const;
 
     /// The unit vector outwards at a point: the triangle's normal, at an edge the mean of two, at a vertex the mean
     /// weighted by angles (Baerentzen and Aanaes 2005). None at a hinge, where the surface has more than one side.

@@ -32,7 +32,7 @@ struct ComplianceTables {
 struct Tables {
     // summary.json
     std::string name;              ///< of the scene; names the C model
-    std::uint64_t model_hash = 0;  ///< of scene, mesh, options and tool version
+    std::uint64_t model_hash = 0;  ///< of what they were made from: scene, mesh, options, tool version
     std::string scene_file;        ///< file name only, no folder
     ForceLaw force = ForceLaw::kInterpolated;
     GodObject god_object = GodObject::kNearest;

@@ -9,9 +9,9 @@
 #include <cstring>
 #include <sstream>
 
+#include "codegen/model_bytes.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/target/model_file.hpp"
 
 namespace haptable {
 
@@ -109,7 +109,7 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
                     address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"),
                     (scratch / "counts").string(), more_of_plugin);
     const std::string command =
-        fmt::format("QEMU_EXTRA='{}' sh firmware/qemu.sh {} '{}' {} {}", plugin, target_,
+        fmt::format("QEMU_EXTRA='{}' sh scripts/qemu.sh {} '{}' {} {}", plugin, target_,
                     (folder_ / (image + ".elf")).string(), (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
@@ -133,7 +133,7 @@ std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 
 
 std::vector<TargetTick> TargetImage::measure(const haptable_model& model,
                                              const std::vector<std::array<float, 3>>& path_m) const {
-    return count("measure", model_file(model) + std::string(bytes_of(path_m, path_m.size())), path_m.size());
+    return count("measure", model_bytes(model) + std::string(bytes_of(path_m, path_m.size())), path_m.size());
 }
 
 std::vector<std::uint64_t> TargetImage::trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const {
@@ -157,7 +157,7 @@ std::string TargetImage::run(const std::string& image, std::string_view bytes) c
     const Scratch scratch;
     write_file(scratch / "in", bytes);
     const std::string command =
-        fmt::format("sh firmware/qemu.sh {} '{}' {} {}", target_, (folder_ / (image + ".elf")).string(),
+        fmt::format("sh scripts/qemu.sh {} '{}' {} {}", target_, (folder_ / (image + ".elf")).string(),
                     (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));

@@ -124,11 +124,11 @@ private:
 ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::int64_t begin_utime,
                       const std::string& source) {
     const Tables& tables = loads.tables();
-    if (static_cast<std::uint64_t>(message.model_hash) != tables.model_hash)
+    if (static_cast<std::uint64_t>(message.model_hash) != loads.tables_hash())
         throw Error(
-            fmt::format("{}: is of model {:016x}, but the tables of {} are {:016x}: give the folder of the "
-                        "servo that sent it",
-                        source, static_cast<std::uint64_t>(message.model_hash), tables.name, tables.model_hash));
+            fmt::format("{}: is of the tables {:016x}, but those of {} are {:016x}: give the folder of the servo that "
+                        "sent it",
+                        source, static_cast<std::uint64_t>(message.model_hash), tables.name, loads.tables_hash()));
     ContactFrame frame;
     frame.number = message.seq;
     frame.time_s = static_cast<double>(message.utime - begin_utime) * 1e-6;

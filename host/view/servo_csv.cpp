@@ -41,7 +41,7 @@ public:
     Reader(const std::filesystem::path& file, const ContactLoads& loads) : file_(file), loads_(loads) {}
 
     std::vector<ContactFrame> read(const FrameChoice& choice) {
-        const std::string text = read_file(file_);
+        const std::string text = read_text(file_);
         std::string_view rest = text;
         if (next_line(rest) != kHeader)
             fail(

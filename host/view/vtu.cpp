@@ -4,77 +4,48 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "host/base/file.hpp"
+#include "host/base/index.hpp"
+#include "host/base/vtu_text.hpp"
 
 namespace haptable {
 
 namespace {
 
-constexpr int kTriangle = 5;  // VTK_TRIANGLE
-
-using Out = std::back_insert_iterator<std::string>;
-
-template <typename Values, typename Write>
-void array(std::string& text, const char* attributes, const Values& values, const Write& write) {
-    text += fmt::format("<DataArray {} format=\"ascii\">\n", attributes);
-    for (const auto& value : values) write(Out(text), value);
-    text += "</DataArray>\n";
-}
-
-void vectors(std::string& text, const char* name, const std::vector<Eigen::Vector3f>& values) {
-    const std::string attributes = fmt::format("type=\"Float32\" Name=\"{}\" NumberOfComponents=\"3\"", name);
-    array(text, attributes.c_str(), values, [](Out out, const Eigen::Vector3f& v) {
-        fmt::format_to(out, "{:.9g} {:.9g} {:.9g}\n", v.x(), v.y(), v.z());
-    });
-}
-
-void points(std::string& text, const DrawnSurface& surface, std::span<const NodalForce> loads) {
-    std::vector<Eigen::Vector3f> at = surface.rest_m;
+/// Newtons at every drawn node.
+std::vector<Eigen::Vector3f> nodal_forces(const DrawnSurface& surface, std::span<const NodalForce> loads) {
     std::vector<Eigen::Vector3f> force(surface.nodes(), Eigen::Vector3f::Zero());
-    for (std::size_t i = 0; i < at.size(); ++i) at[i] += surface.displacement_m[i];
     for (const NodalForce& load : loads) {
         const auto found = std::lower_bound(surface.node_id.begin(), surface.node_id.end(), load.node);
         if (found == surface.node_id.end() || *found != load.node) continue;
-        force[static_cast<std::size_t>(found - surface.node_id.begin())] +=
+        force[at(found - surface.node_id.begin())] +=
             Eigen::Vector3f(load.force_n[0], load.force_n[1], load.force_n[2]);
     }
-    text += "<PointData Vectors=\"displacement_m\">\n";
-    vectors(text, "displacement_m", surface.displacement_m);
-    vectors(text, "force_n", force);
-    array(text, "type=\"Int32\" Name=\"node\"", surface.node_id,
-          [](Out out, std::int32_t node) { fmt::format_to(out, "{}\n", node); });
-    text += "</PointData>\n<Points>\n";
-    vectors(text, "position_m", at);
-    text += "</Points>\n";
-}
-
-void cells(std::string& text, const DrawnSurface& surface) {
-    text += "<CellData>\n";
-    array(text, "type=\"UInt8\" Name=\"touchable\"", surface.touchable,
-          [](Out out, std::uint8_t touchable) { fmt::format_to(out, "{}\n", touchable); });
-    text += "</CellData>\n<Cells>\n";
-    array(text, "type=\"Int32\" Name=\"connectivity\"", surface.patch,
-          [](Out out, const Eigen::Vector3i& p) { fmt::format_to(out, "{} {} {}\n", p.x(), p.y(), p.z()); });
-    std::size_t offset = 0;
-    array(text, "type=\"Int32\" Name=\"offsets\"", surface.patch,
-          [&offset](Out out, const Eigen::Vector3i&) { fmt::format_to(out, "{}\n", offset += 3); });
-    array(text, "type=\"UInt8\" Name=\"types\"", surface.patch,
-          [](Out out, const Eigen::Vector3i&) { fmt::format_to(out, "{}\n", kTriangle); });
-    text += "</Cells>\n";
+    return force;
 }
 
 }  // namespace
 
 std::string vtu_text(const DrawnSurface& surface, std::span<const NodalForce> loads) {
-    std::string text =
-        "<?xml version=\"1.0\"?>\n"
-        "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n";
-    text += fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", surface.nodes(), surface.patches());
-    points(text, surface, loads);
-    cells(text, surface);
-    return text + "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+    std::vector<Eigen::Vector3f> position_m = surface.rest_m;
+    for (std::size_t i = 0; i < position_m.size(); ++i) position_m[i] += surface.displacement_m[i];
+    std::vector<std::size_t> offset(surface.patches());
+    for (std::size_t p = 0; p < offset.size(); ++p) offset[p] = 3 * (p + 1);
+    VtuText out(surface.nodes(), surface.patches());
+    out.section("PointData");
+    out.array("Float32", "displacement_m", 3, surface.displacement_m);
+    out.array("Float32", "force_n", 3, nodal_forces(surface, loads));
+    out.array("Int32", "node", 1, surface.node_id);
+    out.section("Points");
+    out.array("Float32", "position_m", 3, position_m);
+    out.section("CellData");
+    out.array("UInt8", "touchable", 1, surface.touchable);
+    out.section("Cells");
+    out.array("Int32", "connectivity", 1, surface.patch);
+    out.array("Int64", "offsets", 1, offset);
+    out.array("UInt8", "types", 1, std::vector<std::uint8_t>(surface.patches(), kVtkTriangle));
+    return out.finish();
 }
 
 void VtuSeries::add(double time_s, const DrawnSurface& surface, std::span<const NodalForce> loads) {

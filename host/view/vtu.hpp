@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The deformed surfaces for ParaView: VTK's XML format,
-// https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
+// The deformed surfaces for ParaView.
 #pragma once
 
 #include <filesystem>

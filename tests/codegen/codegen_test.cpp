@@ -56,29 +56,28 @@ TEST(Codegen, WherePatchesOfTwoBodiesMeetAtAnEdgeEachKeepsToItsOwn) {
     const ServoModel& servo = model.servo();
     for (std::size_t p = 0; p < servo.patch.size(); ++p)
         for (std::uint16_t q : servo.neighbour[p])
-            EXPECT_EQ(servo.index.order[p] < first, servo.index.order[q] < first) << p << " and " << q;
+            EXPECT_EQ(servo.leaf_order[p] < first, servo.leaf_order[q] < first) << p << " and " << q;
 }
 
 TEST(Codegen, EveryPatchLiesInItsLeafAndEveryBoxInItsParent) {
     const TestModel model(sphere_shape(3, 0.05));
     const ServoModel& servo = model.servo();
-    const SpatialIndex& index = servo.index;
     std::size_t covered = 0;
-    for (std::size_t b = 0; b < index.boxes.size(); ++b) {
-        const IndexBox& box = index.boxes[b];
+    for (std::size_t b = 0; b < servo.box.size(); ++b) {
+        const haptable_box& box = servo.box[b];
         ASSERT_GT(box.skip, b);
-        ASSERT_LE(box.skip, index.boxes.size());
+        ASSERT_LE(box.skip, servo.box.size());
         for (std::size_t child = b + 1; child < box.skip; ++child)
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                EXPECT_LE(box.low[axis], index.boxes[child].low[axis]);
-                EXPECT_GE(box.high[axis], index.boxes[child].high[axis]);
+                EXPECT_LE(box.low[axis], servo.box[child].low[axis]);
+                EXPECT_GE(box.high[axis], servo.box[child].high[axis]);
             }
         if (box.patch == HAPTABLE_NONE) continue;
         EXPECT_EQ(box.patch, covered) << "leaves hold the patches in a row";
         for (int i = 0; i < HAPTABLE_LEAF && covered < servo.patch.size(); ++i, ++covered)
             for (std::uint16_t v : servo.patch[covered])
                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const float steps = (servo.vertex_m[v][axis] - index.origin_m[axis]) * index.per_m;
+                    const float steps = (servo.vertex_m[v][axis] - servo.grid_origin_m[axis]) * servo.grid_per_m;
                     EXPECT_LE(float(box.low[axis]) + 1, steps);
                     EXPECT_GE(float(box.high[axis]) - 1, steps);
                 }

@@ -9,6 +9,7 @@
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
+#include "host/precompute/mask.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -38,7 +39,7 @@ TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
     const TestModel box(box_shape(1, {1, 1, 1}));
     Stored stored(box, Storage::kFloat16);
     const float one = 1.0F;
-    stored.model.packed_scale_n_per_m = &one;
+    stored.model.packed_scale = &one;
     for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
         if ((bits & 0x7c00) == 0x7c00) continue;  // infinities and NaN, which codegen never writes
         const std::uint16_t block[1][6] = {{static_cast<std::uint16_t>(bits), 0, 0, 0, 0, 0}};
@@ -95,6 +96,99 @@ TEST(Precision, TheStatedErrorIsAnUpperBoundOfTheServosForce) {
     EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = 10.0);
     EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = 10.0);
     EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
+}
+
+// ---- compliances ----------------------------------------------------------------------------------------------------
+
+/// The ball's tables with a compliance of this degree: any blocks, positive definite, no two alike.
+Tables with_compliance(const TestModel& ball, int degree) {
+    Tables tables = ball.tables();
+    tables.force = degree == 2 ? ForceLaw::kConsistent : ForceLaw::kPressureMask;
+    ComplianceTables& c = tables.compliance;
+    c.degree = degree;
+    c.edge_id = edges_of(tables.patch);
+    int seed = 0;
+    const auto fill = [&](std::vector<std::array<double, 9>>& blocks, std::size_t count) {
+        for (std::size_t b = 0; b < count; ++b) {
+            const double x = std::sin(++seed), y = 0.2 * std::sin(2.3 * seed), z = 0.1 * std::cos(3.1 * seed);
+            blocks.push_back(
+                {1e-3 * (2 + x), 1e-3 * y, 1e-3 * z, 1e-3 * y, 2e-3, 0, 1e-3 * z, 0, 1e-3 * (1.5 - 0.5 * x)});
+        }
+    };
+    fill(c.edge, c.edge_id.size() * std::size_t(degree - 1));
+    if (degree == 2) return tables;
+    c.vertex_id = nodes_of(tables.patch);
+    fill(c.vertex, c.vertex_id.size());
+    fill(c.patch, 3 * tables.patch.size());
+    return tables;
+}
+
+Eigen::Vector3d force_at(const haptable_model& model, std::uint16_t patch, const std::array<float, 3>& alpha,
+                         const Eigen::Vector3d& u) {
+    haptable_contact contact{};
+    contact.patch = patch;
+    std::copy(alpha.begin(), alpha.end(), contact.alpha);
+    const float finger[3] = {float(u[0]), float(u[1]), float(u[2])};
+    float nodal[3][3], force[3];
+    model.force(&model, &contact, finger, nodal, force);
+    return {double(force[0]), double(force[1]), double(force[2])};
+}
+
+TEST(Precision, TheStatedErrorOfAComplianceIsAnUpperBoundOfTheServosForce) {
+    const TestModel ball(sphere_shape(2, 0.05), -0.04);  // its lowest vertices are fixed
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+    for (const int degree : {2, 4}) {
+        const Tables tables = with_compliance(ball, degree);
+        const ServoModel exact = build_model(tables);
+        const haptable_model in_float = model_in_memory(tables, exact);
+        const auto stated = compare_precisions(tables, exact);
+        ASSERT_EQ(stated.size(), 3U);
+        EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
+        for (const PrecisionError& error : {stated[1], stated[2]}) {
+            Tables packed = tables;
+            packed.precision = error.precision;
+            const ServoModel servo = build_model(packed);
+            const haptable_model model = model_in_memory(packed, servo);
+            EXPECT_EQ(model.compliance->vertex, nullptr);
+            EXPECT_EQ(flash_bytes(exact) - flash_bytes(servo), stated[0].bytes - error.bytes);
+            double at_stated_points = 0.0, anywhere = 0.0;
+            for (int trial = 0; trial < 20000; ++trial) {
+                const auto patch = static_cast<std::uint16_t>(random() % model.patch_count);
+                const Eigen::Vector3d u(unit(random), unit(random), unit(random));
+                const float a = trial % 3 == 0 ? 1.0F : 0.5F * std::abs(unit(random)), b = trial % 3 == 1 ? 0.5F : 0.0F;
+                const std::array<float, 3> alpha = trial % 3 == 1   ? std::array{0.5F, b, 0.0F}
+                                                   : trial % 3 == 0 ? std::array{1.0F, 0.0F, 0.0F}
+                                                                    : std::array{a, 0.3F, 0.7F - a};
+                const Eigen::Vector3d f = force_at(in_float, patch, alpha, u);
+                double& worst = trial % 3 == 2 ? anywhere : at_stated_points;
+                worst = std::max(worst, (force_at(model, patch, alpha, u) - f).norm() / f.norm());
+            }
+            // Against the servo in float32: its own rounding, 16 operations on blocks of condition 3.
+            EXPECT_WITHIN(at_stated_points - error.worst, .count = 16, .epsilon = kFloat, .condition = 3.0)
+                << error.precision << ", degree " << degree;
+            EXPECT_GE(at_stated_points, 0.3 * error.worst) << error.precision << ", degree " << degree;
+            EXPECT_LE(anywhere, 1.5 * error.worst) << error.precision << ", degree " << degree;
+        }
+        // A block's rounding is of its largest number, or of the table's; C^-1 magnifies it by its condition, 3.
+        EXPECT_WITHIN(stated[0].worst, .count = 4, .epsilon = kFloat, .condition = 3.0);
+        EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = 3.0);
+        EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = 3.0);
+    }
+}
+
+TEST(Precision, BlocksThatHalvesCannotHoldAreRefused) {
+    const TestModel ball(sphere_shape(2, 0.05));
+    Tables tables = with_compliance(ball, 4);
+    for (double& number : tables.compliance.vertex[0]) number *= 1e-12;
+    const auto stated = compare_precisions(tables, build_model(tables));
+    EXPECT_NO_THROW(require_precision(stated, Storage::kFloat32));
+    EXPECT_NO_THROW(require_precision(stated, Storage::kInt16));
+    EXPECT_THROW(require_precision(stated, Storage::kFloat16), Error);
+    // A point without compliance: 1 / 0 in every precision, and no reason to refuse one.
+    for (double& number : tables.compliance.vertex[0]) number = 0.0;
+    const auto singular = compare_precisions(tables, build_model(tables));
+    for (const PrecisionError& error : singular) EXPECT_NO_THROW(require_precision(singular, error.precision));
 }
 
 TEST(Precision, TheServoTakesPackedTablesThroughAWholeStep) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <random>
 #include <string>
 
 #include "host/scene/scene.hpp"
@@ -109,6 +110,141 @@ TEST(Faults, WhatIsNeverDecidedIsLetGoWithAFallingForce) {
     EXPECT_EQ(ticks, HAPTABLE_UNDECIDED_TICKS + HAPTABLE_FADE_TICKS - 2);
     EXPECT_EQ(finger.counters().given_up, 1U);
     EXPECT_EQ(finger.force().norm(), 0.0);
+}
+
+// ---- next to an edge ------------------------------------------------------------------------------------------------
+
+/// A knife of 40 mm along y, its edge at the origin, one face in z = 0 and the other 40 degrees below it. `blunt_m`: as
+/// wide as the edge is cut off, by a strip of patches.
+Shape knife_shape(double blunt_m) {
+    constexpr double kAngle = 40.0 * double(EIGEN_PI) / 180.0, kLength = 0.03, kWidth = 0.04;
+    constexpr int kCuts = 8;
+    const Vector3d below(std::cos(kAngle), 0.0, -std::sin(kAngle));
+    const std::vector<Vector3d> section{Vector3d::Zero(), blunt_m * below, kLength * below,
+                                        kLength * Vector3d::UnitX()};
+    Shape shape{"knife", {}, {}};
+    for (int cut = 0; cut <= kCuts; ++cut)
+        for (std::size_t k = 0; k < section.size(); ++k)
+            if (k != 1 || blunt_m > 0.0)
+                shape.point.push_back(section[k] + Vector3d(k == 1 ? -blunt_m : 0.0, kWidth * cut / kCuts, 0.0));
+    const auto sides = static_cast<std::int32_t>(shape.point.size()) / (kCuts + 1);
+    for (std::int32_t cut = 0; cut < kCuts; ++cut)
+        for (std::int32_t k = 0; k < sides; ++k) {
+            const std::int32_t a = cut * sides + k, b = cut * sides + (k + 1) % sides;
+            shape.patch.push_back({a, a + sides, b});
+            shape.patch.push_back({b, a + sides, b + sides});
+        }
+    for (std::int32_t k = 1; k + 1 < sides; ++k) {
+        const std::int32_t last = kCuts * sides;
+        shape.patch.push_back({0, k, k + 1});
+        shape.patch.push_back({last, last + k + 1, last + k});
+    }
+    return shape;
+}
+
+/// From above the knife straight down through its edge, `aside_m` from the end of it. The knife is rigid: its
+/// god-object of least energy is the nearest one, at the edge.
+void go_through_the_edge(const TestModel& model, double aside_m, double y) {
+    ASSERT_NEAR(model.signed_solid_angle({0.01, 0.02, -0.002}), 4.0 * double(EIGEN_PI), 1e-6);
+    Finger finger(model);
+    for (const double z : {1e-4, -5e-5, -3e-4, -1e-3}) {
+        finger.to({aside_m, y, z});
+        finger.to({aside_m, y, z});
+        ASSERT_FALSE(finger.touches()) << aside_m << " m from the edge, at " << z;
+    }
+}
+
+TEST(Faults, BeyondAKnifesEdgeIsFreeAir) {
+    for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        const TestModel model(knife_shape(0.0), 1.0, god);
+        const double tolerance = double(model.get()->tolerance_m);
+        for (double aside = tolerance / 64; aside < 8.0 * tolerance; aside *= 1.4)
+            for (const double y : {0.0101, 0.0123, 0.0237}) go_through_the_edge(model, aside, y);
+    }
+}
+
+TEST(Faults, ASliverAlongAnEdgeIsNotAsked) {
+    const double tolerance = double(TestModel(knife_shape(0.0)).get()->tolerance_m);
+    for (const double blunt : {0.02, 0.1, 0.5})
+        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            const TestModel model(knife_shape(blunt * tolerance), 1.0, god);
+            for (const double y : {0.0101, 0.0123, 0.0237}) go_through_the_edge(model, 0.1 * tolerance, y);
+        }
+}
+
+// ---- on the surface -------------------------------------------------------------------------------------------------
+
+// A finger that is on an edge, but for its rounding, may be inside or outside of what meets there. Where it goes in
+// from, it is touched.
+TEST(Faults, AWayInThatBeginsOnAnEdgeIsFound) {
+    for (const Shape& shape : {l_shape(3, 0.03), sphere_shape(2, 0.03), torus_shape(16, 8, 0.03, 0.01)}) {
+        const TestModel model(shape);
+        std::mt19937 dice(7);
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(dice);
+        };
+        int inside = 0;
+        for (int trial = 0; trial < 3000; ++trial) {
+            const int patch = static_cast<int>(dice() % model.servo().patch.size()), c = static_cast<int>(dice() % 3);
+            const double share = between(0.0, 1.0);
+            const Vector3d a = model.corner(patch, c), b = model.corner(patch, (c + 1) % 3),
+                           o = model.corner(patch, (c + 2) % 3);
+            const Vector3d on = a + share * (b - a), normal = (b - a).cross(o - a).normalized();
+            Finger finger(model);
+            finger.to(on + 1e-3 * normal);
+            finger.to(on);
+            const Vector3d end = on + 2e-3 * Vector3d(between(-1, 1), between(-1, 1), between(-1, 1));
+            finger.to(end);
+            if (model.signed_solid_angle(end) < 6.0 || (model.nearest(end) - end).norm() < 1e-4) continue;
+            ASSERT_TRUE(finger.touches()) << shape.name << " trial " << trial;
+            ++inside;
+        }
+        EXPECT_GT(inside, 500) << shape.name;
+    }
+}
+
+// ---- friction, forces -----------------------------------------------------------------------------------------------
+
+TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
+    const TestModel model(sphere_shape(1, 0.03), -1e9, GodObject::kLeastEnergy);
+    haptable_model rough = *model.get();
+    rough.frictionless = rough.god_object;
+    rough.god_object = haptable_god_object_friction;
+    rough.static_friction = 0.3F;
+    rough.kinetic_friction = 0.2F;
+    Finger finger(rough);
+    int held = 0;
+    for (int tick = 0; tick < 20000; ++tick) {
+        const double depth = tick % 40 == 0 ? -1e-3 : 2e-3, turn = 6e-3 * double(tick / 40 * 40);
+        const Vector3d way = 8e-3 * Vector3d::Random();
+        const haptable_contact before = finger.servo().contact;
+        const std::uint32_t contacts = finger.counters().contacts;
+        finger.to((0.03 - depth) * Vector3d(std::sin(turn), std::cos(turn), 0.3).normalized() + way);
+        if (before.patch == HAPTABLE_NONE || !finger.touches() || finger.counters().contacts != contacts) continue;
+        float nodal[3][3], x[3], force[3];
+        for (int c = 0; c < 3; ++c) x[c] = float(finger.at()[c]);
+        haptable_force_interpolated(model.get(), &before, x, nodal, force);
+        const double stored = -0.5 * to_vector(force).dot(finger.at() - to_vector(before.god_object_m));
+        ASSERT_LE(finger.energy(), 1.0001 * stored) << tick;
+        ++held;
+    }
+    EXPECT_GT(held, 2000);
+}
+
+// As it does where it leaves the surface: the finger has come to the god-object.
+TEST(Faults, AForceThatEndsOnTheSurfaceIsReleased) {
+    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    haptable_model released = *model.get();
+    released.release_n = 0.01F;
+    haptable_servo servo;
+    haptable_init(&servo);
+    servo.contact.patch = 0;
+    servo.felt_n[2] = 0.5F;
+    const float motion_m[3] = {1e-4F, 0.0F, 0.0F};
+    float force_n[3] = {0.0F, 0.0F, 0.0F};
+    haptable_release_slew(&released, &servo, motion_m, force_n);
+    EXPECT_EQ(servo.counters.jumps, 1U);
+    EXPECT_NEAR(double(force_n[2]), 0.49, 1e-6);
 }
 
 // ---- real meshes --------------------------------------------------------------------------------------------------

@@ -78,9 +78,16 @@ double worst_gap(const ElasticBody& body, int points, int* lifted) {
     return worst;
 }
 
+Scene cube_of(Element element, int nodes_per_side, double poisson, bool top_only = false) {
+    Scene scene = cube_scene(nodes_per_side, poisson, top_only);
+    scene.mesh.element = element;
+    return scene;
+}
+
 TEST(ConsistentForce, TheLoadedContactPointMeetsTheFinger) {
-    for (double poisson : {0.3, 0.49}) {
-        const ElasticBody body(cube_scene(5, poisson), ForceLaw::kConsistent);
+    for (const auto& [element, poisson] :
+         {std::pair{Element::kLinear, 0.3}, {Element::kLinear, 0.49}, {Element::kAverageNodalPressure, 0.49}}) {
+        const ElasticBody body(cube_of(element, 5, poisson), ForceLaw::kConsistent);
         int lifted = 0;
         EXPECT_WITHIN(worst_gap(body, 10000, &lifted), solved()) << body.name();
         EXPECT_GT(lifted, 100) << "the held bottom";
@@ -144,11 +151,12 @@ TEST(Compliance, TheForceIsTheSameFromBothPatchesOfAnEdge) {
 }
 
 TEST(PressureMask, TheForceIsThatOfAllNodesUnderTheMask) {
-    for (double radius : {0.004, 0.012}) {
-        const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kPressureMask, radius);
-        int lifted = 0;
-        EXPECT_WITHIN(worst_gap(body, 3000, &lifted), solved()) << radius;
-    }
+    for (Element element : {Element::kLinear, Element::kAverageNodalPressure})
+        for (double radius : {0.004, 0.012}) {
+            const ElasticBody body(cube_of(element, 5, 0.3), ForceLaw::kPressureMask, radius);
+            int lifted = 0;
+            EXPECT_WITHIN(worst_gap(body, 3000, &lifted), solved()) << element << ' ' << radius;
+        }
 }
 
 TEST(PressureMask, ItsWeightsSumToOneAndFollowTheGodObjectContinuously) {
@@ -198,6 +206,38 @@ double ripple(const ElasticBody& body) {
         sum += k;
     }
     return (high - low) / (sum / kSteps);
+}
+
+/// A mask of 5 mm around the middle of the top, N/m: mean of five points.
+double felt_n_per_m(Element element, double poisson, int nodes_per_side) {
+    const ElasticBody body(cube_of(element, nodes_per_side, poisson, true), ForceLaw::kPressureMask, 0.005);
+    const haptable_model model = body.model();
+    double sum = 0.0;
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.7, 0.4}, {-0.5, 0.9}, {-1.1, -0.3}, {0.3, -0.8}})
+        sum += stiffness(body, model, 0.015 + 1e-3 * x, 0.015 + 1e-3 * y);
+    return sum / 5.0;
+}
+
+/// The same of the body itself: hexahedra of 27 nodes with discontinuous linear pressures, graded, refined until three
+/// grids agreed within 0.1 %.
+constexpr std::pair<double, double> kTruth[] = {{0.3, 73.15}, {0.49, 85.25}, {0.4999, 86.17}};
+
+double error_of(Element element, double poisson, int nodes_per_side) {
+    for (const auto& [nu, truth] : kTruth)
+        if (nu == poisson) return felt_n_per_m(element, poisson, nodes_per_side) / truth - 1.0;
+    return HUGE_VAL;
+}
+
+TEST(Elements, AverageNodalPressureFeelsTheBodyItself) {
+    const auto error = [](double poisson, int nodes) {
+        return std::abs(error_of(Element::kAverageNodalPressure, poisson, nodes));
+    };
+    EXPECT_LT(error(0.3, 13), 0.02);
+    EXPECT_LT(error(0.3, 17), 0.02);
+    EXPECT_LT(error(0.49, 13), 0.03);
+    EXPECT_LT(error(0.4999, 13), 0.08);
+    EXPECT_GT(error_of(Element::kLinear, 0.49, 13), 0.15) << "linear tetrahedra lock";
+    EXPECT_GT(error_of(Element::kLinear, 0.4999, 13), 0.5);
 }
 
 // The pressure under a mask of 5 mm is summed over nodes 2.5 mm apart and nearer: of second order.

@@ -65,7 +65,7 @@ TEST_F(Deformation, IsTheProductOfTheHostsColumns) {
         SCOPED_TRACE(precision);
         tables.display_precision = precision;
         const Display display = build_display(folder, tables);
-        const haptable_deformation deformation = display_in_memory(tables, display);
+        const haptable_deformation deformation = display_in_memory(tables, model.hash, display);
         std::vector<std::array<float, 3>> u(display.node.size());
         double largest_m = 0.0, worst_m = 0.0;
         run([&](std::size_t, const haptable_output& out) {
@@ -87,7 +87,7 @@ TEST_F(Deformation, IsTheProductOfTheHostsColumns) {
 
 TEST_F(Deformation, GivesTheBitsOfTheHostOnEveryTarget) {
     const Display display = build_display(folder, tables);
-    const haptable_deformation deformation = display_in_memory(tables, display);
+    const haptable_deformation deformation = display_in_memory(tables, model.hash, display);
     std::vector<std::array<float, 3>> want, u(display.node.size());
     run([&](std::size_t, const haptable_output& out) {
         haptable_deform(&deformation, &out, reinterpret_cast<float(*)[3]>(u.data()));

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 
+#include "codegen/in_memory.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -88,6 +89,32 @@ TEST(Bound, OfEveryModeIsUnderAMillisecond) {
         const bool dearest = mode.name() == "pressure-mask least-energy friction";
         EXPECT_LT(most_cost(mode, 8), dearest ? 240000U : 168000U) << mode.name();
     }
+}
+
+// Blocks of a compliance in 16 bits, expanded on the target as on the host.
+TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
+            Tables tables = body("cube", force).tables();
+            tables.precision = precision;
+            tables.god_object = GodObject::kLeastEnergy;
+            const ServoModel servo_model = build_model(tables);
+            const haptable_model model = model_in_memory(tables, servo_model);
+            std::vector<std::array<float, 3>> path_m{{0.015F, 0.015F, 0.031F}};
+            for (int i = 0; i < 100; ++i)
+                path_m.push_back(
+                    {0.015F + 0.00005F * float(i), 0.014F + 0.00003F * float(i), 0.0299F - 0.00002F * float(i)});
+            for (const char* target : kTargets) {
+                const TargetImage image(build_folder(), "cube", target);
+                if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+                const std::vector<TargetTick> ticks = image.measure(model, path_m);
+                haptable_servo servo;
+                haptable_init(&servo);
+                for (std::size_t i = 0; i < path_m.size(); ++i)
+                    ASSERT_TRUE(same(ticks[i], step(model, servo, path_m, i))) << target << " tick " << i;
+                EXPECT_GT(servo.counters.contact_ticks, 90U) << target;
+            }
+        }
 }
 
 // A tip of 31 patches: their normals, each with its angle, are most of what a tick that lets go there costs.

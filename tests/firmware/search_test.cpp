@@ -87,7 +87,7 @@ TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
     for (const Shape& shape : {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(4, 0.03),
                                torus_shape(48, 24, 0.05, 0.02), box_shape(20, Vector3d(0.03, 0.03, 0.001))}) {
         const TestModel model(shape);
-        const std::size_t stated = most_boxes(model.servo().index, 0.005);
+        const std::size_t stated = most_boxes(model.servo(), 0.005);
         std::mt19937 random(6);
         std::normal_distribution<double> normal;
         std::uniform_real_distribution<double> u(0.0, 1.0);
@@ -104,8 +104,7 @@ TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
         }
         EXPECT_LE(most, stated) << shape.name;
         EXPECT_GT(3 * most, stated) << shape.name;
-        printf("%s, %zu boxes: stated %zu, found %zu\n", shape.name.c_str(), model.servo().index.boxes.size(), stated,
-               most);
+        printf("%s, %zu boxes: stated %zu, found %zu\n", shape.name.c_str(), model.servo().box.size(), stated, most);
     }
 }
 

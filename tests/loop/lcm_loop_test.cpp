@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The closed loop over real LCM: the servo of the paper's cube and the simulated device, as users start them.
-// Skipped where LCM has no multicast route (run these under host/link/loopback.sh) or the programs are not built.
+// Skipped where LCM has no multicast route (run these under scripts/loopback.sh) or the programs are not built.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -80,7 +80,7 @@ TEST_F(TargetLoop, OverPipesGivesTheForcesOfTheHost) {
         SCOPED_TRACE(target);
         const Pipes pipes;
         const Process image(
-            {"sh", "firmware/qemu.sh", target, elf(target, "loop"), pipes.to_target(), pipes.from_target()});
+            {"sh", "scripts/qemu.sh", target, elf(target, "loop"), pipes.to_target(), pipes.from_target()});
         expect_forces_of_the_host({"--pipes", pipes.to_target(), pipes.from_target()}, "1");
     }
 }
@@ -89,7 +89,7 @@ TEST_F(TargetLoop, OverTheUartGivesTheForcesOfTheHost) {
     for (const char* target : {"cortex-m7", "rv32"}) {
         SCOPED_TRACE(target);
         expect_forces_of_the_host(
-            {"--run", "env QEMU_SERIAL=stdio sh firmware/qemu.sh " + std::string(target) + " " + elf(target, "uart")},
+            {"--run", "env QEMU_SERIAL=stdio sh scripts/qemu.sh " + std::string(target) + " " + elf(target, "uart")},
             "0.3");
     }
 }
@@ -192,7 +192,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const auto path_m = stroke_path(tables, 100);
     const Pipes near, far;  // bridge to relay, relay to image
     const Process image(
-        {"sh", "firmware/qemu.sh", "cortex-m7", elf("cortex-m7", "loop"), far.to_target(), far.from_target()});
+        {"sh", "scripts/qemu.sh", "cortex-m7", elf("cortex-m7", "loop"), far.to_target(), far.from_target()});
     Connection connection("memq://");
     SerialTarget target(near.line());
     BridgeOptions options;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,11 +18,14 @@
 
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
+#include "host/bench/inversion/masks.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
+#include "host/report/numbers.hpp"
+#include "host/report/page.hpp"
 #include "host/solve/frame_solver.hpp"
 
 namespace {
@@ -38,6 +42,7 @@ struct Options {
     std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
     std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
     bool in_double = true, accuracy = true;
+    fs::path out;
 };
 
 /// CPU seconds of this process.
@@ -73,7 +78,7 @@ double peak_bytes() {
 /// What is measured of one body.
 struct Row {
     std::string name;
-    double nodes = 0.0, touchable = 0.0, blocks = 0.0;
+    double nodes = 0.0, blocks = 0.0;
     double analysis_s = 0.0, factor_s = 0.0, factor_flops = 0.0, factor_bytes = 0.0, factor_peak = 0.0;
     double double_s = NAN, double_peak = NAN, float_s = 0.0, float_peak = 0.0, inversion_flops = 0.0;
     double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
@@ -223,12 +228,11 @@ Row measure(const Options& options, const Scene& scene) {
     Row row;
     row.name = scene.name;
     const Body body = make_body(scene, make_mesh(scene.mesh));
-    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    const Stiffness k = assemble_free(scene, body);
     Nodes node;
     for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
     const std::vector<NodePair> wanted = wanted_of(body);
     row.nodes = static_cast<double>(body.mesh.position_m.size());
-    row.touchable = static_cast<double>(node.size());
     row.blocks = static_cast<double>(wanted.size());
     reset_peak();
     // 1. Ordering, analysis and factor.
@@ -261,39 +265,46 @@ Row measure(const Options& options, const Scene& scene) {
     return row;
 }
 
-void print_times(const std::vector<Row>& rows) {
-    fmt::print(
-        "| body | nodes | touchable | METIS, analysis s | factor GB | factor s | GF/s | inversion double s | / factor "
-        "| float s | / factor | peak GB: factor | double | float |\n|{:-<3}|",
-        "");
-    for (int c = 0; c < 13; ++c) fmt::print("---|");
+/// Three digits; "-" where it was not measured.
+Cell three(double value) { return std::isnan(value) ? Cell("-") : Cell(number(value, fmt::format("{:.3g}", value))); }
+Cell error_cell(double value) { return std::isnan(value) ? Cell("-") : Cell(error_of(value)); }
+
+NumberTable times(const std::vector<Row>& rows) {
+    NumberTable table{{"body", "nodes", "METIS, analysis s", "factor GB", "factor s", "GF/s", "inversion double s",
+                       "/ factor", "float s", "/ factor", "peak GB: factor", "double", "float"},
+                      {}};
     for (const Row& r : rows)
-        fmt::print(
-            "\n| {} | {:.0f} | {:.0f} | {:.3g} | {:.3g} | {:.3g} | {:.3g} | {:.3g} | {:.2f} | {:.3g} | {:.2f} | "
-            "{:.3g} | {:.3g} | {:.3g} |",
-            r.name, r.nodes, r.touchable, r.analysis_s, r.factor_bytes / 1e9, r.factor_s,
-            r.factor_flops / r.factor_s / 1e9, r.double_s, r.double_s / r.factor_s, r.float_s, r.float_s / r.factor_s,
-            r.factor_peak / 1e9, r.double_peak / 1e9, r.float_peak / 1e9);
-    fmt::print("\n\n");
+        table.rows.push_back({r.name, thousands(static_cast<std::uint64_t>(r.nodes)), three(r.analysis_s),
+                              three(r.factor_bytes / 1e9), three(r.factor_s), three(r.factor_flops / r.factor_s / 1e9),
+                              three(r.double_s), three(r.double_s / r.factor_s), three(r.float_s),
+                              three(r.float_s / r.factor_s), three(r.factor_peak / 1e9), three(r.double_peak / 1e9),
+                              three(r.float_peak / 1e9)});
+    return table;
 }
 
-void print_solves(const std::vector<Row>& rows) {
-    fmt::print(
-        "| body | blocks | by solves, {} nodes at a time, s | of these run | / inversion double | / float | "
-        "error double | error float | columns GB | pruned double s | float s | float against double | solves / pruned "
-        "| frame ms: pruned, "
-        "float | by CHOLMOD |\n|{:-<3}|",
-        kBlockNodes, "");
-    for (int c = 0; c < 14; ++c) fmt::print("---|");
+NumberTable solves(const std::vector<Row>& rows) {
+    NumberTable table{{"body", "blocks", fmt::format("by solves, {} nodes at a time, s", kBlockNodes), "of these run",
+                       "/ inversion double", "/ float", "error double", "error float"},
+                      {}};
     for (const Row& r : rows)
-        fmt::print(
-            "\n| {} | {:.0f} | {:.3g} | {:.3g} % | {:.3g} | {:.3g} | {:.2g} | {:.2g} | {:.3g} | {:.3g} | {:.3g} | "
-            "{:.2g} | {:.3g}, {:.3g} | {:.3g} | {:.3g} |",
-            r.name, r.blocks, r.solves_s, 100.0 * r.sampled, r.solves_s / r.double_s, r.solves_s / r.float_s,
-            r.double_error, r.float_error, r.columns_bytes / 1e9, r.columns_double_s, r.columns_float_s,
-            r.columns_error, r.solves_s / r.columns_double_s, r.solves_s / r.columns_float_s, 1e3 * r.frame_s,
-            1e3 * r.plain_frame_s);
-    fmt::print("\n\n");
+        table.rows.push_back({r.name, thousands(static_cast<std::uint64_t>(r.blocks)), three(r.solves_s),
+                              number(r.sampled, fmt::format("{:.3g} %", 100.0 * r.sampled)),
+                              three(r.solves_s / r.double_s), three(r.solves_s / r.float_s), error_cell(r.double_error),
+                              error_cell(r.float_error)});
+    return table;
+}
+
+NumberTable columns(const std::vector<Row>& rows) {
+    NumberTable table{{"body", "columns GB", "pruned, double s", "float s", "float against double",
+                       "blocked solves / pruned, double", "float", "one frame, pruned, float", "by CHOLMOD"},
+                      {}};
+    for (const Row& r : rows)
+        if (!std::isnan(r.columns_float_s))
+            table.rows.push_back({r.name, three(r.columns_bytes / 1e9), three(r.columns_double_s),
+                                  three(r.columns_float_s), error_cell(r.columns_error),
+                                  three(r.solves_s / r.columns_double_s), three(r.solves_s / r.columns_float_s),
+                                  seconds(r.frame_s), seconds(r.plain_frame_s)});
+    return table;
 }
 
 /// Slope of log y over log nodes, by least squares over the cubes.
@@ -307,21 +318,24 @@ double exponent(const std::vector<Row>& cubes, double Row::*y) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-void print_growth(const std::vector<Row>& cubes) {
-    if (cubes.size() < 2) return;
-    fmt::print("Growth from {:.0f} to {:.0f} nodes, exponents (nested dissection of a solid: 2 and 4/3):\n",
-               cubes.front().nodes, cubes.back().nodes);
-    const auto line = [&](const char* what, double Row::*y) {
-        fmt::print("  {:<28} {:.2f}\n", what, exponent(cubes, y));
+NumberTable growth(const std::vector<Row>& cubes) {
+    NumberTable table{
+        {fmt::format("exponent over nodes, {} to {}", thousands(static_cast<std::uint64_t>(cubes.front().nodes)),
+                     thousands(static_cast<std::uint64_t>(cubes.back().nodes))),
+         "measured", "nested dissection of a solid"},
+        {}};
+    const auto line = [&](const char* what, double Row::*y, const char* theory) {
+        const double slope = exponent(cubes, y);
+        if (!std::isnan(slope)) table.rows.push_back({what, number(slope, fmt::format("{:.2f}", slope)), theory});
     };
-    line("factor, operations", &Row::factor_flops);
-    line("factor, CPU s", &Row::factor_s);
-    line("inversion, operations", &Row::inversion_flops);
-    line("inversion double, CPU s", &Row::double_s);
-    line("inversion float, CPU s", &Row::float_s);
-    line("factor, bytes", &Row::factor_bytes);
-    line("peak of inversion float", &Row::float_peak);
-    fmt::print("\n");
+    line("factor, operations", &Row::factor_flops, "2");
+    line("factor, CPU s", &Row::factor_s, "2");
+    line("inversion, operations", &Row::inversion_flops, "2");
+    line("inversion in double, CPU s", &Row::double_s, "2");
+    line("inversion in float, CPU s", &Row::float_s, "2");
+    line("factor, bytes", &Row::factor_bytes, "4/3");
+    line("peak memory of the inversion in float", &Row::float_peak, "4/3");
+    return table;
 }
 
 // ---- accuracy, against long double ----------------------------------------------------------------------------------
@@ -350,7 +364,7 @@ Eigen::MatrixXd exact_columns(const Eigen::SparseMatrix<double>& k, const Nodes&
     return factor.solve(b).cast<double>();
 }
 
-void print_accuracy(int side) {
+NumberTable accuracy(int side) {
     struct Case {
         const char* name;
         double poisson, flatten, jitter;
@@ -361,14 +375,13 @@ void print_accuracy(int side) {
                           {"nodes moved by 0.2 cells", 0.3, 1, 0.2},
                           {"slivers: cells 1/100 high", 0.3, 0.01, 0},
                           {"slivers, nu 0.4999", 0.4999, 0.01, 0.1}};
-    fmt::print(
-        "| cube {}, all L_ii and surface L_ij against long double | inversion double | inversion float | solves | "
-        "inversion double against solves |\n|---|---|---|---|---|",
-        side);
+    NumberTable table{{fmt::format("cube of {} nodes a side", side), "inversion, double", "inversion, float", "solves",
+                       "inversion, double, against solves"},
+                      {}};
     for (const Case& c : cases) {
         const Scene scene = cube_scene(side, c.poisson);
         const Body body = shaped_cube(scene, c.flatten, c.jitter);
-        const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+        const Stiffness k = assemble_free(scene, body);
         Nodes node;
         for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
         const std::vector<NodePair> wanted = wanted_of(body);
@@ -376,7 +389,7 @@ void print_accuracy(int side) {
         Progress progress(true);
         const SelectedInversion inversion(factor.supernodes(), wanted);
         const Blocks in_double = inversion.compute<double>(progress), in_float = inversion.compute<float>(progress);
-        const Eigen::MatrixXd exact = exact_columns(k, node);
+        const Eigen::MatrixXd exact = exact_columns(k.matrix(), node);
         Eigen::MatrixXd b = Eigen::MatrixXd::Zero(exact.rows(), exact.cols()), x;
         for (std::size_t n = 0; n < node.size(); ++n)
             b.block<3, 3>(Eigen::Index{3} * node[n], 3 * static_cast<Eigen::Index>(n)).setIdentity();
@@ -387,16 +400,22 @@ void print_accuracy(int side) {
         for (std::size_t w = 0; w < wanted.size(); ++w)
             solved[w] = x.block<3, 3>(Eigen::Index{3} * wanted[w].row, column[wanted[w].column]);
         const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
-        fmt::print("\n| {} | {:.2g} | {:.2g} | {:.2g} | {:.2g} |", c.name, comparison.largest(in_double, node, exact),
-                   comparison.largest(in_float, node, exact), comparison.largest(solved, node, exact),
-                   comparison.largest(in_double, node, x));
-        std::fflush(stdout);
+        table.rows.push_back({c.name, error_of(comparison.largest(in_double, node, exact)),
+                              error_of(comparison.largest(in_float, node, exact)),
+                              error_of(comparison.largest(solved, node, exact)),
+                              error_of(comparison.largest(in_double, node, x))});
     }
-    fmt::print("\n\n");
+    return table;
 }
 
 void run(const Options& options) {
-    if (options.accuracy) print_accuracy(10);
+    Numbers numbers("make bench");
+    const auto tell = [&](const char* topic, const NumberTable& table) {
+        numbers.add(topic, table);
+        fmt::print("{}\n", to_markdown(numbers.json().at(topic)));
+        std::fflush(stdout);
+    };
+    if (options.accuracy) tell("inversion-accuracy", accuracy(10));
     std::vector<Row> rows, cubes;
     for (int side : options.sides) {
         rows.push_back(measure(options, cube_scene(side, 0.3)));
@@ -404,9 +423,12 @@ void run(const Options& options) {
         fmt::print(stderr, "  measured {}\n", rows.back().name);
     }
     for (const fs::path& file : options.scenes) rows.push_back(measure(options, read_scene(file)));
-    print_times(rows);
-    print_solves(rows);
-    print_growth(cubes);
+    tell("inversion-times", times(rows));
+    tell("inversion-solves", solves(rows));
+    tell("inversion-columns", columns(rows));
+    if (cubes.size() > 1) tell("inversion-growth", growth(cubes));
+    print_mask_costs(options.sides);
+    if (!options.out.empty()) numbers.write(options.out);
 }
 
 }  // namespace
@@ -424,5 +446,6 @@ int main(int argc, char** argv) {
         .show_default();
     app.flag("!--no-double", options.in_double, "selected inversion in float only");
     app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
+    app.option("-o,--out", options.out, "write the numbers for docs, as JSON");
     return run_program(app, argc, argv, [&] { run(options); });
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A part of haptable-cgal.so: surface -> oriented -> not intersecting -> Delaunay refinement at a size -> measured,
-// size mended
+// A part of haptable-cgal.so: surface -> oriented -> not intersecting -> creases -> Delaunay refinement at a size ->
+// measured, size mended
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
 #include <CGAL/Mesh_criteria_3.h>
 #include <CGAL/Mesh_triangulation_3.h>
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
@@ -15,6 +17,7 @@
 #include <CGAL/make_mesh_3.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -38,6 +41,23 @@ using Domain = CGAL::Polyhedral_mesh_domain_with_features_3<Kernel, SurfaceMesh>
 using Triangulation = CGAL::Mesh_triangulation_3<Domain>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::Corner_index, Domain::Curve_index>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
+
+struct TooManyPoints {};
+
+/// The domain, counting the points that are put on creases: around noisy ones CGAL puts them without end.
+class CountingDomain : public Domain {
+public:
+    using Domain::Domain;
+    /// Until the next call, at most so many.
+    void allow(std::size_t points) { left_ = points; }
+    Point construct_point_on_curve(const Point& from, const Curve_index& curve, double distance) const {
+        if (left_-- == 0) throw TooManyPoints();
+        return Domain::construct_point_on_curve(from, curve, distance);
+    }
+
+private:
+    mutable std::size_t left_ = 0;
+};
 
 /// A criterion of the refinement that counts the nodes there are whenever it is asked.
 template <typename Base>
@@ -74,15 +94,17 @@ private:
     Cell_criteria cell_;
 };
 
-constexpr double kCrease_deg = 75.0;
-constexpr double kFlattest_deg = 10.0;  // dihedral angles below this are mended as far as it goes
+constexpr double kNoCrease_deg = 180.0;  // CGAL: no edge is one
+constexpr double kFlattest_deg = 10.0;   // dihedral angles below this are mended as far as it goes
 constexpr double kFacetAngle_deg = 25.0;
 constexpr double kShape = 2.5;       // circumradius over the shortest edge
 constexpr double kFacetSize = 0.85;  // circumradius per edge that gives such edges in the mean
 constexpr double kDistance = 0.1;    // from the given surface, per edge
 constexpr double kClose = 0.05;      // relative: near enough to what was asked for
-constexpr int kTries = 12;
+constexpr int kTries = 12, kTriesOver = 3;
 constexpr double kMostNodes = 2e6;
+// A refinement that takes this many times the nodes asked for, and this many at the least, is given up.
+constexpr std::size_t kMostTimes = 8, kLeastBudget = 20'000;
 constexpr double kNodesPerVolume = 1.6;  // of a body of tetrahedra with edges of length 1
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
@@ -133,13 +155,25 @@ std::map<Triangulation::Vertex_handle, std::size_t> number_vertices(const Comple
     return number;
 }
 
-Complex refine(const Domain& domain, double edge, ChildCount& count) {
+/// False where it takes `most` nodes, or creases alone do; then count.done = most.
+bool refine(CountingDomain& domain, double edge, std::size_t most, ChildCount& count, Complex& complex) {
     CGAL::get_default_random() = CGAL::Random(0);  // same input, same mesh
     const Criteria criteria(parameters::edge_size = 1.5 * edge, parameters::facet_angle = kFacetAngle_deg,
                             parameters::facet_size = kFacetSize * edge, parameters::facet_distance = kDistance * edge,
                             parameters::cell_radius_edge_ratio = kShape, parameters::cell_size = kFacetSize * edge);
-    return CGAL::make_mesh_3<Complex>(domain, CountingCriteria(criteria, count), parameters::no_perturb(),
-                                      parameters::no_exude());
+    CGAL::Mesh_error_code stopped = CGAL::CGAL_MESH_3_NO_ERROR;
+    domain.allow(most / kMostTimes);
+    try {
+        Complex made = CGAL::make_mesh_3<Complex>(
+            domain, CountingCriteria(criteria, count), parameters::no_perturb(), parameters::no_exude(),
+            parameters::mesh_3_options(parameters::maximal_number_of_vertices = most,
+                                       parameters::pointer_to_error_code = &stopped));
+        complex.swap(made);
+        if (stopped == CGAL::CGAL_MESH_3_NO_ERROR) return true;
+    } catch (const TooManyPoints&) {
+    }
+    count.done = most;
+    return false;
 }
 
 /// How far a mesh is from the count of nodes: below 1 where it is too coarse. A length is met as it is.
@@ -148,9 +182,8 @@ double miss(const Complex& complex, const FillTarget& target) {
     return std::cbrt(static_cast<double>(number_vertices(complex).size()) / static_cast<double>(target.node_count));
 }
 
-/// Refines at a size and, for a count of nodes, measures and mends the size.
-Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTarget& target, ChildCount& count) {
-    const double volume = pmp::volume(surface);
+/// The edge that a count of nodes would have in a body without a surface; an edge is met as it is.
+double first_edge(const fs::path& file, double volume, const FillTarget& target) {
     double edge = target.edge_length;
     if (edge <= 0.0) edge = std::cbrt(kNodesPerVolume * volume / static_cast<double>(target.node_count));
     const double nodes = kNodesPerVolume * volume / (edge * edge * edge);
@@ -158,45 +191,91 @@ Complex refine_to(const fs::path& file, const SurfaceMesh& surface, const FillTa
         fail(file, fmt::format("about {:.2g} nodes would fill it, and {:.0e} is the most; give a longer edge_length or "
                                "a smaller node_count in [mesh]",
                                nodes, kMostNodes));
-    Domain domain(surface);
-    domain.detect_features(kCrease_deg);
+    return edge;
+}
+
+/// About as many as there will be, inside and on the surface.
+std::size_t nodes_of(double volume, double area, double edge) {
+    return static_cast<std::size_t>(kNodesPerVolume * volume / (edge * edge * edge) + area / (edge * edge));
+}
+
+/// The size that a count of nodes wants, from those that were tried.
+class Search {
+public:
+    explicit Search(double edge) : edge_(edge) {}
+    double edge() const { return edge_; }
+    /// factor: how far the edge is from giving the count. False where the count does not follow the edge: creases of
+    /// noise have their nodes whatever it is.
+    bool next(double factor) {
+        const bool follows = last_edge_ == 0.0 ||
+                             std::abs(std::log(factor / last_factor_)) > 0.1 * std::abs(std::log(edge_ / last_edge_));
+        last_edge_ = edge_;
+        last_factor_ = factor;
+        (factor > 1.0 ? too_short_ : too_long_) = edge_;
+        edge_ = too_short_ > 0.0 && too_long_ > 0.0 ? std::sqrt(too_short_ * too_long_) : edge_ * factor;
+        return follows;
+    }
+
+private:
+    double edge_, too_short_ = 0.0, too_long_ = 0.0;  // 0: none yet
+    double last_edge_ = 0.0, last_factor_ = 0.0;
+};
+
+/// Refines at a size and, for a count of nodes, measures and mends the size. Without a cell where none fits into it;
+/// then count.done < most, or it takes too many.
+Complex refine_to(CountingDomain& domain, double edge, std::size_t most, const FillTarget& target, ChildCount& count) {
     Complex best;
     double least = std::numeric_limits<double>::infinity();
-    double too_short = 0.0, too_long = 0.0;  // edges; 0: none yet
+    Search search(edge);
+    int over = 0;
     for (int tries = 0; tries < kTries && 3.0 * least > std::log(1.0 + kClose); ++tries) {
-        count.expected = target.node_count > 0 ? target.node_count : static_cast<std::uint64_t>(nodes);
-        Complex complex = refine(domain, edge, count);
+        Complex complex;
+        if (!refine(domain, search.edge(), most, count, complex)) {
+            if (target.node_count == 0 || ++over == kTriesOver) break;
+            search.next(std::cbrt(kMostTimes));
+            continue;
+        }
         if (complex.number_of_cells_in_complex() == 0) break;
         const double factor = miss(complex, target);
         if (std::abs(std::log(factor)) < least) {
             least = std::abs(std::log(factor));
             best.swap(complex);
         }
-        (factor > 1.0 ? too_short : too_long) = edge;
-        edge = too_short > 0.0 && too_long > 0.0 ? std::sqrt(too_short * too_long) : edge * factor;
+        if (!search.next(factor)) break;
     }
-    if (best.number_of_cells_in_complex() == 0) fail(file, "no tetrahedron fits into it; give a shorter edge_length");
-    CGAL::perturb_mesh_3(best, domain, parameters::sliver_bound = kFlattest_deg);
-    CGAL::exude_mesh_3(best, parameters::sliver_bound = kFlattest_deg);
     return best;
 }
 
 /// Where creases lie nearer to each other than the edges asked for, tetrahedra are pressed flat between them.
-void require_volumes(const fs::path& file, const Complex& complex) {
+bool has_flat(const Complex& complex) {
     constexpr double kFlat = 1e-9;  // volume over the longest edge cubed; 0.118 for the regular tetrahedron
     for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
         const auto tet = complex.triangulation().tetrahedron(cell);
         double longest2 = 0.0;
         for (int c = 0; c < 4; ++c)
             for (int d = 0; d < c; ++d) longest2 = std::max(longest2, CGAL::squared_distance(tet[c], tet[d]));
-        if (!(tet.volume() > kFlat * longest2 * std::sqrt(longest2)))
-            fail(file,
-                 "its creases lie nearer to each other than the tetrahedra's edges, which leaves flat ones; give "
-                 "a shorter edge_length or more nodes, or smooth the surface");
+        if (!(tet.volume() > kFlat * longest2 * std::sqrt(longest2))) return true;
     }
+    return false;
 }
 
-std::string pack(const Complex& complex, const Eigen::Vector3d& centre) {
+std::size_t count_creases(const SurfaceMesh& surface, double crease_deg) {
+    auto is_crease = get(CGAL::dynamic_edge_property_t<bool>(), surface);
+    for (const auto edge : surface.edges()) put(is_crease, edge, false);
+    pmp::detect_sharp_edges(surface, crease_deg, is_crease);
+    return static_cast<std::size_t>(std::count_if(surface.edges().begin(), surface.edges().end(),
+                                                  [&](const auto edge) { return get(is_crease, edge); }));
+}
+
+/// Of its closed parts, those that are turned inwards.
+std::size_t count_cavities(const SurfaceMesh& surface) {
+    std::vector<SurfaceMesh> parts;
+    pmp::split_connected_components(surface, parts);
+    return static_cast<std::size_t>(
+        std::count_if(parts.begin(), parts.end(), [](const SurfaceMesh& part) { return pmp::volume(part) < 0.0; }));
+}
+
+void pack(const Complex& complex, const Eigen::Vector3d& centre, Packer& out) {
     const auto number = number_vertices(complex);
     std::vector<double> coordinate(3 * number.size());
     for (const auto& [vertex, i] : number)
@@ -205,11 +284,28 @@ std::string pack(const Complex& complex, const Eigen::Vector3d& centre) {
     std::vector<std::size_t> corner;
     for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell)
         for (int c = 0; c < 4; ++c) corner.push_back(number.at(cell->vertex(c)));
-    Packer out;
     out.list(coordinate);
     out.list(corner);
     out.one(mean_edge(complex));
-    return out.take();
+}
+
+/// Meshes the inside; returns why that failed, or nothing.
+std::string mesh_inside(CountingDomain& domain, double edge, std::size_t expected, const FillTarget& target,
+                        ChildCount& count, Complex& complex) {
+    const std::size_t most = std::max(kLeastBudget, kMostTimes * expected);
+    count.expected = expected;
+    complex = refine_to(domain, edge, most, target, count);
+    if (complex.number_of_cells_in_complex() == 0)
+        return count.done >= most
+                   ? "its creases or its thin parts take many times the nodes asked for; give more nodes or a shorter "
+                     "edge_length, or smooth the surface"
+                   : "no tetrahedron fits into it; give a shorter edge_length";
+    CGAL::perturb_mesh_3(complex, domain, parameters::sliver_bound = kFlattest_deg);
+    CGAL::exude_mesh_3(complex, parameters::sliver_bound = kFlattest_deg);
+    if (has_flat(complex))
+        return "its creases lie nearer to each other than the tetrahedra's edges, which leaves flat ones; give a "
+               "shorter edge_length or more nodes, or smooth the surface";
+    return "";
 }
 
 }  // namespace
@@ -217,12 +313,23 @@ std::string pack(const Complex& complex, const Eigen::Vector3d& centre) {
 }  // namespace haptable
 
 void haptable_cgal_fill(const std::filesystem::path& file, const haptable::Soup& soup, const Eigen::Vector3d& centre,
-                        const haptable::FillTarget& target, haptable::ChildCount& count, std::string& packed) {
+                        const haptable::FillTarget& target, double crease_deg, haptable::ChildCount& count,
+                        std::string& packed) {
     using namespace haptable;
     SurfaceMesh surface = to_surface_mesh(file, soup, centre);
     require_apart(file, surface, centre);
     pmp::orient_to_bound_a_volume(surface);
-    const Complex complex = refine_to(file, surface, target, count);
-    require_volumes(file, complex);
-    packed = pack(complex, centre);
+    const double volume = pmp::volume(surface), edge = first_edge(file, volume, target);
+    const std::size_t expected = target.node_count > 0 ? target.node_count : nodes_of(volume, pmp::area(surface), edge);
+    CountingDomain domain(surface);
+    domain.detect_features(crease_deg > 0.0 ? crease_deg : kNoCrease_deg);
+    Complex complex;
+    const std::string failed = mesh_inside(domain, edge, expected, target, count, complex);
+    Packer out;
+    out.one(volume);
+    out.one(count_cavities(surface));
+    out.one(crease_deg > 0.0 ? count_creases(surface, crease_deg) : 0);
+    out.text(failed);
+    if (failed.empty()) pack(complex, centre, out);
+    packed = out.take();
 }

@@ -32,6 +32,22 @@ TEST_F(BaseFile, WhatIsWrittenIsRead) {
     EXPECT_EQ(count(), 1U) << "something was left beside the file";
 }
 
+TEST_F(BaseFile, TextIsReadWithoutItsMark) {
+    const std::string mark = "\xEF\xBB\xBF";
+    write_file(folder_ / "a", mark + "x" + mark);
+    EXPECT_EQ(read_text(folder_ / "a"), "x" + mark) << "only the first is a mark";
+    EXPECT_EQ(read_file(folder_ / "a"), mark + "x" + mark);
+    for (const std::string& utf16 : {std::string("\xFF\xFEx\0", 4), std::string("\xFE\xFF\0x", 4)}) {
+        write_file(folder_ / "a", utf16);
+        try {
+            read_text(folder_ / "a");
+            FAIL() << "no error";
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("a: is text in UTF-16"), std::string::npos) << error.what();
+        }
+    }
+}
+
 TEST_F(BaseFile, ErrorsNameThePath) {
     for (const fs::path& path : {folder_ / "missing", folder_}) {
         try {

@@ -125,7 +125,9 @@ TEST_F(BridgeSessionTest, RefusesATargetWithOtherTables) {
         session.take_answers();
         FAIL();
     } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("model 000000000000004d"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("the tables 000000000000004d, the folder's are 0000000000000001"),
+                  std::string::npos)
+            << error.what();
     }
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "host/fem/stiffness.hpp"
 #include "host/mesh/cube.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
@@ -17,12 +18,16 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 
+Eigen::SparseMatrix<double> linear_stiffness(const TetMesh& mesh, const std::vector<Lame>& material,
+                                             const std::vector<std::int32_t>& unknown, std::int32_t count) {
+    return assemble_stiffness({Element::kLinear, mesh.position_m, mesh.tet, material}, unknown, count).a;
+}
+
 /// K of all nodes, nothing fixed.
 Eigen::SparseMatrix<double> free_stiffness(const TetMesh& mesh, const Lame& lame) {
     std::vector<std::int32_t> all(mesh.position_m.size());
     std::iota(all.begin(), all.end(), 0);
-    return assemble_stiffness(mesh.position_m, mesh.tet, std::vector<Lame>(mesh.tet.size(), lame), all,
-                              static_cast<std::int32_t>(all.size()));
+    return linear_stiffness(mesh, std::vector<Lame>(mesh.tet.size(), lame), all, static_cast<std::int32_t>(all.size()));
 }
 
 Corners corners(const TetMesh& mesh, const Tet& tet) {
@@ -145,7 +150,8 @@ TEST(Elasticity, PatchTestOfConstantStrain) {
             const Lame lame = Lame::from_young(1e4, poisson);
             const Matrix k = free_stiffness(mesh, lame);
             const std::vector<Eigen::Index> inner = inner_rows(mesh, side);
-            const test::Bound bound = test::inverse_bound(Matrix(k(inner, inner)).sparseView()).times(a.norm());
+            const test::Bound bound =
+                test::inverse_bound(Stiffness::Sparse(Matrix(k(inner, inner)).sparseView())).times(a.norm());
             const Eigen::VectorXd u = follow_boundary(mesh, k, a, side);
             for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
                 ASSERT_WITHIN((u.segment<3>(3 * static_cast<Eigen::Index>(i)) - a * mesh.position_m[i]).norm() / side,
@@ -200,8 +206,7 @@ TEST(Elasticity, TheReducedStiffnessIsAPartOfTheFreeOne) {
         for (Eigen::Index c = 0; unknown.back() >= 0 && c < 3; ++c)
             rows.push_back(3 * static_cast<Eigen::Index>(i) + c);
     }
-    const Matrix reduced =
-        assemble_stiffness(mesh.position_m, mesh.tet, std::vector<Lame>(mesh.tet.size(), lame), unknown, count);
+    const Matrix reduced = linear_stiffness(mesh, std::vector<Lame>(mesh.tet.size(), lame), unknown, count);
     EXPECT_EQ(reduced, Matrix(free_stiffness(mesh, lame))(rows, rows));
 }
 
@@ -214,9 +219,9 @@ TEST(Elasticity, EveryElementHasItsOwnMaterial) {
     for (std::size_t t = 0; t < 5; ++t) {
         std::vector<Lame> only(5);
         only[t] = lame[t] = Lame::from_young(1e3 * static_cast<double>(t + 1), 0.1 * static_cast<double>(t));
-        sum += Matrix(assemble_stiffness(mesh.position_m, mesh.tet, only, all, 8));
+        sum += Matrix(linear_stiffness(mesh, only, all, 8));
     }
-    const Matrix k = assemble_stiffness(mesh.position_m, mesh.tet, lame, all, 8);
+    const Matrix k = linear_stiffness(mesh, lame, all, 8);
     EXPECT_WITHIN((k - sum).norm() / k.norm(), .count = 16);  // five elements, added in another order
 }
 

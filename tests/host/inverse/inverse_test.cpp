@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What every Inverse must do, against the dense inverse of a cube's K; and precompute() by each.
+// What every Inverse must do with K of linear tetrahedra and with pressures, against the dense inverse of a cube's K;
+// and precompute() by each.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -11,9 +12,9 @@
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
-#include "tests/conditioning.hpp"
-#include "tests/dense.hpp"
+#include "tests/host/inverse/dense_reference.hpp"
 #include "tests/host/inverse/inverses.hpp"
+#include "tests/pressures.hpp"
 
 namespace haptable {
 
@@ -25,32 +26,37 @@ using Places = std::set<std::pair<std::size_t, std::size_t>>;
 // Each of two numbers is rounded once to what the file holds, and they may fall on either side of a tie.
 constexpr test::Bound kStored{.count = 8.0, .epsilon = test::kFloat};
 
-class InverseOf : public testing::TestWithParam<test::InverseCase> {
-protected:
-    static constexpr std::int32_t kNodes = 7 * 7 * 6;  // more than two groups of columns of either inverse
+/// Cubes of 7 x 7 x 6 unknown nodes: more than two groups of columns of either inverse.
+struct CubeCase {
+    std::string name;
+    const test::DenseReference& (*make)();
+};
+const test::DenseReference& linear() {
+    static const test::DenseReference cube(test::cube_stiffness(7, 0.49));
+    return cube;
+}
+const test::DenseReference& pressures() {
+    static const test::DenseReference cube(test::pressure_cube(7, 0.49));
+    return cube;
+}
+const test::DenseReference& two_materials() {
+    static const test::DenseReference cube(test::pressure_cube(7, 0.4999, 1000.0));
+    return cube;
+}
 
-    static const Eigen::SparseMatrix<double>& stiffness() {
-        static const Eigen::SparseMatrix<double> k = test::cube_stiffness(7, 0.49);
-        return k;
-    }
-    static const Eigen::MatrixXd& dense() {
-        static const Eigen::MatrixXd k(stiffness());
-        static const Eigen::MatrixXd l = dense::inverse_spd(k);
-        return l;
-    }
-    static const test::Bound& bound() {
-        static const test::Bound bound = test::inverse_bound(stiffness());
-        return bound;
-    }
+class InverseOf : public testing::TestWithParam<std::tuple<test::InverseCase, CubeCase>> {
+protected:
+    static constexpr std::int32_t kNodes = 7 * 7 * 6;
+
+    const Stiffness& stiffness() const { return cube_.k; }
+    const Eigen::MatrixXd& dense() const { return cube_.l; }
+    const test::Bound& bound() const { return cube_.bound; }
     static Nodes every(std::int32_t step, std::int32_t first = 0) {
         Nodes nodes;
         for (std::int32_t i = first; i < kNodes; i += step) nodes.push_back(i);
         return nodes;
     }
-    static double scale(std::int32_t i, std::int32_t j) {
-        return std::sqrt(dense().block<3, 3>(3 * i, 3 * i).norm() * dense().block<3, 3>(3 * j, 3 * j).norm());
-    }
-    FactorFacts factorize(const Eigen::SparseMatrix<double>& k) {
+    FactorFacts factorize(const Stiffness& k) {
         inverse_->analyse(k, {});
         return inverse_->factorize(k, progress_);
     }
@@ -62,14 +68,14 @@ protected:
         sink.take = [&](std::size_t c, std::size_t k, const Eigen::Matrix3f& l_ri) {
             const std::lock_guard lock(mutex);
             EXPECT_TRUE(taken.emplace(c, k).second) << "block " << c << ", " << k << " came twice";
-            const double off = (l_ri.cast<double>() - dense().block<3, 3>(3 * row[k], 3 * node[c])).norm();
-            error = std::max(error, off / scale(row[k], node[c]));
+            error = std::max(error, cube_.error(l_ri.cast<double>(), row[k], node[c]));
         };
         facts_ = columns.compute(progress_, sink);
         return taken;
     }
 
-    const std::shared_ptr<Inverse> inverse_ = GetParam().make();
+    const std::shared_ptr<Inverse> inverse_ = std::get<0>(GetParam()).make();
+    const test::DenseReference& cube_ = std::get<1>(GetParam()).make();
     ColumnFacts facts_;
     Progress progress_{true};
 };
@@ -78,13 +84,13 @@ TEST_P(InverseOf, TellsOfItsFactorAndSolves) {
     const MemoryNeed need = inverse_->analyse(stiffness(), {});
     const FactorFacts facts = inverse_->factorize(stiffness(), progress_);
     EXPECT_EQ(facts.ordering, "METIS");
-    EXPECT_GE(facts.fill, 0.5 * static_cast<double>(stiffness().nonZeros()));
+    EXPECT_GE(facts.fill, 0.5 * static_cast<double>(stiffness().matrix().nonZeros()));
     EXPECT_GT(facts.flops, facts.fill);
     EXPECT_GE(need.factor, 8.0 * facts.fill);
     EXPECT_GT(need.available, need.peak());
-    ASSERT_EQ(inverse_->size(), stiffness().rows());
+    ASSERT_EQ(inverse_->size(), stiffness().size());
     for (Eigen::Index count : {1, 96, 5}) {
-        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(stiffness().rows(), count);
+        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(stiffness().size(), count);
         Eigen::MatrixXd x;
         inverse_->solve(b, x);
         EXPECT_WITHIN((x - dense::product(dense(), b)).norm() / x.norm(), bound());
@@ -101,7 +107,7 @@ TEST_P(InverseOf, BlocksInAndOutsideTheFactorsPatternAreThoseOfTheDenseInverse) 
         ASSERT_EQ(blocks.l_ij.size(), wanted.size());
         for (std::size_t p = 0; p < wanted.size(); ++p) {
             const auto [i, j] = wanted[p];
-            EXPECT_WITHIN((blocks.l_ij[p] - dense().block<3, 3>(3 * i, 3 * j)).norm() / scale(i, j), bound());
+            EXPECT_WITHIN(cube_.error(blocks.l_ij[p], i, j), bound());
             if (i == j) {
                 EXPECT_EQ(blocks.l_ij[p], blocks.l_ij[p].transpose());
             }
@@ -174,20 +180,31 @@ TEST_P(InverseOf, ColumnsThatWereStoppedGoOnFromTheirStore) {
 }
 
 TEST_P(InverseOf, AMatrixThatIsNotPositiveDefiniteIsToldOrRefused) {
-    Eigen::SparseMatrix<double> k = stiffness();
-    k.coeffRef(100, 100) = -1.0;
     try {
-        const FactorFacts facts = factorize(k);
+        const FactorFacts facts = factorize(stiffness().shifted(-2.0));  // -K's diagonal, and more
         ASSERT_TRUE(facts.weakest.has_value());
         EXPECT_EQ(facts.weakest->ratio, 0.0);
+        EXPECT_LT(facts.weakest->row, stiffness().size()) << "a row of K";
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos) << error.what();
     }
     factorize(stiffness());  // and then it takes another
     Eigen::MatrixXd x;
-    inverse_->solve(Eigen::MatrixXd::Ones(stiffness().rows(), 1), x);
+    inverse_->solve(Eigen::MatrixXd::Ones(stiffness().size(), 1), x);
     EXPECT_WITHIN((x - dense().rowwise().sum()).norm() / x.norm(), bound());
 }
+
+INSTANTIATE_TEST_SUITE_P(Each, InverseOf,
+                         testing::Combine(testing::ValuesIn(test::inverses()),
+                                          testing::Values(CubeCase{"Linear", linear}, CubeCase{"Pressures", pressures},
+                                                          CubeCase{"TwoMaterials", two_materials})),
+                         [](const auto& one) { return std::get<0>(one.param).name + std::get<1>(one.param).name; });
+
+class PrecomputeBy : public testing::TestWithParam<test::InverseCase> {
+protected:
+    const std::shared_ptr<Inverse> inverse_ = GetParam().make();
+    Progress progress_{true};
+};
 
 /// Largest difference of two files' entries, as a fraction of the largest entry.
 template <typename T>
@@ -203,7 +220,7 @@ double difference(const std::filesystem::path& a, const std::filesystem::path& b
     return largest / most;
 }
 
-TEST_P(InverseOf, PrecomputeWritesTheSameTablesByAny) {
+TEST_P(PrecomputeBy, WritesTheSameTablesByAny) {
     const test::TemporaryFolder folder;
     PrecomputeOptions options;
     options.column_tolerance = 0.0;
@@ -221,7 +238,7 @@ TEST_P(InverseOf, PrecomputeWritesTheSameTablesByAny) {
             const double off = difference<decltype(type)>(folder.path() / "one" / name, folder.path() / "other" / name);
             EXPECT_WITHIN(off, most) << force << ": " << name;
         };
-        const test::Bound inverted = bound().times(10.0);  // by the condition of an L_ii, at the most
+        const test::Bound inverted = linear().bound.times(10.0);  // by the condition of an L_ii, at the most
         expect_near(0.0, "stiffness.npy", inverted);
         expect_near(0.0F, "columns.npy", kStored);
         if (scene.contact.force != ForceLaw::kInterpolated) expect_near(0.0, "edge_compliance.npy", inverted);
@@ -229,7 +246,7 @@ TEST_P(InverseOf, PrecomputeWritesTheSameTablesByAny) {
     }
 }
 
-TEST_P(InverseOf, PrecomputeForeseesItsMemoryAndReusesItsTables) {
+TEST_P(PrecomputeBy, ForeseesItsMemoryAndReusesItsTables) {
     const test::TemporaryFolder folder;
     PrecomputeOptions options;
     options.inverse = inverse_.get();
@@ -251,7 +268,7 @@ TEST_P(InverseOf, PrecomputeForeseesItsMemoryAndReusesItsTables) {
     EXPECT_EQ(reused.columns, reused.blocks);
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, InverseOf, testing::ValuesIn(test::inverses()),
+INSTANTIATE_TEST_SUITE_P(Each, PrecomputeBy, testing::ValuesIn(test::inverses()),
                          [](const auto& one) { return one.param.name; });
 
 }  // namespace

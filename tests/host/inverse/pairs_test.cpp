@@ -7,8 +7,7 @@
 #include <random>
 
 #include "tests/bodies.hpp"
-#include "tests/conditioning.hpp"
-#include "tests/dense.hpp"
+#include "tests/host/inverse/dense_reference.hpp"
 
 namespace haptable {
 
@@ -17,7 +16,6 @@ namespace {
 /// A cube of 9 nodes a side, its bottom fixed: 648 unknown nodes, six groups.
 class Pairs : public testing::Test {
 protected:
-    static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(9, 0.49); }
     static std::vector<NodePair> some(std::size_t count, std::int32_t nodes = 648) {
         std::mt19937 random(3);
         std::uniform_int_distribution<std::int32_t> node(0, nodes - 1);
@@ -25,39 +23,22 @@ protected:
         for (std::size_t p = 0; p < count; ++p) pairs.push_back({node(random), node(random)});
         return pairs;
     }
-    /// Largest ||block - L_ij|| / sqrt(||L_ii|| ||L_jj||), L from a dense inverse.
     double error(const CompliancePairs& pairs, const std::vector<NodePair>& wanted) {
-        const auto block = pairs.compute(progress_);
-        EXPECT_EQ(block.size(), wanted.size());
-        const auto exact = [&](std::int32_t i, std::int32_t j) -> Eigen::Matrix3d {
-            return l_.block<3, 3>(3 * i, 3 * j);
-        };
-        double largest = 0.0;
-        for (std::size_t p = 0; p < wanted.size(); ++p) {
-            const auto [i, j] = wanted[p];
-            largest =
-                std::max(largest, (block[p] - exact(i, j)).norm() / std::sqrt(exact(i, i).norm() * exact(j, j).norm()));
-        }
-        return largest;
+        return dense().error(pairs.compute(progress_), wanted);
     }
 
-    /// Once for all tests: the dense inverse takes a second.
+    /// Once for all tests.
+    static const test::DenseReference& dense() {
+        static const test::DenseReference dense(test::cube_stiffness(9, 0.49));
+        return dense;
+    }
     static const Factor& factor() {
-        static const Factor factor{stiffness()};
+        static const Factor factor{dense().k};
         return factor;
     }
-    static const Eigen::MatrixXd& dense_inverse() {
-        static const Eigen::MatrixXd k(stiffness());
-        static const Eigen::MatrixXd l = dense::inverse_spd(k);
-        return l;
-    }
-    static const test::Bound& bound() {
-        static const test::Bound bound = test::inverse_bound(stiffness());
-        return bound;
-    }
+    static const test::Bound& bound() { return dense().bound; }
 
     const Factor& factor_ = factor();
-    const Eigen::MatrixXd& l_ = dense_inverse();
     Progress progress_{true};
 };
 

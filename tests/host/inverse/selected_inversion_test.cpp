@@ -9,8 +9,7 @@
 #include "host/base/error.hpp"
 #include "host/fem/elasticity.hpp"
 #include "host/precompute/assembly.hpp"
-#include "tests/conditioning.hpp"
-#include "tests/dense.hpp"
+#include "tests/host/inverse/dense_reference.hpp"
 
 namespace haptable {
 
@@ -52,33 +51,20 @@ std::vector<Eigen::Matrix3d> compute(const Factor& factor, const std::vector<Nod
     return SelectedInversion(factor.supernodes(), pairs).compute<T>(progress);
 }
 
-/// Largest ||block - L_ij|| / sqrt(||L_ii|| ||L_jj||).
-double largest_error(const std::vector<Eigen::Matrix3d>& block, const std::vector<NodePair>& pairs,
-                     const Eigen::MatrixXd& l) {
-    double largest = 0.0;
-    const auto at = [&](std::int32_t i, std::int32_t j) -> Eigen::Matrix3d { return l.block<3, 3>(3 * i, 3 * j); };
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-        const auto [i, j] = pairs[p];
-        largest = std::max(largest, (block[p] - at(i, j)).norm() / std::sqrt(at(i, i).norm() * at(j, j).norm()));
-    }
-    return largest;
-}
-
 class SelectedInverse : public testing::TestWithParam<std::pair<double, double>> {};  // Poisson's ratio, jitter
 
 TEST_P(SelectedInverse, IsTheDenseInverseInThePattern) {
     const auto [poisson, jitter] = GetParam();
     Scene scene;
     const Body body = cube_body(scene, 5, poisson, jitter);
-    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
-    const Factor factor(k);
-    const Eigen::MatrixXd l = dense::inverse_spd(k);
+    const test::DenseReference dense(assemble_free(scene, body));
+    const Factor factor(dense.k);
     const std::vector<NodePair> pairs = all_pairs(body);
-    EXPECT_WITHIN(largest_error(compute<double>(factor, pairs), pairs, l), test::inverse_bound(k));
-    const double in_float = largest_error(compute<float>(factor, pairs), pairs, l);
+    EXPECT_WITHIN(dense.error(compute<double>(factor, pairs), pairs), dense.bound);
+    const double in_float = dense.error(compute<float>(factor, pairs), pairs);
     // The recurrence adds what is positive, Z_JJ = (L_JJ L_JJ^T)^-1 + Y^T Z_RR Y, from a factor in double: an error is
     // handed down as a weighted mean, and the condition of K does not magnify it.
-    EXPECT_WITHIN(in_float, .count = 16.0 * std::sqrt(k.rows()), .epsilon = test::kFloat);
+    EXPECT_WITHIN(in_float, .count = 16.0 * std::sqrt(factor.size()), .epsilon = test::kFloat);
     EXPECT_GT(in_float, 1e-9) << "float cannot be this good: was it computed in double?";
 }
 
@@ -135,7 +121,7 @@ TEST(SelectedInverseOf, PairsOutsideThePatternAreAnError) {
 TEST(SelectedInverseOf, TheMouseAgreesWithSolves) {
     const Scene scene = read_scene("meshes/mouse.toml");
     const Body body = make_body(scene, make_mesh(scene.mesh));
-    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    const Eigen::SparseMatrix<double> k = assemble_free(scene, body).matrix();
     const Factor factor(k);
     const std::vector<NodePair> pairs = all_pairs(body);
     const std::vector<Eigen::Matrix3d> block = compute<double>(factor, pairs);

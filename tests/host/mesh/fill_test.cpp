@@ -6,6 +6,7 @@
 
 #include <cstring>
 #include <numbers>
+#include <random>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -160,6 +161,83 @@ TEST_F(Fill, AHollowBallHasACavity) {
     EXPECT_EQ(audit.cavities, 1U);
     EXPECT_EQ(audit.bodies, 1U);
     EXPECT_WITHIN(std::abs(audit.volume_m3 - kBall * (1.0 - 0.064)), lost(0.2));
+}
+
+/// As a scanner sees a ball: the noise makes edges sharper than any crease.
+Shape noisy_ball() {
+    Shape ball = sphere_shape(4, 1.0);
+    std::mt19937 dice(3);
+    std::uniform_real_distribution<double> noise(0.94, 1.06);
+    for (auto& p : ball.point) p *= noise(dice);
+    return ball;
+}
+
+TEST_F(Fill, TheNoiseOfAScanIsNoCrease) {
+    const TetMesh mesh = fill(to_off(noisy_ball()), "a.off", {0.0, 1000});
+    const Audit audit = audit_mesh(mesh);
+    EXPECT_WITHIN(std::abs(static_cast<double>(audit.nodes) / 1000.0 - 1.0), .epsilon = 0.1);
+    EXPECT_WITHIN(std::abs(audit.volume_m3 / kBall - 1.0), .epsilon = 0.04) << "2 % of it is the noise itself";
+    EXPECT_EQ(audit.hinge_edges + audit.hinge_nodes + audit.cavities, 0U);
+    const std::string notes = fmt::format("{}", fmt::join(mesh.notes, "\n"));
+    EXPECT_NE(notes.find("filled without its creases, "), std::string::npos) << notes;
+    EXPECT_NE(notes.find(" edges sharper than 75 degrees; with them: "), std::string::npos) << notes;
+}
+
+/// A line (r, z) from pole to pole, turned about z.
+Shape lathe(const std::vector<Eigen::Vector2d>& line, int sides) {
+    Shape shape;
+    const auto last = static_cast<int>(line.size()) - 1;
+    shape.point.emplace_back(0, 0, line.front().y());
+    for (int k = 1; k < last; ++k)
+        for (int s = 0; s < sides; ++s) {
+            const double angle = 2.0 * std::numbers::pi * s / sides;
+            const auto& p = line[static_cast<std::size_t>(k)];
+            shape.point.emplace_back(p.x() * std::cos(angle), p.x() * std::sin(angle), p.y());
+        }
+    shape.point.emplace_back(0, 0, line.back().y());
+    const auto at = [&](int k, int s) -> std::int32_t {
+        if (k == 0) return 0;
+        return k == last ? 1 + (last - 1) * sides : 1 + (k - 1) * sides + s % sides;
+    };
+    for (int k = 0; k < last; ++k)
+        for (int s = 0; s < sides; ++s) {
+            if (k > 0) shape.patch.push_back({at(k, s), at(k, s + 1), at(k + 1, s)});
+            if (k + 1 < last) shape.patch.push_back({at(k, s + 1), at(k + 1, s + 1), at(k + 1, s)});
+        }
+    return shape;
+}
+
+/// Outside a ball, inside another, and a neck between them.
+Shape bottle(double neck) {
+    constexpr double kOuter = 1.0, kInner = 0.6;
+    const double top = std::asin(2.0 * neck / kOuter), lip = std::asin(2.0 * neck / kInner);
+    std::vector<Eigen::Vector2d> line;
+    for (int k = 0; k <= 40; ++k) {  // from the bottom
+        const double angle = std::numbers::pi - (std::numbers::pi - top) * k / 40.0;
+        line.emplace_back(kOuter * std::sin(angle), kOuter * std::cos(angle));
+    }
+    const double high = line.back().y() - 0.3 * neck, low = kInner * std::cos(lip) + 0.3 * neck;
+    line.emplace_back(1.3 * neck, high);
+    for (int k = 1; k < 10; ++k) line.emplace_back(neck, high + (low - high) * k / 10.0);
+    line.emplace_back(1.3 * neck, low);
+    for (int k = 0; k <= 40; ++k) {
+        const double angle = lip + (std::numbers::pi - lip) * k / 40.0;
+        line.emplace_back(kInner * std::sin(angle), kInner * std::cos(angle));
+    }
+    line.front().x() = line.back().x() = 0.0;
+    return lathe(line, 24);
+}
+
+TEST_F(Fill, ACavityThatTheSurfaceLacksIsAnError) {
+    const Audit open = audit_mesh(fill(to_off(bottle(0.2)), "a.off", {0.1, 0}));
+    EXPECT_EQ(open.cavities, 0U);
+    try {
+        fill(to_off(bottle(0.01)), "a.off", {0.3, 0});
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("it encloses 1 cavities, and its surface 0"), std::string::npos)
+            << error.what();
+    }
 }
 
 TEST_F(Fill, TrianglesInsideOutAreTurned) {

@@ -113,6 +113,14 @@ TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
     EXPECT_WITHIN(difference<Half>(one("columns.npy"), many("columns.npy")), kHalves);
 }
 
+TEST_P(Mpi, AverageNodalPressureToo) {
+    std::string scene = kScene;
+    scene.replace(scene.find("generate"), 0, "element = \"average-nodal-pressure\"\n");
+    ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
+    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
+    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
+}
+
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
     const auto summary = [&] { return nlohmann::json::parse(read_file(many("summary.json"))); };
     const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";

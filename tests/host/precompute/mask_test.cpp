@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "host/precompute/geodesic.hpp"
@@ -33,15 +34,22 @@ Shape grid(int cells, double side, const std::function<Vector3d(double, double)>
 /// A window is unfolded over up to 12 patches, some 20 operations each; side: of the surface, m.
 Bound unfolded(double side) { return {.count = 12 * 20, .size = side}; }
 
+/// Distances from a node, by node.
+std::map<std::int32_t, double> near_node(const Shape& shape, std::int32_t node, double reach_m) {
+    const SurfaceGraph surface(shape.point, shape.patch);
+    std::map<std::int32_t, double> near;
+    for (const auto& [other, d] : SurfaceDistance(surface).from_node(node, reach_m)) near[other] = d;
+    return near;
+}
+
 TEST(SurfaceDistance, OnAPlaneItIsTheStraightLine) {
     // Not a regular grid: seen past no vertex exactly; and a regular one, where every way passes vertices.
     for (double skew : {0.0, 0.13}) {
         const Shape shape = grid(12, 1.2, [&](double x, double y) {
             return Vector3d(x + skew * std::sin(5 * y) * 0.3, y + skew * std::sin(7 * x) * 0.3, 0.5);
         });
-        const SurfaceDistance distance(shape.point, shape.patch);
         const std::int32_t source = 6 + 6 * 13;
-        const auto near = distance.from_node(source, 0.45);
+        const auto near = near_node(shape, source, 0.45);
         int expected = 0;
         for (std::size_t i = 0; i < shape.point.size(); ++i) {
             const double d = (shape.point[i] - shape.point[std::size_t(source)]).norm();
@@ -52,7 +60,8 @@ TEST(SurfaceDistance, OnAPlaneItIsTheStraightLine) {
         }
         EXPECT_EQ(near.size(), std::size_t(expected));
         const Vector3d middle = 0.5 * (shape.point[84] + shape.point[85]);
-        for (const auto& [node, d] : distance.from_edge(84, 85, 0.4))
+        const SurfaceGraph surface(shape.point, shape.patch);
+        for (const auto& [node, d] : SurfaceDistance(surface).from_edge(84, 85, 0.4))
             EXPECT_WITHIN(std::abs(d - (shape.point[std::size_t(node)] - middle).norm()), unfolded(1.2));
     }
 }
@@ -65,8 +74,8 @@ TEST(SurfaceDistance, OverAFoldItIsTheUnfoldedLine) {
         for (auto& p : folded.point)
             if (p.x() > 0.6)
                 p = Vector3d(0.6 + (p.x() - 0.6) * std::cos(angle), p.y(), (p.x() - 0.6) * std::sin(angle));
-        const auto a = SurfaceDistance(flat.point, flat.patch).from_node(4 + 5 * 13, 0.47);
-        const auto b = SurfaceDistance(folded.point, folded.patch).from_node(4 + 5 * 13, 0.47);
+        const auto a = near_node(flat, 4 + 5 * 13, 0.47);
+        const auto b = near_node(folded, 4 + 5 * 13, 0.47);
         ASSERT_EQ(a.size(), b.size());
         for (const auto& [node, d] : a) EXPECT_WITHIN(std::abs(b.at(node) - d), unfolded(1.2));
     }
@@ -81,25 +90,26 @@ TEST(SurfaceDistance, ItBendsAroundAReentrantCorner) {
         });
     });
     const std::int32_t from = 8 + 3 * 11, to = 3 + 8 * 11;  // (0.8, 0.3) and (0.3, 0.8)
-    const auto near = SurfaceDistance(shape.point, shape.patch).from_node(from, 2.0);
+    const auto near = near_node(shape, from, 2.0);
     EXPECT_WITHIN(std::abs(near.at(to) - 2.0 * std::hypot(0.3, 0.2)), unfolded(1.0));
 }
 
 TEST(SurfaceDistance, NotThroughAThinWall) {
     const Shape plate = box_shape(10, Vector3d(0.1, 0.1, 0.001));
-    const SurfaceDistance distance(plate.point, plate.patch);
     std::int32_t middle = -1;
     for (std::size_t i = 0; i < plate.point.size(); ++i)
         if ((plate.point[i] - Vector3d(0.05, 0.05, 0.001)).norm() < 1e-9) middle = std::int32_t(i);
     ASSERT_GE(middle, 0);
-    for (const auto& [node, d] : distance.from_node(middle, 0.045))
+    for (const auto& [node, d] : near_node(plate, middle, 0.045))
         EXPECT_GT(plate.point[std::size_t(node)].z(), 0.0005) << "the lower side is 101 mm away";
 }
 
 TEST(Masks, WeightsSumToOneAndAFineMaskIsItsVertex) {
     const Shape shape = box_shape(6, Vector3d(0.03, 0.03, 0.03));
+    Workers alone(1);
+    Progress progress(true);
     for (double radius : {0.0001, 0.002, 0.006, 0.012}) {
-        const Masks masks = make_masks(shape.point, shape.patch, radius);
+        const Masks masks = make_masks(shape.point, shape.patch, radius, alone, progress);
         for (const auto* list : {&masks.vertex, &masks.edge})
             for (const NodeWeights& w : *list)
                 EXPECT_WITHIN(std::abs(std::accumulate(w.weight.begin(), w.weight.end(), 0.0) - 1.0),

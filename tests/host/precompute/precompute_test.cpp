@@ -14,6 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/folder_lock.hpp"
+#include "host/inverse/cholmod_inverse.hpp"
 #include "host/solve/blas_core.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
@@ -411,18 +412,22 @@ TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
 }
 
 TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
-    const Scene scene = cube_scene(12);
-    std::map<std::string, std::string> first;
-    for (int threads : {1, 2, 5}) {
-        Progress progress(true);
-        PrecomputeOptions options;
-        options.threads = threads;
-        options.force = true;
-        EXPECT_EQ(precompute(scene, out_, progress, options).summary.inverse.factor.threads, threads);
-        auto files = contents(out_);
-        files.erase("summary.json");
-        if (first.empty()) first = files;
-        EXPECT_TRUE(files == first) << threads;
+    Scene scene = cube_scene(12);
+    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kPressureMask}) {
+        scene.contact.force = force;
+        scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? 0.006 : 0.0;
+        std::map<std::string, std::string> first;
+        for (int threads : {1, 2, 5}) {
+            Progress progress(true);
+            PrecomputeOptions options;
+            options.threads = threads;
+            options.force = true;
+            EXPECT_EQ(precompute(scene, out_, progress, options).summary.inverse.factor.threads, threads);
+            auto files = contents(out_);
+            files.erase("summary.json");
+            if (first.empty()) first = files;
+            EXPECT_TRUE(files == first) << threads << " with " << force;
+        }
     }
 }
 
@@ -483,6 +488,35 @@ TEST_F(PrecomputeRun, FloatIsTakenWhereTheToleranceAllowsIt) {
     EXPECT_EQ(precision, "float");
     EXPECT_WITHIN(largest, .epsilon = 1e-4);
     EXPECT_GT(largest, 1e-9) << "this was not computed in float";
+}
+
+/// In float every other block is off by this share.
+class Spoiled : public CholmodInverse {
+public:
+    explicit Spoiled(double share) : share_(share) {}
+    Blocks blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) override {
+        Blocks found = CholmodInverse::blocks(wanted, precision, progress);
+        if (precision == Precision::kFloat)
+            for (std::size_t i = 0; i < found.l_ij.size(); i += 2) found.l_ij[i] *= 1.0 + share_;
+        return found;
+    }
+
+private:
+    double share_;
+};
+
+TEST_F(PrecomputeRun, FloatThatIsWorseThanTheToleranceIsNotTaken) {
+    for (const auto& [share, precision] : {std::pair{0.0, "float"}, {1e-5, "double"}, {1e-3, "double"}}) {
+        Progress progress(true);
+        Spoiled inverse(share);
+        PrecomputeOptions options;
+        options.tolerance = 1e-4;
+        options.force = true;
+        options.inverse = &inverse;
+        const Summary summary = precompute(cube_scene(), out_, progress, options).summary;
+        EXPECT_EQ(name_of(summary.inverse.blocks.precision), precision) << share;
+        EXPECT_WITHIN(summary.inverse.checks.largest_block_difference, .count = kSolved, .epsilon = test::kFloat);
+    }
 }
 
 TEST_F(PrecomputeRun, TooLittleMemoryIsAnErrorBeforeTheFactorisation) {

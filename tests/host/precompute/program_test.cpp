@@ -55,6 +55,27 @@ TEST_F(PrecomputeProgram, WritesIntoBuildNameAndTellsInATable) {
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << " is missing in:\n" << outcome.out;
 }
 
+TEST_F(PrecomputeProgram, WarnsOfLinearTetrahedraThatLock) {
+    std::string scene = kScene;
+    scene.replace(scene.find("0.3\n"), 3, "0.49");
+    write_file(scene_, scene);
+    for (const char* how : {"-o a", "--check"}) {
+        const test::Outcome linear = run(std::string("scene.toml ") + how);
+        EXPECT_EQ(linear.status, 0);
+        EXPECT_NE(linear.err.find("warning: scene.toml: linear tetrahedra lock at Poisson's ratio 0.49"),
+                  std::string::npos)
+            << linear.err;
+    }
+    scene.replace(scene.find("generate"), 0, "element = \"average-nodal-pressure\"\n");
+    write_file(scene_, scene);
+    const test::Outcome averaged = run("scene.toml -o a --json");
+    EXPECT_EQ(averaged.err, "");
+    const auto summary = nlohmann::json::parse(averaged.out);
+    EXPECT_EQ(summary.at("reused"), false) << "the tables of the other element do not stand in for these";
+    EXPECT_EQ(summary.at("element").at("name"), "average-nodal-pressure");
+    EXPECT_EQ(summary.at("element").at("expected_locking"), 0.0);
+}
+
 TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
     const test::Outcome json = run("scene.toml -o a --json");
     EXPECT_EQ(json.out, read_file(folder_.path() / "a/summary.json"));

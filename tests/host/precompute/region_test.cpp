@@ -53,7 +53,7 @@ TEST(Region, LayersAreSpringsInSeries) {
     scene.regions.push_back({box(-1, -1, 0, 1, 1, quarter), {5e4, 0.0}});
     scene.regions.push_back({box(-1, -1, 2 * quarter, 1, 1, 3 * quarter), {2e3, 0.0}});
     const Body body = make_body(scene, make_mesh(scene.mesh));
-    const Eigen::SparseMatrix<double> k = assemble_free(scene, body);
+    const Eigen::SparseMatrix<double> k = assemble_free(scene, body).matrix();
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(k);
     const Eigen::VectorXd u = factor.solve(top_pressure(body, 100.0));
     const double expected_m = -100.0 * quarter * (1 / 5e4 + 1 / 1e4 + 1 / 2e3 + 1 / 1e4);

@@ -79,6 +79,21 @@ TEST(Numbers, GoThroughTheirFileAndReplaceTopicsByName) {
     EXPECT_EQ(read_numbers(folder.path() / "all.json"), nlohmann::ordered_json::parse(to_text(topics)));
 }
 
+TEST(Numbers, ArePlottedByValueWithTheirTextsInQuotes) {
+    Numbers numbers("make bench");
+    numbers.add("points", NumberTable{{"body", "force", "time"}, {{"cube", "mask of 5 mm", seconds(2e-7)}}});
+    EXPECT_EQ(to_plot_data(numbers.json().at("points")), "\"cube\" \"mask of 5 mm\" 2e-07\n");
+}
+
+TEST(Numbers, OneLineARunTellsWhatItMeasured) {
+    auto topics = example();
+    for (const char* name : {"worst", "steps"}) topics[name]["machine"] = "a processor";
+    topics["strokes"] = {{"command", "make strokes"}, {"machine", "another"}, {"value", 1}, {"text", "1"}};
+    EXPECT_EQ(runs(topics),
+              "| command | machine | topics of docs/numbers.json |\n|---|---|---|\n"
+              "| `make bench` | a processor | worst, steps |\n| `make strokes` | another | strokes |\n");
+}
+
 TEST(Numbers, AFileThatHoldsNoneIsAnErrorThatNamesIt) {
     const TemporaryFolder folder;
     for (const char* text : {"", "[]", "{\"a\": 1}", "{\"a\": {\"columns\": [\"x\"], \"rows\": [[\"1\", \"2\"]]}}",

@@ -28,7 +28,7 @@ TEST(BlasKernels, AsGoodOnesAndThoseOfAnOldProcessorStay) {
 TEST(BlasKernels, AreThoseThatWereAskedFor) {
     const char* asked = std::getenv("OPENBLAS_CORETYPE");
     const std::string kernels = blas_kernels();
-    printf("computes with %s\n", kernels.c_str());  // tests/kernels.sh reads it
+    printf("computes with %s\n", kernels.c_str());  // scripts/test-kernels.sh reads it
     EXPECT_NE(kernels.find(" of OpenBLAS 0."), std::string::npos) << kernels;
     if (asked != nullptr) {
         EXPECT_EQ(kernels.substr(0, kernels.find(' ')), asked);

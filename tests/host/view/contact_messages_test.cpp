@@ -27,11 +27,11 @@ protected:
         loads_ = std::make_unique<ContactLoads>(tables_);
     }
 
-    static contact message(std::int64_t utime, std::int64_t seq) {
+    contact message(std::int64_t utime, std::int64_t seq) const {
         contact m{};
         m.utime = utime;
         m.seq = seq;
-        m.model_hash = static_cast<std::int64_t>(kCubeHash);
+        m.model_hash = static_cast<std::int64_t>(loads_->tables_hash());
         m.finger_m[2] = 0.028;
         m.god_object_m[2] = 0.03;
         m.count = 2;
@@ -145,7 +145,7 @@ TEST_F(ViewContactMessages, ErrorsNameTheLog) {
     contact other = message(0, 0);
     other.model_hash = 5;
     write_log({other});
-    EXPECT_NE(error_of().find("is of model 0000000000000005"), std::string::npos) << error_of();
+    EXPECT_NE(error_of().find("is of the tables 0000000000000005"), std::string::npos) << error_of();
 }
 
 TEST_F(ViewContactMessages, FollowsALiveServo) {

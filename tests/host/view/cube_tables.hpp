@@ -37,6 +37,4 @@ Eigen::Matrix3d cube_compliance(const Eigen::Vector3d& to, const Eigen::Vector3d
 /// Writes the files that the viewer reads: the surface nodes of the cube [0, side]^3, bottom fixed.
 void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& options = {});
 
-inline constexpr std::uint64_t kCubeHash = 0x0123456789abcdefU;
-
 }  // namespace haptable::test

@@ -63,6 +63,10 @@ protected:
     std::array<std::int32_t, 3> patch_{};
 };
 
+TEST_F(ViewServoCsv, AMarkOfUtf8IsSkipped) {
+    EXPECT_EQ(read("\xEF\xBB\xBF" + kHeader + "0" + kFree + press(1)).size(), 2U);
+}
+
 TEST_F(ViewServoCsv, LoadsAreThoseOfEquations9And10) {
     const std::vector<ContactFrame> frames = read(kHeader + "0" + kFree + press(1));
     ASSERT_EQ(frames.size(), 2U);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/model_bytes.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <initializer_list>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+class Bytes {
+public:
+    template <typename T>
+    void add(const T& value) {
+        add(&value, 1);
+    }
+    template <typename Row>
+    void add_table(const Row* rows, std::size_t count) {
+        if (rows == nullptr) count = 0;
+        add(static_cast<std::uint32_t>(count));
+        add(rows, count);
+    }
+    template <typename Function>
+    void add_function(Function* function, std::initializer_list<Function*> choices) {
+        const auto* at = std::find(choices.begin(), choices.end(), function);
+        if (function != nullptr && at == choices.end()) throw Error("a model names a function that is not the servo's");
+        add(function == nullptr ? 0U : static_cast<std::uint32_t>(at - choices.begin()) + 1U);
+    }
+    std::string take() { return std::move(text_); }
+
+private:
+    template <typename Row>
+    void add(const Row* rows, std::size_t count) {
+        text_.append(reinterpret_cast<const char*>(rows), count * sizeof(Row));
+    }
+
+    std::string text_;
+};
+
+// What the lists' numbers of rows speak of.
+#define HAPTABLE_NAME_VALUE(type, name) [[maybe_unused]] const auto& name = from.name;
+#define HAPTABLE_NAME_FUNCTION(type, name, choices) [[maybe_unused]] const auto name = from.name;
+#define HAPTABLE_NAME_PART(type, name) [[maybe_unused]] const type* name = from.name;
+#define HAPTABLE_PASS(...)
+
+#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
+#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
+#define HAPTABLE_CHOICE(function) function,
+#define HAPTABLE_ADD_FUNCTION(type, name, choices) bytes.add_function<type>(from.name, {choices(HAPTABLE_CHOICE)});
+#define HAPTABLE_ADD_PART(type, name)                            \
+    bytes.add(static_cast<std::uint32_t>(from.name != nullptr)); \
+    if (from.name != nullptr) add(*from.name, vertex_count, patch_count, bytes);
+
+void add(const haptable_compliance& from, std::uint16_t vertex_count, std::uint16_t patch_count, Bytes& bytes) {
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_NAME_VALUE, HAPTABLE_PASS)
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
+}
+
+}  // namespace
+
+std::string model_bytes(const haptable_model& from) {
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_NAME_VALUE, HAPTABLE_PASS, HAPTABLE_NAME_FUNCTION, HAPTABLE_NAME_PART)
+    Bytes bytes;
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
+    return bytes.take();
+}
+
+}  // namespace haptable

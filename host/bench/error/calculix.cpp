@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bench/error/calculix.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Millimetres, newtons and megapascals: CalculiX prints seven digits, and its tolerances suit such numbers.
+constexpr double kMillimetres = 1e3, kMegapascals = 1e-6;
+
+std::string list_of(std::span<const std::int32_t> nodes) {
+    std::string text;
+    for (std::int32_t node : nodes) text += fmt::format("{},\n", node + 1);
+    return text;
+}
+
+std::string material_of(const Deck& deck) {
+    const double e = kMegapascals * deck.material.young_pa, nu = deck.material.poisson;
+    if (!deck.large_strain) return fmt::format("*ELASTIC\n{:.17g},{:.17g}\n", e, nu);
+    const double mu = e / (2.0 * (1.0 + nu)), kappa = e / (3.0 * (1.0 - 2.0 * nu));
+    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{:.17g},{:.17g}\n", 0.5 * mu, 2.0 / kappa);
+}
+
+std::string step_of(const Deck& deck, const NodalForces& load) {
+    std::string text = fmt::format("*STEP{}\n*STATIC\n*CLOAD, OP=NEW\n", deck.large_strain ? ", NLGEOM, INC=200" : "");
+    for (const auto& [node, force] : load)
+        for (int c = 0; c < 3; ++c) text += fmt::format("{},{},{:.17g}\n", node + 1, c + 1, force[c]);
+    return text + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";  // the last increment alone
+}
+
+std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
+    std::string text = "*NODE, NSET=NALL\n";
+    for (std::size_t i = 0; i < deck.position_m.size(); ++i) {
+        const Eigen::Vector3d x = kMillimetres * deck.position_m[i];
+        text += fmt::format("{},{:.17g},{:.17g},{:.17g}\n", i + 1, x[0], x[1], x[2]);
+    }
+    text += fmt::format("*ELEMENT, TYPE=C3D{}, ELSET=EALL\n", deck.element.front().size());
+    for (std::size_t e = 0; e < deck.element.size(); ++e) {
+        text += fmt::format("{}", e + 1);
+        for (std::int32_t node : deck.element[e]) text += fmt::format(",{}", node + 1);
+        text += "\n";
+    }
+    text += "*NSET, NSET=HELD\n" + list_of(deck.held) + "*MATERIAL, NAME=BODY\n" + material_of(deck) +
+            "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY\n*BOUNDARY\nHELD,1,3\n";
+    for (const NodalForces& load : loads) text += step_of(deck, load);
+    return text;
+}
+
+/// The tables of job.dat: a title, an empty line, then "node ux uy uz" lines.
+std::vector<Displacements> read_results(const fs::path& file, std::size_t nodes) {
+    std::vector<Displacements> results;
+    std::istringstream lines(read_file(file));
+    for (std::string line; std::getline(lines, line);) {
+        if (line.find("displacements") != std::string::npos) results.emplace_back(nodes, Eigen::Vector3d::Zero());
+        std::istringstream cells(line);
+        std::size_t node = 0;
+        Eigen::Vector3d u;
+        if (results.empty() || !(cells >> node >> u[0] >> u[1] >> u[2]) || node < 1 || node > nodes) continue;
+        results.back()[node - 1] = u / kMillimetres;
+    }
+    return results;
+}
+
+}  // namespace
+
+std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads, const fs::path& folder) {
+    fs::create_directories(folder);
+    write_file(folder / "job.inp", text_of(deck, loads));
+    fs::remove(folder / "job.dat");
+    const std::string command = fmt::format("cd '{}' && ccx -i job >job.log 2>&1", folder.string());
+    const int status = std::system(command.c_str());  // NOLINT: the folder is the bench's own
+    auto results = fs::exists(folder / "job.dat") ? read_results(folder / "job.dat", deck.position_m.size())
+                                                  : std::vector<Displacements>();
+    if (results.size() != loads.size() && !(deck.large_strain && !results.empty()))
+        throw Error(
+            fmt::format("ccx ended with {} and {} of {} results; see {} (calculix-ccx is in: sh host/setup.sh bench)",
+                        status, results.size(), loads.size(), (folder / "job.log").string()));
+    return results;
+}
+
+}  // namespace haptable

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Displacements by CalculiX (ccx), another program, on the same nodes and elements under the same nodal forces.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "host/scene/scene.hpp"
+
+namespace haptable {
+
+using NodalForces = std::map<std::int32_t, Eigen::Vector3d>;  ///< node -> N
+using Displacements = std::vector<Eigen::Vector3d>;           ///< [N] m
+
+/// A body as CalculiX is told of it.
+struct Deck {
+    std::span<const Eigen::Vector3d> position_m;
+    std::vector<std::vector<std::int32_t>> element;  ///< 4 (C3D4) or 10 (C3D10) nodes each
+    std::vector<std::int32_t> held;
+    Material material;
+    bool large_strain = false;  ///< neo-Hookean, geometry as it deforms
+};
+
+/// Displacements after each load, one after the other; runs `ccx` in `folder`. Throws Error where it is missing or ends
+/// without a result.
+std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads,
+                                        const std::filesystem::path& folder);
+
+}  // namespace haptable

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// One point a configuration: its error against the body, its time a tick, its flash, its precompute time.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/bench/error/specimen.hpp"
+
+namespace haptable {
+
+struct Point {
+    std::string body, mesh, element, force, god_object, precision;
+    double error = 0.0;         ///< of the force, RMS over the places, relative to the body's
+    double mean = 0.0;          ///< of the normal force over the places, relative to the body's: signed
+    double tick_s = 0.0;        ///< CPU time of a tick while sliding
+    double flash_bytes = 0.0;   ///< of the tables, or of what stands in their place
+    double precompute_s = 0.0;  ///< CPU time of all threads, scene to C
+    std::string best = "";      ///< of time, flash, precompute: where none of the body is better in both
+};
+
+/// Every configuration of one mesh of a specimen.
+std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths,
+                                  const std::filesystem::path& build);
+
+/// What one would do instead, with the mask's loads: a product with the dense inverse of the surface, a solve a tick
+/// with a kept factor, conjugate gradients from the last tick's solution.
+std::vector<Point> measure_instead(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths);
+
+/// Marks the best fronts of every body, among the fingers that have a size: a point is right on one mesh by chance.
+void mark_best(std::vector<Point>& points);
+
+NumberTable point_table(const std::vector<Point>& points);
+/// Those that are best in time alone, by error.
+NumberTable front_table(const std::vector<Point>& points);
+/// Mean error of the mask over the meshes of the cubes, and the order that is seen from each mesh to the next.
+NumberTable order_table(const std::vector<Point>& points);
+
+/// Middle one of an odd number of samples.
+double median(std::vector<double> samples);
+
+/// Force that the body gives, N: -S u; and how far it is off: |f - f_body| / |f_body|.
+double error_of_force(const Eigen::Vector3d& force_n, const Truth& truth, double depth_m);
+
+}  // namespace haptable

@@ -1,0 +1,107 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# The demonstration: the paper's pictures, then the cube in a closed loop at 1 kHz over LCM, recorded and drawn.
+# Called by `make demo` from the project's root when all is built. Results: $BUILD/demo/.
+# `scripts/demo.sh --figures` is the first half alone, `--loop` the second, for a place where LCM works.
+set -eu
+
+BUILD=${BUILD:-build}
+demo=$BUILD/demo
+log=$demo/cube.lcmlog
+. scripts/session.sh
+
+# ---- the paper's figures: a scripted finger path through the servo, and its last tick drawn ------------------------
+
+# straight X0 Y0 Z0 X1 Y1 Z1 N: a finger path of N ticks, in metres.
+straight() {
+    awk -v x0="$1" -v y0="$2" -v z0="$3" -v x1="$4" -v y1="$5" -v z1="$6" -v n="$7" 'BEGIN {
+        print "x,y,z"
+        for (i = 0; i < n; ++i) {
+            s = i / (n - 1)
+            printf "%.9g,%.9g,%.9g\n", x0 + s * (x1 - x0), y0 + s * (y1 - y0), z0 + s * (z1 - z0)
+        }
+    }'
+}
+
+# figure NAME SCENE X0 Y0 Z0 X1 Y1 Z1: presses the body of a scene along a straight path and draws the end of it.
+figure() {
+    name=$1 scene=$2
+    shift 2
+    straight "$@" 151 >"$demo/$name.path.csv"
+    "$BUILD/$scene/servo" --quiet --replay "$demo/$name.path.csv" --out "$demo/$name.csv"
+    "$BUILD/bin/haptable-view" "$BUILD/$scene" --quiet --csv "$demo/$name.csv" --ticks 150 -o "$demo/$name.png"
+    echo "  $demo/$name.png"
+}
+
+figures() {
+    echo "The paper's figures:"
+    for scene in cube mouse; do
+        "$BUILD/bin/haptable-view" "$BUILD/$scene" --quiet --mesh -o "$demo/$scene-mesh.png"
+        echo "  $demo/$scene-mesh.png"
+    done
+    # Figure 1 b and c: 5 mm down in the middle of the top; 5 mm along x in a side face, a node above its middle.
+    figure cube-uz cube 0.015 0.015 0.040 0.015 0.015 0.025
+    figure cube-ux cube -0.010 0.015 0.0225 0.005 0.015 0.0225
+    # Figure 2: the mouse, 5 mm down at the highest node of its back.
+    figure mouse-uz mouse -0.01504909 0.00151810 0.0475 -0.01504909 0.00151810 0.0325
+}
+
+# ---- the loop: servo, device and logger as processes over LCM, in real time ----------------------------------------
+
+report() {
+    device=$demo/device.json
+    echo "The cube at 1 kHz over LCM (poke, drag, circle):"
+    echo "  ticks            $(value ticks "$device")"
+    echo "  missed           $(value missed "$device")"
+    printf '  latency, mean    %.0f us\n' "$(value latency_mean_us "$device")"
+    printf '  latency, 99.9 %%  %.0f us\n' "$(value latency_p999_us "$device")"
+    printf '  largest force    %.3f N\n' "$(value largest_force_n "$device")"
+}
+
+run_loop() {
+    rm -f "$log" "$demo/device.json" "$demo/servo.json"
+    start_logger "$log" "$demo/logger.txt"
+    "$BUILD/cube/servo" --lcm --csv "$demo/cube-loop.csv" --quiet --json >"$demo/servo.json" &
+    servo=$!
+    children="$children $servo"
+    # The device waits for the servo.
+    "$BUILD/bin/haptable-device" meshes/cube.toml --path poke,drag,circle --csv "$demo/device.csv" \
+        --quiet --json >"$demo/device.json"
+    kill "$servo" # ends its session, and it tells of it
+    wait "$servo"
+    stop_logger "$log" "$demo/logger.txt"
+    report | tee "$demo/report.txt"
+}
+
+# Afterwards, so that the renderer does not compete with the loop for the processor.
+draw_loop() {
+    "$BUILD/bin/haptable-view" "$BUILD/cube" --quiet --log "$log" --every 100 -o "$demo/cube-loop"
+    echo "  pictures         $demo/cube-loop/ (one every 0.1 s, from the log)"
+    echo "  log              $log (lcm-logplayer and haptable-view --log read it)"
+    echo "  records          $demo/cube-loop.csv (servo), $demo/device.csv (device)"
+    echo "  report           $demo/report.txt, $demo/device.json, $demo/servo.json"
+}
+
+# --------------------------------------------------------------------------------------------------------------------
+
+if [ "${1:-}" = --loop ]; then
+    run_loop
+    draw_loop
+    exit 0
+fi
+
+mkdir -p "$demo"
+if [ "${1:-}" = --figures ]; then
+    figures
+    exit 0
+fi
+rm -rf "$demo/cube-loop"
+figures
+status=0
+sh scripts/loopback.sh sh "$0" --loop || status=$?
+if [ "$status" -eq 77 ]; then
+    echo "The closed loop was left out: LCM cannot work on this machine (see the line above)."
+elif [ "$status" -ne 0 ]; then
+    exit "$status"
+fi

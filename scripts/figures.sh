@@ -1,0 +1,64 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Remakes every picture of README.md and docs/, in docs/pictures/. Called by `make figures` from the project's root, when
+# programs and scenes are made.
+set -eu
+BUILD=${BUILD:-build}
+work=$BUILD/figures
+pictures=docs/pictures
+mkdir -p "$work"
+
+# plot NAME [DEFINITIONS]: docs/figures/NAME.gp draws NAME.svg.
+plot() {
+    gnuplot -e "out='$work/$1.svg'; ${2:-}" "docs/figures/$1.gp"
+    mv "$work/$1.svg" "$pictures/$1.svg"
+    echo "  $pictures/$1.svg"
+}
+
+# ---- drawings ------------------------------------------------------------------------------------------------------
+
+plot signal-path
+
+# From outside to 6 mm under the cube's top.
+printf 'x,y,z\n0.013,0.0165,0.031\n0.0118,0.0172,0.024\n' >"$work/tick.path.csv"
+"$BUILD/cube/servo" --quiet --replay "$work/tick.path.csv" --out "$work/tick.csv"
+plot contact "felt='$(tail -n 1 "$work/tick.csv" | tr , ' ')'"
+
+# ---- plots of what was measured ------------------------------------------------------------------------------------
+
+"$BUILD/bin/haptable-contact" --curves --build "$BUILD/contact"
+sh scripts/plots.sh docs/numbers.json "$work"
+for name in accuracy error-time error-flash error-precompute contact-line contact-loop contact-edge; do
+    mv "$work/$name.svg" "$pictures/$name.svg"
+    echo "  $pictures/$name.svg"
+done
+
+# ---- pictures and film ---------------------------------------------------------------------------------------------
+
+BUILD=$BUILD sh scripts/demo.sh --figures >/dev/null
+for picture in cube-uz mouse-uz; do
+    cp "$BUILD/demo/$picture.png" "$pictures/$picture.png"
+    echo "  $pictures/$picture.png"
+done
+
+# A finger tip of 12 mm over the mouse: down, aside, across, back, up. Places are "ms x y z", mm; between them the
+# finger moves smoothly (minimum jerk).
+awk 'NR == 1 { print "x,y,z" }
+     NR > 1 { for (i = 0; i < $1 - t; ++i) {
+         s = i / ($1 - t); s = s * s * s * (10 - 15 * s + 6 * s * s)
+         printf "%.6f,%.6f,%.6f\n", (x + s * ($2 - x)) / 1e3, (y + s * ($3 - y)) / 1e3, (z + s * ($4 - z)) / 1e3 } }
+     { t = $1; x = $2; y = $3; z = $4 }' >"$work/mouse.path.csv" <<PLACES
+0 -15 0 44
+400 -15 0 31
+700 -15 0 30
+1700 16 13 25
+2300 16 -13 25
+3100 -15 0 30
+3300 -15 0 30
+3700 -15 0 44
+PLACES
+"$BUILD/mouse-mask/servo" --quiet --replay "$work/mouse.path.csv" --out "$work/mouse.csv"
+"$BUILD/bin/haptable-view" "$BUILD/mouse-mask" --quiet --csv "$work/mouse.csv" --every 80 --size 560x420 --elevation 32 \
+    -o "$pictures/mouse.gif"
+echo "  $pictures/mouse.gif"

@@ -1,0 +1,125 @@
+#!/bin/sh
+# What the compiler's warnings do not say: the arrows between the folders, what the firmware must not hold, the form of
+# the files, clang-tidy on the C++ and cppcheck on the C. Called by `make lint` from the project's root, everything built.
+set -eu
+BUILD=${BUILD:-build}
+failed=0
+complain() {
+    echo "lint: $*" >&2
+    failed=1
+}
+
+# ---- arrows: what a folder may include of the project -------------------------------------------------------------
+arrow() { # FOLDER ALLOWED...: prefixes of includes
+    folder=$1
+    shift
+    pattern=$(echo "$*" | sed 's/ /|/g')
+    found=$(grep -rnE '#include "' "$folder" --include='*.[ch]' --include='*.[ch]pp' | grep -vE "#include \"($pattern)" || true)
+    [ -z "$found" ] || complain "$folder may include only $*:
+$found"
+}
+arrow firmware haptable model.h display.h
+arrow host/base host/base
+arrow host/tables host/base host/tables
+arrow host/scene host/base host/scene
+arrow host/mesh host/base host/mesh
+arrow host/fem host/base host/fem
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h
+arrow host/solve host/base host/tables host/solve
+# What computes K^-1 knows nothing of scenes, of the report and of the product's files.
+arrow host/inverse host/base host/solve host/inverse
+arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/mpi
+arrow host/link host/base host/link haptable/
+arrow host/session host/base host/link host/session firmware/haptable.h haptable/
+arrow host/servo host/base host/link host/session host/servo firmware/haptable.h model.h haptable/
+arrow host/report host/base host/report
+arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
+arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
+arrow host/device host/base host/link host/scene host/device haptable/
+arrow host/strokes host/base host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
+arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
+
+# ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
+headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)
+[ -z "$headers" ] || complain "firmware needs more than a freestanding compiler: $headers"
+words=$(grep -rnwE 'double|malloc|calloc|realloc|free|alloca|printf|goto' firmware --include='*.[ch]' | grep -vE '^[^:]*:[0-9]*: *(/\*|\*|//)' | grep -vE '/\*.*\b(free|double)\b' || true)
+[ -z "$words" ] || complain "firmware must not use:
+$words"
+calls=$(mktemp -d)
+trap 'rm -rf "$calls"' EXIT
+for file in firmware/*.c; do
+    gcc -std=c99 -ffreestanding -O0 -fcallgraph-info -Ifirmware -c "$file" -o "$calls/$(basename "$file").o"
+done
+# A cycle in the call graph is a recursion; tsort finds it.
+sed -n 's/^edge: { sourcename: "\([^"]*\)" targetname: "\([^"]*\)".*/\1 \2/p' "$calls"/*.ci | sed 's/[^ ]*:\([a-z]\)/\1/g' >"$calls/edges"
+tsort "$calls/edges" >/dev/null 2>"$calls/cycles" || complain "firmware recurses: $(cat "$calls/cycles")"
+
+# ---- names: what would meet a user's own in a flat include path or at the link -----------------------------------
+# The images' programs (port/) aside, whose names are the images'; size.sh looks at every symbol of an image.
+for file in firmware/*.[ch] firmware/port/*.[chS]; do
+    case $(basename "$file") in
+    haptable.h | haptable_*) ;;
+    *) grep -q '^int haptable_port_main' "$file" || complain "$file: its name must begin with haptable_" ;;
+    esac
+done
+exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_/ { print $3 }')
+[ -z "$exported" ] || complain "firmware exports names that do not begin with haptable_: $exported"
+macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
+[ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
+$macros"
+public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h'
+# shellcheck disable=SC2086 # a list
+types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
+[ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:
+$types"
+
+# The one-definition rule: where two classes share a name, a program that is linked of both takes the members of either
+# for both, and the linker does not say so. What stands in an unnamed namespace is a file's own.
+# shellcheck disable=SC2046 # file names of ours hold no spaces
+twice=$(ctags --languages=C,C++ --map-C++=+.h --c-kinds=gsu --c++-kinds=cgsu --fields=sZ --sort=no -f - \
+    $(git ls-files 'host/*.[ch]pp' 'codegen/*.[ch]pp' 'tests/*.[ch]pp' 'firmware/*.[ch]') "$BUILD"/lcm/haptable/*.hpp |
+    awk -F'\t' '!/__anon/ {
+        name = sub(/^scope:[a-z]*:/, "", $NF) ? $NF "::" $1 : $1
+        if (name in place) print name " in " place[name] " and in " $2
+        place[name] = $2
+    }')
+[ -z "$twice" ] || complain "two classes share a name; rename one, or put it into an unnamed namespace:
+$twice"
+
+# ---- MISRA C:2012, as far as cppcheck's addon goes: firmware/misra.txt lists what we deviate from, and why ------------
+sh scripts/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firmware/misra.txt"
+
+# ---- form ---------------------------------------------------------------------------------------------------------
+# shellcheck disable=SC2046 # file names of ours hold no spaces
+clang-format --dry-run -Werror $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp') || complain "run make format"
+! git grep -nE '^(<<<<<<<|>>>>>>>) ' || complain "a merge was not finished"
+for file in $(git ls-files '*.c' '*.h' '*.cpp' '*.hpp' '*.sh'); do
+    case $file in
+    *.sh) ;;
+    *) head -1 "$file" | grep -q SPDX-License-Identifier || complain "$file: its first line must name its licence" ;;
+    esac
+done
+
+# ---- pages ---------------------------------------------------------------------------------------------------------
+sh scripts/docs.sh || complain "the pages: mend what is said above"
+# shellcheck disable=SC2046 # file names of ours hold no spaces
+"$BUILD/bin/haptable-report" --check README.md CHANGELOG.md $(git ls-files 'docs/*.md' 'firmware/*.md') || complain "the numbers of the pages: mend what is said above"
+
+# ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
+cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
+includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
+# Not the servo's main, which needs a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
+skip='host/(servo|bench)/main.cpp'
+if command -v mpicxx >/dev/null; then
+    for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
+else
+    skip="$skip|host/mpi/"
+fi
+git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -vE "$skip" |
+    xargs -P 2 -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
+git ls-files 'firmware/*.c' | grep -v /port/ | xargs -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
+
+[ $failed = 0 ] && echo "lint: clean"
+exit $failed

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# What scripts that run a session over LCM share: `. scripts/session.sh`. Add "$!" to $children for everything started in the
+# background: nothing of it outlives the script, however that ends.
+
+children=""
+stop_children() {
+    for child in $children; do kill "$child" 2>/dev/null || true; done
+    wait
+    children=""
+}
+trap stop_children EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+# Our own group and port, as the programs choose by themselves; lcm-logger has another default.
+LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.72.84:7684?ttl=0}
+export LCM_DEFAULT_URL
+
+# value KEY FILE: a number of a program's --json summary.
+value() { sed -n "s/^ *\"$1\": \([^,]*\),*\$/\1/p" "$2"; }
+
+# start_logger LOG COMPLAINTS, stop_logger LOG COMPLAINTS: the session's LCM log.
+start_logger() {
+    lcm-logger -q -f --lcm-url="$LCM_DEFAULT_URL" "$1" 2>"$2" &
+    logger=$!
+    children="$children $logger"
+}
+stop_logger() {
+    kill "$logger"
+    wait "$logger" || true # ended by our signal
+    [ -s "$1" ] || { echo "lcm-logger wrote no log, it says: $(cat "$2")" >&2; exit 1; }
+}

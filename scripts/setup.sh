@@ -1,0 +1,55 @@
+#!/bin/sh
+# setup.sh [SET...]: installs the Debian packages of the sets (default: demo) that are missing, and says which.
+# Exit status 0: all are there. One at a time: two makes, or two jobs of one, may ask at once.
+set -eu
+exec 9<"$0"
+flock 9
+
+# What a set needs besides demo.
+packages_of() {
+    case $1 in
+    demo) # haptable-precompute, -device, -view and the servo of a scene
+        echo g++ make iproute2 \
+            libeigen3-dev libsuitesparse-dev libopenblas-dev libxxhash-dev libgmsh-dev libpugixml-dev \
+            liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core \
+            libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
+    surface) echo libcgal-dev ;; # closed surfaces
+    test) echo libgtest-dev clang libclang-rt-14-dev ;;
+    lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
+    bench) echo libbenchmark-dev gnuplot-nox cmark-gfm calculix-ccx ;;
+    figures) echo ffmpeg gnuplot-nox ;;
+    cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
+    mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines
+    *) echo "setup: no set $1" >&2 && exit 2 ;;
+    esac
+}
+
+packages=""
+for set in "${@:-demo}"; do packages="$packages $(packages_of "$set")"; done
+
+missing=""
+for package in $packages; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+echo "setup: installing$missing"
+if [ "$(id -u)" = 0 ]; then
+    sudo=""
+elif command -v sudo >/dev/null 2>&1; then
+    sudo="sudo"
+else
+    echo "setup: you are not root and there is no sudo. As root, run: apt-get install --no-install-recommends$missing" >&2
+    exit 1
+fi
+# The next set a minute later does without another update.
+has_new_lists() {
+    [ -n "$(find /var/lib/apt/lists -maxdepth 0 -mmin -60)" ] && ls /var/lib/apt/lists/*Packages* >/dev/null 2>&1
+}
+export DEBIAN_FRONTEND=noninteractive
+# shellcheck disable=SC2086 # a list of packages is meant to be split
+{ has_new_lists || $sudo apt-get update -qq; } &&
+    $sudo apt-get install -y -qq --no-install-recommends $missing >/dev/null || {
+    echo "setup: apt-get could not install:$missing (is this Debian 12, and does it reach a mirror?)" >&2
+    exit 1
+}
