@@ -10,14 +10,28 @@
 
 namespace haptable {
 
+/// Above this the servo's rounding is told, 1 % of what a hand can tell apart.
+inline constexpr double kMostServoError = 1e-3;
+
+/// Another way to make the tables of the same body.
+struct Remedy {
+    std::string text;    ///< what to write into the scene
+    double error = 0.0;  ///< ServoError::worst with it, measured
+};
+
 /// What a model takes, and what other ways to store its blocks would.
 struct ModelSize {
     std::uint64_t tables_hash = 0;          ///< haptable_model.hash
     std::vector<TableBytes> flash;          ///< by table, in the order of model.c
     std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
-    ServoStiffness stiffness;               ///< what it feels like
-    ServoIndex index;                       ///< of the spatial index
+    ServoError servo;                       ///< what float32 costs of the force
+    std::vector<Remedy> remedies;  ///< where that is more than kMostServoError: what would leave less, best first
+    ServoStiffness stiffness;      ///< what it feels like
+    ServoIndex index;              ///< of the spatial index
 };
+
+/// "; WHAT leaves ERROR, ..."; empty without any.
+std::string describe(const std::vector<Remedy>& remedies);
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
 /// Throws Error that names the file when a table is missing or damaged, and Error where the object is too large for the

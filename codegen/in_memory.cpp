@@ -28,8 +28,12 @@ haptable_compliance compliance_in_memory(const ServoCompliance& from) {
     return to;
 }
 
-void point_to_tables(const ServoTables& from, haptable_model& to){
-    HAPTABLE_MODEL_FIELDS(HAPTABLE_LEAVE, HAPTABLE_POINT, HAPTABLE_LEAVE, HAPTABLE_LEAVE)}
+/// A model with its tables, and nothing else yet.
+haptable_model tables_in_memory(const ServoTables& from) {
+    haptable_model to{};
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_LEAVE, HAPTABLE_POINT, HAPTABLE_LEAVE, HAPTABLE_LEAVE)
+    return to;
+}
 #undef HAPTABLE_COPY
 #undef HAPTABLE_POINT
 #undef HAPTABLE_LEAVE
@@ -45,7 +49,7 @@ std::uint64_t hash_of(const haptable_model& model, const Tables& tables, const S
 }  // namespace
 
 haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
-    haptable_model model{};
+    haptable_model model = tables_in_memory(servo);
     model.max_force_n = static_cast<float>(tables.max_force_n);
     model.rigid_stiffness_n_per_m = servo.rigid_stiffness_n_per_m;
     model.tolerance_m = servo.tolerance_m;
@@ -58,7 +62,6 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.box_count = static_cast<std::uint16_t>(servo.box.size());
     model.hinge_count = static_cast<std::uint16_t>(servo.hinge.size());
     model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
-    point_to_tables(servo, model);
     if (!servo.packed.empty()) model.unpack = unpack_of(tables.precision);
     if (!servo.reads_stiffness()) model.stiffness_n_per_m = nullptr;
     set_modes(tables, model);

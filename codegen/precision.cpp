@@ -60,6 +60,7 @@ Floats blocks_of(const ServoModel& model) {
     return model.compliance.degree == 0 ? model.stiffness_n_per_m : compliance_blocks(model);
 }
 
+using Eigen::Vector3d;
 using Blocks = std::vector<Eigen::Matrix3d>;  // S of each vertex, or a compliance's
 
 Eigen::Matrix3d symmetric_part(const std::array<double, 9>& rows) {
@@ -141,6 +142,66 @@ Blocks compliance_errors(const Blocks& exact, const Blocks& stored, const ServoM
     return errors;
 }
 
+// ---- the servo's own force ------------------------------------------------------------------------------------------
+
+// Points of a patch where a finger presses: no rounding of theirs is zero.
+constexpr std::array<double, 3> kPressed[3] = {{0.41, 0.32, 0.27}, {0.17, 0.22, 0.61}, {0.73, 0.18, 0.09}};
+
+/// S in double at points of patches.
+class ExactForce {
+public:
+    ExactForce(const Tables& tables, const ServoModel& model)
+        : model_(model),
+          blocks_(model.compliance.degree == 0 ? exact_stiffness(tables, model) : exact_blocks(tables, model)) {}
+    Eigen::Matrix3d at(std::size_t patch, const std::array<double, 3>& alpha) const {
+        if (model_.compliance.degree == 0) return mean(blocks_, model_.patch[patch], alpha);
+        Blocks control;
+        for (std::size_t b : control_blocks(model_, patch)) control.push_back(blocks_[b]);
+        return compliance_at(model_, patch, control, BernsteinPoint(model_.compliance.degree, alpha)).inverse();
+    }
+
+private:
+    const ServoModel& model_;
+    Blocks blocks_;
+};
+
+void put(const Vector3d& x, float out[3]) {
+    for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(x[c]);
+}
+
+Vector3d in_double(const float x[3]) {
+    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+}
+
+/// F of the firmware for a contact and a finger.
+Vector3d servo_force(const haptable_model& model, const haptable_contact& contact, const Vector3d& finger_m) {
+    float finger[3], nodal_n[3][3], force_n[3];
+    put(finger_m, finger);
+    model.force(&model, &contact, finger, nodal_n, force_n);
+    return in_double(force_n);
+}
+
+/// The god-object at these area coordinates, as the servo has it.
+haptable_contact contact_at(const haptable_model& model, std::size_t patch, const std::array<double, 3>& alpha) {
+    haptable_contact contact{};
+    contact.patch = static_cast<std::uint16_t>(patch);
+    put({alpha[0], alpha[1], alpha[2]}, contact.alpha);
+    for (int c = 0; c < 3; ++c) {
+        const float* vertex_m = model.vertex_m[model.patch[patch][c]];
+        for (int k = 0; k < 3; ++k) contact.god_object_m[k] += contact.alpha[c] * vertex_m[k];
+    }
+    return contact;
+}
+
+/// The normal of a triangle, and two directions across it.
+Eigen::Matrix3d frame_of(const std::array<Vector3d, 3>& corner) {
+    const Vector3d along = (corner[1] - corner[0]).normalized();
+    const Vector3d normal = along.cross(corner[2] - corner[0]).normalized();
+    Eigen::Matrix3d frame;
+    frame << normal, along, normal.cross(along);
+    return frame;
+}
+
 /// 2-norm, by the largest eigenvalue of A^T A in closed form; infinite where A is not finite.
 double norm_of(const Eigen::Matrix3d& a) {
     if (!a.allFinite()) return HUGE_VAL;
@@ -183,6 +244,66 @@ std::vector<PrecisionError> compare_precisions(const Tables& tables, const Servo
         all.push_back(error);
     }
     return all;
+}
+
+double small_dent_m(const Tables& tables) {
+    double volume = 0.0, area = 0.0;
+    const Vector3d origin(tables.position.front().data());
+    for (const auto& corner : tables.surface) {
+        std::array<Vector3d, 3> x;
+        for (std::size_t c = 0; c < 3; ++c)
+            x[c] = Vector3d(tables.position[static_cast<std::size_t>(corner[c])].data()) - origin;
+        volume += x[0].dot(x[1].cross(x[2])) / 6.0;
+        area += (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2.0;
+    }
+    return 0.2 * std::abs(volume) / area;
+}
+
+ServoError measure_servo(const Tables& tables, const ServoModel& model) {
+    Tables plain = tables;  // the force itself, not what a god-object has made of it
+    plain.god_object = GodObject::kNearest;
+    plain.static_friction = 0.0;
+    plain.precision = Storage::kFloat32;
+    ServoModel in_float = model;
+    pack_blocks(plain.precision, in_float);
+    const haptable_model servo = model_in_memory(plain, in_float);
+    const ExactForce exact(tables, model);
+    ServoError error;
+    error.depth_m = small_dent_m(tables);
+    const auto take = [](const Vector3d& force, const Vector3d& meant, double& worst) {
+        const double off = (force - meant).norm() / meant.norm();
+        worst = std::max(worst, std::isfinite(off) ? off : HUGE_VAL);
+    };
+    for (std::size_t p = 0; p < model.patch.size(); ++p) {
+        std::array<Vector3d, 3> corner;
+        for (std::size_t c = 0; c < 3; ++c)
+            corner[c] = Vector3d(tables.position[static_cast<std::size_t>(model.node[model.patch[p][c]])].data());
+        const Eigen::Matrix3d frame = frame_of(corner);
+        for (const auto& alpha : kPressed) {
+            const haptable_contact contact = contact_at(servo, p, alpha);
+            const Vector3d at = in_double(contact.alpha), g = at[0] * corner[0] + at[1] * corner[1] + at[2] * corner[2];
+            const Eigen::Matrix3d s = exact.at(p, {at[0], at[1], at[2]});
+            if (!s.allFinite() || !frame.allFinite()) continue;
+            for (int d = 0; d < 3; ++d) {
+                const Vector3d u = error.depth_m * frame.col(d);
+                take(servo_force(servo, contact, g + u), -s * u, error.worst);
+                haptable_contact at_origin = contact;
+                put(Vector3d::Zero(), at_origin.god_object_m);
+                float exact_u[3];
+                put(u, exact_u);
+                take(servo_force(servo, at_origin, u), -s * in_double(exact_u), error.force_alone);
+            }
+        }
+    }
+    return error;
+}
+
+bool has_definite_blocks(const Tables& tables, const ServoModel& model) {
+    if (model.compliance.degree != 0) return true;  // only sums of them are to be
+    const Blocks blocks = stored_blocks(tables, model);
+    return std::all_of(blocks.begin(), blocks.end(), [](const Eigen::Matrix3d& s) {
+        return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(s, Eigen::EigenvaluesOnly).eigenvalues()[0] > 0.0;
+    });
 }
 
 void require_precision(const std::vector<PrecisionError>& all, Storage chosen) {

@@ -284,6 +284,34 @@ void require_flash(const std::vector<TableBytes>& tables, const ServoModel& mode
                             budget_bytes, fmt::join(list, ", "), advice));
 }
 
+namespace {
+
+/// What leaves less of the servo's error, by making the same tables in other ways.
+std::vector<Remedy> find_remedies(const Tables& tables, const ServoError& now) {
+    std::vector<Remedy> found;
+    const auto attempt = [&](const std::string& text, const Tables& other) {
+        const double error = measure_servo(other, build_model(other)).worst;
+        if (error < 0.5 * now.worst) found.push_back({text, error});
+    };
+    Tables moved = tables;
+    for (auto& x : moved.position)
+        for (std::size_t c = 0; c < 3; ++c) x[c] -= tables.position.front()[c];
+    attempt("moving the mesh to the origin", moved);
+    Tables coupled = tables;
+    coupled.auto_coupling = true;
+    if (!tables.auto_coupling) attempt("coupling = \"auto\" in [contact]", coupled);
+    std::stable_sort(found.begin(), found.end(), [](const Remedy& a, const Remedy& b) { return a.error < b.error; });
+    return found;
+}
+
+}  // namespace
+
+std::string describe(const std::vector<Remedy>& remedies) {
+    std::vector<std::string> list;
+    for (const Remedy& remedy : remedies) list.push_back(fmt::format("{} leaves {:.2g}", remedy.text, remedy.error));
+    return list.empty() ? "" : fmt::format("; {}", fmt::join(list, ", "));
+}
+
 ModelText model_text(const Tables& tables, const ServoModel& servo) {
     const haptable_model model = model_in_memory(tables, servo);
     return {header_text(tables, servo, model.hash), source_text(tables, servo, model)};
@@ -294,11 +322,17 @@ ModelSize generate_model(const std::filesystem::path& folder) {
     ServoModel model = build_model(tables);
     measure_search(model);
     const std::uint64_t hash = model_in_memory(tables, model).hash;
-    ModelSize size{hash, flash_tables(model), {}, model.stiffness, model.search};
+    ModelSize size{hash, flash_tables(model), {}, measure_servo(tables, model), {}, model.stiffness, model.search};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables, hash)});
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
     require_precision(size.precision, tables.precision);
+    if (size.servo.worst > kMostServoError) size.remedies = find_remedies(tables, size.servo);
+    if (!has_definite_blocks(tables, model))
+        throw Error(
+            fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
+                        "definite, so that a force would pull where it should push{}",
+                        word(tables.precision), describe(size.remedies)));
     const ModelText text = model_text(tables, model);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);

@@ -276,7 +276,8 @@ struct haptable_servo {
     uint16_t slide_patch;          /* where a slide to the nearest point that met its limit goes on; HAPTABLE_NONE */
     uint32_t position_us;          /* when the last position came; wraps */
     float felt_n[3];               /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];           /* what release still holds of forces that have ended */
+    float released_n[3];           /* what release still adds: of forces that have ended, or are to come up */
+    float owed_j;                  /* with release: energy that is stored and not yet paid by the finger; >= 0 */
     float given_n[3];              /* the force of the last tick as it was given */
     float given_j; /* with passivity: energy given to the user, less what was taken; never far above 0 */
     struct haptable_counters counters;
@@ -365,7 +366,8 @@ haptable_force_fn haptable_force_of_least_energy;
 haptable_god_object_fn haptable_god_object_friction;
 
 /* release: when contact ends, or the god-object jumps, the difference of the forces is not dropped but brought down by
- * release_n a tick, and only its part that takes energy from the finger. */
+ * release_n a tick: a force that has ended only brakes, one that brakes more comes up. What the finger has not paid of
+ * that is owed, and nothing pushes it until it is paid. */
 haptable_finish_fn haptable_release_slew;
 
 /* passivity: observes the energy that the servo gives over what it took, and damps the finger's motion until it is paid

@@ -24,7 +24,7 @@ static inline void gather_packed(const struct haptable_model* model, const struc
         for (i = 0; i < per_edge; ++i)
             model->unpack(model, first + (forward ? i : per_edge - 1u - i), room[form->edge[corner][i]]);
         if (form->degree == 4)
-            model->unpack(model, patches + 3u * patch + (uint32_t)corner, room[form->inside[corner]]);
+            model->unpack(model, patches + 3u * (uint32_t)patch + (uint32_t)corner, room[form->inside[corner]]);
     }
     for (n = 0; n < net->count; ++n) net->block[n] = room[n];
 }

@@ -11,8 +11,8 @@
 /* Six times the signed volume of the segment and one edge: on which side of the edge the segment passes. Taken with the
  * lower vertex first, it is the same number, with the opposite sign, for both patches of an edge: no segment slips
  * between. */
-static float side_of_edge(const struct haptable_model* model, uint16_t i, uint16_t j, const float from_m[3],
-                          const float along[3]) {
+static float passes_edge(const struct haptable_model* model, uint16_t i, uint16_t j, const float from_m[3],
+                         const float along[3]) {
     float a[3];
     float b[3];
     float normal[3];
@@ -39,14 +39,18 @@ static int is_left(const struct haptable_model* model, const struct haptable_seg
 #define BEHIND 0.0625f
 
 /* 1 where the segment may begin at its height over the patch (start) and end under it (end) to enter it; heights are
- * times the normal's length. One from the surface that stays within the tolerance of a patch runs along it. */
+ * times the normal's length, and squared in tolerance_m: in metres a body of micrometres would leave no float. One that
+ * stays within rounding of a patch runs along it, and one from the surface that stays within the tolerance: where it
+ * would cross it is anywhere. */
 static int may_enter(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
                      float start, float end, const float normal[3]) {
-    const float near2 = model->tolerance_m * model->tolerance_m * vec_dot(normal, normal);
-    const int is_near = start * start <= near2;
-    if (segment->left[0] != HAPTABLE_NONE && is_near && end * end <= near2) return 0;
-    if (!is_left(model, segment, patch)) return start >= 0.0f || is_near;
-    return segment->is_beside && (start >= 0.0f || start * start <= BEHIND * BEHIND * near2);
+    const float near2 = vec_dot(normal, normal);
+    const float along2 = segment->left[0] == HAPTABLE_NONE ? BEHIND * BEHIND * near2 : near2;
+    const float start2 = (start / model->tolerance_m) * (start / model->tolerance_m);
+    const float end2 = (end / model->tolerance_m) * (end / model->tolerance_m);
+    if (start2 <= along2 && end2 <= along2) return 0;
+    if (!is_left(model, segment, patch)) return start >= 0.0f || start2 <= near2;
+    return segment->is_beside && (start >= 0.0f || start2 <= BEHIND * BEHIND * near2);
 }
 
 /* 1 when the segment crosses the patch from outside to inside; *fraction is where, 0 to 1 of the segment. */
@@ -67,9 +71,9 @@ static int enters(const struct haptable_model* model, uint16_t patch, const stru
     end = vec_dot(normal, offset);
     if (end >= 0.0f || end >= start) return 0;
     vec_sub(segment->to_m, segment->from_m, along);
-    if (side_of_edge(model, v[0], v[1], segment->from_m, along) > 0.0f) return 0;
-    if (side_of_edge(model, v[1], v[2], segment->from_m, along) > 0.0f) return 0;
-    if (side_of_edge(model, v[2], v[0], segment->from_m, along) > 0.0f) return 0;
+    if (passes_edge(model, v[0], v[1], segment->from_m, along) > 0.0f) return 0;
+    if (passes_edge(model, v[1], v[2], segment->from_m, along) > 0.0f) return 0;
+    if (passes_edge(model, v[2], v[0], segment->from_m, along) > 0.0f) return 0;
     if (!may_enter(model, segment, patch, start, end, normal)) return 0;
     *fraction = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
@@ -172,12 +176,9 @@ static void leave(const struct haptable_model* model, const struct haptable_cont
 
 void haptable_segment_step_back(const struct haptable_model* model, struct haptable_segment* segment) {
     float along[3];
-    float length2;
     float back;
     vec_sub(segment->to_m, segment->from_m, along);
-    length2 = vec_dot(along, along);
-    if (!(length2 > 0.0f)) return;
-    back = model->tolerance_m * vec_inverse_root(length2);
+    back = model->tolerance_m * haptable_surface_inverse_length(along);
     vec_add_scaled(back < 0.5f ? -back : -0.5f, along, segment->to_m);
 }
 
@@ -216,30 +217,49 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
 }
 
 /* So much of the line from a point of the surface, in tolerance_m, is too near to it to be anywhere: twice as far as an
- * edge or a vertex next to the point may be. */
-#define LEFT_OUT 16.0f
+ * edge next to the point may be, and a vertex. */
+#define LEFT_OUT (2.0f * HAPTABLE_EDGE_REACH)
+#define LEFT_OUT_AT_VERTEX (2.0f * HAPTABLE_VERTEX_REACH)
+
+/* Begins the line to x at a point of it that is on that side, on or next to what `at` is on. A line along the surface
+ * begins tolerance_m outwards from there, where nothing is rounding. Returns 0 for one that begins inside. */
+static int begin_on(const struct haptable_model* model, const struct haptable_contact* at, enum haptable_side side,
+                    const float from_m[3], const float x_m[3], struct haptable_segment* segment) {
+    float begin_m[3];
+    if (side == HAPTABLE_SIDE_INSIDE) return 0;
+    vec_copy(from_m, begin_m);
+    if (side == HAPTABLE_SIDE_ALONG) {
+        float outward[3];
+        haptable_surface_outward(model, at, outward);
+        vec_add_scaled(model->tolerance_m * haptable_surface_inverse_length(outward), outward, begin_m);
+    }
+    begin(begin_m, x_m, segment);
+    leave(model, at, segment);
+    segment->is_beside = side == HAPTABLE_SIDE_ALONG;
+    return 1;
+}
 
 /* The line from a point beside the edge or the vertex `at`, past which it may leave the body: it begins where it is out
- * of their reach. Returns 1 where it is outside there. before: |u| > tolerance_m. */
+ * of their reach. Returns 1 where it is not inside there. before: |u| > tolerance_m. */
 static int begin_beside(const struct haptable_model* model, const struct haptable_contact* from,
                         const struct haptable_contact* at, const float x_m[3], const float u[3],
                         struct haptable_segment* segment) {
-    const float out = LEFT_OUT * model->tolerance_m * vec_inverse_root(vec_dot(u, u));
-    const float fraction = out < 0.5f ? out : 0.5f;
+    int corner;
+    const float left_out = feature_of(at->alpha, &corner) == ON_VERTEX ? LEFT_OUT_AT_VERTEX : LEFT_OUT;
+    const float out = left_out * model->tolerance_m * haptable_surface_inverse_length(u);
+    enum haptable_side side;
     float begin_m[3];
     float from_border[3];
-    vec_sub(from->god_object_m, at->god_object_m, from_border);
-    vec_add_scaled(fraction, u, from_border);
-    if (!haptable_surface_begins_outside(model, at, from_border)) return 0;
     vec_copy(from->god_object_m, begin_m);
-    vec_add_scaled(fraction, u, begin_m);
-    begin(begin_m, x_m, segment);
-    leave(model, at, segment);
+    vec_add_scaled(out < 0.5f ? out : 0.5f, u, begin_m);
+    vec_sub(begin_m, at->god_object_m, from_border);
+    side = haptable_surface_side(model, at, from_border);
+    if (!begin_on(model, at, side, begin_m, x_m, segment)) return 0;
     segment->is_beside = 1;
     return 1;
 }
 
-/* The line from a point on an edge or a vertex, or next to one. Returns 1 where it begins outside. */
+/* The line from a point on an edge or a vertex, or next to one. Returns 1 where it does not begin inside. */
 static int begin_near_border(const struct haptable_model* model, const struct haptable_contact* from,
                              const float x_m[3], struct haptable_segment* segment) {
     const float near2 = model->tolerance_m * model->tolerance_m;
@@ -251,27 +271,24 @@ static int begin_near_border(const struct haptable_model* model, const struct ha
     if (gap2(at.god_object_m, from->god_object_m) > HAPTABLE_ROUNDING * HAPTABLE_ROUNDING * near2)
         return begin_beside(model, from, &at, x_m, u, segment);
     vec_sub(x_m, at.god_object_m, u);
-    if (!haptable_surface_begins_outside(model, &at, u)) return 0;
-    begin(at.god_object_m, x_m, segment);
-    leave(model, &at, segment);
-    return 1;
+    return begin_on(model, &at, haptable_surface_side(model, &at, u), at.god_object_m, x_m, segment);
 }
 
-/* The line from a point within a patch. Returns 1 where it begins outside: in most ticks it does not. */
+/* The line from a point within a patch. Returns 1 where it does not begin inside: in most ticks it does. */
 static inline int begin_within(const struct haptable_model* model, const struct haptable_contact* from,
                                const float x_m[3], struct haptable_segment* segment) {
+    enum haptable_side side;
     float u[3];
     vec_sub(x_m, from->god_object_m, u);
-    if (!is_over_patch(model, from->patch, u) || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
-    begin(from->god_object_m, x_m, segment);
-    leave(model, from, segment);
-    return 1;
+    side = side_of_patch(model, from->patch, u);
+    if (side == HAPTABLE_SIDE_INSIDE || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
+    return begin_on(model, from, side, from->god_object_m, x_m, segment);
 }
 
 enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
                                            const float x_m[3], int boxes, struct haptable_segment* segment,
                                            struct haptable_counters* counters) {
-    const int begins = haptable_patch_is_near_border(from) ? begin_near_border(model, from, x_m, segment)
-                                                           : begin_within(model, from, x_m, segment);
+    const int begins = haptable_patch_is_near_border(model, from) ? begin_near_border(model, from, x_m, segment)
+                                                                  : begin_within(model, from, x_m, segment);
     return begins ? haptable_segment_search(model, boxes, segment, counters) : HAPTABLE_SIGHT_INSIDE;
 }

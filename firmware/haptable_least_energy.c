@@ -479,7 +479,8 @@ static int presses_on(const struct haptable_model* model, uint16_t patch, const 
 static int presses_from_edge(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b,
                              const float at_m[3], const float u[3], const float load_n[3]) {
     const int opposite = 3 - corner_of(model, patch, a) - corner_of(model, patch, b);
-    return presses_on(model, patch, u, load_n) && haptable_patch_ends_beyond(model, patch, opposite, at_m) < 0;
+    return presses_on(model, patch, u, load_n) &&
+           haptable_patch_ends_beyond(model, patch, opposite, at_m, HAPTABLE_EDGE_REACH * model->tolerance_m) < 0;
 }
 
 /* See surely_presses; on the edge opposite to `corner`. */
@@ -517,7 +518,7 @@ static int presses_on_border(const struct haptable_model* model, const struct po
 /* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
 static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
     float u[3];
-    if (haptable_patch_is_near_border(&here->at)) return presses_on_border(model, here, x_m);
+    if (haptable_patch_is_near_border(model, &here->at)) return presses_on_border(model, here, x_m);
     vec_sub(x_m, here->at.god_object_m, u);
     return presses_on(model, here->at.patch, u, here->energy.load_n);
 }

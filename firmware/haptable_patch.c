@@ -84,30 +84,29 @@ void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, 
     place(model, nearest);
 }
 
-/* How near a border is, in tolerance_m. Where two patches meet at a knife's edge, the body next to it is thinner than
- * the point is far from the edge. */
-#define BORDER_REACH 8.0f
-
 int haptable_patch_onto_border(const struct haptable_model* model, struct haptable_contact* point) {
-    const float near2 = BORDER_REACH * BORDER_REACH * model->tolerance_m * model->tolerance_m;
+    const float edge_m = HAPTABLE_EDGE_REACH * model->tolerance_m;
+    const float vertex_m = HAPTABLE_VERTEX_REACH * model->tolerance_m;
     struct on_border best = {0, 0.0f, 0.0f, -1.0f};
+    const int is_thin = haptable_patch_is_thin(model, point->patch);
     float rest;
     int corner;
     for (corner = 0; corner < 3; ++corner)
-        if (point->alpha[corner] < HAPTABLE_NEAR_BORDER)
+        if (is_thin || point->alpha[corner] < HAPTABLE_NEAR_BORDER)
             nearest_on_edge(model, point->patch, corner, point->god_object_m, &best);
-    if (best.gap2 < 0.0f || best.gap2 > near2) return 0;
+    if (best.gap2 < 0.0f || best.gap2 > edge_m * edge_m) return 0;
     rest = 1.0f - best.fraction;
-    if (best.fraction * best.fraction * best.length2 <= near2) best.fraction = 0.0f;
-    if (rest * rest * best.length2 <= near2) best.fraction = 1.0f;
+    if (best.fraction * best.fraction * best.length2 <= vertex_m * vertex_m) best.fraction = 0.0f;
+    if (rest * rest * best.length2 <= vertex_m * vertex_m) best.fraction = 1.0f;
     put_on_border(&best, point->alpha);
     place(model, point);
     return 1;
 }
 
-int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3]) {
+int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3],
+                               float thin_m) {
     struct on_border best = {-1, 0.0f, 0.0f, -1.0f};
     nearest_on_edge(model, patch, next_corner(corner), at_m, &best);
     nearest_on_edge(model, patch, previous_corner(corner), at_m, &best);
-    return best.gap2 <= model->tolerance_m * model->tolerance_m ? best.corner : -1;
+    return best.gap2 <= thin_m * thin_m ? best.corner : -1;
 }

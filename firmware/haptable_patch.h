@@ -6,28 +6,54 @@
 #define HAPTABLE_PATCH_H
 
 #include "haptable.h"
+#include "haptable_surface.h"
+#include "haptable_vector.h"
 
 /* The area coordinates (eq. 11) and the position of the point of a patch that is nearest to x.
  * after: 0 <= alpha <= 1, sum 1 to rounding; alpha is exactly 0 at the corners opposite to the edges it lies on. */
 void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],
                             struct haptable_contact* nearest);
 
-/* A point whose area coordinates are no less is farther from the border than 8 tolerance_m, or its patch is thinner
- * than diagonal / 8192. */
+/* How near an edge and a vertex are, in tolerance_m. Where two patches meet at a knife's edge, the body next to it is
+ * thinner than the point is far from the edge. A vertex within reach of what is left out next to an edge has more to
+ * say than the edge. */
+#define HAPTABLE_EDGE_REACH 8.0f
+#define HAPTABLE_VERTEX_REACH 32.0f
+
+/* 1 where a patch may be so thin that every point of it is within reach of an edge, and no area coordinate tells. */
 #define HAPTABLE_NEAR_BORDER 0.0625f
 
-static inline int haptable_patch_is_near_border(const struct haptable_contact* point) {
-    const float* alpha = point->alpha;
-    return alpha[0] < HAPTABLE_NEAR_BORDER || alpha[1] < HAPTABLE_NEAR_BORDER || alpha[2] < HAPTABLE_NEAR_BORDER;
+/* No patch with twice this area, in tolerance_m squared, is thin: 2 * HAPTABLE_EDGE_REACH / HAPTABLE_NEAR_BORDER times
+ * the body's diagonal. */
+#define HAPTABLE_THIN_AREA 0x1p28f
+
+static inline int haptable_patch_is_thin(const struct haptable_model* model, uint16_t patch) {
+    const float thin_m = HAPTABLE_EDGE_REACH / HAPTABLE_NEAR_BORDER * model->tolerance_m;
+    const float area_m2 = HAPTABLE_THIN_AREA * model->tolerance_m * model->tolerance_m;
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(model, patch, edge1, edge2, normal);
+    if (vec_dot(normal, normal) >= area_m2 * area_m2) return 0; /* on a body of not too many patches */
+    return vec_dot(normal, normal) < 2.0f * thin_m * thin_m * (vec_dot(edge1, edge1) + vec_dot(edge2, edge2));
 }
 
-/* Puts a point of a patch that is next to an edge or a vertex, within 8 tolerance_m, onto that: what lies there is to
- * be asked what is inside and what is outside. Returns 0, and leaves the point, where it is farther from both. after:
- * alpha as above. */
+/* 0 where a point of a patch is out of reach of every edge. */
+static inline int haptable_patch_is_near_border(const struct haptable_model* model,
+                                                const struct haptable_contact* point) {
+    const float* alpha = point->alpha;
+    return alpha[0] < HAPTABLE_NEAR_BORDER || alpha[1] < HAPTABLE_NEAR_BORDER || alpha[2] < HAPTABLE_NEAR_BORDER ||
+           haptable_patch_is_thin(model, point->patch);
+}
+
+/* Puts a point of a patch that is next to an edge onto that, or onto a vertex that is near too: what lies there is to
+ * be asked what is inside and what is outside. Returns 0, and leaves the point, where it is farther from every edge.
+ * after: alpha as above. */
 int haptable_patch_onto_border(const struct haptable_model* model, struct haptable_contact* point);
 
-/* The corner whose opposite edge is as near to a point of the edge opposite to `corner`; -1: both are farther, the
- * patch is not that thin there. */
-int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3]);
+/* The corner whose opposite edge is within thin_m of a point of the edge opposite to `corner`; -1: both are farther,
+ * the patch is not that thin there. */
+int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3],
+                               float thin_m);
 
 #endif

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT
  *
- * F = F_contact + R,   |R| falls by release_n a tick,   R . d <= 0: what is left of a force that has ended only
- * brakes
+ * F = F_contact + R,   |R| falls by release_n a tick,   F . d <= max(0, F_contact . d)
+ *
+ * R is what is left of a force that has ended: it only brakes. Or it is what a new force, which brakes more, lacks yet.
+ * Then the finger pays less than the contact stores; the difference is kept, and no force pushes until it is paid back:
+ * F gives no more than the contact's own force would.
  */
 #include "haptable.h"
 #include "haptable_vector.h"
@@ -47,23 +50,61 @@ static void shorten(float by_n, float r[3]) {
     r[2] *= scale;
 }
 
-/* Takes away what of R would push the finger on. */
-static void only_brake(const float motion_m[3], float r[3]) {
-    const float power = vec_dot(r, motion_m);
+/* What R does over the motion, given what the contact's force does, J. It brakes; or it holds back a force that has
+ * come up at a jump, by no more than most_j. That much the finger has not paid of what is stored: it is owed, and until
+ * it is paid nothing pushes the finger. */
+static void hold_back(float contact_j, float most_j, const float motion_m[3], struct haptable_servo* servo) {
     const float motion2 = vec_dot(motion_m, motion_m);
-    if (power > 0.0f && motion2 > 0.0f) vec_add_scaled(-power / motion2, motion_m, r);
+    const float before = vec_dot(servo->released_n, motion_m);
+    float kept = before < most_j ? before : most_j;
+    float given;
+    if (!(motion2 > 0.0f)) return;
+    servo->owed_j = servo->owed_j + kept > 0.0f ? servo->owed_j + kept : 0.0f;
+    given = contact_j + kept;
+    if (kept <= 0.0f && given > 0.0f && servo->owed_j > 0.0f) {
+        const float paid = given < servo->owed_j ? given : servo->owed_j;
+        servo->owed_j -= paid;
+        kept -= paid;
+    }
+    if (kept != before) vec_add_scaled((kept - before) / motion2, motion_m, servo->released_n);
+}
+
+/* What may be owed more, J, where the god-object has jumped to a contact that stores E: what the finger would pay, but
+ * no more than E in all. Nothing at a first contact: its force comes at once. */
+static float most_owed(const struct haptable_servo* servo, int is_first, const float force_n[3], float contact_j) {
+    float u[3];
+    float left_j;
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    left_j = -0.5f * vec_dot(force_n, u) - servo->owed_j;
+    if (is_first || contact_j >= 0.0f || left_j <= 0.0f) return 0.0f;
+    return -contact_j < left_j ? -contact_j : left_j;
 }
 
 void haptable_release_slew(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
                            float force_n[3]) {
+    const int is_first = vec_dot(servo->felt_n, servo->felt_n) == 0.0f;
+    const int is_free = servo->contact.patch == HAPTABLE_NONE;
     float change[3];
+    float held[3]; /* the contact's force over the motion */
+    float contact_j;
+    float most_j;
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
+    vec_copy(force_n, held);
     if (has_jumped(model, servo, force_n, change, motion_m)) {
         ++servo->counters.jumps;
         vec_add_scaled(1.0f, change, servo->released_n);
+        most_j = is_free ? 0.0f : most_owed(servo, is_first, force_n, vec_dot(force_n, motion_m));
+        vec_add_scaled(1.0f, change, held);
+        contact_j = vec_dot(held, motion_m);
+    } else {
+        if (!(vec_dot(servo->released_n, servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
+        vec_add_scaled(0.5f, change, held);
+        contact_j = vec_dot(held, motion_m);
+        most_j = is_first || contact_j >= 0.0f ? 0.0f : -contact_j;
     }
     shorten(model->release_n, servo->released_n);
-    only_brake(motion_m, servo->released_n);
+    hold_back(contact_j, most_j, motion_m, servo);
+    if (is_free) servo->owed_j = 0.0f; /* nothing is stored any more */
     vec_add_scaled(1.0f, servo->released_n, force_n);
 }

@@ -25,6 +25,7 @@ static void drop_contact(struct haptable_servo* servo) {
     servo->finger_known = 0;
     vec_zero(servo->felt_n);
     vec_zero(servo->released_n);
+    servo->owed_j = 0.0f;
     vec_zero(servo->given_n);
 }
 

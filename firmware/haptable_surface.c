@@ -8,8 +8,6 @@
  */
 #include "haptable_surface.h"
 
-#include <stddef.h>
-
 #include "haptable_patch.h"
 
 static struct fan fan_at(const struct haptable_model* model, struct fan fan, uint16_t patch) {
@@ -41,10 +39,9 @@ static float angle_of_cosine(float x) {
     return x < 0.0f ? 3.1415927f - angle : angle;
 }
 
-/* 1 / |n| of a patch's normal; 0 where the patch has no area. */
-static float inverse_length(const float normal[3]) {
-    const float length2 = vec_dot(normal, normal);
-    return length2 < 1e-30f ? 0.0f : vec_inverse_root(length2);
+float haptable_surface_inverse_length(const float v[3]) {
+    const float length2 = vec_dot(v, v);
+    return length2 < 1e-37f ? 0.0f : vec_inverse_root(length2);
 }
 
 /* Adds the unit normal of a patch. */
@@ -53,7 +50,7 @@ static void add_normal(const struct haptable_model* model, uint16_t patch, float
     float edge2[3];
     float normal[3];
     patch_frame(model, patch, edge1, edge2, normal);
-    vec_add_scaled(inverse_length(normal), normal, sum);
+    vec_add_scaled(haptable_surface_inverse_length(normal), normal, sum);
 }
 
 /* Adds the unit normal of the patch between two edges of a vertex, weighted by the angle between them. */
@@ -62,20 +59,54 @@ static inline void add_weighted_normal(const float one[3], const float two[3], f
     const float cosine = lengths2 > 1e-30f ? vec_dot(one, two) * vec_inverse_root(lengths2) : 1.0f;
     float normal[3];
     vec_cross(one, two, normal);
-    vec_add_scaled(inverse_length(normal) * angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine)),
+    vec_add_scaled(haptable_surface_inverse_length(normal) *
+                       angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine)),
                    normal, sum);
 }
 
+/* What a vertex sees of a patch around it: one piece between two edges. Where the edge opposite to the vertex is nearer
+ * than thin_m, the patch is a sliver and its normal says nothing: then two pieces of what lies beyond. */
+struct seen {
+    uint16_t patch;
+    int pieces;
+    uint16_t end[3]; /* vertices: piece i lies between those of end[i] and end[i + 1] */
+};
+
+/* before: the vertex is at at_m. */
+static struct seen see(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m) {
+    const uint16_t* v = model->patch[fan->patch];
+    struct seen seen = {fan->patch, 1, {v[next_corner(fan->corner)], v[previous_corner(fan->corner)], 0}};
+    float one[3];
+    float two[3];
+    float normal[3];
+    vec_sub(model->vertex_m[seen.end[0]], at_m, one);
+    vec_sub(model->vertex_m[seen.end[1]], at_m, two);
+    if (vec_dot(one, two) >= 0.0f) return seen; /* most patches: the vertex's foot is not between */
+    vec_cross(one, two, normal);
+    if (vec_dot(normal, normal) > thin_m * thin_m * gap2(one, two)) return seen;
+    if (model->neighbour[fan->patch][fan->corner] == HAPTABLE_NONE) return seen;
+    seen.patch = model->neighbour[fan->patch][fan->corner];
+    seen.pieces = 2;
+    seen.end[2] = seen.end[1];
+    v = model->patch[seen.patch];
+    seen.end[1] = v[3 - corner_of(model, seen.patch, seen.end[0]) - corner_of(model, seen.patch, seen.end[2])];
+    return seen;
+}
+
 /* Adds those of the fan's patches. */
-static void add_vertex_normals(const struct haptable_model* model, struct fan fan, float sum[3]) {
+static void add_vertex_normals(const struct haptable_model* model, struct fan fan, float thin_m, float sum[3]) {
     const float* at_m = model->vertex_m[fan.vertex];
     int patches = 0;
     do {
-        float one[3];
-        float two[3];
-        vec_sub(vertex_of(model, fan.patch, next_corner(fan.corner)), at_m, one);
-        vec_sub(vertex_of(model, fan.patch, previous_corner(fan.corner)), at_m, two);
-        add_weighted_normal(one, two, sum);
+        const struct seen seen = see(model, &fan, at_m, thin_m);
+        int i;
+        for (i = 0; i < seen.pieces; ++i) {
+            float one[3];
+            float two[3];
+            vec_sub(model->vertex_m[seen.end[i]], at_m, one);
+            vec_sub(model->vertex_m[seen.end[i + 1]], at_m, two);
+            add_weighted_normal(one, two, sum);
+        }
     } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
 }
 
@@ -85,7 +116,8 @@ void haptable_surface_outward(const struct haptable_model* model, const struct h
     const enum place_on_patch feature = feature_of(contact->alpha, &corner);
     vec_zero(normal);
     if (feature == ON_VERTEX) {
-        add_vertex_normals(model, fan_begin(model, contact->patch, corner), normal);
+        add_vertex_normals(model, fan_begin(model, contact->patch, corner), HAPTABLE_VERTEX_REACH * model->tolerance_m,
+                           normal);
         return;
     }
     add_normal(model, contact->patch, normal);
@@ -101,7 +133,7 @@ void haptable_surface_outward(const struct haptable_model* model, const struct h
 struct around_edge {
     float sum;     /* of u over their planes */
     float nearest; /* u along the patch that is nearest to it, square to the edge; 0: the edge itself is nearest */
-    int is_over;   /* that patch: u is on its outer side */
+    float over;    /* u over the plane of that patch */
 };
 
 /* One patch of the edge from vertex_m[a] to vertex_m[b]. across: (b - a) x u. */
@@ -115,29 +147,29 @@ static void look_over(const struct haptable_model* model, uint16_t patch, uint16
     float over;
     float inwards;
     patch_frame(model, patch, edge1, edge2, normal);
-    scale = inverse_length(normal);
+    scale = haptable_surface_inverse_length(normal);
     over = scale * vec_dot(normal, u);
     inwards = scale * vec_dot(normal, across); /* (n x (b - a)) . u: n x (b - a) leads into the patch */
     if (!runs_along) inwards = -inwards;
     edge->sum += over;
     if (inwards <= edge->nearest) return;
     edge->nearest = inwards;
-    edge->is_over = over > HAPTABLE_ROUNDING * model->tolerance_m;
+    edge->over = over;
 }
 
 /* Slivers that may lie side by side along an edge. */
 #define SLIVERS 4
 
 /* The same; where the patch is so thin at the point at_m that its normal says nothing, what lies beyond its other edge
- * there. at_m may be NULL: not at any point. */
+ * there. */
 static void look_beyond(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float at_m[3],
-                        const float u[3], const float across[3], struct around_edge* edge) {
+                        float thin_m, const float u[3], const float across[3], struct around_edge* edge) {
     int slivers;
-    for (slivers = 0; at_m && slivers < SLIVERS; ++slivers) {
+    for (slivers = 0; slivers < SLIVERS; ++slivers) {
         const int corner_a = corner_of(model, patch, a);
         const int opposite = 3 - corner_a - corner_of(model, patch, b);
         const uint16_t far_vertex = model->patch[patch][opposite];
-        const int beyond = haptable_patch_ends_beyond(model, patch, opposite, at_m);
+        const int beyond = haptable_patch_ends_beyond(model, patch, opposite, at_m, thin_m);
         const uint16_t other = beyond < 0 ? HAPTABLE_NONE : across_begin(model, patch, beyond).patch;
         if (other == HAPTABLE_NONE) break;
         if (beyond == corner_a)
@@ -149,117 +181,133 @@ static void look_beyond(const struct haptable_model* model, uint16_t patch, uint
     look_over(model, patch, a, b, u, across, edge);
 }
 
-/* See haptable_surface_begins_outside; on the edge opposite to `corner`, at at_m of it where that is not NULL. */
-static int is_over_edge(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3],
-                        const float u[3]) {
+/* See haptable_surface_side; on the edge opposite to `corner`, at at_m of it. */
+static enum haptable_side side_of_edge(const struct haptable_model* model, uint16_t patch, int corner,
+                                       const float at_m[3], const float u[3], float thin_m) {
     struct across other = across_begin(model, patch, corner);
     const uint16_t a = model->patch[patch][next_corner(corner)];
     const uint16_t b = model->patch[patch][previous_corner(corner)];
-    struct around_edge edge = {0.0f, 0.0f, 0};
+    struct around_edge edge = {0.0f, 0.0f, 0.0f};
     float along[3];
     float across[3];
     vec_sub(model->vertex_m[b], model->vertex_m[a], along);
     vec_cross(along, u, across);
-    look_beyond(model, patch, a, b, at_m, u, across, &edge);
+    look_beyond(model, patch, a, b, at_m, thin_m, u, across, &edge);
     for (; other.patch != HAPTABLE_NONE; across_next(model, &other))
-        look_beyond(model, other.patch, a, b, at_m, u, across, &edge);
-    return edge.nearest > 0.0f ? edge.is_over : edge.sum > HAPTABLE_ROUNDING * model->tolerance_m;
+        look_beyond(model, other.patch, a, b, at_m, thin_m, u, across, &edge);
+    return side_of_height(model, edge.nearest > 0.0f ? edge.over : edge.sum);
 }
 
-/* The part of a vertex's cone that is nearest to u: by how far u, squared, reaches along it. */
-struct nearest_part {
-    float reach2; /* 0: the vertex itself */
-    uint16_t patch;
-    int corner; /* of it, opposite to the edge; -1: the patch's inside */
-};
-
-static void note_part(float reach2, uint16_t patch, int corner, struct nearest_part* nearest) {
-    if (reach2 <= nearest->reach2) return;
-    nearest->reach2 = reach2;
-    nearest->patch = patch;
-    nearest->corner = corner;
-}
-
-/* Takes the fan's patch or one of its two edges, where u reaches farther along it. */
-static void note_parts(const struct fan* fan, const struct edge* one, const struct edge* two, const float u[3],
-                       struct nearest_part* nearest) {
-    if (leads_between(one, two)) {
-        float normal[3];
-        float over;
-        vec_cross(one->along, two->along, normal);
-        over = vec_dot(normal, u);
-        note_part(vec_dot(u, u) - over * over / vec_dot(normal, normal), fan->patch, -1, nearest);
-        return;
-    }
-    if (one->rise > 0.0f)
-        note_part(one->rise * one->rise / one->length2, fan->patch, previous_corner(fan->corner), nearest);
-    if (two->rise > 0.0f)
-        note_part(two->rise * two->rise / two->length2, fan->patch, next_corner(fan->corner), nearest);
-}
-
-/* What the patches of a vertex say about u, without a length or an angle. */
+/* What the patches of a vertex say about u, and the part of their cone that is nearest to it: by how far u, squared,
+ * reaches along it. */
 struct around_vertex {
     int is_over_one;  /* of their planes */
     int is_under_one; /* of their planes */
-    int rises;        /* an edge leads along u */
+    float reach2;     /* 0: the vertex itself is nearest */
+    uint16_t patch;   /* HAPTABLE_NONE: as above */
+    int corner;       /* of it, opposite to the edge; -1: the patch's inside */
 };
 
-static struct around_vertex look_around(const struct haptable_model* model, struct fan fan, const float u[3]) {
-    const float* at_m = model->vertex_m[fan.vertex];
-    struct around_vertex around = {0, 0, 0};
-    int patches = 0;
-    do {
-        const uint16_t* v = model->patch[fan.patch];
-        float one[3];
-        float two[3];
+static void note_part(float reach2, uint16_t patch, int corner, struct around_vertex* around) {
+    if (reach2 <= around->reach2) return;
+    around->reach2 = reach2;
+    around->patch = patch;
+    around->corner = corner;
+}
+
+/* Takes what is seen of the fan's patch (see `see`, here without a second load of its edges): on which side of its
+ * plane u is; the patch or one of its two edges, where u reaches farther along it. */
+static void look_at(const struct haptable_model* model, const struct fan* fan, const float u[3], float thin_m,
+                    struct around_vertex* around) {
+    const float* at_m = model->vertex_m[fan->vertex];
+    const uint16_t end = model->patch[fan->patch][previous_corner(fan->corner)];
+    struct edge one = edge_to(model, model->patch[fan->patch][next_corner(fan->corner)], at_m, u);
+    struct edge two = edge_to(model, end, at_m, u);
+    uint16_t patch = fan->patch;
+    int is_first = 1;
+    int is_last = 1;
+    if (vec_dot(one.along, two.along) < 0.0f) {
+        const struct seen seen = see(model, fan, at_m, thin_m);
+        if (seen.pieces == 2) two = edge_to(model, seen.end[1], at_m, u);
+        patch = seen.patch;
+        is_last = seen.pieces == 1;
+    }
+    for (;;) {
         float normal[3];
-        vec_sub(model->vertex_m[v[next_corner(fan.corner)]], at_m, one);
-        vec_sub(model->vertex_m[v[previous_corner(fan.corner)]], at_m, two);
-        vec_cross(one, two, normal);
-        if (is_over_plane(model, normal, u))
-            around.is_over_one = 1;
+        vec_cross(one.along, two.along, normal);
+        if (side_of_plane(model, normal, u) == HAPTABLE_SIDE_OUTSIDE)
+            around->is_over_one = 1;
         else
-            around.is_under_one = 1;
-        if (vec_dot(one, u) > 0.0f || vec_dot(two, u) > 0.0f) around.rises = 1;
-    } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
+            around->is_under_one = 1;
+        if ((one.rise > 0.0f || two.rise > 0.0f) && leads_between(&one, &two)) {
+            const float over = vec_dot(normal, u);
+            note_part(vec_dot(u, u) - over * (over / vec_dot(normal, normal)), patch, -1, around);
+        } else {
+            if (is_first && one.rise > 0.0f)
+                note_part(one.rise * one.rise / one.length2, fan->patch, previous_corner(fan->corner), around);
+            if (is_last && two.rise > 0.0f)
+                note_part(two.rise * two.rise / two.length2, fan->patch, next_corner(fan->corner), around);
+        }
+        if (is_last) return;
+        one = two;
+        two = edge_to(model, end, at_m, u);
+        is_first = 0;
+        is_last = 1;
+    }
+}
+
+static struct around_vertex look_around(const struct haptable_model* model, struct fan fan, const float u[3],
+                                        float thin_m) {
+    struct around_vertex around = {0, 0, 0.0f, HAPTABLE_NONE, -1};
+    int patches = 0;
+    do look_at(model, &fan, u, thin_m, &around);
+    while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
     return around;
 }
 
-static struct nearest_part part_nearest_to(const struct haptable_model* model, struct fan fan, const float u[3]) {
-    const float* at_m = model->vertex_m[fan.vertex];
-    struct nearest_part nearest = {0.0f, HAPTABLE_NONE, -1};
-    int patches = 0;
-    do {
-        const uint16_t* v = model->patch[fan.patch];
-        const struct edge one = edge_to(model, v[next_corner(fan.corner)], at_m, u);
-        const struct edge two = edge_to(model, v[previous_corner(fan.corner)], at_m, u);
-        note_parts(&fan, &one, &two, u, &nearest);
-    } while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
-    return nearest;
+/* So far from a vertex, in thin_m, an edge there is asked: patches that are no slivers are apart. */
+#define ALONG_EDGE 64.0f
+
+/* See haptable_surface_side; on an edge of a vertex, opposite to `corner` of the patch, which `vertex` is not at. */
+static enum haptable_side side_of_edge_at(const struct haptable_model* model, uint16_t patch, int corner,
+                                          uint16_t vertex, const float u[3], float thin_m) {
+    const float* a = model->vertex_m[vertex];
+    const int at = corner_of(model, patch, vertex);
+    float along[3];
+    float at_m[3];
+    float far_away;
+    vec_sub(vertex_of(model, patch, 3 - at - corner), a, along);
+    far_away = ALONG_EDGE * thin_m * haptable_surface_inverse_length(along);
+    vec_copy(a, at_m);
+    vec_add_scaled(far_away < 0.5f ? far_away : 0.5f, along, at_m);
+    return side_of_edge(model, patch, corner, at_m, u, thin_m);
 }
 
-/* See haptable_surface_begins_outside; on a vertex. Over all planes there, or under all, is over or under whatever part
- * is the nearest. */
-static int is_over_vertex(const struct haptable_model* model, uint16_t patch, int corner, const float u[3]) {
+/* See haptable_surface_side; on a vertex. Over all planes there, or under all, is over or under whatever part is the
+ * nearest. */
+static enum haptable_side side_of_vertex(const struct haptable_model* model, uint16_t patch, int corner,
+                                         const float u[3], float thin_m) {
     const struct fan fan = fan_begin(model, patch, corner);
-    const struct around_vertex around = look_around(model, fan, u);
-    struct nearest_part nearest;
-    float normal[3] = {0.0f, 0.0f, 0.0f};
-    if (!around.is_over_one || !around.is_under_one) return around.is_over_one;
-    if (!around.rises) {
-        add_vertex_normals(model, fan, normal);
-        return is_over_plane(model, normal, u);
+    const struct around_vertex around = look_around(model, fan, u, thin_m);
+    if (!around.is_over_one) return HAPTABLE_SIDE_INSIDE;
+    if (!around.is_under_one) return HAPTABLE_SIDE_OUTSIDE;
+    if (around.patch == HAPTABLE_NONE) {
+        float normal[3] = {0.0f, 0.0f, 0.0f};
+        add_vertex_normals(model, fan, thin_m, normal);
+        return side_of_plane(model, normal, u);
     }
-    nearest = part_nearest_to(model, fan, u);
-    if (nearest.corner < 0) return is_over_patch(model, nearest.patch, u);
-    return is_over_edge(model, nearest.patch, nearest.corner, NULL, u);
+    if (around.corner < 0) return side_of_patch(model, around.patch, u);
+    return side_of_edge_at(model, around.patch, around.corner, fan.vertex, u, thin_m);
 }
 
-int haptable_surface_begins_outside(const struct haptable_model* model, const struct haptable_contact* contact,
-                                    const float u[3]) {
+enum haptable_side haptable_surface_side(const struct haptable_model* model, const struct haptable_contact* contact,
+                                         const float u[3]) {
     int corner = 0;
     const enum place_on_patch feature = feature_of(contact->alpha, &corner);
-    if (feature == ON_VERTEX) return is_over_vertex(model, contact->patch, corner, u);
-    if (feature == ON_EDGE) return is_over_edge(model, contact->patch, corner, contact->god_object_m, u);
-    return is_over_patch(model, contact->patch, u);
+    if (feature == ON_VERTEX)
+        return side_of_vertex(model, contact->patch, corner, u, HAPTABLE_VERTEX_REACH * model->tolerance_m);
+    if (feature == ON_EDGE)
+        return side_of_edge(model, contact->patch, corner, contact->god_object_m, u,
+                            HAPTABLE_EDGE_REACH * model->tolerance_m);
+    return side_of_patch(model, contact->patch, u);
 }

@@ -49,6 +49,18 @@ figures() {
 
 # ---- the loop: servo, device and logger as processes over LCM, in real time ----------------------------------------
 
+# 1/100 s that all processors together waited while another virtual machine had theirs.
+stolen() { awk '/^cpu / { print $9 }' /proc/stat; }
+
+# why_late TICKS MISSED STOLEN: where more than one tick in a hundred was missed, what this machine has to do with it.
+why_late() {
+    [ $((100 * $2)) -gt "$1" ] || return 0
+    echo "  this machine was late: a missed tick is one whose force came after its millisecond, and acted on the next."
+    [ "$3" -le 10 ] || printf '    another virtual machine had its processors for %d.%02d s meanwhile\n' $(($3 / 100)) $(($3 % 100))
+    chrt -f 49 true 2>/dev/null || echo "    real-time priority is for root: servo and device had to wait for what else runs here"
+    echo "    sh scripts/demo.sh runs it again, without building"
+}
+
 report() {
     device=$demo/device.json
     echo "The cube at 1 kHz over LCM (poke, drag, circle):"
@@ -57,21 +69,24 @@ report() {
     printf '  latency, mean    %.0f us\n' "$(value latency_mean_us "$device")"
     printf '  latency, 99.9 %%  %.0f us\n' "$(value latency_p999_us "$device")"
     printf '  largest force    %.3f N\n' "$(value largest_force_n "$device")"
+    why_late "$(value ticks "$device")" "$(value missed "$device")" "$1"
 }
 
 run_loop() {
     rm -f "$log" "$demo/device.json" "$demo/servo.json"
     start_logger "$log" "$demo/logger.txt"
+    stolen_before=$(stolen)
     "$BUILD/cube/servo" --lcm --csv "$demo/cube-loop.csv" --quiet --json >"$demo/servo.json" &
     servo=$!
     children="$children $servo"
     # The device waits for the servo.
     "$BUILD/bin/haptable-device" meshes/cube.toml --path poke,drag,circle --csv "$demo/device.csv" \
         --quiet --json >"$demo/device.json"
+    stolen=$(($(stolen) - stolen_before))
     kill "$servo" # ends its session, and it tells of it
     wait "$servo"
     stop_logger "$log" "$demo/logger.txt"
-    report | tee "$demo/report.txt"
+    report "$stolen" | tee "$demo/report.txt"
 }
 
 # Afterwards, so that the renderer does not compete with the loop for the processor.

@@ -29,7 +29,7 @@ plot contact "felt='$(tail -n 1 "$work/tick.csv" | tr , ' ')'"
 
 "$BUILD/bin/haptable-contact" --curves --build "$BUILD/contact"
 sh scripts/plots.sh docs/numbers.json "$work"
-for name in accuracy error-time error-flash error-precompute contact-line contact-loop contact-edge; do
+for name in accuracy error-time error-flash error-precompute large-strain contact-line contact-loop contact-edge; do
     mv "$work/$name.svg" "$pictures/$name.svg"
     echo "  $pictures/$name.svg"
 done

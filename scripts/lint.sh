@@ -9,6 +9,14 @@ complain() {
     failed=1
 }
 
+includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
+unreadable='/port/' # of our C++
+if command -v mpicxx >/dev/null; then
+    for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
+else
+    unreadable="$unreadable|host/mpi/"
+fi
+
 # ---- arrows: what a folder may include of the project -------------------------------------------------------------
 arrow() { # FOLDER ALLOWED...: prefixes of includes
     folder=$1
@@ -23,13 +31,13 @@ arrow host/base host/base
 arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
-arrow host/fem host/base host/fem
+arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
 arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
-arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/mpi
+arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/mpi
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h model.h haptable/
@@ -37,7 +45,8 @@ arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/device haptable/
-arrow host/strokes host/base host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
+arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
+arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
 arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
@@ -75,17 +84,27 @@ types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?
 $types"
 
 # The one-definition rule: where two classes share a name, a program that is linked of both takes the members of either
-# for both, and the linker does not say so. What stands in an unnamed namespace is a file's own.
+# for both, and the linker does not say so. So the compiler reads every header at once: it refuses a second class, inline
+# function or constant of a name. What a .cpp adds stands in an unnamed namespace, in a function or in a header's class.
+headers=$(git ls-files 'host/*.hpp' 'codegen/*.hpp' 'tests/*.hpp' 'firmware/*.h' | grep -vE "$unreadable")
+{
+    for header in $headers; do echo "#include \"$header\""; done
+    for header in "$BUILD"/lcm/haptable/*.hpp; do echo "#include \"haptable/$(basename "$header")\""; done
+} >"$calls/headers.cpp"
+# shellcheck disable=SC2086 # lists of options
+g++ -std=c++20 -fsyntax-only -Drestrict=__restrict__ -Ifirmware $includes "$calls/headers.cpp" ||
+    complain "two headers say different things of one name; rename one"
 # shellcheck disable=SC2046 # file names of ours hold no spaces
-twice=$(ctags --languages=C,C++ --map-C++=+.h --c-kinds=gsu --c++-kinds=cgsu --fields=sZ --sort=no -f - \
-    $(git ls-files 'host/*.[ch]pp' 'codegen/*.[ch]pp' 'tests/*.[ch]pp' 'firmware/*.[ch]') "$BUILD"/lcm/haptable/*.hpp |
-    awk -F'\t' '!/__anon/ {
-        name = sub(/^scope:[a-z]*:/, "", $NF) ? $NF "::" $1 : $1
-        if (name in place) print name " in " place[name] " and in " $2
-        place[name] = $2
-    }')
-[ -z "$twice" ] || complain "two classes share a name; rename one, or put it into an unnamed namespace:
-$twice"
+shared=$(ctags --languages=C++ --c++-kinds=cgsu --fields=sZ --sort=no -f - $(git ls-files 'host/*.cpp' 'codegen/*.cpp' 'tests/*.cpp') |
+    awk -F'\t' '!/__anon/ && $NF !~ /^scope:(class|struct|function):/ { print $1 " in " $2 }
+        !/__anon/ && $NF ~ /^scope:(class|struct):/ {
+            name = $NF "::" $1
+            sub(/^scope:[a-z]*:/, "", name)
+            if (name in place) print name " in " place[name] " and in " $2
+            place[name] = $2
+        }')
+[ -z "$shared" ] || complain "a class of a .cpp that another may have too; put it into an unnamed namespace:
+$shared"
 
 # ---- MISRA C:2012, as far as cppcheck's addon goes: firmware/misra.txt lists what we deviate from, and why ------------
 sh scripts/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firmware/misra.txt"
@@ -109,17 +128,7 @@ sh scripts/docs.sh || complain "the pages: mend what is said above"
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \
     --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
-includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
-# Not the servo's main, which needs a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-skip='host/(servo|bench)/main.cpp'
-if command -v mpicxx >/dev/null; then
-    for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
-else
-    skip="$skip|host/mpi/"
-fi
-git ls-files 'host/*.cpp' 'codegen/*.cpp' | grep -vE "$skip" |
-    xargs -P 2 -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c++20 '"$includes"' 2>/dev/null' sh || complain "clang-tidy"
-git ls-files 'firmware/*.c' | grep -v /port/ | xargs -n 4 sh -c 'clang-tidy --quiet --config-file=tests/clang-tidy.yaml "$@" -- -std=c99 -Ifirmware 2>/dev/null' sh || complain "clang-tidy, firmware"
+make -k -j"$(nproc)" --no-print-directory BUILD="$BUILD" tidy || complain "clang-tidy"
 
 [ $failed = 0 ] && echo "lint: clean"
 exit $failed

@@ -16,6 +16,8 @@ data_of speed
 draw accuracy accuracy "$out/speed.dat"
 data_of points
 for axis in time flash precompute; do draw error-$axis error "$out/points.dat" "axis='$axis'"; done
+data_of large-strain-curve
+draw large-strain large-strain "$out/large-strain-curve.dat"
 for curve in line loop edge; do
     [ ! -e "$BUILD/contact/$curve.dat" ] || draw contact-$curve contact-$curve "$BUILD/contact/$curve.dat"
 done

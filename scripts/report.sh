@@ -7,7 +7,7 @@ set -eu
 BUILD=${BUILD:-build}
 docs=$1
 out=$2
-pages="ACCURACY REFERENCES CONFIGURATIONS CONTACT FEEL INSTRUCTIONS MICROCONTROLLER PRECOMPUTE SCALE STROKES"
+pages="ACCURACY REFERENCES HARD CONFIGURATIONS CONTACT FEEL INSTRUCTIONS MICROCONTROLLER PRECOMPUTE SCALE STROKES"
 
 # A link to a page of the report leads into it, one to another file to where that lies from DIR.
 inward="s:href=\"($(echo "$pages" | tr ' ' '|'))\.md(#[^\"]*)?\":href=\"#\1\":g"

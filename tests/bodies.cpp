@@ -5,13 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
 #include <numbers>
-#include <set>
 
 #include "codegen/in_memory.hpp"
-#include "host/base/file.hpp"
 #include "host/inverse/factor.hpp"
+#include "host/mesh/write_tetgen.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
 
@@ -22,51 +20,6 @@ namespace {
 using Eigen::Vector3d;
 
 Vector3d to_vector(const std::array<float, 3>& x) { return {double(x[0]), double(x[1]), double(x[2])}; }
-
-/// TetGen's .node and .ele of the cells; returns the .node file. Held nodes are moved nowhere: their box is found
-/// later.
-struct CellMesh {
-    std::vector<Vector3d> point;
-    std::vector<std::array<int, 4>> tet;
-};
-
-CellMesh mesh_of(const Cells& cells) {
-    CellMesh mesh;
-    std::map<std::array<long, 3>, int> seen;
-    const auto add = [&](int i, int j, int k) {
-        const Vector3d x = cells.at(double(i) / cells.count[0], double(j) / cells.count[1], double(k) / cells.count[2]);
-        const std::array<long, 3> key{std::lround(x.x() * 1e9), std::lround(x.y() * 1e9), std::lround(x.z() * 1e9)};
-        const auto [it, fresh] = seen.try_emplace(key, int(mesh.point.size()));
-        if (fresh) mesh.point.push_back(x);
-        return it->second;
-    };
-    for (int i = 0; i < cells.count[0]; ++i)
-        for (int j = 0; j < cells.count[1]; ++j)
-            for (int k = 0; k < cells.count[2]; ++k) {
-                if (!cells.solid(i, j, k)) continue;
-                for (const auto& way : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}) {
-                    std::array<int, 3> at{i, j, k};
-                    std::array<int, 4> tet{add(at[0], at[1], at[2])};
-                    for (std::size_t s = 0; s < 3; ++s) {
-                        ++at[std::size_t(way[s])];
-                        tet[s + 1] = add(at[0], at[1], at[2]);
-                    }
-                    if (std::set<int>(tet.begin(), tet.end()).size() == 4) mesh.tet.push_back(tet);
-                }
-            }
-    return mesh;
-}
-
-void write_tetgen(const CellMesh& mesh, const std::filesystem::path& stem) {
-    std::string nodes = fmt::format("{} 3 0 0\n", mesh.point.size()), tets = fmt::format("{} 4 0\n", mesh.tet.size());
-    for (std::size_t i = 0; i < mesh.point.size(); ++i)
-        nodes +=
-            fmt::format("{} {:.17g} {:.17g} {:.17g}\n", i, mesh.point[i].x(), mesh.point[i].y(), mesh.point[i].z());
-    for (std::size_t i = 0; i < mesh.tet.size(); ++i)
-        tets += fmt::format("{} {} {} {} {}\n", i, mesh.tet[i][0], mesh.tet[i][1], mesh.tet[i][2], mesh.tet[i][3]);
-    write_file(stem.string() + ".node", nodes);
-    write_file(stem.string() + ".ele", tets);
-}
 
 bool always(int, int, int) { return true; }
 
@@ -160,16 +113,15 @@ ElasticBody::ElasticBody(Scene scene, ForceLaw force, double mask_radius_m) {
 }
 
 ElasticBody::ElasticBody(const Cells& cells, const std::string& name, ForceLaw force, double mask_radius_m) {
-    const CellMesh mesh = mesh_of(cells);
-    write_tetgen(mesh, folder_.path() / name);
+    const TetMesh mesh = mesh_of(cells);
     Scene scene;
     scene.file = name + ".toml";
     scene.name = name;
-    scene.mesh.file = folder_.path() / (name + ".node");
+    scene.mesh.file = write_tetgen(mesh.position_m, mesh.tet, folder_.path() / name);
     scene.material = {1e4, 0.3};
     scene.contact.force = force;
     scene.contact.mask_radius_m = mask_radius_m;
-    for (const Vector3d& x : mesh.point) {  // a box around each held node: the cells are larger than its slack
+    for (const Vector3d& x : mesh.position_m) {  // a box around each held node: the cells are larger than its slack
         if (!cells.held(x)) continue;
         const double e = 1e-9;
         scene.fixed.push_back(

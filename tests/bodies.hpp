@@ -4,12 +4,12 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "codegen/model.hpp"
 #include "firmware/haptable.h"
+#include "host/hard/cells.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"
 #include "tests/temporary_folder.hpp"
@@ -23,14 +23,6 @@ Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson);
 /// The mouse; `front_only`: only where x < 30 mm.
 Scene mouse_scene(bool front_only = false);
 
-/// A body of cells that are cut into six tetrahedra each. `at` maps the grid (0..nx, 0..ny, 0..nz) to metres; points
-/// that fall together are one node; `solid` says which cells there are. Its nodes with `held` are fixed.
-struct Cells {
-    std::array<int, 3> count;
-    std::function<Eigen::Vector3d(double, double, double)> at;
-    std::function<bool(int, int, int)> solid;
-    std::function<bool(const Eigen::Vector3d&)> held;
-};
 Cells sphere_cells(int n, double radius);                               // a ball, its lower cap held
 Cells l_cells(int n, double side);                                      // a cube without a quarter
 Cells plate_cells(int n, double side, double thickness);                // held at its rim

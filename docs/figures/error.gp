@@ -6,16 +6,17 @@ set output out
 column_of = axis eq "time" ? 9 : axis eq "flash" ? 10 : 11
 unit = axis eq "time" ? "microseconds of CPU a tick" : axis eq "flash" ? "kB of tables" : "seconds of CPU to precompute"
 scale = axis eq "time" ? 1e6 : axis eq "flash" ? 1e-3 : 1
-set multiplot layout 2,2 margins 0.07,0.98,0.06,0.87 spacing 0.09,0.1 title "Error of the force against the body (RMS), and ".unit
+set multiplot layout 2,2 margins 0.07,0.96,0.06,0.86 spacing 0.09,0.1 title "Error of the force against the body (RMS), and ".unit
 set logscale xy
+set offsets graph 0.04, graph 0.08, graph 0.05, graph 0.05
 set grid
 set format x "%g"
 set format y "%g %%"
 set xlabel unit
 set ytics (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
-array force[6] = ["interpolated", "consistent", "pressure-mask", "dense inverse", "sparse solve", "conjugate gradients"]
-array colour[6] = [0x3b528b, 0x21918c, 0xd6337c, 0x9a958a, 0x6b6459, 0x2d2a26]
-array sign[6] = [6, 8, 4, 2, 1, 3]
+array force[7] = ["interpolated", "consistent", "pressure-mask", "dense inverse", "sparse solve", "conjugate gradients", "the paper, 1998"]
+array colour[7] = [0x3b528b, 0x21918c, 0xd6337c, 0x9a958a, 0x6b6459, 0x2d2a26, 0x7c3aed]
+array sign[7] = [6, 8, 4, 2, 1, 3, 15]
 is(b, f, least) = strcol(1) eq b && strcol(4) eq force[f] && (strcol(5) eq "least-energy") == least
 at(b, f, least) = is(b, f, least) ? scale * column(column_of) : NaN
 best(b) = strcol(1) eq b && strstrt(strcol(12), axis) > 0 ? scale * column(column_of) : NaN
@@ -24,14 +25,8 @@ short(mesh, element) = word(mesh, 1).(element eq "linear" ? "" : " nodal pressur
 array body[4] = ["cube, nu 0.3", "cube, nu 0.49", "mouse", "liver"]
 do for [b=1:4] {
   set title body[b]
-  if (b == 1) { set key at screen 0.5,0.96 center top maxrows 3 font ",9" samplen 1 } else { unset key }
-  unset arrow; unset label
-  if (axis eq "time" && (b == 2 || b == 3)) {
-    paper = b == 2 ? 15 : 12
-    set arrow from paper, graph 0 to paper, graph 1 nohead dashtype 2 linecolor rgb 0x9a958a
-    set label "the paper's tick, 1998" at paper, graph 0.04 offset 0.5,0 font ",9" textcolor rgb 0x6b6459
-  }
-  plot for [f=1:6] data using (at(body[b], f, 0)):(100 * column(7)) with points pointtype sign[f] linecolor rgb colour[f] title force[f], \
+  if (b == 1) { set key at screen 0.5,0.96 center top maxrows 4 font ",9" samplen 1 } else { unset key }
+  plot for [f=1:7] data using (at(body[b], f, 0)):(100 * column(7)) with points pointtype sign[f] linecolor rgb colour[f] title force[f], \
        for [f=1:3] data using (at(body[b], f, 1)):(100 * column(7)) with points pointtype sign[f] + 1 linecolor rgb colour[f] \
            title force[f].", least energy", \
        data using (at(body[b], 3, 0)):(100 * column(7)):(short(strcol(2), strcol(3))) with labels left offset 0.9,0.5 font ",8" textcolor rgb 0x4a5568 notitle, \

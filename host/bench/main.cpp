@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 extern "C" {
 #include "firmware/haptable_patch.h"
@@ -17,7 +16,6 @@ extern "C" {
 #include "host/bench/solver.hpp"
 #include "host/bench/subject.hpp"
 #include "host/bench/timings.hpp"
-#include "host/report/numbers.hpp"
 #include "host/report/page.hpp"
 #include "host/view/painter.hpp"
 
@@ -289,7 +287,7 @@ int main(int argc, char** argv) {
         numbers.add("error", error_table(cases));
         numbers.add("ratio", ratio_table(timings, cases));
         numbers.add("precision", precision_table(cases));
-        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        print_topics(numbers);
         if (!out.empty()) numbers.write(out);
     });
 }

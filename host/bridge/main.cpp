@@ -116,7 +116,7 @@ void run(Options& o) {
     const BuiltScene scene(o.folder);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv);
+    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv).keep();
     SerialTarget target(open_line(o));
     Connection connection;
     BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/base/error.hpp"
 #include "host/session/status.hpp"
@@ -27,37 +28,53 @@ BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Se
       target_(target),
       options_(options),
       record_(record),
-      answer_(scene, connection) {
-    connection.subscribe<device_state>(kStateChannel,
-                                       [this](const device_state& state, std::int64_t) { on_state(state); });
+      answer_(scene, connection),
+      gate_(answer_.servo(), answer_.model_hash()) {
+    connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
+        on_state(state, received_utime);
+    });
+    connection.after_all([this] { ask(); });
 }
 
 // ---- device -> target ----------------------------------------------------------------------------------------------
 
-void BridgeSession::on_state(const device_state& state) {
-    if (state.model_hash != 0 && state.model_hash != answer_.model_hash()) {
-        ++report_.foreign_states;
-        return;
+void BridgeSession::on_state(const device_state& state, std::int64_t received_utime) {
+    const bool overtakes = to_ask_;
+    switch (gate_.judge(state, received_utime, Clock::now())) {
+        case StateIs::refused:
+            return;
+        case StateIs::others:
+            return answer_.refuse(state, gate_.state().session);
+        case StateIs::repeated:
+            // The device did not get our answer: the same again, as soon as there is one.
+            if (!waiting_ && !to_ask_) answer_.publish_force(state_, output_);
+            return;
+        case StateIs::beginning:
+            begins_ = true;
+            break;
+        case StateIs::next:
+            break;
     }
-    last_state_ = Clock::now();
-    if (!has_states_ || state.seq != state_.seq || state.utime != state_.utime) return ask(state);
-    // The device did not get our answer: the same again, as soon as there is one.
-    ++report_.repeated_states;
-    if (!waiting_) answer_.publish_force(state_, output_);
+    if (overtakes) gate_.count_skipped();
+    to_ask_ = true;
+    if (is_simulated(state)) ask();
 }
 
-void BridgeSession::ask(const device_state& state) {
-    gaps_.note(state.seq);
+void BridgeSession::ask() {
+    if (!std::exchange(to_ask_, false)) return;
     const Clock::time_point now = Clock::now();
     if (waiting_)
         ++report_.lost_answers;
     else
         deaf_since_ = now;
-    has_states_ = waiting_ = true;
-    state_ = state;
+    state_ = gate_.state();
+    const std::uint32_t time_us = time_of(state_, now);
+    // The target knows no sessions: a gap in its time tells it that what was before is over.
+    if (std::exchange(begins_, false) && number_ > 0) clock_us_ = asked_.time_us + HAPTABLE_SILENCE_US - time_us;
+    asked_.time_us = time_us + clock_us_;
+    waiting_ = true;
     ++number_;
-    const std::array<float, 3> finger_m = to_finger(state.position_m);
-    asked_.time_us = time_of(state, now);
+    const std::array<float, 3> finger_m = to_finger(state_.position_m);
     std::copy(finger_m.begin(), finger_m.end(), asked_.position_m);
     first_sent_ = now;
     send();
@@ -95,16 +112,32 @@ void BridgeSession::take(const TargetForce& force) {
     if (record_ != nullptr) record_->add(state_.seq, to_finger(state_.position_m), output_);
 }
 
-/// The second gate: what reaches the device is a number, no more than the device's limit, on nodes that exist.
+/// What reaches the device is what a servo of these tables can have said, whatever the frame's CRC: a state that there
+/// is, numbers, no more than the device's limit, none without contact (but what a release lets fade), nodes that exist.
 bool BridgeSession::is_possible(const haptable_output& output) const {
-    // Not std::hypot: libstdc++'s, with three arguments, may lose a NaN. Here a NaN fails the comparison.
-    double size2 = 0.0;
-    for (const float force_n : output.force_n) size2 += double(force_n) * double(force_n);
-    const double limit_n = 1.001 * double(scene_.model->max_force_n);
-    const bool nodes = output.state != HAPTABLE_CONTACT ||
-                       std::all_of(output.vertex, output.vertex + 3,
-                                   [this](std::uint16_t vertex) { return vertex < scene_.model->vertex_count; });
-    return nodes && size2 <= limit_n * limit_n;
+    const haptable_model& model = *scene_.model;
+    const auto finite = [](const float v[3]) {
+        return std::all_of(v, v + 3, [](float x) { return std::isfinite(x); });
+    };
+    if (output.state > HAPTABLE_REJECTED || !finite(output.force_n) || !finite(output.god_object_m)) return false;
+    if (!std::all_of(output.nodal_force_n, output.nodal_force_n + 3, finite)) return false;
+    const double size_n = std::hypot(output.force_n[0], output.force_n[1], output.force_n[2]);
+    if (size_n > 1.001 * double(model.max_force_n)) return false;
+    if (output.state == HAPTABLE_CONTACT) return is_on_a_patch(output);
+    const bool fades = output.state == HAPTABLE_FREE && (model.release != nullptr || model.passivity != nullptr);
+    return fades || size_n <= 0.0;
+}
+
+/// Its corners are vertices, and the god-object lies between them.
+bool BridgeSession::is_on_a_patch(const haptable_output& output) const {
+    constexpr float kRounding = 1e-4F;  // of area coordinates, which sum to 1
+    float sum = 0.0F;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (output.vertex[c] >= scene_.model->vertex_count) return false;
+        if (!(output.alpha[c] >= -kRounding && output.alpha[c] <= 1.0F + kRounding)) return false;
+        sum += output.alpha[c];
+    }
+    return std::abs(sum - 1.0F) <= kRounding;
 }
 
 void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
@@ -121,8 +154,8 @@ void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
 Clock::time_point BridgeSession::watch_at() const {
     Clock::time_point at = Clock::time_point::max();
     if (waiting_) at = last_sent_ + options_.retry;
-    if (has_states_ && !is_simulated(state_.utime) && output_.state != HAPTABLE_SILENT)
-        at = std::min(at, last_state_ + std::chrono::microseconds(HAPTABLE_SILENCE_US));
+    if (has_states() && !is_simulated(gate_.state()) && output_.state != HAPTABLE_SILENT)
+        at = std::min(at, last_state() + std::chrono::microseconds(HAPTABLE_SILENCE_US));
     return at;
 }
 
@@ -133,7 +166,7 @@ void BridgeSession::watch(Clock::time_point now) {
             fmt::format("{}: the target has not answered for {} s ({} bytes of garbage came): is it running, "
                         "and is --baud its own?",
                         target_.line().name(), options_.patience_s, target_.skipped_bytes()));
-    if (!is_simulated(state_.utime) && now - last_state_ >= std::chrono::microseconds(HAPTABLE_SILENCE_US)) {
+    if (!is_simulated(gate_.state()) && now - last_state() >= std::chrono::microseconds(HAPTABLE_SILENCE_US)) {
         // As the servo itself would: the target sees the gap in time with the next state.
         waiting_ = false;
         output_ = {};
@@ -148,16 +181,17 @@ void BridgeSession::watch(Clock::time_point now) {
 }
 
 void BridgeSession::publish_status() {
-    Status status(answer_.model_hash(), output_.state, longest_us_);
+    Status status(answer_, gate_.owner(Clock::now()), output_.state, longest_us_);
     report().each(status);
     status.add(report_);
     status.publish(connection_);
+    if (record_ != nullptr) record_->flush();
     longest_us_ = 0.0;
 }
 
 BridgeReport BridgeSession::report() const {
     BridgeReport report = report_;
-    report.lost_states = static_cast<std::int64_t>(gaps_.lost());
+    static_cast<StateCounters&>(report) = gate_.counters();
     report.skipped_bytes = static_cast<std::int64_t>(target_.skipped_bytes());
     report.foreign_frames = static_cast<std::int64_t>(target_.foreign_frames());
     return report;

@@ -11,6 +11,7 @@
 #include "host/session/energy.hpp"
 #include "host/session/record.hpp"
 #include "host/session/scene.hpp"
+#include "host/session/state_gate.hpp"
 
 namespace haptable {
 
@@ -23,7 +24,8 @@ struct BridgeReport : ForceReport, BridgeCounters {
     DurationStatistics round_trip;  ///< from a state's first frame to its answer
 };
 
-/// Single-threaded, like ServoSession: everything happens within connection.handle_until and the calls below.
+/// Takes states as ServoSession does, and is single-threaded like it: everything happens within connection.handle_until
+/// and the calls below.
 class BridgeSession {
 public:
     /// Subscribes to the device's states. `record` may be null.
@@ -41,16 +43,17 @@ public:
     Clock::time_point watch_at() const;
     void publish_status();
 
-    bool has_states() const { return has_states_; }
-    Clock::time_point last_state() const { return last_state_; }
+    bool has_states() const { return gate_.has_states(); }
+    Clock::time_point last_state() const { return gate_.last_state(); }
     BridgeReport report() const;
 
 private:
-    void on_state(const device_state& state);
-    void ask(const device_state& state);
+    void on_state(const device_state& state, std::int64_t received_utime);
+    void ask();
     void send();
     void take(const TargetForce& force);
     bool is_possible(const haptable_output& output) const;
+    bool is_on_a_patch(const haptable_output& output) const;
     void note(const haptable_output& output, Clock::time_point now);
 
     ServoScene scene_;
@@ -59,16 +62,17 @@ private:
     BridgeOptions options_;
     ServoRecord* record_;
     Answer answer_;
+    StateGate gate_;
     haptable_output output_{};
-    device_state state_{};          ///< the last one
-    haptable_frame_state asked_{};  ///< as the target gets it
-    std::uint32_t number_ = 0;      ///< of that frame; counts on over sessions of devices
-    bool waiting_ = false;          ///< for its answer
-    bool has_states_ = false;
-    Clock::time_point last_state_ = Clock::now();
+    device_state state_{};                      ///< the last one that the target was asked
+    haptable_frame_state asked_{};              ///< as the target gets it
+    std::uint32_t clock_us_ = 0;                ///< from a state's time to the target's
+    std::uint32_t number_ = 0;                  ///< of that frame; counts on over sessions of devices
+    bool to_ask_ = false;                       ///< the gate's state was not sent yet
+    bool begins_ = false;                       ///< it, or one that it overtook, is a session's first
+    bool waiting_ = false;                      ///< for an answer
     Clock::time_point first_sent_, last_sent_;  ///< that frame
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
-    SequenceGaps gaps_;
     BridgeReport report_;
     double longest_us_ = 0.0;
 };

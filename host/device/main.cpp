@@ -90,10 +90,16 @@ SummaryLines summarise(const DeviceReport& report, const Scene& scene, const Con
     summary.add("resent", report.resent);
     summary.add("silences", report.silences);
     summary.add("foreign_answers", report.foreign_answers);
+    summary.add("other_device_answers", report.other_device_answers);
+    summary.add("refused_answers", report.refused_answers);
+    summary.add("stale_answers", report.stale_answers);
     summary.add("contact_ticks", report.contact_ticks);
     summary.add("latency_mean_us", report.latency.mean_us());
     summary.add("latency_p999_us", report.latency.quantile_us(0.999));
     summary.add("latency_max_us", report.latency.max_us());
+    summary.add("force_age_mean_us", report.force_age.mean_us());
+    summary.add("force_age_p999_us", report.force_age.quantile_us(0.999));
+    summary.add("force_age_max_us", report.force_age.max_us());
     summary.add("largest_force_n", report.largest_force_n);
     summary.add("wall_s", report.wall_s);
     return summary;
@@ -104,7 +110,7 @@ void run(const Options& o) {
     const Scene scene = read_scene(o.scene);
     const std::unique_ptr<Path> path = make_path(o);
     std::optional<DeviceRecord> record;
-    if (!o.csv.empty()) record.emplace(o.csv);
+    if (!o.csv.empty()) record.emplace(o.csv).keep();
     // In lockstep nothing is urgent, and a busy pair at real-time priority would starve the machine.
     const bool urgent = !o.no_realtime && !o.session.lockstep;
     const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";

@@ -28,6 +28,9 @@ public:
 
     /// One line, each number with as many digits as reading it back needs.
     void add(const DeviceRow& row);
+    /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
+    void keep() { file_.keep(); }
+    void flush() { file_.flush(); }
     /// Throws Error when the disk did not take it.
     void finish() { file_.finish(); }
 

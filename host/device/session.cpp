@@ -19,12 +19,16 @@ namespace {
 // 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
 constexpr int kSubsteps = 20;
 constexpr double kTick_s = 1e-3;
+constexpr std::int64_t kFlush_ticks = 100;
 
 // A servo that has been silent for this long gives no force any more; the servo judges the device likewise.
 constexpr std::chrono::milliseconds kSilence{20};
 
 // A lost message is asked for again after this; a loaded machine may well stall for 50 ms.
 constexpr std::chrono::milliseconds kResendAfter{100};
+
+// In lockstep, a servo that has not answered so often in a row has gone: any may answer.
+constexpr int kResendsToAny = 10;
 
 void sleep_until(Clock::time_point deadline) {
     const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(deadline.time_since_epoch()).count();
@@ -43,6 +47,8 @@ DeviceSession::DeviceSession(const PointDevice& device, const Path& path, Connec
     if (options_.lockstep && !(options_.patience_s > 0.0))
         throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
     reading_m_.fill(device_.encoder_m());
+    state_.session = random_session();
+    state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
     connection.subscribe<servo_force>(kForceChannel,
                                       [this](const servo_force& force, std::int64_t) { on_force(force); });
@@ -98,26 +104,53 @@ void DeviceSession::publish() {
     connection_.publish(kStateChannel, state_);
 }
 
-void DeviceSession::on_force(const servo_force& force) {
-    if (state_.model_hash != 0 && force.model_hash != state_.model_hash) {
+/// Of the servo that this device belongs to, or of the first that answers it.
+bool DeviceSession::is_for_us(const servo_force& force) {
+    const bool other_tables = state_.model_hash != 0 && force.model_hash != state_.model_hash;
+    const bool other_servo = state_.servo != 0 && force.servo != state_.servo;
+    if (force.session != state_.session) {
+        ++report_.other_device_answers;
+    } else if (other_tables || other_servo) {
         ++report_.foreign_answers;
+    } else if (force.owner != state_.session) {
+        ++report_.refused_answers;
+        other_owner_ = force.owner;
+    } else {
+        return true;
+    }
+    return false;
+}
+
+Clock::duration DeviceSession::age_of(const servo_force& force, Clock::time_point now) const {
+    const std::int64_t oldest = state_.seq - static_cast<std::int64_t>(kKept_ticks) + 1;
+    return now - published_[static_cast<std::size_t>(std::max(force.seq, oldest)) % kKept_ticks];
+}
+
+void DeviceSession::on_force(const servo_force& force) {
+    if (!is_for_us(force) || force.seq < 0 || force.seq > state_.seq || force.seq < answered_) return;
+    if (force.seq == answered_) {
+        // The second answer to a state is none, but for a servo's last word.
+        if (force.servo_state == servo_force::SILENT) device_.set_force(Eigen::Vector3d::Zero());
         return;
     }
-    if (force.seq > state_.seq || force.seq < answered_) return;  // of another session, or older than what we have
     const Clock::time_point now = Clock::now();
-    const Clock::time_point asked = published_[static_cast<std::size_t>(state_.seq) % kKept_ticks];
+    const Clock::duration age = age_of(force, now);
+    report_.latency.add(to_us(age));
+    // Who has let go takes nothing of before: the servo's contact ends with the states that followed.
+    if (!options_.lockstep && (age >= kSilence || force.seq < first_)) {
+        ++report_.stale_answers;
+        return;
+    }
     // From now on only this servo: a second one would pull the finger to and fro.
     state_.model_hash = force.model_hash;
-    if (force.seq > answered_) {
-        if (state_.seq - force.seq < static_cast<std::int64_t>(kKept_ticks))
-            report_.latency.add(to_us(now - published_[static_cast<std::size_t>(force.seq) % kKept_ticks]));
-        if (force.servo_state == servo_force::CONTACT) ++report_.contact_ticks;
-        answered_ = force.seq;
-        last_answer_ = now;
-        silent_ = false;
-    }
+    state_.servo = force.servo;
+    if (force.servo_state == servo_force::CONTACT) ++report_.contact_ticks;
+    answered_ = force.seq;
+    asked_ = now - age;
+    silent_ = false;
     // Until it came the old force acted. In lockstep an answer takes no time.
-    if (!options_.lockstep) integrate_to(static_cast<int>(to_us(now - asked) / 1000.0 * kSubsteps));
+    const Clock::time_point begun = published_[static_cast<std::size_t>(state_.seq) % kKept_ticks];
+    if (!options_.lockstep) integrate_to(static_cast<int>(to_us(now - begun) / 1000.0 * kSubsteps));
     device_.set_force(Eigen::Vector3d(force.force_n));
     report_.largest_force_n = std::max(report_.largest_force_n, device_.force_n().norm());
 }
@@ -132,7 +165,7 @@ void DeviceSession::integrate_to(int substep) {
 void DeviceSession::wait_for_answer() {
     const Clock::time_point give_up =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.patience_s));
-    while (!interrupted()) {
+    for (int resends = 0; !interrupted(); ++resends) {
         const Clock::time_point resend_at = std::min(Clock::now() + kResendAfter, give_up);
         while (answered_ < state_.seq && connection_.handle_until(resend_at)) {
         }
@@ -140,8 +173,9 @@ void DeviceSession::wait_for_answer() {
         if (Clock::now() >= give_up)
             throw Error(
                 fmt::format("no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same "
-                            "machine and LCM_DEFAULT_URL ({} answers came from servos of other models)",
-                            state_.seq, options_.patience_s, connection_.url(), report_.foreign_answers));
+                            "machine and LCM_DEFAULT_URL ({})",
+                            state_.seq, options_.patience_s, connection_.url(), why_none()));
+        if (resends == kResendsToAny) let_go();
         ++report_.resent;
         publish();
     }
@@ -156,17 +190,36 @@ void DeviceSession::end_tick() {
     row_.answered_tick = answered_;
     if (answered_ < state_.seq) ++report_.missed;
     drop_stale_force();
+    if (!silent_ && !options_.lockstep) report_.force_age.add(to_us(Clock::now() - asked_));
     integrate_to(kSubsteps);
     row_.force_n = device_.force_n();
-    if (record_ != nullptr) record_->add(row_);
+    if (record_ == nullptr) return;
+    record_->add(row_);
+    if (row_.tick % kFlush_ticks == 0) record_->flush();
 }
 
 void DeviceSession::drop_stale_force() {
-    if (silent_ || options_.lockstep || Clock::now() - last_answer_ < kSilence) return;
+    // What acts is as old as the state that it answers.
+    if (silent_ || options_.lockstep || Clock::now() - asked_ < kSilence) return;
     silent_ = true;
     ++report_.silences;
     device_.set_force(Eigen::Vector3d::Zero());
-    state_.model_hash = options_.model_hash;  // a servo that is started anew may have newer tables
+    first_ = state_.seq + 1;
+    let_go();
+}
+
+/// Any servo may answer from now on: one that is started anew is another one, and may have newer tables.
+void DeviceSession::let_go() {
+    state_.servo = 0;
+    state_.model_hash = options_.model_hash;
+}
+
+std::string DeviceSession::why_none() const {
+    if (report_.refused_answers > 0)
+        return fmt::format("a servo answers, but belongs to the device with session {:016x}: end that one first",
+                           static_cast<std::uint64_t>(other_owner_));
+    if (report_.stale_answers > 0) return fmt::format("{} answers came, but later than 20 ms", report_.stale_answers);
+    return fmt::format("{} answers came from servos of other models", report_.foreign_answers);
 }
 
 }  // namespace haptable

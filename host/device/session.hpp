@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "host/device/path.hpp"
 #include "host/device/point_device.hpp"
@@ -23,15 +25,19 @@ struct SessionOptions {
 };
 
 struct DeviceReport {
-    std::int64_t ticks = 0;            ///< states published
-    std::int64_t missed = 0;           ///< of these, without an answer before the next one
-    std::int64_t late_ticks = 0;       ///< that began more than a tick after their time
-    std::int64_t resent = 0;           ///< states sent again because no answer came
-    std::int64_t foreign_answers = 0;  ///< of another servo than the one this device has met
-    std::int64_t contact_ticks = 0;    ///< answers with contact
-    std::int64_t silences = 0;         ///< times the force was dropped because the servo had fallen silent
-    double largest_force_n = 0.0;      ///< that the motors gave
-    DurationStatistics latency;        ///< from publishing a state to its answer
+    std::int64_t ticks = 0;                 ///< states published
+    std::int64_t missed = 0;                ///< of these, without an answer before the next one
+    std::int64_t late_ticks = 0;            ///< that began more than a tick after their time
+    std::int64_t resent = 0;                ///< states sent again because no answer came
+    std::int64_t foreign_answers = 0;       ///< of another servo than the one this device belongs to
+    std::int64_t other_device_answers = 0;  ///< to another device
+    std::int64_t refused_answers = 0;       ///< of a servo that belongs to another device
+    std::int64_t stale_answers = 0;         ///< older than 20 ms: as if none had come
+    std::int64_t contact_ticks = 0;         ///< answers with contact
+    std::int64_t silences = 0;              ///< times the force was dropped because the servo had fallen silent
+    double largest_force_n = 0.0;           ///< that the motors gave
+    DurationStatistics latency;             ///< from publishing a state to its answer, however late
+    DurationStatistics force_age;           ///< at the end of each tick, of the state that its force answers
     double wall_s = 0.0;
 };
 
@@ -49,6 +55,10 @@ public:
 
 private:
     void on_force(const servo_force& force);
+    bool is_for_us(const servo_force& force);
+    Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
+    void let_go();
+    std::string why_none() const;
     void begin_tick(std::int64_t tick);
     void wait_for_answer();
     void wait_until(Clock::time_point next);
@@ -60,8 +70,8 @@ private:
 
     // The velocity is what a driver makes of its encoders: their way over a window of 10 ms.
     static constexpr std::size_t kWindow_ticks = 10;
-    // Publication times that are kept: an answer that is later than this is not worth measuring.
-    static constexpr std::size_t kKept_ticks = 64;
+    // Publication times that are kept, 4 s of them: an answer that is later yet is as late as the oldest.
+    static constexpr std::size_t kKept_ticks = 4096;
 
     PointDevice device_;
     const Path& path_;
@@ -71,11 +81,13 @@ private:
     device_state state_{};  ///< of this tick
     DeviceRow row_;         ///< of this tick
     std::array<Eigen::Vector3d, kWindow_ticks> reading_m_;
-    std::array<Clock::time_point, kKept_ticks> published_{};
-    Clock::time_point last_answer_{};
-    std::int64_t answered_ = -1;  ///< the newest state that has an answer
-    bool silent_ = true;          ///< no answer for 20 ms, or none yet
-    int substep_ = 0;             ///< of this tick, as far as it is integrated
+    std::vector<Clock::time_point> published_ = std::vector<Clock::time_point>(kKept_ticks);
+    Clock::time_point asked_{};     ///< when the state was published that the force answers
+    std::int64_t other_owner_ = 0;  ///< session of a device that has the servo which refused us
+    std::int64_t first_ = 0;        ///< whose answer is taken: after silence the next one
+    std::int64_t answered_ = -1;    ///< the newest state that has an answer
+    bool silent_ = true;            ///< no answer for 20 ms, or none yet
+    int substep_ = 0;               ///< of this tick, as far as it is integrated
     DeviceReport report_;
 };
 

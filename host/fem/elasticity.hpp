@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The stiffness of one linear tetrahedron: small strain, isotropic.
+// The stiffness of one tetrahedron, linear or quadratic: small strain, isotropic.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+
+#include "host/mesh/quadratic_tet.hpp"
 
 namespace haptable {
 
@@ -28,5 +30,8 @@ TetGeometry tet_geometry(const Corners& corner_m);
 
 /// The element's stiffness, N/m: 3 rows a corner. Symmetric to the last bit.
 Eigen::Matrix<double, 12, 12> element_stiffness(const TetGeometry& geometry, const Lame& material);
+
+/// Of ten nodes, its edges straight or curved; integrated by tet_points(), as CalculiX's C3D10.
+Eigen::Matrix<double, 30, 30> element_stiffness(const TenNodes& node_m, const Lame& material);
 
 }  // namespace haptable

@@ -19,6 +19,30 @@ std::vector<std::int32_t> number_materials(std::span<const Lame> material) {
     return number;
 }
 
+/// Of an element at one of its corners a: int N_a dV, m^3, and int N_a grad N_b dV for all its nodes b, m^2.
+struct Share {
+    double volume_m3 = 0.0;
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10> d_m2;
+};
+
+Share share_of(const ElementMesh& mesh, std::size_t t, std::int32_t node) {
+    if (!mesh.is_quadratic()) {  // the same at every corner
+        const TetGeometry g = tet_geometry(corners_of(mesh, t));
+        return {g.volume_m3 / 4.0, g.volume_m3 / 4.0 * g.gradient_per_m};
+    }
+    const auto& corner = mesh.corner[t];
+    const Eigen::Index a = std::find(corner.begin(), corner.end(), node) - corner.begin();
+    const TenNodes node_m = ten_nodes_of(mesh, t);
+    Share share{0.0, TenGradients::Zero()};
+    for (const Eigen::Vector4d& point : tet_points()) {
+        const auto [det, gradient] = tet_point(node_m, point);
+        const double dv = det / 24.0 * point[a];
+        share.volume_m3 += dv;
+        share.d_m2 += dv * gradient;
+    }
+    return share;
+}
+
 }  // namespace
 
 NodalCells::NodalCells(const ElementMesh& mesh) : mesh_(mesh) {
@@ -43,11 +67,12 @@ NodalCells::Average NodalCells::average(std::size_t cell) const {
     std::map<std::int32_t, Eigen::Vector3d> d_m2;
     Average average;
     for (std::int32_t t : tets_at_[cell]) {
-        const TetGeometry g = tet_geometry(corners_of(mesh_, static_cast<std::size_t>(t)));
-        average.volume_m3 += g.volume_m3 / 4.0;  // int N_a dV over the element
-        for (std::size_t b = 0; b < 4; ++b)
-            d_m2.try_emplace(mesh_.corner[static_cast<std::size_t>(t)][b], Eigen::Vector3d::Zero()).first->second +=
-                g.volume_m3 / 4.0 * g.gradient_per_m.col(static_cast<Eigen::Index>(b));
+        const Share share = share_of(mesh_, static_cast<std::size_t>(t), node_[cell]);
+        const std::vector<std::int32_t> nodes = nodes_of(mesh_, static_cast<std::size_t>(t));
+        average.volume_m3 += share.volume_m3;
+        for (std::size_t b = 0; b < nodes.size(); ++b)
+            d_m2.try_emplace(nodes[b], Eigen::Vector3d::Zero()).first->second +=
+                share.d_m2.col(static_cast<Eigen::Index>(b));
     }
     average.d_m2.resize(3 * static_cast<Eigen::Index>(d_m2.size()));
     for (const auto& [node, d] : d_m2) {

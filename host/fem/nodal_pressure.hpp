@@ -19,6 +19,8 @@ public:
 
     std::size_t size() const { return node_.size(); }
     std::int32_t node(std::size_t cell) const { return node_[cell]; }
+    /// Of one material.
+    std::span<const std::int32_t> tets(std::size_t cell) const { return tets_at_[cell]; }
     const Lame& material(std::size_t cell) const { return mesh_.material[first_tet(cell)]; }
 
     /// theta = d . u / V with u the displacements of `node`, ascending: V in m^3, d in m^2, three a node.

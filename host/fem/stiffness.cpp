@@ -13,18 +13,21 @@ namespace {
 
 using Unknowns = std::span<const std::int32_t>;
 
-/// lambda_e, which an element keeps for itself. Half of mu is far from locking, holds down what the averages do not
-/// see, and is measured best of 0 to 1.5 mu (docs/design/elements.md).
-double own_lambda_pa(Element element, const Lame& material) {
-    return element == Element::kLinear ? material.lambda_pa : std::min(material.lambda_pa, 0.5 * material.mu_pa);
+/// What is left of lambda for the averages; nothing where it is rounding.
+double averaged_lambda_pa(Element element, const Lame& material) {
+    const double left = material.lambda_pa - own_lambda_pa(element, material);
+    return left > 1e-12 * std::abs(material.lambda_pa) ? left : 0.0;
 }
 
 Eigen::SparseMatrix<double> assemble_elements(const ElementMesh& mesh, Unknowns unknown, std::int32_t unknown_count) {
     Lists nodes;
-    for (const auto& tet : mesh.corner) nodes.append(tet);
+    for (std::size_t t = 0; t < mesh.corner.size(); ++t) nodes.append(nodes_of(mesh, t));
     const auto fill = [&](std::size_t t, Eigen::MatrixXd& k) {
         const Lame own{own_lambda_pa(mesh.element, mesh.material[t]), mesh.material[t].mu_pa};
-        k = element_stiffness(tet_geometry(corners_of(mesh, t)), own);
+        if (mesh.is_quadratic())
+            k = element_stiffness(ten_nodes_of(mesh, t), own);
+        else
+            k = element_stiffness(tet_geometry(corners_of(mesh, t)), own);
     };
     return assemble(nodes, fill, unknown, unknown_count);
 }
@@ -35,8 +38,8 @@ void assemble_cells(const ElementMesh& mesh, Unknowns unknown, std::int32_t unkn
     std::vector<Eigen::Triplet<double>> entry;
     for (std::size_t cell = 0; cell < cells.size(); ++cell) {
         const Lame& material = cells.material(cell);
-        const double lambda_pa = material.lambda_pa - own_lambda_pa(mesh.element, material);
-        if (!(lambda_pa > 0.0)) continue;
+        const double lambda_pa = averaged_lambda_pa(mesh.element, material);
+        if (lambda_pa == 0.0) continue;
         const NodalCells::Average theta = cells.average(cell);
         const double scale = std::sqrt(lambda_pa / theta.volume_m3);
         const auto row = static_cast<int>(parts.node.size());
@@ -55,10 +58,29 @@ void assemble_cells(const ElementMesh& mesh, Unknowns unknown, std::int32_t unkn
 
 }  // namespace
 
+// Of average nodal pressure half of mu: far from locking, it holds down what the averages do not see. Quadratic
+// tetrahedra keep 1.5 mu, all of it up to Poisson's ratio 0.3: as far as they are exact enough by themselves
+// (docs/design/elements.md).
+double own_lambda_pa(Element element, const Lame& material) {
+    if (element == Element::kLinear) return material.lambda_pa;
+    const double share = element == Element::kQuadratic ? 1.5 : 0.5;
+    return std::min(material.lambda_pa, share * material.mu_pa);
+}
+
 Corners corners_of(const ElementMesh& mesh, std::size_t t) {
     Corners corner_m;
     for (std::size_t c = 0; c < 4; ++c) corner_m[c] = mesh.position_m[static_cast<std::size_t>(mesh.corner[t][c])];
     return corner_m;
+}
+
+std::vector<std::int32_t> nodes_of(const ElementMesh& mesh, std::size_t t) {
+    std::vector<std::int32_t> nodes(mesh.corner[t].begin(), mesh.corner[t].end());
+    if (mesh.is_quadratic()) nodes.insert(nodes.end(), mesh.middle[t].begin(), mesh.middle[t].end());
+    return nodes;
+}
+
+TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t) {
+    return ten_nodes(mesh.position_m, mesh.corner[t], mesh.middle[t]);
 }
 
 StiffnessParts assemble_stiffness(const ElementMesh& mesh, Unknowns unknown, std::int32_t unknown_count) {

@@ -5,7 +5,8 @@
 // A body of tetrahedra resists a change of shape element by element. To a change of volume it does so element by
 // element only as far as lambda_e; the rest, which would lock near incompressibility, it averages at the nodes:
 // average nodal pressure (Bonet and Burton 1998). Where materials meet, a node has one theta of each, so that their
-// interface does not smear (after Joldes, Wittek and Miller 2009).
+// interface does not smear (after Joldes, Wittek and Miller 2009). Nodes that average are corners, N_a the linear shape
+// functions: of quadratic tetrahedra these are the pressures of Taylor and Hood's element, with a lumped mass.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -25,10 +26,22 @@ struct ElementMesh {
     std::span<const Eigen::Vector3d> position_m;          ///< [N]
     std::span<const std::array<std::int32_t, 4>> corner;  ///< [T] mesh nodes, positively oriented
     std::span<const Lame> material;                       ///< [T]
+    /// [T] of Element::kQuadratic: mesh nodes in the middle of edges 01 12 20 03 13 23
+    std::span<const std::array<std::int32_t, 6>> middle = {};
+
+    bool is_quadratic() const { return element == Element::kQuadratic; }
 };
+
+/// All nodes of tetrahedron t: 4, or 10.
+std::vector<std::int32_t> nodes_of(const ElementMesh& mesh, std::size_t t);
 
 /// Of tetrahedron t.
 Corners corners_of(const ElementMesh& mesh, std::size_t t);
+
+TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t);
+
+/// lambda_e, which an element keeps for itself; the rest it leaves to the nodes.
+double own_lambda_pa(Element element, const Lame& material);
 
 /// K = A + G^T G, n unknown nodes, m thetas. K is positive definite where the body is held; A and G are much sparser.
 struct StiffnessParts {

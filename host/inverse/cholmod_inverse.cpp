@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <thread>
 
+#include "host/base/hash.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/numeric.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
+#include "host/solve/blas_core.hpp"
 
 namespace haptable {
 
@@ -24,6 +26,19 @@ int threads_for(int wanted, Eigen::Index nodes) {
     return wanted == 0 && nodes < kSmall ? 1 : all_threads(wanted);
 }
 
+std::uint64_t hash_of(const Stiffness& k) {
+    const Stiffness::Sparse& m = k.matrix();
+    const auto entries = static_cast<std::size_t>(m.nonZeros());
+    const Stiffness::Bundles bundles = k.bundles();
+    Hash hash;
+    hash.add(std::span(m.outerIndexPtr(), static_cast<std::size_t>(m.cols()) + 1));
+    hash.add(std::span(m.innerIndexPtr(), entries));
+    hash.add(std::span(m.valuePtr(), entries));
+    hash.add(std::span<const std::int32_t>(bundles.begin));
+    hash.add(std::span<const std::int32_t>(bundles.row));
+    return hash.digest();
+}
+
 }  // namespace
 
 bool CholmodInverse::in_pattern(std::span<const NodePair> wanted) const {
@@ -32,13 +47,18 @@ bool CholmodInverse::in_pattern(std::span<const NodePair> wanted) const {
 }
 
 MemoryNeed CholmodInverse::analyse(const Stiffness& k, const InverseRequest& request) {
-    workers_.emplace(threads_for(threads_, k.size() / 3));
-    factor_.emplace(k, Factor::kPattern);
+    if (const std::uint64_t hash = hash_of(k); !factor_ || hash != of_) {
+        is_factorized_ = false;
+        workers_.emplace(threads_for(threads_, k.size() / 3));
+        reserve_blas(workers_->count());
+        factor_.emplace(k, Factor::kPattern);
+        of_ = hash;
+    }
     const Supernodes pattern = factor_->supernodes();
     const int threads = workers_->count();
     MemoryNeed need;
     need.stiffness = k.bytes();
-    need.factor = factor_->bytes() + factorize_bytes(pattern, threads);
+    if (!is_factorized_) need.factor = factor_->bytes() + factorize_bytes(pattern, threads);
     for (const std::span<const NodePair> wanted : request.blocks)
         if (in_pattern(wanted))  // in double: after a trial in float it may have to be done again
             need.fronts = std::max(
@@ -57,7 +77,8 @@ MemoryNeed CholmodInverse::analyse(const Stiffness& k, const InverseRequest& req
 }
 
 FactorFacts CholmodInverse::factorize(const Stiffness& k, Progress& progress) {
-    factor_->factorize(k, *workers_, progress);
+    if (!is_factorized_) factor_->factorize(k, *workers_, progress);
+    is_factorized_ = true;
     return {"METIS", factor_->fill(), factor_->flops(), workers_->count(), factor_->weakest_pivot()};
 }
 
@@ -65,6 +86,7 @@ Blocks CholmodInverse::blocks(std::span<const NodePair> wanted, Precision precis
     factor_->release_workspace();
     if (!in_pattern(wanted)) {
         const CompliancePairs pairs(factor_->supernodes(), wanted);
+        reserve_blas(all_threads(threads_));
         Workers all(all_threads(threads_));  // groups of nodes are worth sharing in a body of any size
         return {pairs.compute(progress, &all), {pairs.method(), Precision::kDouble, pairs.flops()}};
     }

@@ -7,6 +7,7 @@
 
 namespace haptable {
 
+/// A K that comes again, as of one body in another mode, is neither ordered nor factorised again.
 class CholmodInverse : public Inverse {
 public:
     /// threads: 0: all processors, one for less than 10,000 nodes.
@@ -30,6 +31,8 @@ private:
     int threads_;
     std::optional<Workers> workers_;
     std::optional<Factor> factor_;
+    std::uint64_t of_ = 0;  ///< the hash of its K
+    bool is_factorized_ = false;
 };
 
 }  // namespace haptable

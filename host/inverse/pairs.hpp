@@ -31,8 +31,8 @@ public:
     /// all of them (for tests and measurements).
     CompliancePairs(const Supernodes& factor, std::span<const NodePair> wanted, std::optional<PairSolve> only = {});
 
-    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double. L_ii comes out symmetric to
-    /// the last bit, and the number of workers changes none.
+    /// L_ij in m/N for every wanted pair (row i, column j), in the order asked for, in double. L_ii comes out symmetric
+    /// to the last bit, and the number of workers changes none.
     std::vector<Eigen::Matrix3d> compute(Progress& progress, Workers* workers = nullptr) const;
 
     double flops() const { return flops_; }  ///< multiplications and additions of compute()

@@ -19,9 +19,6 @@ inline std::int64_t utime_now() {
     return std::chrono::duration_cast<std::chrono::microseconds>(since_epoch).count();
 }
 
-/// In lockstep the device counts utime from 0, and every real clock is past this: 10^12 us, 12 days after the epoch.
-inline bool is_simulated(std::int64_t utime_us) { return utime_us < 1'000'000'000'000; }
-
 /// A duration as microseconds with a fraction.
 inline double to_us(Clock::duration duration) { return std::chrono::duration<double, std::micro>(duration).count(); }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptable {
 
@@ -33,16 +34,15 @@ double DurationStatistics::quantile_us(double share) const {
     return max_us_;
 }
 
-SequenceGaps::Place SequenceGaps::note(std::int64_t seq) {
-    const bool first = !begun_;
-    const std::int64_t last = last_;
+void SequenceGaps::note(std::int64_t seq) {
+    if (begun_ && seq > last_) {
+        // Of any two numbers the distance fits 64 bits without a sign.
+        const std::uint64_t missing = static_cast<std::uint64_t>(seq) - static_cast<std::uint64_t>(last_) - 1;
+        const auto room = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() - lost_);
+        lost_ += static_cast<std::int64_t>(std::min(missing, room));
+    }
     begun_ = true;
     last_ = seq;
-    if (first || seq == last + 1) return Place::next;
-    if (seq == last) return Place::repeated;
-    if (seq < last) return Place::restarted;
-    lost_ += static_cast<std::uint64_t>(seq - last) - 1;
-    return Place::after_gap;
 }
 
 }  // namespace haptable

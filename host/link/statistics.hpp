@@ -32,17 +32,17 @@ private:
 /// Counts the messages that are missing from a stream numbered 0, 1, 2, ...
 class SequenceGaps {
 public:
-    /// What a number is to the ones before it.
-    enum class Place { next, after_gap, repeated, restarted };
-
     /// The stream may begin anywhere. A smaller number than the last one is a sender that has begun anew.
-    Place note(std::int64_t seq);
-    std::uint64_t lost() const { return lost_; }
+    void note(std::int64_t seq);
+    /// The next number may be any: it belongs to another stream.
+    void begin() { begun_ = false; }
+    /// Stops at the largest int64.
+    std::int64_t lost() const { return lost_; }
 
 private:
     bool begun_ = false;
     std::int64_t last_ = 0;
-    std::uint64_t lost_ = 0;
+    std::int64_t lost_ = 0;
 };
 
 }  // namespace haptable

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/link/text_file.hpp"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 
@@ -23,18 +25,34 @@ TextFile::TextFile(const std::filesystem::path& path)
 }
 
 TextFile::~TextFile() {
-    if (file_ != nullptr) std::fclose(file_);
+    if (file_ == nullptr) return;
+    if (kept_) flush();
+    std::fclose(file_);
 }
 
-void TextFile::add(std::string_view text) {
-    buffer_ += text;
+void TextFile::keep() {
+    flush();
+    if (error_ != 0) throw Error(path_.string() + ": cannot be written: " + std::strerror(error_));
+    beside_.commit();
+    kept_ = true;
+}
+
+void TextFile::add(std::string_view lines) {
+    buffer_ += lines;
     if (buffer_.size() >= kFlush_bytes) flush();
 }
 
 void TextFile::flush() {
-    errno = 0;
-    if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_) != buffer_.size() && error_ == 0)
-        error_ = errno != 0 ? errno : EIO;
+    if (error_ == 0 && !buffer_.empty()) {
+        errno = 0;
+        if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_) == buffer_.size()) {
+            size_bytes_ += static_cast<long>(buffer_.size());
+        } else {
+            error_ = errno != 0 ? errno : EIO;
+            // A full disk took half a line: what was there before is whole.
+            if (ftruncate(fileno(file_), size_bytes_) != 0) error_ = errno;
+        }
+    }
     buffer_.clear();
 }
 
@@ -43,7 +61,7 @@ void TextFile::finish() {
     if (std::fclose(file_) != 0 && error_ == 0) error_ = errno;
     file_ = nullptr;
     if (error_ != 0) throw Error(path_.string() + ": cannot be written: " + std::strerror(error_));
-    beside_.commit();
+    if (!kept_) beside_.commit();
 }
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A text file that grows line by line, beside its final place.
+// A text file that grows line by line: beside its final place until it is whole, or, for what must not be lost, in it.
 #pragma once
 
 #include <cstdio>
@@ -19,19 +19,24 @@ public:
     TextFile(const TextFile&) = delete;
     TextFile& operator=(const TextFile&) = delete;
 
-    /// Appends; what the disk does not take is an error of finish(), so that a tick never throws here.
-    void add(std::string_view text);
-    /// Puts the whole file in its place. Throws Error when the disk did not take all of it.
+    /// From now on it stands in its final place, with what was added so far and whatever comes: valid up to the last
+    /// flush even if the process is killed. Throws Error that names the path.
+    void keep();
+    /// Appends whole lines; what the disk does not take is an error of finish(), so that a tick never throws here.
+    void add(std::string_view lines);
+    /// Writes what was added to the disk, whole lines or none of them.
+    void flush();
+    /// Ends it: the whole file is in its place. Throws Error when the disk did not take all of it.
     void finish();
 
 private:
-    void flush();
-
     std::filesystem::path path_;
     Beside beside_;
     std::FILE* file_;
     std::string buffer_;
-    int error_ = 0;  ///< errno of the first write that failed
+    bool kept_ = false;
+    long size_bytes_ = 0;  ///< on the disk
+    int error_ = 0;        ///< errno of the first write that failed
 };
 
 }  // namespace haptable

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/index.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/sets.hpp"
 #include "host/mesh/shells.hpp"
 
@@ -24,6 +25,8 @@ constexpr double kSliver = 0.1;
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 // Nodes nearer than this share of the body's diagonal are at one place.
 constexpr double kSamePlace = 1e-9;
+// A middle node this share of its edge from the straight line makes it curved: 10 times the rounding of a float.
+constexpr double kCurved = 1e-6;
 
 struct Quality {
     double ratio = 0.0, least_deg = 180.0, greatest_deg = 0.0;
@@ -54,6 +57,31 @@ Quality quality_of(const std::vector<Vector3d>& position_m, const Tet& tet) {
     return quality;
 }
 
+bool is_curved(const TenNodes& node_m) {
+    for (std::size_t e = 0; e < 6; ++e) {
+        const auto column = [&](std::size_t c) { return node_m.col(static_cast<Eigen::Index>(c)); };
+        const auto a = column(kTetEdges[e][0]), b = column(kTetEdges[e][1]);
+        if ((column(4 + e) - 0.5 * (a + b)).norm() > kCurved * (b - a).norm()) return true;
+    }
+    return false;
+}
+
+/// Of quadratic tetrahedra: their own volume too.
+void judge_middles(const TetMesh& mesh, Audit& audit) {
+    std::vector<std::int32_t> middle;
+    audit.volume_m3 = 0.0;
+    for (std::size_t t = 0; t < mesh.tet.size(); ++t) {
+        middle.insert(middle.end(), mesh.middle[t].begin(), mesh.middle[t].end());
+        const TenNodes node_m = ten_nodes(mesh.position_m, mesh.tet[t], mesh.middle[t]);
+        for (const Eigen::Vector4d& point : tet_points()) audit.volume_m3 += tet_point(node_m, point).det_m3 / 24.0;
+        audit.curved += is_curved(node_m) ? 1 : 0;
+        const DetRange det = det_range(node_m);
+        audit.worst_jacobian_ratio = std::min(audit.worst_jacobian_ratio, det.least_m3 / det.greatest_m3);
+    }
+    std::sort(middle.begin(), middle.end());
+    audit.middle_nodes = static_cast<std::size_t>(std::unique(middle.begin(), middle.end()) - middle.begin());
+}
+
 void judge_shapes(const TetMesh& mesh, Audit& audit) {
     std::vector<double> ratio;
     audit.least_angle_deg = 180.0;
@@ -65,6 +93,7 @@ void judge_shapes(const TetMesh& mesh, Audit& audit) {
         audit.slivers += quality.ratio < kSliver ? 1 : 0;
         audit.volume_m3 += six_volumes(mesh.position_m, tet) / 6.0;
     }
+    if (!mesh.middle.empty()) judge_middles(mesh, audit);
     std::sort(ratio.begin(), ratio.end());
     audit.worst_ratio = ratio.front();
     audit.median_ratio = 0.5 * (ratio[(ratio.size() - 1) / 2] + ratio[ratio.size() / 2]);
@@ -162,8 +191,8 @@ std::vector<std::int32_t> find_folded(const std::vector<Tet>& tets) {
 
 std::vector<std::size_t> number_bodies(const TetMesh& mesh) {
     Sets sets(mesh.position_m.size());
-    for (const Tet& tet : mesh.tet)
-        for (std::size_t c = 1; c < 4; ++c) sets.join(at(tet[0]), at(tet[c]));
+    for (std::size_t t = 0; t < mesh.tet.size(); ++t)
+        for_each_node(mesh, t, [&](std::int32_t node) { sets.join(at(mesh.tet[t][0]), at(node)); });
     return sets.numbers();
 }
 
@@ -220,33 +249,42 @@ std::string to_table(const Audit& a) {
     text += fmt::format(
         "  radius ratio: worst {:.2g}, median {:.2f}, {} under {}; dihedral angles {:.2g} to {:.4g} degrees\n",
         a.worst_ratio, a.median_ratio, a.slivers, kSliver, a.least_angle_deg, a.greatest_angle_deg);
+    if (a.middle_nodes > 0)
+        text +=
+            fmt::format("  nodes in the middle of edges {}; curved tetrahedra {}, worst ratio of Jacobians {:.2g}\n",
+                        a.middle_nodes, a.curved, a.worst_jacobian_ratio);
     return text + fmt::format("  box {:.4g} x {:.4g} x {:.4g} m, volume {:.6g} m^3\n", size_m.x(), size_m.y(),
                               size_m.z(), a.volume_m3);
 }
 
 nlohmann::ordered_json to_json(const Audit& a) {
     const Vector3d &low = a.box_m.min(), &high = a.box_m.max();
-    return {{"nodes", a.nodes},
-            {"surface_nodes", a.surface_nodes},
-            {"tetrahedra", a.tets},
-            {"surface_patches", a.patches},
-            {"bodies", a.bodies},
-            {"shells", a.shells},
-            {"inner_cavities", a.cavities},
-            {"euler_characteristic", a.euler},
-            {"hinge_edges", a.hinge_edges},
-            {"hinge_nodes", a.hinge_nodes},
-            {"turned", a.turned},
-            {"folded", a.folded},
-            {"unused_nodes", a.unused_nodes},
-            {"coincident_nodes", a.coincident},
-            {"worst_radius_ratio", a.worst_ratio},
-            {"median_radius_ratio", a.median_ratio},
-            {"slivers", a.slivers},
-            {"least_dihedral_deg", a.least_angle_deg},
-            {"greatest_dihedral_deg", a.greatest_angle_deg},
-            {"volume_m3", a.volume_m3},
-            {"box_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}};
+    nlohmann::ordered_json json{{"nodes", a.nodes},
+                                {"surface_nodes", a.surface_nodes},
+                                {"tetrahedra", a.tets},
+                                {"surface_patches", a.patches},
+                                {"bodies", a.bodies},
+                                {"shells", a.shells},
+                                {"inner_cavities", a.cavities},
+                                {"euler_characteristic", a.euler},
+                                {"hinge_edges", a.hinge_edges},
+                                {"hinge_nodes", a.hinge_nodes},
+                                {"turned", a.turned},
+                                {"folded", a.folded},
+                                {"unused_nodes", a.unused_nodes},
+                                {"coincident_nodes", a.coincident},
+                                {"worst_radius_ratio", a.worst_ratio},
+                                {"median_radius_ratio", a.median_ratio},
+                                {"slivers", a.slivers},
+                                {"least_dihedral_deg", a.least_angle_deg},
+                                {"greatest_dihedral_deg", a.greatest_angle_deg},
+                                {"volume_m3", a.volume_m3},
+                                {"box_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}};
+    if (a.middle_nodes == 0) return json;
+    json["middle_nodes"] = a.middle_nodes;
+    json["curved_tetrahedra"] = a.curved;
+    json["worst_jacobian_ratio"] = a.worst_jacobian_ratio;
+    return json;
 }
 
 }  // namespace haptable

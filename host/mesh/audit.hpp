@@ -28,6 +28,9 @@ struct Audit {
     std::size_t slivers = 0;       ///< tetrahedra with a radius ratio below 0.1
     double least_angle_deg = 0.0;  ///< dihedral
     double greatest_angle_deg = 0.0;
+    std::size_t middle_nodes = 0;     ///< in the middle of edges
+    std::size_t curved = 0;           ///< tetrahedra with one of them off the straight line
+    double worst_jacobian_ratio = 1;  ///< det dx/dt, least over greatest of an element's points of integration
     double volume_m3 = 0.0;
     Eigen::AlignedBox3d box_m;
 };
@@ -41,7 +44,7 @@ std::vector<std::size_t> number_bodies(const TetMesh& mesh);
 
 /// surface: as find_surface gives it, which throws Error where a face belongs to more than two tetrahedra.
 Audit audit_mesh(const TetMesh& mesh, const Surface& surface);
-inline Audit audit_mesh(const TetMesh& mesh) { return audit_mesh(mesh, find_surface(mesh.tet)); }
+inline Audit audit_mesh(const TetMesh& mesh) { return audit_mesh(mesh, find_surface(mesh)); }
 
 /// What does not stop the work, one line each.
 std::vector<std::string> warnings_of(const Audit& audit);

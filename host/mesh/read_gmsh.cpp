@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kTriangle = 2, kTetrahedron = 4, kTetrahedron10 = 11;  // Gmsh's numbers of the elements
+constexpr int kTriangle = 2, kTetrahedron = 4, kTriangle6 = 9, kTetrahedron10 = 11;  // Gmsh's numbers of the elements
+constexpr std::array<std::size_t, 6> kMiddles{0, 1, 2, 3, 5, 4};                     // between 01 12 20 03 23 13
 // Gmsh's tables take about 300 bytes a node, which takes 20 bytes or more in the file.
 constexpr std::size_t kLeastMemory_bytes = std::size_t{768} << 20;
 constexpr std::size_t kMemoryPerByte = 60;
@@ -224,7 +225,7 @@ void add_elements(const Elements& elements, RawMesh& raw) {
     for (std::size_t k = 0; k < elements.tag.size(); ++k) {
         const std::vector<Tag> node = elements.nodes_of(k);
         if (elements.type == kTetrahedron || elements.type == kTetrahedron10)
-            raw.add_tet(elements.tag[k], node);
+            raw.add_tet(elements.tag[k], node, kMiddles);
         else if (elements.dimension == 3)
             raw.add_other(elements.name, elements.tag[k]);
         else if (elements.dimension == 2)
@@ -240,7 +241,8 @@ void add_group(const Elements& elements, const TetPlaces& places, RawGroup& grou
     for (std::size_t k = 0; k < elements.tag.size(); ++k) {
         const std::vector<Tag> node = elements.nodes_of(k);
         group.node.insert(group.node.end(), node.begin(), node.end());
-        if (elements.type == kTriangle) group.triangle.push_back({node[0], node[1], node[2]});
+        if (elements.type == kTriangle || elements.type == kTriangle6)
+            group.triangle.push_back({node[0], node[1], node[2]});
         if (elements.dimension != 3 || node.size() < 4) continue;
         const std::array<Tag, 4> key{node[0], node[1], node[2], node[3]};
         const auto at = std::lower_bound(places.begin(), places.end(), std::pair(key, std::size_t{0}));

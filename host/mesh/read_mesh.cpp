@@ -13,6 +13,8 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/mesh/middles.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/raw_mesh.hpp"
 #include "host/mesh/readers.hpp"
 #include "host/mesh/soup.hpp"
@@ -98,7 +100,12 @@ void require_triangles(const fs::path& file, const RawMesh& raw) {
                 fail(file, fmt::format("triangle {} names node {}, which the file does not have", t + 1, tag));
 }
 
-void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
+/// The file's own nodes in the middle of edges are kept.
+bool takes_middles(const RawMesh& raw, const ReadOptions& options) {
+    return options.quadratic && !options.linearize && raw.second_order > 0;
+}
+
+void require_tets(const fs::path& file, const RawMesh& raw, const ReadOptions& options) {
     for (const RawOthers& other : raw.other)
         fail(file, fmt::format("has {} elements of type {} (element {} is the first); only 4-node tetrahedra are "
                                "taken: mesh the body again with linear tetrahedra",
@@ -112,11 +119,17 @@ void require_tets(const fs::path& file, const RawMesh& raw, bool linearize) {
     }
     if (raw.tet.empty())
         fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh", raw.surface_elements));
-    if (raw.second_order > 0 && !linearize)
+    if (raw.second_order > 0 && !options.linearize && !options.quadratic)
         fail(file,
-             fmt::format("has {} second-order tetrahedra (element {} is the first); set linearize = true in [mesh] "
-                         "to take their corners, or save it with linear ones",
+             fmt::format("has {} second-order tetrahedra (element {} is the first); set element = \"quadratic\" in "
+                         "[mesh] to take them as they are, linearize = true to take their corners, or save it with "
+                         "linear ones",
                          raw.second_order, raw.first_second_order));
+    if (takes_middles(raw, options) && raw.second_order < raw.tet.size())
+        fail(file, fmt::format("has {} linear tetrahedra beside {} second-order ones (element {} is the first of "
+                               "these), which do not meet; set linearize = true in [mesh] to take the corners of all, "
+                               "whose edges then get straight middles",
+                               raw.tet.size() - raw.second_order, raw.second_order, raw.first_second_order));
     if (raw.tet.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / 4)
         fail(file, fmt::format("has {} tetrahedra, more than can be numbered; use a coarser mesh", raw.tet.size()));
 }
@@ -130,8 +143,10 @@ void sort_unique(std::vector<T>& values) {
 /// Maps the node tags of the file, which may be sparse and huge, to mesh nodes: the rank among the used tags.
 class NodeMap {
 public:
-    explicit NodeMap(const std::vector<std::array<Tag, 4>>& tets) {
-        for (const auto& tet : tets) tag_.insert(tag_.end(), tet.begin(), tet.end());
+    NodeMap(const RawMesh& raw, bool with_middles) {
+        for (const auto& tet : raw.tet) tag_.insert(tag_.end(), tet.begin(), tet.end());
+        if (with_middles)
+            for (const auto& middle : raw.middle) tag_.insert(tag_.end(), middle.begin(), middle.end());
         sort_unique(tag_);
     }
     std::size_t size() const { return tag_.size(); }
@@ -147,13 +162,14 @@ private:
 };
 
 /// Every tag of a tetrahedron is a node's, no node's is given twice, and no tetrahedron names one twice.
-void require_nodes(const fs::path& file, const RawMesh& raw) {
+void require_nodes(const fs::path& file, const RawMesh& raw, bool with_middles) {
     std::vector<Tag> known = raw.node_tag;
     std::sort(known.begin(), known.end());
     if (const auto twice = std::adjacent_find(known.begin(), known.end()); twice != known.end())
         fail(file, fmt::format("node number {} is given twice; give every node a number of its own", *twice));
     for (std::size_t t = 0; t < raw.tet.size(); ++t) {
-        std::array<Tag, 4> node = raw.tet[t];
+        std::vector<Tag> node(raw.tet[t].begin(), raw.tet[t].end());
+        if (with_middles) node.insert(node.end(), raw.middle[t].begin(), raw.middle[t].end());
         for (Tag tag : node)
             if (!std::binary_search(known.begin(), known.end(), tag))
                 fail(file, fmt::format("element {} names node {}, which the file does not have; save the mesh again",
@@ -163,6 +179,48 @@ void require_nodes(const fs::path& file, const RawMesh& raw) {
             fail(file, fmt::format("element {} names node {} twice; remove it or mesh the body again", raw.tet_tag[t],
                                    *twice));
     }
+}
+
+/// An edge has one node in its middle, whichever tetrahedron is asked, and that is no corner.
+void require_middles(const fs::path& file, const RawMesh& raw) {
+    struct Middle {
+        std::array<Tag, 2> edge;
+        Tag node;
+        std::size_t tet;
+    };
+    std::vector<Middle> all;
+    std::vector<Tag> corner;
+    for (std::size_t t = 0; t < raw.tet.size(); ++t) {
+        corner.insert(corner.end(), raw.tet[t].begin(), raw.tet[t].end());
+        for (std::size_t e = 0; e < 6; ++e) {
+            const auto [low, high] = std::minmax(raw.tet[t][kTetEdges[e][0]], raw.tet[t][kTetEdges[e][1]]);
+            all.push_back({{low, high}, raw.middle[t][e], t});
+        }
+    }
+    sort_unique(corner);
+    const auto fail_at = [&](const Middle& one, const Middle& other, const std::string& what) {
+        fail(file, fmt::format("elements {} and {}: {}; the second-order mesh does not fit together: save it again, or "
+                               "set linearize = true in [mesh]",
+                               raw.tet_tag[one.tet], raw.tet_tag[other.tet], what));
+    };
+    std::sort(all.begin(), all.end(), [](const Middle& a, const Middle& b) { return a.edge < b.edge; });
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        if (std::binary_search(corner.begin(), corner.end(), all[k].node))
+            fail(file, fmt::format("element {}: node {} in the middle of its edge {}-{} is a corner of a tetrahedron; "
+                                   "the second-order mesh does not fit together: save it again, or set linearize = "
+                                   "true in [mesh]",
+                                   raw.tet_tag[all[k].tet], all[k].node, all[k].edge[0], all[k].edge[1]));
+        if (k > 0 && all[k].edge == all[k - 1].edge && all[k].node != all[k - 1].node)
+            fail_at(all[k - 1], all[k],
+                    fmt::format("their common edge {}-{} has node {} in its middle for one and {} for the other",
+                                all[k].edge[0], all[k].edge[1], all[k - 1].node, all[k].node));
+    }
+    std::sort(all.begin(), all.end(), [](const Middle& a, const Middle& b) { return a.node < b.node; });
+    for (std::size_t k = 1; k < all.size(); ++k)
+        if (all[k].node == all[k - 1].node && all[k].edge != all[k - 1].edge)
+            fail_at(all[k - 1], all[k],
+                    fmt::format("node {} is in the middle of two edges, {}-{} and {}-{}", all[k].node,
+                                all[k - 1].edge[0], all[k - 1].edge[1], all[k].edge[0], all[k].edge[1]));
 }
 
 /// Twice the same tetrahedron would be twice as stiff.
@@ -223,20 +281,24 @@ double rounding_volume(const std::vector<Eigen::Vector3d>& position_m, const Tet
     return 16.0 * std::numeric_limits<double>::epsilon() * reach * edge * edge;
 }
 
-/// Fills mesh.tet, positively oriented. reach: distance of the body from the file's origin.
-void orient_tets(const fs::path& file, const RawMesh& raw, const NodeMap& map, double reach, TetMesh& mesh) {
+/// Fills mesh.tet, positively oriented, and mesh.middle. reach: distance of the body from the file's origin.
+void orient_tets(const fs::path& file, const RawMesh& raw, const NodeMap& map, double reach, bool with_middles,
+                 TetMesh& mesh) {
     for (std::size_t t = 0; t < raw.tet.size(); ++t) {
         Tet tet{};
+        MiddleNodes middle{};
         for (std::size_t c = 0; c < 4; ++c) tet[c] = map.find(raw.tet[t][c]);
+        for (std::size_t e = 0; with_middles && e < 6; ++e) middle[e] = map.find(raw.middle[t][e]);
         const double volume = six_volumes(mesh.position_m, tet);
         if (!(std::abs(volume) > rounding_volume(mesh.position_m, tet, reach)))
             fail(file, fmt::format("element {} (nodes {}) has no volume; remove it or mesh the body again",
                                    raw.tet_tag[t], fmt::join(raw.tet[t], ", ")));
         if (volume < 0.0) {
-            std::swap(tet[2], tet[3]);
+            turn(tet, middle);
             ++mesh.turned;
         }
         mesh.tet.push_back(tet);
+        if (with_middles) mesh.middle.push_back(middle);
         mesh.tet_number.push_back(raw.tet_tag[t]);
     }
     if (mesh.turned > 0)
@@ -251,8 +313,7 @@ void map_groups(const RawMesh& raw, const NodeMap& map, TetMesh& mesh) {
         for (Tag tag : from.node)
             if (const std::int32_t node = map.find(tag); node >= 0) group.node.push_back(node);
         for (std::int32_t t : group.tet)
-            group.node.insert(group.node.end(), mesh.tet[static_cast<std::size_t>(t)].begin(),
-                              mesh.tet[static_cast<std::size_t>(t)].end());
+            for_each_node(mesh, static_cast<std::size_t>(t), [&](std::int32_t node) { group.node.push_back(node); });
         for (const auto& corner : from.triangle) {
             const Patch patch{map.find(corner[0]), map.find(corner[1]), map.find(corner[2])};
             if (*std::min_element(patch.begin(), patch.end()) >= 0) group.triangle.push_back(patch);
@@ -263,10 +324,12 @@ void map_groups(const RawMesh& raw, const NodeMap& map, TetMesh& mesh) {
 }
 
 TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOptions& options) {
-    require_tets(file, raw, options.linearize);
-    require_nodes(file, raw);
+    require_tets(file, raw, options);
+    const bool with_middles = takes_middles(raw, options);
+    require_nodes(file, raw, with_middles);
+    if (with_middles) require_middles(file, raw);
     require_different(file, raw);
-    const NodeMap map(raw.tet);
+    const NodeMap map(raw, with_middles);
     if (map.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / 3)
         fail(file, fmt::format("has {} nodes, more than can be numbered; use a coarser mesh", map.size()));
     TetMesh mesh;
@@ -274,11 +337,12 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
     place_nodes(file, raw, options.scale_m, map, mesh);
     const double far_m = mesh.position_m.empty() ? 0.0 : mesh.position_m[0].norm();
     move_to_origin(file, mesh);
-    orient_tets(file, raw, map, far_m, mesh);
-    if (raw.second_order > 0)
+    orient_tets(file, raw, map, far_m, with_middles, mesh);
+    if (raw.second_order > 0 && !with_middles)
         mesh.notes.push_back(
             fmt::format("{}: took {} second-order tetrahedra by their corners", file.string(), raw.second_order));
     map_groups(raw, map, mesh);
+    if (options.quadratic && !with_middles) add_middles(mesh);
     return mesh;
 }
 

@@ -13,13 +13,16 @@ struct ReadOptions {
     bool linearize = false;  ///< take second-order tetrahedra by their corners
     FillTarget fill;         ///< how to fill a closed surface; belongs to a file without tetrahedra
     WatchFill watch{};       ///< while it is filled
+    bool quadratic = false;  ///< tetrahedra are to have nodes in the middle of their edges: the file's or straight ones
 };
 
 /// Reads a tetrahedral mesh whose format its content tells: Gmsh .msh (1, 2.2, 4.1; text or binary), VTK legacy and
 /// XML, INRIA .mesh, TetGen .node/.ele, Abaqus .inp, Vega .veg. Nodes keep the order of their numbers in the file;
 /// those that no tetrahedron uses are left out, and tetrahedra that stand the other way round are turned: both are
 /// counted and said in TetMesh::notes. A closed surface (STL, OBJ, PLY, OFF, or triangles alone in one of those
-/// formats) is filled. Throws Error that names the file and the node or element, by its number in the file.
+/// formats) is filled. `quadratic`: second-order tetrahedra are taken as they are, unless `linearize` says otherwise,
+/// and to all others add_middles() gives nodes. Throws Error that names the file and the node or element, by its number
+/// in the file.
 TetMesh read_mesh(const std::filesystem::path& file, const ReadOptions& options);
 inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
     return read_mesh(file, ReadOptions{scale_m, false, {}, {}});

@@ -25,7 +25,7 @@ void refuse_comma_decimals(const std::filesystem::path& file, std::string_view t
 
 /// TetGen's pair NAME.node, NAME.ele; either may be named.
 RawMesh read_tetgen(const std::filesystem::path& file);
-/// Abaqus input: *NODE, *ELEMENT (C3D4; C3D10 is counted as second order), *NSET, *ELSET.
+/// Abaqus input: *NODE, *ELEMENT (C3D4, C3D10), *NSET, *ELSET.
 RawMesh read_abaqus(const std::filesystem::path& file, std::string_view text);
 /// VegaFEM: *VERTICES, *ELEMENTS, *SET.
 RawMesh read_vega(const std::filesystem::path& file, std::string_view text);

@@ -9,6 +9,8 @@
 #include "host/base/error.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/cube.hpp"
+#include "host/mesh/middles.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/shells.hpp"
 
@@ -103,6 +105,21 @@ void require_unfolded(const Scene& scene, const Body& body) {
                     number.empty() ? first : number[first]));
 }
 
+/// Where the middles of its edges lie so far off that a tetrahedron folds, no turning mends it.
+void require_jacobians(const Scene& scene, const TetMesh& mesh) {
+    for (std::size_t t = 0; t < mesh.middle.size(); ++t) {
+        const DetRange det = det_range(ten_nodes(mesh.position_m, mesh.tet[t], mesh.middle[t]));
+        constexpr double kLeast = 1e-6;  // of the element's own: what a rounding of its nodes may turn round
+        if (det.least_m3 > kLeast * det.greatest_m3) continue;
+        throw Error(fmt::format(
+            "{}: second-order element {} folds over itself: its Jacobian is {:.3g} m^3 at a point of integration and "
+            "{:.3g} m^3 at another; move the nodes in the middle of its edges, or set linearize = true in [mesh] to "
+            "make them straight",
+            (scene.mesh.file.empty() ? scene.file : scene.mesh.file).string(),
+            mesh.tet_number.empty() ? t : mesh.tet_number[t], det.least_m3, det.greatest_m3));
+    }
+}
+
 void number_unknowns(const Flags& fixed, Body& body) {
     body.unknown.assign(fixed.size(), -1);
     for (std::size_t i = 0; i < fixed.size(); ++i)
@@ -145,6 +162,14 @@ void mark_regions(const Scene& scene, Body& body) {
         }
 }
 
+/// The corners of the element's face that a patch is, or is a quarter of; ascending.
+Patch corners_of_face(const Surface& surface, std::size_t p) {
+    Patch corners = surface.patch[p];
+    if (!surface.face.empty()) std::copy_n(surface.face[p / 4].begin(), 3, corners.begin());
+    std::sort(corners.begin(), corners.end());
+    return corners;
+}
+
 /// Marks the patches of one [[touch]]: those that are triangles of its group, or whose nodes it all holds.
 void mark_patches(const Body& body, const Shells& shells, const Flags& node, const MeshGroup* group, bool cavities,
                   Flags& touch) {
@@ -156,10 +181,10 @@ void mark_patches(const Body& body, const Shells& shells, const Flags& node, con
         }
     for (std::size_t p = 0; p < touch.size(); ++p) {
         if (!cavities && shells.is_cavity(shells.of_patch[p])) continue;
-        Patch patch = body.surface.patch[p];
-        std::sort(patch.begin(), patch.end());
+        const Patch& patch = body.surface.patch[p];
         const auto marked = [&](std::int32_t i) { return node[static_cast<std::size_t>(i)] != 0; };
-        if (triangles.empty() ? std::all_of(patch.begin(), patch.end(), marked) : triangles.contains(patch))
+        if (triangles.empty() ? std::all_of(patch.begin(), patch.end(), marked)
+                              : triangles.contains(corners_of_face(body.surface, p)))
             touch[p] = 1;
     }
 }
@@ -188,8 +213,14 @@ Flags touchable_patches(const Scene& scene, const Body& body) {
 
 void find_touchable(const Scene& scene, Body& body) {
     const Flags touch = touchable_patches(scene, body);
-    for (std::size_t p = 0; p < touch.size(); ++p)
-        if (touch[p]) body.touch_patch.push_back(body.surface.patch[p]);
+    for (std::size_t p = 0; p < touch.size(); ++p) {
+        if (!touch[p]) continue;
+        body.touch_patch.push_back(body.surface.patch[p]);
+        if (body.surface.face.empty()) continue;
+        const std::size_t face = p / 4;
+        const bool is_whole = std::all_of(&touch[4 * face], &touch[4 * face] + 4, [](char t) { return t != 0; });
+        body.touch_quarter.push_back({body.surface.face[face], static_cast<int>(p % 4), is_whole});
+    }
     for (const Patch& patch : body.touch_patch)
         for (std::int32_t node : patch)
             if (!body.is_fixed(node)) body.touch_node.push_back(node);
@@ -216,17 +247,22 @@ std::string describe(const Eigen::AlignedBox3d& box_m) {
 }
 
 TetMesh make_mesh(const MeshSource& source, const WatchFill& watch) {
-    if (source.generate == "cube") return make_cube(source.nodes_per_side, source.side_m);
+    const bool quadratic = source.element == Element::kQuadratic;
     const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count};
-    return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill, watch});
+    if (source.generate != "cube")
+        return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill, watch, quadratic});
+    TetMesh mesh = make_cube(source.nodes_per_side, source.side_m);
+    if (quadratic) add_middles(mesh);
+    return mesh;
 }
 
 Body make_body(const Scene& scene, TetMesh mesh) {
     require_size(scene, mesh);
     Body body;
     body.mesh = std::move(mesh);
-    body.surface = find_surface(body.mesh.tet);
+    body.surface = find_surface(body.mesh);
     require_unfolded(scene, body);
+    require_jacobians(scene, body.mesh);
     mark_regions(scene, body);
     number_unknowns(mark(scene, scene.fixed, "fixed", body.mesh), body);
     find_touchable(scene, body);

@@ -133,4 +133,12 @@ double least_scaled_eigenvalue(const Stiffness& k, const LinearSolver& solver) {
            });
 }
 
+double estimate_scaled_condition(const Stiffness& k, const LinearSolver& solver) {
+    const Eigen::VectorXd root = k.diagonal().cwiseSqrt().cwiseInverse();
+    const double largest = dominant_eigenvalue(k.size(), [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) {
+        y = root.asDiagonal() * (k * (root.asDiagonal() * x).eval());
+    });
+    return largest / least_scaled_eigenvalue(k, solver);
+}
+
 }  // namespace haptable

@@ -25,6 +25,7 @@ void add_mesh(const Scene& scene, const Body& body, Hash& hash) {
     hash.add(std::span<const std::int32_t>(body.unknown));  // -1 marks the fixed nodes
     // Only where chosen: the hash of linear tetrahedra is what it was.
     if (scene.mesh.element != Element::kLinear) hash.add(std::string(word(scene.mesh.element)));
+    if (!body.mesh.middle.empty()) hash.add(std::span<const MiddleNodes>(body.mesh.middle));
 }
 
 void add_materials(const Scene& scene, const Body& body, Hash& hash) {

@@ -10,6 +10,7 @@
 #include "host/base/program.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
+#include "host/precompute/digits.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/precompute/under_constrained.hpp"
@@ -124,6 +125,7 @@ void run(const Options& options) {
     say(options, "note", body.mesh.notes);
     say(options, "warning", warnings_of(summary.audit));
     say(options, "warning", locking_warnings(scene, body.mesh));
+    say(options, "warning", unchanged ? kept_warnings(folder) : digit_warnings(scene, summary));
     if (unchanged && options.json)
         fmt::print("{}", read_file(folder / "summary.json"));
     else if (unchanged && !options.quiet)

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// w_a = k(d_a) A_a / sum,   k = (1 - (d / R)^2)^2
+// w_a = k(d_a) A_a / sum,   k = (1 - (d / R)^2)^2;   of quadratic tetrahedra w_a = int k(d) N_a dA / sum
 #include "host/precompute/mask.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "host/base/index.hpp"
 #include "host/base/shared_progress.hpp"
+#include "host/precompute/face_pressure.hpp"
 #include "host/precompute/geodesic.hpp"
 
 namespace haptable {
@@ -17,7 +19,6 @@ namespace haptable {
 namespace {
 
 using Edge = std::array<std::int32_t, 2>;
-using Patch = std::array<std::int32_t, 3>;
 
 /// A node's part of its patches: Voronoi regions, by halves and quarters in obtuse ones (Meyer et al. 2003). Equal for
 /// all nodes of a regular grid however its diagonals run.
@@ -44,39 +45,46 @@ std::vector<double> node_areas(std::span<const Eigen::Vector3d> position_m, std:
 /// One worker's masks, one after the other.
 class Maker {
 public:
-    Maker(const SurfaceGraph& surface, std::span<const double> area_m2, double radius_m)
-        : distance_(surface), area_m2_(area_m2), radius_m_(radius_m) {}
-
-    NodeWeights at_node(std::int32_t node) {
-        return distribute(distance_.from_node(node, radius_m_), std::array{node});
+    /// facets: of quadratic tetrahedra; else none
+    Maker(const SurfaceGraph& surface, const Facets* facets, std::span<const double> area_m2, double radius_m)
+        : distance_(surface), area_m2_(area_m2), radius_m_(radius_m), reach_m_(radius_m) {
+        if (facets == nullptr) return;
+        pressure_.emplace(*facets, surface);
+        reach_m_ = facets->reach_m();
     }
-    NodeWeights at_edge(const Edge& edge) { return distribute(distance_.from_edge(edge[0], edge[1], radius_m_), edge); }
+
+    NodeWeights at_node(std::int32_t node) { return distribute(distance_.from_node(node, reach_m_), std::array{node}); }
+    NodeWeights at_edge(const Edge& edge) { return distribute(distance_.from_edge(edge[0], edge[1], reach_m_), edge); }
 
 private:
     /// Where nothing is within reach, the nodes of the feature itself.
-    NodeWeights distribute(const SurfaceDistance::Distances& near, std::span<const std::int32_t> own) const {
-        NodeWeights mask;
+    NodeWeights distribute(const SurfaceDistance::Distances& near, std::span<const std::int32_t> own) {
+        NodeWeights mask = pressure_ ? pressure_->integrate(near, own.size()) : at_nodes(near);
+        if (mask.node.size() < own.size()) {
+            mask.node.assign(own.begin(), own.end());
+            mask.weight.assign(own.size(), 1.0);
+        }
         double sum = 0.0;
+        for (double w : mask.weight) sum += w;
+        for (double& w : mask.weight) w /= sum;
+        return mask;
+    }
+    NodeWeights at_nodes(const SurfaceDistance::Distances& near) const {
+        NodeWeights mask;
         for (const auto& [node, d] : near) {
             const double rest = std::max(0.0, 1.0 - d * d / (radius_m_ * radius_m_));
             const double w = rest * rest * area_m2_[at(node)];
             if (!(w > 0.0)) continue;
             mask.node.push_back(node);
             mask.weight.push_back(w);
-            sum += w;
         }
-        if (mask.node.size() < own.size()) {
-            mask.node.assign(own.begin(), own.end());
-            mask.weight.assign(own.size(), 1.0);
-            sum = static_cast<double>(own.size());
-        }
-        for (double& w : mask.weight) w /= sum;
         return mask;
     }
 
     SurfaceDistance distance_;
+    std::optional<FacePressure> pressure_;
     std::span<const double> area_m2_;
-    double radius_m_;
+    double radius_m_, reach_m_;
 };
 
 /// a + factor b.
@@ -154,7 +162,7 @@ std::vector<Edge> edges_of(std::span<const Patch> patch) {
 }
 
 Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch, double radius_m,
-                 Workers& workers, Progress& progress) {
+                 Workers& workers, Progress& progress, std::span<const Quarter> quarter) {
     Masks masks;
     masks.vertex_id = nodes_of(patch);
     masks.edge_id = edges_of(patch);
@@ -162,7 +170,10 @@ Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const Pa
     const std::size_t vertices = masks.vertex_id.size(), places = vertices + masks.edge_id.size();
     const std::vector<double> area_m2 = node_areas(position_m, patch);
     const SurfaceGraph surface(position_m, patch);
-    std::vector<Maker> maker(static_cast<std::size_t>(workers.count()), Maker(surface, area_m2, radius_m));
+    std::optional<Facets> facets;
+    if (!quarter.empty()) facets.emplace(position_m, patch, quarter, radius_m);
+    std::vector<Maker> maker(static_cast<std::size_t>(workers.count()),
+                             Maker(surface, facets ? &*facets : nullptr, area_m2, radius_m));
     masks.vertex.resize(vertices);
     masks.edge.resize(places - vertices);
     std::atomic<std::size_t> widened = 0;

@@ -12,6 +12,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/base/workers.hpp"
+#include "host/mesh/surface.hpp"
 
 namespace haptable {
 
@@ -26,6 +27,8 @@ struct NodeWeights {
 /// At a vertex and in an edge's middle it is k(d) A_a, normed, with d the distance over the surface, A_a the node's
 /// (mixed Voronoi) area and k = (1 - (d / radius)^2)^2; between, the quadratic keeps the mask's second moments. Where
 /// no other node is within the radius, the patch's own nodes carry the load: w is alpha, continuously.
+/// On quadratic tetrahedra the pressure k(d) is integrated against the shape functions of their faces: a node's share
+/// of it may be 0 or less, for a corner's of an even pressure is 0.
 struct Masks {
     std::vector<std::int32_t> vertex_id;               ///< [t] mesh nodes of the patches, ascending
     std::vector<std::array<std::int32_t, 2>> edge_id;  ///< [e] mesh nodes of their edges, lower first, ascending
@@ -45,7 +48,8 @@ std::vector<std::int32_t> nodes_of(std::span<const std::array<std::int32_t, 3>> 
 std::vector<std::array<std::int32_t, 2>> edges_of(std::span<const std::array<std::int32_t, 3>> patch);
 
 /// The workers share the vertices and edges; their number changes no bit.
+///   quarter  [p] of quadratic tetrahedra; else empty
 Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const std::array<std::int32_t, 3>> patch,
-                 double radius_m, Workers& workers, Progress& progress);
+                 double radius_m, Workers& workers, Progress& progress, std::span<const Quarter> quarter = {});
 
 }  // namespace haptable

@@ -99,7 +99,8 @@ Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Iden
 }
 
 void plan_masks(const Scene& scene, const Body& body, Workers& workers, Progress& progress, Plan& plan) {
-    plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m, workers, progress);
+    plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m, workers, progress,
+                            body.touch_quarter);
     plan.mask_pairs = mask_pairs(plan.masks, body.unknown, workers);
 }
 

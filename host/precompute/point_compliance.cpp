@@ -100,29 +100,29 @@ std::size_t count_of(std::span<const std::int32_t> unknown) {
 
 // ---- the pairs ------------------------------------------------------------------------------------------------------
 
-/// The nodes under the controls that meet each control, ascending.
-std::vector<std::vector<std::int32_t>> reaches_of(const Lists<Weight>& weights, const Lists<std::size_t>& partners,
-                                                  std::vector<Marks>& marks, Workers& workers) {
-    std::vector<std::vector<std::int32_t>> reach(weights.size());
-    workers.for_each(reach.size(), [&](std::size_t k, int worker) {
+/// The nodes under each patch's controls, ascending.
+std::vector<std::vector<std::int32_t>> nodes_under(const Masks& masks, const Lists<Weight>& weights,
+                                                   std::vector<Marks>& marks, Workers& workers) {
+    std::vector<std::vector<std::int32_t>> under(masks.control.size());
+    workers.for_each(under.size(), [&](std::size_t p, int worker) {
         Marks& seen = marks[at(worker)];
         seen.clear();
-        for (std::size_t j : partners[k])
-            for (const Weight& w : weights[j])
-                if (seen.add(w.node)) reach[k].push_back(w.node);
-        std::sort(reach[k].begin(), reach[k].end());
+        for (std::size_t k : masks.control[p])
+            for (const Weight& w : weights[k])
+                if (seen.add(w.node)) under[p].push_back(w.node);
+        std::sort(under[p].begin(), under[p].end());
     });
-    return reach;
+    return under;
 }
 
-/// The controls over each node.
-Lists<std::size_t> controls_over(const Lists<Weight>& weights, std::size_t nodes) {
+/// The patches whose controls lie over each node.
+Lists<std::size_t> patches_over(const std::vector<std::vector<std::int32_t>>& under, std::size_t nodes) {
     std::vector<std::vector<std::size_t>> over(nodes);
-    for (std::size_t k = 0; k < weights.size(); ++k)
-        for (const Weight& w : weights[k]) over[at(w.node)].push_back(k);
+    for (std::size_t p = 0; p < under.size(); ++p)
+        for (std::int32_t node : under[p]) over[at(node)].push_back(p);
     Lists<std::size_t> lists;
-    for (const auto& controls : over) {
-        lists.item.insert(lists.item.end(), controls.begin(), controls.end());
+    for (const auto& patches : over) {
+        lists.item.insert(lists.item.end(), patches.begin(), patches.end());
         lists.end_list();
     }
     return lists;
@@ -229,7 +229,7 @@ private:
         for (std::size_t p = products.partner.begin[k]; p < products.partner.begin[k + 1]; ++p) {
             Six sum{};
             for (const Weight& w : weights_[products.partner.item[p]])
-                for (std::size_t i = 0; i < 6; ++i) sum[i] += w.weight * y[6 * row_of_[at(w.node)] + i];
+                for (std::size_t i = 0; i < 6; ++i) sum[i] += w.weight * y[6 * at(row_of_[at(w.node)]) + i];
             products.m[p] = sum;
         }
     }
@@ -309,18 +309,17 @@ MaskCompliance blocks_of(const Masks& masks, const Products& m) {
 std::vector<NodePair> mask_pairs(const Masks& masks, std::span<const std::int32_t> unknown, Workers& workers) {
     const std::size_t nodes = count_of(unknown);
     const Lists<Weight> weights = weights_of(masks, unknown);
-    const Lists<std::size_t> over = controls_over(weights, nodes);
     std::vector<Marks> marks(at(workers.count()), Marks(nodes));
-    const auto reach = reaches_of(weights, meeting(masks), marks, workers);
+    const auto under = nodes_under(masks, weights, marks, workers);
+    const Lists<std::size_t> over = patches_over(under, nodes);
     std::vector<std::vector<std::int32_t>> columns(nodes);
     workers.for_each(nodes, [&](std::size_t row, int worker) {
         Marks& seen = marks[at(worker)];
         seen.clear();
-        for (std::size_t k : over[row])
-            for (std::int32_t node : std::span(reach[k]).subspan(static_cast<std::size_t>(
-                     std::lower_bound(reach[k].begin(), reach[k].end(), static_cast<std::int32_t>(row)) -
-                     reach[k].begin())))
-                if (seen.add(node)) columns[row].push_back(node);
+        for (std::size_t p : over[row])
+            for (auto node = under[p].rbegin(); *node > static_cast<std::int32_t>(row); ++node)
+                if (seen.add(*node)) columns[row].push_back(*node);
+        if (over.begin[row + 1] > over.begin[row]) columns[row].push_back(static_cast<std::int32_t>(row));
         std::sort(columns[row].begin(), columns[row].end());
     });
     std::vector<NodePair> pairs;

@@ -205,6 +205,7 @@ Matrices compute(const Run& run, Summary& summary) {
     // 5. Checks that need K, which can go then.
     clock.begin("condition");
     checks.condition_estimate = estimate_condition(k, inverse);
+    checks.scaled_condition = estimate_scaled_condition(k, inverse);
     clock.begin("check");
     const Sample sample = solve_sample(inverse, k, plan.node, plan.row, progress);
     checks.solved_nodes = sample.place.size();
@@ -212,6 +213,8 @@ Matrices compute(const Run& run, Summary& summary) {
     checks.largest_asymmetry = largest_asymmetry(sample.l);
     require_residual(scene, sample.largest_residual);
     k = Stiffness();
+    clock.begin("small_strain");
+    summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, inverse);
     // 6. L_ii of nodes, L_ij of edges and under masks.
     clock.begin("blocks");
     const Blocks blocks = compute_blocks(run, sample);
@@ -240,6 +243,8 @@ Matrices take_over(const Run& run, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     clock.begin("reuse");
     summary.inverse = plan.earlier.summary();
+    if (auto& known = summary.inverse.small_strain; known && known->finger_radius_m != scene.contact.mask_radius_m)
+        known.reset();  // of another finger
     if (plan.drawing == Drawing::kColumns) {
         const ColumnFormat format = format_of(scene, plan.earlier.compliance());
         const std::vector<std::int32_t>& rows = rows_of(scene, body);

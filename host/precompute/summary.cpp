@@ -9,6 +9,7 @@
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/base/program.hpp"
+#include "host/precompute/digits.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/solve/blas_core.hpp"
 
@@ -54,6 +55,7 @@ constexpr Check kChecks[] = {
     {"smallest_eigenvalue_m_per_n", "smallest eigenvalue of any L_ii (m/N)", &Checks::smallest_eigenvalue_m_per_n},
     {"largest_block_condition", "largest condition of any L_ii", &Checks::largest_block_condition},
     {"condition_estimate", "condition of K, estimated", &Checks::condition_estimate},
+    {"scaled_condition", "the same with K scaled to a diagonal of 1", &Checks::scaled_condition},
     {"smallest_pivot_ratio", "smallest pivot / diagonal of K", &Checks::smallest_pivot_ratio}};
 
 nlohmann::ordered_json to_json(const Checks& checks) {
@@ -67,6 +69,24 @@ Checks read_checks(const nlohmann::json& json) {
     json.at("solved_nodes").get_to(checks.solved_nodes);
     for (const Check& check : kChecks) json.at(check.key).get_to(checks.*check.value);
     return checks;
+}
+
+/// Null where it is not known.
+nlohmann::ordered_json to_json(const std::optional<SmallStrain>& s, const ContactOptions& contact) {
+    if (!s) return nullptr;
+    return {{"depth_m", s->depth_m(contact.static_friction > 0.0)},
+            {"share", SmallStrain::kShare},
+            {"finger_radius_m", s->finger_radius_m},
+            {"places", s->places},
+            {"pressing_m", s->pressing_m},
+            {"pulling_m", s->pulling_m},
+            {"sideways_m", s->sideways_m}};
+}
+
+std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
+    if (json.is_null()) return {};
+    return SmallStrain{json.at("finger_radius_m"), json.at("places"), json.at("pressing_m"), json.at("pulling_m"),
+                       json.at("sideways_m")};
 }
 
 nlohmann::ordered_json to_json(const Material& material) {
@@ -170,7 +190,7 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
         old->value("program", "") != program_hash())
         return {};
     EarlierSummary earlier;
-    auto& [factor, blocks, columns, checks] = earlier.inverse;
+    auto& [factor, blocks, columns, checks, small_strain] = earlier.inverse;
     const nlohmann::json& json = *old;
     json.at("tolerance").get_to(earlier.tolerance);
     json.at("column_tolerance").get_to(earlier.column_tolerance);
@@ -187,6 +207,7 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
     json.at("columns").at("unit_m_per_n").get_to(columns.unit_m_per_n);
     json.at("columns").at("flops").get_to(columns.facts.flops);
     checks = read_checks(json.at("checks"));
+    small_strain = read_small_strain(json.at("small_strain"));
     return earlier;
 } catch (const nlohmann::json::exception&) {
     return {};
@@ -222,8 +243,13 @@ std::string to_json(const Audit& audit, const std::vector<Support>& supports) {
     return json.dump(2) + "\n";
 }
 
+std::vector<std::string> kept_warnings(const std::filesystem::path& folder) {
+    const auto json = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
+    return json.is_object() ? json.value("warnings", std::vector<std::string>()) : std::vector<std::string>();
+}
+
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    const auto& [factor, blocks, columns, checks] = summary.inverse;
+    const auto& [factor, blocks, columns, checks, small_strain] = summary.inverse;
     nlohmann::ordered_json json = to_json(scene, summary.identity);
     json["tables_hash"] = fmt::format("{:016x}", summary.size.tables_hash);
     json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
@@ -273,6 +299,14 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                      {"fast_way_boxes", summary.size.index.fast_way_boxes},
                      {"tick_boxes", HAPTABLE_TICK_BOXES}};
     json["checks"] = to_json(checks);
+    const Digits digits = digits_of(summary);
+    json["force_error"] = {{"inverse", digits.inverse},
+                           {"depth_m", digits.servo.depth_m},
+                           {"servo", digits.servo.worst},
+                           {"servo_without_positions", digits.servo.force_alone}};
+    for (const Remedy& remedy : summary.size.remedies)
+        json["force_error"]["remedies"].push_back({{"scene", remedy.text}, {"servo", remedy.error}});
+    json["small_strain"] = to_json(small_strain, scene.contact);
     json["factor"] = {{"ordering", factor.ordering}, {"fill", factor.fill}, {"flops", factor.flops}};
     json["blocks"] = {{"method", blocks.method}, {"precision", name_of(blocks.precision)}, {"flops", blocks.flops}};
     json["columns"] = {{"precision", columns.format.empty() ? "" : name_of(columns.facts.precision)},
@@ -291,6 +325,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["time_s"] = by_name(summary.stages, &StageCost::time_s);
     json["cpu_s"] = by_name(summary.stages, &StageCost::cpu_s);
     json["notes"] = body.mesh.notes;
+    json["warnings"] = digit_warnings(scene, summary);
     return json.dump(2) + "\n";
 }
 
@@ -319,11 +354,18 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
                                           k.coupling_n_per_m, k.felt_n_per_m)
                         : k.largest_n_per_m > k.stable_n_per_m ? ": consider coupling = \"auto\" in [contact]"
                                                                : "");
+    if (const auto& s = summary.inverse.small_strain)
+        text += fmt::format(
+            "  small strain: the force is within {:.0f} % of a rubber's to {:.2g} m deep; pulling {:.2g}, sideways "
+            "{:.2g} m "
+            "(expected, median of {} places)\n",
+            100.0 * SmallStrain::kShare, s->pressing_m, s->pulling_m, s->sideways_m, s->places);
     text += fmt::format("  spatial index: {} boxes, of which a finger's way of 5 mm visits at most {}; a tick {}\n",
                         summary.size.index.boxes, summary.size.index.fast_way_boxes, HAPTABLE_TICK_BOXES);
     text += "\n  check                                        value\n";
     for (const Check& check : kChecks)
         text += fmt::format("  {:<40} {:>9.3g}\n", check.text, summary.inverse.checks.*check.value);
+    text += describe(digits_of(summary), summary);
     if (summary.identity.drawing == "solves")
         text +=
             "\n  columns.npy would be over tables.column_budget: the factor is kept, and the viewer solves each "

@@ -11,6 +11,7 @@
 #include "host/inverse/inverse.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/identity.hpp"
+#include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
 #include "host/precompute/under_constrained.hpp"
 
@@ -26,6 +27,7 @@ struct Checks {
     double smallest_eigenvalue_m_per_n = 0.0;  ///< of any L_ii
     double largest_block_condition = 0.0;      ///< of any L_ii, 2-norm
     double condition_estimate = 0.0;           ///< of K, 2-norm
+    double scaled_condition = 0.0;             ///< of K scaled to a diagonal of 1, 2-norm: what costs digits
     double smallest_pivot_ratio = 0.0;         ///< l_jj^2 / k_jj of the factor, or a bound from below
 };
 
@@ -43,6 +45,7 @@ struct InverseSummary {
     BlockFacts blocks;
     ColumnSummary columns;
     Checks checks;
+    std::optional<SmallStrain> small_strain;
 };
 
 /// The pressure mask's tables.
@@ -100,6 +103,9 @@ std::string to_json(const Audit& audit, const std::vector<Support>& supports);
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);
+
+/// The warnings of the run that made this folder, as its summary.json keeps them.
+std::vector<std::string> kept_warnings(const std::filesystem::path& folder);
 
 /// A short table for people: counts, checks, bytes by table, time by stage.
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary);

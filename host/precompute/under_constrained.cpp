@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // v_p(x) = t_p + w_p x (x - c):  v_p(x) = v_q(x) where parts p, q share node x,  v_p(x) = 0 where x is fixed
 //
-// A linear tetrahedron without strain moves rigidly, and two that share a face move alike. So the null space of the
+// A tetrahedron without strain moves rigidly, and two that share a face move alike. So the null space of the
 // reduced K is the null space of these conditions on the rigid motions (t_p, w_p) of the face-connected parts: a
 // matrix of 6 rows a part instead of 3 a node.
 #include "host/precompute/under_constrained.hpp"
@@ -43,10 +43,10 @@ Parts find_parts(const Body& body) {
     for (std::size_t t = 0; t < tets.size(); ++t) {
         const auto part = static_cast<std::int32_t>(number[t]);
         parts.count = std::max(parts.count, part + 1);
-        for (std::int32_t node : tets[t]) {
+        for_each_node(body.mesh, t, [&](std::int32_t node) {
             auto& list = parts.of_node[static_cast<std::size_t>(node)];
             if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
-        }
+        });
     }
     return parts;
 }

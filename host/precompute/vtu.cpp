@@ -28,18 +28,31 @@ void write_points(const Body& body, VtuText& out) {
     out.array("Float64", "Points", 3, body.mesh.position_m);
 }
 
+/// In VTK's order, which is ours.
+std::vector<std::array<std::int32_t, 10>> ten_nodes_of(const TetMesh& mesh) {
+    std::vector<std::array<std::int32_t, 10>> nodes(mesh.tet.size());
+    for (std::size_t t = 0; t < nodes.size(); ++t)
+        for_each_node(mesh, t, [next = nodes[t].begin()](std::int32_t node) mutable { *next++ = node; });
+    return nodes;
+}
+
 void write_cells(const Body& body, VtuText& out) {
     const std::size_t tets = body.mesh.tet.size(), patches = body.touch_patch.size();
-    Flags is_patch(tets, 0), type(tets, kVtkTetra);
+    const bool quadratic = !body.mesh.middle.empty();
+    const std::size_t each = quadratic ? 10 : 4;
+    Flags is_patch(tets, 0), type(tets, quadratic ? kVtkQuadraticTetra : kVtkTetra);
     is_patch.resize(tets + patches, 1);
     type.resize(tets + patches, kVtkTriangle);
     std::vector<std::size_t> offset;
-    for (std::size_t t = 1; t <= tets; ++t) offset.push_back(4 * t);
-    for (std::size_t p = 1; p <= patches; ++p) offset.push_back(4 * tets + 3 * p);
+    for (std::size_t t = 1; t <= tets; ++t) offset.push_back(each * t);
+    for (std::size_t p = 1; p <= patches; ++p) offset.push_back(each * tets + 3 * p);
     out.section("CellData");
     out.array("UInt8", "touchable_patch", 1, is_patch);
     out.section("Cells");
-    out.array("Int32", "connectivity", 1, body.mesh.tet, body.touch_patch);
+    if (quadratic)
+        out.array("Int32", "connectivity", 1, ten_nodes_of(body.mesh), body.touch_patch);
+    else
+        out.array("Int32", "connectivity", 1, body.mesh.tet, body.touch_patch);
     out.array("Int64", "offsets", 1, offset);
     out.array("UInt8", "types", 1, type);
 }

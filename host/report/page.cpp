@@ -126,6 +126,10 @@ std::string to_markdown(const Json& topic) {
     return text;
 }
 
+void print_topics(const Numbers& numbers) {
+    for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+}
+
 std::string fill(const Page& page, const Json& topics) {
     std::string filled;
     std::size_t at = 0;

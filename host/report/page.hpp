@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "host/report/numbers.hpp"
+
 namespace haptable {
 
 /// From the first letter of the first marker to the last of the second; between them [inside, inside_end).
@@ -17,6 +19,9 @@ struct Marker {
 
 /// The pairs of markers, in the page's order. Comments without an end of that name are none.
 std::vector<Marker> find_markers(const std::string& text);
+
+/// Every topic on standard output, "name: " and then as a page shows it.
+void print_topics(const Numbers& numbers);
 
 /// A topic as a page shows it: a table on lines of its own, or the text of a number.
 std::string to_markdown(const nlohmann::ordered_json& topic);

@@ -294,7 +294,7 @@ MeshSource read_source(const Section& root, const fs::path& scene_file) {
     if (!mesh.has("generate") && !mesh.has("file"))
         mesh.fail("file", "is missing; give a mesh file, or generate = \"cube\"");
     MeshSource source;
-    source.element = mesh.one_of("element", {Element::kLinear, Element::kAverageNodalPressure});
+    source.element = mesh.one_of<Element>("element");
     if (mesh.has("generate"))
         read_generator(mesh, source);
     else

@@ -96,7 +96,7 @@ void run_lcm(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene, o.csv);
+    if (!o.csv.empty()) record.emplace(scene, o.csv).keep();
     Connection connection;
     ServoSession session(scene, connection, record ? &*record : nullptr);
     const bool locked = !o.no_realtime && lock_memory();

@@ -11,6 +11,7 @@
 #include "host/session/counted.hpp"
 #include "host/session/record.hpp"
 #include "host/session/scene.hpp"
+#include "host/session/state_gate.hpp"
 
 namespace haptable {
 
@@ -19,11 +20,12 @@ struct LinkReport : LinkCounters {
     DurationStatistics latency;  ///< from the arrival of a state to its answer
 };
 
-/// Answers every state at once. Single-threaded: everything happens within connection.handle_until and the calls
-/// below, so the same code runs against a device in another process and, over memq://, in this one.
+/// Answers its device's states at once, of several that wait in real time the newest alone. Single-threaded: everything
+/// happens within connection.handle_until and the calls below, so the same code runs against a device in another
+/// process and, over memq://, in this one.
 class ServoSession {
 public:
-    /// Subscribes to the device's states. `record` may be null.
+    /// Subscribes to states. `record` may be null.
     ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record);
     ServoSession(const ServoSession&) = delete;
     ServoSession& operator=(const ServoSession&) = delete;
@@ -36,16 +38,17 @@ public:
     /// Publishes servo_status and begins a new count of the longest step.
     void publish_status();
 
-    bool has_states() const { return has_states_; }
-    /// When the last state came; begin of the session before.
-    Clock::time_point last_state() const { return last_state_; }
+    bool has_states() const { return gate_.has_states(); }
+    /// When the device's last state came; begin of the session before.
+    Clock::time_point last_state() const { return gate_.last_state(); }
     ServoReport report() const;
     LinkReport link_report() const;
 
 private:
     void on_state(const device_state& state, std::int64_t received_utime);
-    bool is_repeated(const device_state& state) const;
-    void step(const device_state& state);
+    void answer_newest();
+    void end_contact();
+    void step();
 
     ServoScene scene_;
     Connection& connection_;
@@ -53,10 +56,10 @@ private:
     Answer answer_;
     haptable_servo servo_;
     haptable_output output_{};
-    device_state state_{};  ///< the last one
-    bool has_states_ = false;
-    Clock::time_point last_state_ = Clock::now();
-    SequenceGaps gaps_;
+    StateGate gate_;
+    bool waits_ = false;               ///< the gate's state is not stepped yet
+    bool begins_ = false;              ///< it, or one that it overtook, is a session's first
+    std::int64_t received_utime_ = 0;  ///< of it
     ServoReport report_;
     LinkReport link_;
     double longest_step_us_ = 0.0;

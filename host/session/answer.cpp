@@ -10,15 +10,28 @@ static_assert(servo_force::SILENT == HAPTABLE_SILENT && servo_force::FREE == HAP
               servo_force::CONTACT == HAPTABLE_CONTACT && servo_force::REJECTED == HAPTABLE_REJECTED);
 
 Answer::Answer(const ServoScene& scene, Connection& connection) : scene_(scene), connection_(connection) {
+    force_.servo = contact_.servo = random_session();
     force_.model_hash = contact_.model_hash = static_cast<std::int64_t>(scene.model->hash);
     contact_.node.reserve(3);
     contact_.force_n.resize(3);
     for (auto& force_n : contact_.force_n) force_n.reserve(3);
 }
 
+void Answer::refuse(const device_state& state, std::int64_t owner) {
+    servo_force refusal{};
+    refusal.utime = utime_now();
+    refusal.seq = state.seq;
+    refusal.session = state.session;
+    refusal.servo = force_.servo;
+    refusal.owner = owner;
+    refusal.model_hash = force_.model_hash;
+    connection_.publish(kForceChannel, refusal);
+}
+
 void Answer::publish_force(const device_state& state, const haptable_output& output) {
-    force_.utime = is_simulated(state.utime) ? state.utime : utime_now();
+    force_.utime = is_simulated(state) ? state.utime : utime_now();
     force_.seq = state.seq;
+    force_.session = force_.owner = state.session;
     std::copy_n(output.force_n, 3, force_.force_n);
     force_.servo_state = static_cast<std::int8_t>(output.state);
     connection_.publish(kForceChannel, force_);
@@ -27,6 +40,7 @@ void Answer::publish_force(const device_state& state, const haptable_output& out
 void Answer::publish_contact(const device_state& state, const haptable_output& output) {
     contact_.utime = force_.utime;
     contact_.seq = state.seq;
+    contact_.session = state.session;
     std::copy_n(state.position_m, 3, contact_.finger_m);
     std::copy_n(output.god_object_m, 3, contact_.god_object_m);
     contact_.node.clear();

@@ -18,7 +18,7 @@ inline std::uint32_t to_firmware_us(Clock::time_point now) {
 /// A state's time for the firmware. Simulated time is the message's, real time is this machine's: the device's clock
 /// may be another one.
 inline std::uint32_t time_of(const device_state& state, Clock::time_point now) {
-    return is_simulated(state.utime) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
+    return is_simulated(state) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
 }
 
 class Answer {
@@ -26,6 +26,10 @@ public:
     Answer(const ServoScene& scene, Connection& connection);
 
     std::int64_t model_hash() const { return force_.model_hash; }
+    /// The servo's name in its messages: a random number for each run.
+    std::int64_t servo() const { return force_.servo; }
+    /// Tells another device whose the servo is, with no force.
+    void refuse(const device_state& state, std::int64_t owner);
     void publish_force(const device_state& state, const haptable_output& output);
     void publish_contact(const device_state& state, const haptable_output& output);
 

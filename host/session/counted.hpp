@@ -6,20 +6,26 @@
 
 namespace haptable {
 
-/// X(name) for every counter of the servo's side of the link, beside the firmware's own.
-#define HAPTABLE_LINK_COUNTERS(X)                                             \
-    X(lost_states)     /* gaps in the device's numbering */                   \
-    X(late_ticks)      /* answers that took longer than a tick */             \
-    X(repeated_states) /* asked again by the device: the same answer given */ \
-    X(foreign_states)  /* meant for other tables: not answered */
+/// X(name) for what becomes of the states that a device, or another, sends.
+#define HAPTABLE_STATE_COUNTERS(X)                                                       \
+    X(lost_states)         /* gaps in the device's numbering */                          \
+    X(repeated_states)     /* asked again by the device: the same answer given */        \
+    X(foreign_states)      /* meant for other tables: not answered */                    \
+    X(other_servo_states)  /* of a device that belongs to another servo: not answered */ \
+    X(other_device_states) /* while another device has the servo: told so */             \
+    X(odd_states)          /* without a mode, a session or a number */                   \
+    X(old_states)          /* overtaken, or a second one with a number */                \
+    X(stopped_states)      /* whose time had not run: as if none had come */             \
+    X(late_states)         /* that waited 20 ms for the servo: as if none had come */    \
+    X(skipped_states)      /* that waited behind a newer one */
 
-/// X(name) for every counter of a bridge.
+/// X(name) for every counter of the servo's side of the link, beside these and the firmware's own.
+#define HAPTABLE_LINK_COUNTERS(X) X(late_ticks) /* answers that took longer than a tick */
+
+/// X(name) for every counter of a bridge beside those of the states.
 #define HAPTABLE_BRIDGE_COUNTERS(X)                                           \
     X(ticks)           /* forces that answered a state */                     \
     X(contact_ticks)   /* of these, with contact */                           \
-    X(lost_states)     /* gaps in the device's numbering */                   \
-    X(repeated_states) /* asked again by the device */                        \
-    X(foreign_states)  /* meant for other tables: not sent on */              \
     X(resent_frames)   /* states sent again because no answer came */         \
     X(lost_answers)    /* states that the device's next one overtook */       \
     X(stale_answers)   /* to a state that was answered or overtaken before */ \
@@ -30,22 +36,32 @@ namespace haptable {
 #define HAPTABLE_COUNTED_FIELD(name) std::int64_t name = 0;
 #define HAPTABLE_COUNTED_VISIT(name) visit(#name, name);
 
-struct LinkCounters {
-    HAPTABLE_LINK_COUNTERS(HAPTABLE_COUNTED_FIELD)
+struct StateCounters {
+    HAPTABLE_STATE_COUNTERS(HAPTABLE_COUNTED_FIELD)
 
     /// visit(name, value) for each.
     template <typename Visit>
     void each(Visit&& visit) const {
+        HAPTABLE_STATE_COUNTERS(HAPTABLE_COUNTED_VISIT)
+    }
+};
+
+struct LinkCounters : StateCounters {
+    HAPTABLE_LINK_COUNTERS(HAPTABLE_COUNTED_FIELD)
+
+    template <typename Visit>
+    void each(Visit&& visit) const {
+        StateCounters::each(visit);
         HAPTABLE_LINK_COUNTERS(HAPTABLE_COUNTED_VISIT)
     }
 };
 
-struct BridgeCounters {
+struct BridgeCounters : StateCounters {
     HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_FIELD)
 
-    /// visit(name, value) for each.
     template <typename Visit>
     void each(Visit&& visit) const {
+        StateCounters::each(visit);
         HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_VISIT)
     }
 };

@@ -11,7 +11,7 @@
 
 namespace haptable {
 
-/// The servo's CSV under construction: beside its final place until finish().
+/// The servo's CSV under construction: beside its final place until finish(), or, kept, in it.
 class ServoRecord {
 public:
     /// Throws Error that names the path when it cannot be written there.
@@ -19,6 +19,9 @@ public:
 
     /// One line. Floats have 9 digits, so that reading them back gives the same bits.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, const haptable_output& out);
+    /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
+    void keep() { file_.keep(); }
+    void flush() { file_.flush(); }
     /// Throws Error when the disk did not take it.
     void finish() { file_.finish(); }
 

@@ -5,9 +5,11 @@
 
 namespace haptable {
 
-Status::Status(std::int64_t model_hash, std::uint8_t servo_state, double longest_us) {
+Status::Status(const Answer& answer, std::int64_t owner, std::uint8_t servo_state, double longest_us) {
     message_.utime = utime_now();
-    message_.model_hash = model_hash;
+    message_.session = owner;
+    message_.servo = answer.servo();
+    message_.model_hash = answer.model_hash();
     message_.servo_state = static_cast<std::int8_t>(servo_state);
     message_.longest_step_us = longest_us;
 }

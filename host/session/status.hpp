@@ -7,13 +7,15 @@
 
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
+#include "host/session/answer.hpp"
 #include "host/session/energy.hpp"
 
 namespace haptable {
 
 class Status {
 public:
-    Status(std::int64_t model_hash, std::uint8_t servo_state, double longest_us);
+    /// `owner`: session of the device that has the servo.
+    Status(const Answer& answer, std::int64_t owner, std::uint8_t servo_state, double longest_us);
 
     /// For the lists of counters, which call it with name and value.
     void operator()(std::string name, std::int64_t value);

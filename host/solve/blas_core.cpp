@@ -7,14 +7,44 @@
 #include "host/solve/blas_core.hpp"
 
 #include <cblas.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
+#include <vector>
+
+#include "host/base/error.hpp"
+
+// OpenBLAS's own, which no header declares.
+extern "C" {
+void* blas_memory_alloc(int);
+void blas_memory_free(void*);
+}
 
 namespace haptable {
 
 namespace {
+
+// What OpenBLAS maps for each thread on x86-64 (BUFFER_SIZE and a page), rounded up.
+constexpr std::size_t kBuffer_bytes = (std::size_t{128} << 20) + (std::size_t{1} << 16);
+
+/// Whether so many bytes could be mapped now.
+bool has_room(std::size_t bytes) {
+    void* tried = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return tried != MAP_FAILED && munmap(tried, bytes) == 0;
+}
+
+void require_room(int threads) {
+    if (!has_room(static_cast<std::size_t>(threads) * kBuffer_bytes))
+        throw Error(
+            fmt::format("no room for the working memory of {} threads of OpenBLAS, {} MB each: raise the limit "
+                        "of the address space (ulimit -v), or take fewer threads (OPENBLAS_NUM_THREADS=1, "
+                        "--threads 1)",
+                        threads, kBuffer_bytes >> 20));
+}
 
 /// What kernels of a name use. Those that are not listed are older than AVX.
 struct Kernels {
@@ -48,6 +78,18 @@ __attribute__((constructor)) void choose_kernels(int, char** arguments, char**) 
     execv("/proc/self/exe", arguments);  // returns only where it fails: then it is slow, as before
 }
 
+/// After it, in every such program too. OpenBLAS's own threads were started when it was loaded, and may be asking for
+/// their memory already: nothing here waits for them.
+__attribute__((constructor)) void reserve_at_begin(int, char** arguments, char**) {
+    try {
+        require_room(openblas_get_num_threads());
+        reserve_blas(1);
+    } catch (const Error& error) {
+        std::fprintf(stderr, "%s: %s\n", arguments[0], error.what());
+        _exit(1);
+    }
+}
+
 }  // namespace
 
 const char* faster_kernels(std::string_view chosen, Vectors processor) {
@@ -66,6 +108,13 @@ const char* faster_kernels(std::string_view chosen, Vectors processor) {
             break;
     }
     return nullptr;
+}
+
+void reserve_blas(int threads) {
+    require_room(threads);
+    std::vector<void*> buffer(static_cast<std::size_t>(threads));
+    for (void*& one : buffer) one = blas_memory_alloc(0);
+    for (void* one : buffer) blas_memory_free(one);
 }
 
 std::string blas_kernels() {

@@ -16,4 +16,8 @@ const char* faster_kernels(std::string_view chosen, Vectors processor);
 /// What computes: "SkylakeX of OpenBLAS 0.3.21".
 std::string blas_kernels();
 
+/// Takes the working memory of as many threads that call BLAS at once, which stays for them. Throws Error where there
+/// is no room: OpenBLAS itself would ask for it again and again, without end. Called before main for OpenBLAS's own.
+void reserve_blas(int threads);
+
 }  // namespace haptable

@@ -67,8 +67,13 @@ FactorFile::FactorFile(const fs::path& folder)
 }
 
 Supernodes FactorFile::supernodes() const {
-    return {first_column_.values(), row_begin_.values(), value_begin_.values(), row_.values(),
-            permutation_.values(),  positive_.values(),  nullptr};
+    return {first_column_.values(),
+            row_begin_.values(),
+            value_begin_.values(),
+            row_.values(),
+            permutation_.values(),
+            positive_.values(),
+            nullptr};
 }
 
 /// Damaged indices must be an error here, not a read beyond an array later.

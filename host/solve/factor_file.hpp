@@ -13,7 +13,7 @@ namespace haptable {
 /// Names of the files; docs/SPEC.md says what they hold.
 inline constexpr std::array<const char*, 8> kFactorFiles{
     "factor_first_column.npy", "factor_row_begin.npy",    "factor_value_begin.npy", "factor_row.npy",
-    "factor_permutation.npy",  "factor_unknown_node.npy", "factor_positive.npy", "factor_value.npy"};
+    "factor_permutation.npy",  "factor_unknown_node.npy", "factor_positive.npy",    "factor_value.npy"};
 
 /// Writes them into the folder, the values as float.
 ///   unknown_node  [n] mesh node of every unknown node

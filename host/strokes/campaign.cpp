@@ -1,42 +1,193 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/strokes/campaign.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
+#include <thread>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/hash.hpp"
+#include "host/base/process_cost.hpp"
+#include "host/strokes/report.hpp"
+#include "host/strokes/shrink.hpp"
 
 namespace haptable {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kChunk = 64;
+
+std::vector<TouchMode> modes_of(const CampaignOptions& options) {
+    std::vector<TouchMode> modes;
+    for (const TouchMode& mode : all_modes()) {
+        const auto fits = [&](const std::string& part) { return mode.name().find(part) != std::string::npos; };
+        if (options.modes.empty() || std::any_of(options.modes.begin(), options.modes.end(), fits))
+            modes.push_back(mode);
+    }
+    if (modes.empty())
+        throw Error(
+            "--mode: no mode has that in its name; they are interpolated-nearest, "
+            "consistent-least-energy-friction and so on");
+    return modes;
+}
+
+/// Each mode of each body has strokes of its own.
+std::uint64_t seed_of(std::uint64_t seed, const std::string& body, const TouchMode& mode) {
+    std::uint64_t hash = seed * 0x100000001b3U;
+    for (char c : body + "/" + mode.name()) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;  // FNV-1a
+    return hash;
+}
+
+int threads_of(const CampaignOptions& options) {
+    return options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+/// The strokes of a campaign, one body after the other.
+class Campaign {
+public:
+    Campaign(const CampaignOptions& options, Progress& progress,
+             const std::function<void(const std::string& line)>& told)
+        : options_(options),
+          progress_(progress),
+          told_(told),
+          workers_(threads_of(options)),
+          program_(hash_file("/proc/self/exe")) {}
+
+    CampaignResult run() {
+        result_.seed = options_.seed;
+        result_.modes = modes_of(options_);
+        progress_.stage("reading meshes");
+        const StrokedMeshes meshes =
+            collect_meshes(options_.places, options_.meshes, options_.most_nodes, options_.folder / "meshes");
+        result_.left_out = meshes.left_out;
+        std::size_t tallies = 0;
+        for (const StrokedMesh& mesh : meshes.taken) {
+            const std::size_t before = tallies;
+            for (const TouchMode& mode : result_.modes) tallies += is_touched(mesh, mode) ? 1 : 0;
+            if (tallies - before < result_.modes.size())
+                result_.left_out.push_back(
+                    {mesh.name + ", by masks",
+                     fmt::format("{} nodes, more than {} (--most-mask-nodes)", mesh.nodes, options_.most_mask_nodes)});
+        }
+        if (tallies == 0) throw Error("no mesh to stroke: give scenes, meshes or folders of them");
+        each_ = std::max<std::size_t>(1, options_.strokes / tallies);
+        all_ = each_ * tallies;
+        progress_.stage("strokes");
+        for (const StrokedMesh& mesh : meshes.taken) stroke(mesh);
+        progress_.clear();
+        return result_;
+    }
+
+private:
+    bool is_touched(const StrokedMesh& mesh, const TouchMode& mode) const {
+        return mode.force != ForceLaw::kPressureMask || mesh.nodes <= options_.most_mask_nodes;
+    }
+
+    void stroke(const StrokedMesh& mesh) try {
+        StrokedMeshResult one{mesh, std::vector<Tally>(result_.modes.size()), 0.0};
+        BodyTables tables(mesh.scene, options_.folder / "tables" / mesh.name);
+        for (const ForceLaw force : kForcesOfTables) {
+            std::unique_ptr<StrokedBody> body;
+            for (std::size_t m = 0; m < result_.modes.size(); ++m) {
+                const TouchMode& mode = result_.modes[m];
+                if (mode.force != force || !is_touched(mesh, mode)) continue;
+                tell(0, mesh.name + ", tables");
+                if (auto kept = take_over(mesh, mode)) {
+                    one.tally[m] = std::move(*kept);
+                } else {
+                    if (!body) body = std::make_unique<StrokedBody>(tables.with(force));
+                    one.tally[m] = stroke(mesh, *body, mode);
+                }
+            }
+        }
+        one.tables_cpu_s = tables.cpu_s();
+        result_.results.push_back(std::move(one));
+    } catch (const Error& error) {
+        result_.left_out.push_back({mesh.name, error.what()});
+    }
+
+    fs::path counts_file(const StrokedMesh& mesh, const TouchMode& mode) const {
+        return options_.folder / "counts" / fmt::format("{}-{}-{}.json", mesh.name, mode.name(), options_.seed);
+    }
+
+    /// All that the counts depend on.
+    std::string key_of(const StrokedMesh& mesh, const TouchMode& mode) const {
+        Hash hash;
+        hash.add(program_);
+        hash.add(mesh.identity);
+        hash.add(to_toml(in_mode(mesh.scene, mode)));
+        hash.add(fmt::format("{} {}", options_.seed, each_));
+        return hash.text();
+    }
+
+    std::optional<Tally> take_over(const StrokedMesh& mesh, const TouchMode& mode) {
+        if (options_.again) return {};
+        std::optional<Tally> kept = read_tally(counts_file(mesh, mode), key_of(mesh, mode));
+        if (kept) result_.taken_over += kept->strokes;
+        return kept;
+    }
+
+    /// The time left is that of what this run counts itself.
+    void tell(std::size_t done, const std::string& what) {
+        const double own = static_cast<double>(std::max<std::size_t>(1, all_ - result_.taken_over));
+        progress_.done(static_cast<double>(done_ + done) / own, what);
+    }
+
+    Tally stroke(const StrokedMesh& mesh, const StrokedBody& body, const TouchMode& mode) {
+        const haptable_model model = body.model(in_mode(mesh.scene, mode).contact);
+        const Touched touched = body.touched(model);
+        const StrokeMaker maker(body.servo());
+        const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
+        const std::string what = mesh.name + ", " + mode.name();
+        const Tally tally =
+            run_strokes(touched, maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
+        done_ += each_;
+        write_examples(mesh, mode, touched, maker, seed, tally);
+        write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);
+        return tally;
+    }
+
+    /// The first strokes with each fault, shrunk, each beside its scene.
+    void write_examples(const StrokedMesh& mesh, const TouchMode& mode, const Touched& touched,
+                        const StrokeMaker& maker, std::uint64_t seed, const Tally& tally) {
+        for (std::size_t f = 0; f < kFaults; ++f) {
+            std::size_t left = options_.examples;
+            for (const Broken& broken : tally.broken) {
+                if (left == 0) break;
+                if (broken.verdict.tick[f] < 0) continue;
+                --left;
+                const auto fault = static_cast<Fault>(f);
+                const Stroke least = shrink(touched, maker.make(seed, broken.number), fault);
+                const fs::path folder =
+                    options_.folder / "faults" /
+                    fmt::format("{}-{}-{}-{}-{}", name_of(fault), mesh.name, mode.name(), options_.seed, broken.number);
+                fs::create_directories(folder);
+                write_file(folder / "scene.toml", to_toml(in_mode(mesh.scene, mode)));
+                write_file(folder / "stroke.csv", to_csv(least));
+                told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
+            }
+        }
+    }
+
+    const CampaignOptions& options_;
+    Progress& progress_;
+    const std::function<void(const std::string& line)>& told_;
+    Workers workers_;
+    std::string program_;
+    std::size_t each_ = 0, all_ = 0, done_ = 0;
+    CampaignResult result_;
+};
 
 }  // namespace
 
-void Tally::add(std::uint64_t number, const Stroke& stroke, const Verdict& verdict) {
-    ++strokes;
-    ticks += stroke.size();
-    contact_ticks += verdict.contact_ticks;
-    clamped += verdict.clamped ? 1 : 0;
-    limits += verdict.counters.walk_limits + verdict.counters.slide_limits + verdict.counters.box_limits;
-    for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += verdict.tick[f] >= 0 ? 1 : 0;
-    if (!verdict.clamped && verdict.most_stored_j > 0.0)
-        most_given = std::max(most_given, verdict.most_given_j / verdict.most_stored_j);
-    if (!verdict.is_clean()) broken.push_back({number, verdict});
-}
-
-void Tally::add(const Tally& other) {
-    strokes += other.strokes;
-    ticks += other.ticks;
-    contact_ticks += other.contact_ticks;
-    clamped += other.clamped;
-    limits += other.limits;
-    for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += other.faulty[f];
-    most_given = std::max(most_given, other.most_given);
-    broken.insert(broken.end(), other.broken.begin(), other.broken.end());
-}
-
 Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
                   Workers& workers, const std::function<void(std::size_t done)>& on_done) {
+    const double cpu_begin_s = process_cost().cpu_s;
     std::vector<Tally> chunks((count + kChunk - 1) / kChunk);
     std::mutex mutex;
     std::size_t done = 0;
@@ -51,7 +202,20 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
     });
     Tally all;
     for (const Tally& chunk : chunks) all.add(chunk);
+    all.cpu_s = process_cost().cpu_s - cpu_begin_s;
     return all;
+}
+
+Tally CampaignResult::total() const {
+    Tally sum;
+    for (const StrokedMeshResult& one : results)
+        for (const Tally& tally : one.tally) sum.add(tally);
+    return sum;
+}
+
+CampaignResult run_campaign(const CampaignOptions& options, Progress& progress,
+                            const std::function<void(const std::string& line)>& told) {
+    return Campaign(options, progress, told).run();
 }
 
 }  // namespace haptable

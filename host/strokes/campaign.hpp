@@ -1,37 +1,56 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Many strokes over one body in one mode, on all threads.
+// Many strokes: over one body in one mode, and over all bodies in all modes, which takes long: what is counted is kept,
+// and a campaign that was cut short goes on.
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "host/base/workers.hpp"
+#include "host/strokes/meshes.hpp"
 #include "host/strokes/stroked_body.hpp"
+#include "host/strokes/tally.hpp"
 
 namespace haptable {
 
-/// A stroke that broke something.
-struct Broken {
-    std::uint64_t number;
-    Verdict verdict;
-};
-
-/// What became of the strokes over one body in one mode.
-struct Tally {
-    std::size_t strokes = 0, ticks = 0, contact_ticks = 0;
-    std::size_t clamped = 0;                    ///< strokes that met max_force: their energy is judged until then
-    std::size_t limits = 0;                     ///< of walks, slides and boxes
-    std::array<std::size_t, kFaults> faulty{};  ///< strokes with each fault
-    double most_given = 0.0;                    ///< least energy: given over stored, the worst stroke that met no clamp
-    std::vector<Broken> broken;                 ///< ascending
-
-    void add(std::uint64_t number, const Stroke& stroke, const Verdict& verdict);
-    void add(const Tally& other);
-};
-
-/// Strokes number 0 .. count - 1 of that seed. The result does not depend on the number of threads.
+/// Strokes number 0 .. count - 1 of that seed. The result does not depend on the number of threads, but for cpu_s.
 /// on_done: strokes done so far, called from one thread at a time.
 Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
                   Workers& workers, const std::function<void(std::size_t done)>& on_done);
+
+struct CampaignOptions {
+    std::vector<std::filesystem::path> places;  ///< scenes, meshes, folders of them
+    std::vector<std::string> meshes, modes;     ///< only those with one of these in their names; all where empty
+    std::size_t strokes = 1'000'000;            ///< in all
+    std::uint64_t seed = 1;
+    std::size_t most_nodes = 150'000;      ///< of a mesh
+    std::size_t most_mask_nodes = 50'000;  ///< of a mesh that is touched by masks, whose tables grow most
+    std::size_t examples = 3;              ///< of each fault, body and mode: shrunk and written
+    std::filesystem::path folder = "build/strokes";
+    int threads = 0;     ///< 0: all processors
+    bool again = false;  ///< what earlier runs counted is not taken
+};
+
+/// One body: a tally for each of the modes; without strokes where it was not touched so.
+struct StrokedMeshResult {
+    StrokedMesh mesh;
+    std::vector<Tally> tally;   ///< [m]
+    double tables_cpu_s = 0.0;  ///< that its tables took when they were made
+};
+
+struct CampaignResult {
+    std::uint64_t seed = 0;
+    std::vector<TouchMode> modes;  ///< [m]
+    std::vector<StrokedMeshResult> results;
+    std::vector<LeftOut> left_out;
+    std::size_t taken_over = 0;  ///< strokes that an earlier run had counted
+
+    Tally total() const;
+};
+
+/// Strokes every body that passes the audit in every mode, as often each. After a body and mode its counts are kept in
+/// `folder`/counts, by program, mesh, mode, seed and number of strokes; another run takes them from there. `told`: a
+/// line for each stroke that was written. Throws Error where there is nothing to stroke.
+CampaignResult run_campaign(const CampaignOptions& options, Progress& progress,
+                            const std::function<void(const std::string& line)>& told);
 
 }  // namespace haptable

@@ -84,6 +84,7 @@ public:
                 begin();
                 continue;
             }
+            verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
             check_force();
             check_sides();
             if (now_.contact) check_law();
@@ -106,9 +107,10 @@ private:
         if (ticks_ != nullptr) ticks_->push_back({});
         last_ = now_ = Tick();
         is_first_ = true;
-        came_from_outside_ = had_limit_ = false;
+        came_from_outside_ = is_free_ = had_limit_ = false;
         outside_ticks_ = deep_ticks_ = 0;
-        given_j_ = held_j_ = 0.0;
+        behind_ticks_ = 0;
+        given_j_ = held_j_ = owed_j_ = 0.0;
         ++index_;
     }
 
@@ -160,10 +162,12 @@ private:
 
     // ---- inside and outside ----
 
+    bool is_clearly_outside() { return !where_.is_inside(now_.x) && where_.is_beyond(now_.x, kClear * size_m_); }
+
     /// The finger is outside and sees the god-object, which lies on the surface within the servo's tolerance. No more
     /// of the line to it is left out: a wedge may be thinner.
     bool sees_god() {
-        if (where_.is_inside(now_.x) || !where_.is_beyond(now_.x, kClear * size_m_)) return false;
+        if (!is_clearly_outside()) return false;
         const Vector3d line = now_.x - now_.god;
         const double left_out_m = static_cast<double>(model_.tolerance_m);
         return touched_.solid.sees(now_.x, now_.god + std::min(0.5, left_out_m / line.norm()) * line);
@@ -173,13 +177,21 @@ private:
         if (now_.contact) {
             came_from_outside_ = true;
             deep_ticks_ = 0;
-            outside_ticks_ = sees_god() ? outside_ticks_ + 1 : 0;
-            if (outside_ticks_ > (has_limit() ? kLimitTicks : 0)) fault(Fault::kOutside);
+            is_free_ = false;
+            const bool sees = sees_god();
+            outside_ticks_ = sees ? outside_ticks_ + 1 : 0;
+            if (outside_ticks_ > (has_limit() || had_limit_ ? kLimitTicks : 0)) fault(Fault::kOutside);
+            behind_ticks_ = !sees && is_clearly_outside() ? behind_ticks_ + 1 : 0;
+            verdict_.most_behind_ticks = std::max(verdict_.most_behind_ticks, behind_ticks_);
             return;
         }
         outside_ticks_ = 0;
-        const bool inside = where_.is_inside(now_.x);
-        came_from_outside_ |= !inside && where_.is_beyond(now_.x, kClear * size_m_);
+        behind_ticks_ = 0;
+        const bool inside = where_.is_inside(now_.x), was_free = is_free_;
+        is_free_ = is_clearly_outside();
+        came_from_outside_ |= is_free_;
+        if (was_free && is_free_ && !where_.is_beyond(now_.x, (now_.x - last_.x).norm()))
+            verdict_.passed += touched_.solid.sees(last_.x, now_.x) ? 0 : 1;
         deep_ticks_ = inside && came_from_outside_ && where_.is_beyond(now_.x, kDeep * size_m_) ? deep_ticks_ + 1 : 0;
         if (deep_ticks_ >= kDeepTicks) fault(Fault::kLost);
     }
@@ -224,13 +236,15 @@ private:
             check_rest(motion, change);
         else if (!is_cut(last_.force_n) && !is_cut(now_.force_n))
             check_jump(motion, change);
+        owed_j_ = now_.contact ? std::max(0.0, owed_j_ + now_.released_n().dot(motion)) : 0.0;
         had_limit_ = has_limit();
     }
 
     /// Without release jumps are given as they are: but none where the finger rests.
     void check_rest(const Vector3d& motion, const Vector3d& change) {
-        if (motion.norm() == 0.0 && change.norm() > 1e-6 * now_.force_n.norm() && !has_limit() && !had_limit_)
-            fault(Fault::kJump);
+        if (motion.norm() != 0.0 || has_limit() || had_limit_) return;
+        const double rounded = now_.contact ? rounding_of(0.0) : 0.0;
+        if (change.norm() > 1e-6 * now_.force_n.norm() + rounded) fault(Fault::kJump);
     }
 
     /// With release a force changes by a spring's change over the motion, of twice the stiffness, and by the release.
@@ -243,11 +257,17 @@ private:
         const Vector3d w = motion.norm() > 0.0 ? Vector3d(motion.normalized()) : Vector3d(Vector3d::Zero());
         const double along = std::min(0.0, change.dot(w));
         const double pushed = std::max(0.0, last_.law_n.dot(w)) + std::max(0.0, last_.released_n().dot(w));
-        const double brakes = std::max(0.0, -now_.law_n.dot(w));
-        if ((change - along * w).norm() > slack || -along > slack + pushed + brakes)
+        const double brakes = std::max(0.0, -now_.law_n.dot(w)), ends = slack + pushed + taken_back(motion, pushed);
+        if ((change - along * w).norm() > slack || -along > ends + brakes)
             fault(Fault::kJump);
-        else if (-along > slack + pushed)
+        else if (-along > ends)
             fault(Fault::kBrake);
+    }
+
+    /// What a release held back of forces that brake was not paid, and may be taken back: a force that pushed may turn
+    /// into one that brakes as much.
+    double taken_back(const Vector3d& motion, double pushed) const {
+        return pushed > 0.0 ? std::min(pushed, owed_j_ / motion.norm()) : 0.0;
     }
 
     // ---- energy ----
@@ -293,7 +313,6 @@ private:
 
     /// Until a clamp is met: beyond it the force is no gradient.
     void check_energy() {
-        verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
         if (verdict_.clamped) return;
         if (index_ > 0) given_j_ += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
         const double stored = now_.energy_j();
@@ -343,16 +362,16 @@ private:
     Tick last_, now_;
     bool is_first_ = true, came_from_outside_ = false, had_limit_ = false;
     int outside_ticks_ = 0, deep_ticks_ = 0;
-    double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0;
+    bool is_free_ = false;  ///< clearly outside, without contact
+    std::size_t behind_ticks_ = 0;
+    double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0, owed_j_ = 0.0;
     Verdict verdict_;
 };
 
 }  // namespace
 
 bool Verdict::is_clean() const {
-    for (std::size_t f = 0; f < kFaults; ++f)
-        if (tick[f] >= 0 && f != static_cast<std::size_t>(Fault::kBrake)) return false;
-    return true;
+    return std::all_of(tick.begin(), tick.end(), [](int first) { return first < 0; });
 }
 
 Verdict judge(const Touched& touched, const Stroke& stroke, std::vector<Judged>* ticks) {

@@ -26,7 +26,7 @@ enum class Fault : std::size_t {
     kJump,     ///< a change of the force that neither the motion nor the release explains
     kEnergy,   ///< least energy: gives more than it stored
     kCone,     ///< friction: the force lies outside of its cone
-    kBrake,    ///< a jump to a force that brakes more comes at once: by design, counted and no fault
+    kBrake,    ///< with a release: a force that brakes more comes at once, and not by the slew
 };
 inline constexpr std::array<std::string_view, 9> kFaultNames{"outside", "lost",   "force", "law",  "drawn",
                                                              "jump",    "energy", "cone",  "brake"};
@@ -40,11 +40,14 @@ struct Verdict {
     double most_stored_j = 0.0;
     double most_given_j = 0.0;  ///< least energy: beyond what was stored when it began to be given
     bool clamped = false;       ///< met max_force
+    // By design (docs/CONTACT.md):
+    std::size_t most_behind_ticks = 0;  ///< on end in contact, clearly outside, the god-object out of sight
+    std::size_t passed = 0;             ///< motions of a tick through the body, without contact before and after
     haptable_counters counters{};
 
     Verdict() { tick.fill(-1); }
     bool has(Fault fault) const { return tick[static_cast<std::size_t>(fault)] >= 0; }
-    bool is_clean() const;  ///< but for what is by design
+    bool is_clean() const;
 };
 
 /// One body in one mode.

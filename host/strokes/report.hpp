@@ -9,29 +9,12 @@
 
 #include "host/report/numbers.hpp"
 #include "host/strokes/campaign.hpp"
-#include "host/strokes/specimen.hpp"
 
 namespace haptable {
 
-/// One body: a tally for each of the modes.
-struct SpecimenResult {
-    Specimen specimen;
-    std::vector<Tally> tally;  ///< [m]
-};
-
-struct CampaignResult {
-    std::uint64_t seed = 0;
-    double wall_s = 0.0, cpu_s = 0.0;
-    int threads = 1;
-    std::vector<TouchMode> modes;  ///< [m]
-    std::vector<SpecimenResult> results;
-    std::vector<Refused> refused;
-
-    Tally total() const;
-};
-
-/// For docs/STROKES.md: the totals, a table of modes and faults, and a row a body with a column a mode, without
-/// friction and with it; a cell counts the strokes with each fault.
+/// For docs/STROKES.md: the totals, a table of modes and faults, a row a body with a column a mode, without friction
+/// and with it (a cell counts the strokes with each fault), and the meshes that were left out. For docs/CONTACT.md:
+/// what is by design, and how often.
 Numbers numbers_of(const CampaignResult& result);
 /// Every tally, for scripts.
 nlohmann::ordered_json to_json(const CampaignResult& result);

@@ -114,10 +114,12 @@ bool Solid::holds(const Vector3d& x) const {
 double Solid::gap_m(const Vector3d& x) const { return std::sqrt(trees_->tree.squared_distance(point_of(x))); }
 
 bool Solid::sees(const Vector3d& from, const Vector3d& to) const {
+    if (from == to) return true;  // no segment to CGAL
     return !trees_->tree.do_intersect(Kernel::Segment_3(point_of(from), point_of(to)));
 }
 
 std::vector<Solid::Entry> Solid::entries(const Vector3d& from, const Vector3d& to, double near_m) const {
+    if (from == to) return {};
     std::vector<Tree::Primitive_id> crossed;
     trees_->tree.all_intersected_primitives(Kernel::Segment_3(point_of(from), point_of(to)),
                                             std::back_inserter(crossed));

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/strokes/stroked_body.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "codegen/in_memory.hpp"
+#include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
-#include "host/tables/tables.hpp"
 
 namespace haptable {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double kStaticFriction = 0.3, kKineticFriction = 0.2;
 constexpr double kRelease_n_per_ms = 0.01;  // as a scene has with least energy
 
-Tables computed(const Scene& scene, const std::filesystem::path& folder, Progress& progress) {
+Tables computed(const Scene& scene, const fs::path& folder, Progress& progress) {
     precompute(scene, folder, progress);
     return read_tables(folder);
 }
@@ -38,8 +42,35 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     return scene;
 }
 
-StrokedBody::StrokedBody(const Scene& scene, const std::filesystem::path& folder, Progress& progress)
-    : tables_(computed(scene, folder, progress)),
+Tables BodyTables::with(ForceLaw force) {
+    const fs::path folder = folder_of(force);
+    for (const ForceLaw other : kForcesOfTables)
+        if (!fs::exists(folder) && fs::exists(folder_of(other) / "summary.json"))
+            fs::copy(folder_of(other), folder, fs::copy_options::recursive);
+    PrecomputeOptions options;
+    options.tolerance = kTolerance;
+    options.inverse = &inverse_;
+    Progress silent(true);
+    precompute(in_mode(scene_, {force, GodObject::kNearest, false}), folder, silent, options);
+    return read_tables(folder);
+}
+
+double BodyTables::cpu_s() const {
+    double sum_s = 0.0;
+    for (const ForceLaw force : kForcesOfTables) {
+        const fs::path file = folder_of(force) / "summary.json";
+        if (!fs::exists(file)) continue;
+        const auto summary = nlohmann::json::parse(read_file(file));
+        for (const auto& [stage, cpu_s] : summary.at("cpu_s").items()) sum_s += cpu_s.get<double>();
+    }
+    return sum_s;
+}
+
+StrokedBody::StrokedBody(const Scene& scene, const fs::path& folder, Progress& progress)
+    : StrokedBody(computed(scene, folder, progress)) {}
+
+StrokedBody::StrokedBody(Tables tables)
+    : tables_(std::move(tables)),
       servo_(build_model(tables_)),
       solid_(servo_.vertex_m, servo_.patch),
       law_(tables_, servo_) {}

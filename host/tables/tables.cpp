@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -152,6 +154,68 @@ void read_compliance(const fs::path& folder, Tables& tables) {
     if (c.degree == 4) read_mask(folder, tables, c);
 }
 
+// ---- what a servo must not be given
+// -----------------------------------------------------------------------------------
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+    throw Error(path.string() + ": " + what + ": make the tables again");
+}
+
+/// The servo's forces are limited by these and follow their signs.
+void check_limits(const fs::path& path, const Tables& tables) {
+    const auto check = [&path](const char* key, double value, bool is_fine) {
+        if (!is_fine || !std::isfinite(value)) fail(path, fmt::format("{} = {} is no limit", key, value));
+    };
+    const auto positive = [&check](const char* key, double value) { check(key, value, value > 0.0); };
+    const auto not_negative = [&check](const char* key, double value) { check(key, value, value >= 0.0); };
+    positive("max_force_n", tables.max_force_n);
+    positive("rigid_stiffness_n_per_m", tables.rigid_stiffness_n_per_m);
+    not_negative("friction.kinetic", tables.kinetic_friction);
+    check("friction.static", tables.static_friction, tables.static_friction >= tables.kinetic_friction);
+    not_negative("release_n_per_ms", tables.release_n_per_ms);
+    not_negative("coupling", tables.coupling_n_per_m);
+    not_negative("damping_n_s_per_m", tables.damping_n_s_per_m);
+    not_negative("friction_n", tables.device_friction_n);
+    not_negative("encoder_step_m", tables.encoder_step_m);
+}
+
+/// By the pivots of its symmetric part.
+bool is_definite(const std::array<double, 9>& block) {
+    const auto at = [&block](std::size_t a, std::size_t b) { return 0.5 * (block[3 * a + b] + block[3 * b + a]); };
+    const double d0 = at(0, 0), d1 = at(1, 1) - at(0, 1) * at(0, 1) / d0;
+    const double l = at(1, 2) - at(0, 1) * at(0, 2) / d0;
+    const double d2 = at(2, 2) - at(0, 2) * at(0, 2) / d0 - l * l / d1;
+    return d0 > 0.0 && d1 > 0.0 && d2 > 0.0;  // false for what is not a number
+}
+
+/// A finger that presses is pushed back: every block of a free node.
+void check_definite(const fs::path& path, const std::vector<std::int32_t>& node,
+                    const std::vector<std::array<double, 9>>& blocks) {
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+        if (!is_definite(blocks[i]))
+            fail(path, fmt::format("the block of node {} is not positive definite: it would pull", node[i]));
+}
+
+/// The files that were read are those that precompute wrote.
+void check_hashes(const fs::path& folder, const std::vector<std::string>& files) {
+    const json summary = json::parse(read_file(folder / "summary.json"));
+    const json hashes = summary.value("hash", json::object());
+    for (const std::string& file : files)
+        if (hashes.contains(file) && hashes.at(file) != hash_file(folder / file))
+            fail(folder / file, "is not the file that was written with summary.json");
+}
+
+/// What of the folder decides forces; columns.npy and the factor are for pictures.
+std::vector<std::string> read_files(const Tables& tables) {
+    std::vector<std::string> files{"position.npy", "surface.npy", "patch.npy", "node_id.npy", "stiffness.npy"};
+    if (tables.has_columns || tables.has_factor) files.emplace_back("row_id.npy");
+    if (tables.compliance.degree != 0) files.insert(files.end(), {"edge_id.npy", "edge_compliance.npy"});
+    if (tables.compliance.degree == 4)
+        files.insert(files.end(), {"vertex_id.npy", "vertex_compliance.npy", "patch_compliance.npy", "spread_begin.npy",
+                                   "spread_node.npy", "spread_weight.npy"});
+    return files;
+}
+
 }  // namespace
 
 Tables read_tables(const fs::path& folder) {
@@ -173,6 +237,9 @@ Tables read_tables(const fs::path& folder) {
         throw Error(fmt::format("{}: has {} blocks for the {} nodes of node_id.npy: make the tables again",
                                 (folder / "stiffness.npy").string(), tables.stiffness.size(), tables.node_id.size()));
     read_compliance(folder, tables);
+    check_limits(folder / "summary.json", tables);
+    check_definite(folder / "stiffness.npy", tables.node_id, tables.stiffness);
+    check_hashes(folder, read_files(tables));
     return tables;
 }
 

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/report/numbers.hpp"
 #include "host/report/page.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
@@ -118,7 +116,7 @@ int main(int argc, char** argv) {
         Numbers numbers("make instructions");
         numbers.add("instructions", counted);
         if (!estimated.rows.empty()) numbers.add("cycles", estimated);
-        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        print_topics(numbers);
         if (!out.empty()) numbers.write(out);
     });
 }

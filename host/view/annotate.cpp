@@ -17,6 +17,7 @@ namespace {
 
 constexpr Rgb8 kInk{40, 40, 46};
 constexpr Rgb8 kPaleInk{104, 104, 112};
+constexpr Rgb8 kWarningInk{176, 42, 30};
 constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture of 960 x 720
 
 /// A cairo pen over an image. Lengths as in a picture of the reference height.
@@ -93,6 +94,8 @@ void draw_title(Pen& pen, const Annotation& annotation) {
         pen.text(x, kBase, detail);
         x += pen.advance(detail) + kGap;
     }
+    pen.color(kWarningInk);
+    pen.text(kLeft, kBase + 24.0, annotation.warning);
 }
 
 void draw_legend(Pen& pen, const std::vector<LegendEntry>& legend) {

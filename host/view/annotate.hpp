@@ -21,6 +21,7 @@ struct LegendEntry {
 struct Annotation {
     std::string title;                 ///< heavy, at the top left
     std::vector<std::string> details;  ///< light, in columns after the title
+    std::string warning;               ///< under the title, in red; empty: none
     std::vector<LegendEntry> legend;   ///< at the bottom left
     double range_mm = 0.0;             ///< of the scale bar; 0: none
     std::string label;                 ///< at a point of the picture, for the arrow

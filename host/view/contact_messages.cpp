@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <lcm/lcm-cpp.hpp>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
 
 namespace haptable {
@@ -21,6 +21,9 @@ namespace {
 constexpr std::chrono::microseconds kFramePeriod{33333};
 // A pause of the servo's clock longer than this is cut out of a log: it was stopped, or another session begins.
 constexpr std::int64_t kLongestPause_us = 10'000'000;
+constexpr std::int64_t kLastUtime = 4'102'444'800'000'000;  // the year 2100
+// Another servo is followed when the one that was has been silent for so long.
+constexpr std::chrono::seconds kServoGone{1};
 
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
@@ -47,18 +50,40 @@ NodalForce to_load(const contact& message, std::size_t i, const Tables& tables, 
     return load;
 }
 
-/// The contact message of an event, or nothing where the event is another one's.
-std::optional<contact> decode(const lcm::LogEvent& event, const std::string& source) {
-    if (event.channel != kContactChannel) return std::nullopt;
-    contact message;
-    int used = -1;
-    try {
-        used = message.decode(event.data, 0, event.datalen);
-    } catch (const std::exception&) {  // of a count that no memory can hold
+/// What is left out of a session, and why the first of it was.
+class Omissions {
+public:
+    void add(const std::string& why) {
+        if (count_++ == 0) first_ = why;
     }
-    if (used != event.datalen)
-        throw Error(fmt::format("{}: event {} on {} is not a contact message of this version: is the log damaged?",
-                                source, event.eventnum, event.channel));
+    std::int64_t count() const { return count_; }
+    const std::string& first() const { return first_; }
+
+private:
+    std::int64_t count_ = 0;
+    std::string first_;
+};
+
+/// Throws Error where the message is of other tables.
+void require_tables(const contact& message, const ContactLoads& loads, const std::string& source) {
+    if (static_cast<std::uint64_t>(message.model_hash) != loads.tables_hash())
+        throw Error(fmt::format(
+            "{}: is of the tables {:016x}, but those of {} are {:016x}: give the folder of the servo that "
+            "sent it",
+            source, static_cast<std::uint64_t>(message.model_hash), loads.tables().name, loads.tables_hash()));
+}
+
+/// The contact message of an event. Throws Error where it is none of ours.
+contact decode(const LogReader::Event& event, const std::string& source) {
+    contact message;
+    if (!is_of_type<contact>(event.data))
+        throw Error(
+            fmt::format("{}: event {} on {} is of another version of haptable, whose messages have other "
+                        "fields: draw it with that version",
+                        source, event.number, event.channel));
+    if (!decode_whole(event.data, message))
+        throw Error(fmt::format("{}: event {} on {} is no whole contact message: is the log damaged?", source,
+                                event.number, event.channel));
     return message;
 }
 
@@ -71,7 +96,9 @@ public:
           source_(std::move(source)),
           wanted_(choice.ticks.begin(), choice.ticks.end()) {}
 
+    /// Throws Error, and takes nothing, where the message is not one that the servo can have sent.
     void take(const contact& message) {
+        ContactFrame frame = to_frame(message, loads_, 0, source_);
         const bool first = messages_++ == 0;
         const std::int64_t step = message.utime - last_utime_;
         if (first || step < 0 || step > kLongestPause_us) {
@@ -79,7 +106,7 @@ public:
             begin_utime_ = message.utime - (first ? 0 : next_us_);
         }
         last_utime_ = message.utime;
-        ContactFrame frame = to_frame(message, loads_, begin_utime_, source_);
+        frame.time_s = static_cast<double>(message.utime - begin_utime_) * 1e-6;
         if (!choice_.ticks.empty()) {
             if (wanted_.erase(message.seq) == 1) frames.push_back(std::move(frame));
             return;
@@ -88,7 +115,8 @@ public:
         held_ = std::move(frame);
     }
 
-    void finish() {
+    void finish(const Omissions& left_out) {
+        if (messages_ == 0 && left_out.count() > 0) throw Error(left_out.first());
         if (messages_ == 0)
             throw Error(
                 fmt::format("{}: holds no message on {}: record it while the servo runs", source_, kContactChannel));
@@ -124,11 +152,10 @@ private:
 ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::int64_t begin_utime,
                       const std::string& source) {
     const Tables& tables = loads.tables();
-    if (static_cast<std::uint64_t>(message.model_hash) != loads.tables_hash())
+    require_tables(message, loads, source);
+    if (message.utime < 0 || message.utime > kLastUtime)
         throw Error(
-            fmt::format("{}: is of the tables {:016x}, but those of {} are {:016x}: give the folder of the servo that "
-                        "sent it",
-                        source, static_cast<std::uint64_t>(message.model_hash), tables.name, loads.tables_hash()));
+            fmt::format("{}: contact message {} has the time {}: is it damaged?", source, message.seq, message.utime));
     ContactFrame frame;
     frame.number = message.seq;
     frame.time_s = static_cast<double>(message.utime - begin_utime) * 1e-6;
@@ -147,40 +174,73 @@ ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::in
     return frame;
 }
 
-std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
-                                           const FrameChoice& choice) {
-    // LCM's reader says nothing about why it cannot open a file: ask for its beginning first.
-    constexpr std::string_view kSync("\xED\xA1\xDA\x01", 4);
-    std::ifstream in(file, std::ios::binary);
-    std::array<char, 4> begin{};
-    if (std::filesystem::is_directory(file) || !in) throw Error(file.string() + ": cannot be read: is the path right?");
-    if (!in.read(begin.data(), begin.size()) || std::string_view(begin.data(), begin.size()) != kSync)
-        throw Error(file.string() + ": is not an LCM log: give a file that lcm-logger wrote");
-    lcm::LogFile log(file.string(), "r");
-    if (!log.good()) throw Error(file.string() + ": cannot be opened by LCM");
+RecordedContacts read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
+                                  const FrameChoice& choice) {
+    LogReader log(file);
     Chooser chooser(loads, choice, file.string());
-    while (const lcm::LogEvent* event = log.readNextEvent()) {
+    Omissions left_out;
+    while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
-        if (const std::optional<contact> message = decode(*event, file.string())) chooser.take(*message);
+        if (event->channel != kContactChannel) continue;
+        try {
+            chooser.take(decode(*event, file.string()));
+        } catch (const Error& error) {
+            left_out.add(error.what());
+        }
     }
-    chooser.finish();
-    return std::move(chooser.frames);
+    chooser.finish(left_out);
+    return {std::move(chooser.frames), left_out.count() + log.damaged()};
 }
 
-std::int64_t follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
-                             const std::function<void(const ContactFrame&)>& draw) {
+namespace {
+
+/// The newest message of one servo, of those that come.
+class Newest {
+public:
+    Newest(const ContactLoads& loads, std::string source) : loads_(loads), source_(std::move(source)) {}
+
+    void take(const contact& message) {
+        const Clock::time_point now = Clock::now();
+        try {
+            require_tables(message, loads_, source_);
+            if (begun_ && message.servo != servo_ && now - heard_ < kServoGone)
+                return left_out.add(source_ + ": two servos answer there: end one of them");
+            if (!begun_) begin_utime_ = message.utime;
+            frame_ = to_frame(message, loads_, begin_utime_, source_);
+        } catch (const Error& error) {
+            return left_out.add(error.what());
+        }
+        begun_ = true;
+        servo_ = message.servo;
+        heard_ = now;
+        ++messages;
+    }
+    /// The frame, once.
+    std::optional<ContactFrame> frame() { return std::exchange(frame_, std::nullopt); }
+
+    std::int64_t messages = 0;
+    Omissions left_out;
+
+private:
+    const ContactLoads& loads_;
+    std::string source_;
+    bool begun_ = false;
+    std::int64_t begin_utime_ = 0, servo_ = 0;
+    Clock::time_point heard_;
+    std::optional<ContactFrame> frame_;
+};
+
+}  // namespace
+
+FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
+                                 const std::function<void(const ContactFrame&)>& draw) {
     Connection connection;
-    contact newest;
-    bool fresh = false;
-    std::int64_t messages = 0, frames = 0, begin_utime = 0;
-    connection.subscribe<contact>(kContactChannel, [&](const contact& message, std::int64_t) {
-        if (messages++ == 0) begin_utime = message.utime;
-        newest = message;
-        fresh = true;
-    });
+    Newest newest(loads, connection.url());
+    connection.subscribe<contact>(kContactChannel, [&](const contact& message, std::int64_t) { newest.take(message); });
     const Clock::time_point begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
     Clock::time_point next = begin + kFramePeriod;
+    std::int64_t frames = 0;
     while (!interrupted() && (limits.frames == 0 || frames < limits.frames) &&
            (limits.seconds <= 0.0 || Clock::now() - begin < length)) {
         // Until the next frame is due, and as long as messages wait: the newest one counts.
@@ -188,17 +248,18 @@ std::int64_t follow_contacts(const ContactLoads& loads, const LiveLimits& limits
         }
         if (Clock::now() < next) continue;
         next = std::max(next + kFramePeriod, Clock::now());
-        if (!fresh) continue;
-        fresh = false;
-        draw(to_frame(newest, loads, begin_utime, connection.url()));
+        const std::optional<ContactFrame> frame = newest.frame();
+        if (!frame) continue;
+        draw(*frame);
         ++frames;
     }
+    if (frames == 0 && newest.left_out.count() > 0) throw Error(newest.left_out.first());
     if (frames == 0)
         throw Error(
             fmt::format("{}: no message came on {}: is the servo running with --lcm, and with the same "
                         "LCM_DEFAULT_URL?",
                         connection.url(), kContactChannel));
-    return messages;
+    return {newest.messages, newest.left_out.count() + static_cast<std::int64_t>(connection.undecodable())};
 }
 
 }  // namespace haptable

@@ -20,10 +20,18 @@ class contact;
 ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::int64_t begin_utime,
                       const std::string& source);
 
+struct RecordedContacts {
+    std::vector<ContactFrame> frames;
+    std::int64_t left_out;  ///< messages, and stretches of the log that are none
+};
+
 /// The chosen frames of an LCM log, as lcm-logger writes it: at each multiple of every_ms the newest message, by the
 /// time of the servo (which is simulated time in lockstep); or the messages whose seq is among `ticks`.
-std::vector<ContactFrame> read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
-                                           const FrameChoice& choice);
+///
+/// What is damaged, or of other tables, is left out and counted; where nothing else is there, the first of it is thrown
+/// as Error, which for a log of an earlier version says so.
+RecordedContacts read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
+                                  const FrameChoice& choice);
 
 /// When a live session ends, besides by Ctrl-C. 0: no limit.
 struct LiveLimits {
@@ -31,9 +39,15 @@ struct LiveLimits {
     double seconds = 0.0;
 };
 
-/// Calls `draw` with the newest message, at most 30 times a second, until a limit or Ctrl-C. Returns the number of
-/// messages that came. Throws Error when none came at all.
-std::int64_t follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
-                             const std::function<void(const ContactFrame&)>& draw);
+struct FollowedContacts {
+    std::int64_t messages;  ///< that could be drawn
+    std::int64_t left_out;  ///< that could not
+};
+
+/// Calls `draw` with the newest message of one servo, at most 30 times a second, until a limit or Ctrl-C. What is
+/// damaged, of other tables or of a second servo is left out and counted. Throws Error when none came at all, or no
+/// other.
+FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
+                                 const std::function<void(const ContactFrame&)>& draw);
 
 }  // namespace haptable

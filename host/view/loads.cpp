@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "codegen/modes.hpp"
+
 namespace haptable {
 
 namespace {
@@ -24,6 +26,16 @@ NodalForce narrow(std::int32_t node, const Eigen::Vector3d& force_n) {
 
 Eigen::Vector3d force_of(const NodalForce& load) { return Eigen::Vector3f(load.force_n.data()).cast<double>(); }
 
+/// With least energy the servo has the load from its look for the minimum; of a contact alone it must be solved for.
+haptable_force_fn* solving_force(const Tables& tables) {
+    Tables plain;
+    plain.force = tables.force;
+    plain.precision = tables.precision;
+    haptable_model model{};
+    set_modes(plain, model);
+    return model.force;
+}
+
 }  // namespace
 
 ContactLoads::ContactLoads(const Tables& tables)
@@ -31,6 +43,7 @@ ContactLoads::ContactLoads(const Tables& tables)
       servo_(build_model(tables)),
       model_(model_in_memory(tables, servo_)),
       moves_(tables.position.size(), false) {
+    model_.force = solving_force(tables);
     for (const std::int32_t node : tables.node_id) moves_[static_cast<std::size_t>(node)] = true;
     for (std::size_t p = 0; p < servo_.patch.size(); ++p) {
         PatchNodes nodes{};

@@ -77,6 +77,7 @@ void parse_size(const std::string& text, ViewOptions& view) {
 /// Counts, times and extremes of a run.
 struct Report {
     std::int64_t frames = 0;
+    std::int64_t left_out_messages = 0;  ///< damaged, of other tables or of a second servo
     double first_draw_ms = 0.0, draw_ms = 0.0, write_ms = 0.0;
     Ranges largest;
 };
@@ -137,18 +138,20 @@ private:
     std::optional<VtuSeries> vtu_;
 };
 
-std::vector<ContactFrame> read_frames(const Options& options, const Tables& tables) {
+RecordedContacts read_frames(const Options& options, const Tables& tables) {
     const ContactLoads loads(tables);
-    std::vector<ContactFrame> frames = options.csv.empty() ? read_contact_log(options.log, loads, options.choice)
-                                                           : read_servo_csv(options.csv, loads, options.choice);
-    if (options.out.extension() == ".png" && frames.size() > 1)
+    RecordedContacts recorded = options.csv.empty()
+                                    ? read_contact_log(options.log, loads, options.choice)
+                                    : RecordedContacts{read_servo_csv(options.csv, loads, options.choice), 0};
+    if (options.out.extension() == ".png" && recorded.frames.size() > 1)
         throw Error(fmt::format("{}: holds one picture, but {} were chosen: give a folder, or one tick with --ticks",
-                                options.out.string(), frames.size()));
-    return frames;
+                                options.out.string(), recorded.frames.size()));
+    return recorded;
 }
 
 Report draw_recorded(const Options& options, const Tables& tables) {
-    const std::vector<ContactFrame> frames = read_frames(options, tables);
+    const RecordedContacts recorded = read_frames(options, tables);
+    const std::vector<ContactFrame>& frames = recorded.frames;
     Session session(options, tables);
     Progress progress(options.quiet);
     progress.stage("draw");
@@ -158,6 +161,7 @@ Report draw_recorded(const Options& options, const Tables& tables) {
         progress.done(static_cast<double>(i + 1) / static_cast<double>(frames.size()));
     }
     session.close();
+    session.report.left_out_messages = recorded.left_out;
     return session.report;
 }
 
@@ -166,11 +170,12 @@ Report draw_live(Options options, const Tables& tables) {
     catch_interrupts();  // Ctrl-C is the usual end
     Session session(options, tables);
     const ContactLoads loads(tables);
-    follow_contacts(loads, options.limits, [&](const ContactFrame& frame) {
+    const FollowedContacts followed = follow_contacts(loads, options.limits, [&](const ContactFrame& frame) {
         session.widen(frame);
         session.add(frame);
     });
     session.close();
+    session.report.left_out_messages = followed.left_out;
     return session.report;
 }
 
@@ -185,6 +190,7 @@ void print(const Report& report, const Options& options) {
     const auto later = static_cast<double>(std::max<std::int64_t>(report.frames - 1, 1));
     SummaryLines summary;
     summary.add("frames", report.frames);
+    summary.add("left_out_messages", report.left_out_messages);
     summary.add("largest_displacement_mm", 1e3 * report.largest.displacement_m);
     summary.add("largest_force_n", report.largest.force_n);
     summary.add("first_draw_ms", report.first_draw_ms);

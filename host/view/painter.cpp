@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/tables/small_strain.hpp"
 #include "host/view/annotate.hpp"
 #include "host/view/colormap.hpp"
 
@@ -23,7 +24,7 @@ Eigen::Vector3f to_float(const Eigen::Vector3d& v) { return v.cast<float>(); }
 }  // namespace
 
 Painter::Painter(const Tables& tables, const std::filesystem::path& folder, const ViewOptions& view, bool deform)
-    : tables_(tables), surface_(tables), renderer_(view, surface_) {
+    : tables_(tables), small_strain_m_(read_small_strain_depth(folder)), surface_(tables), renderer_(view, surface_) {
     if (deform) deformation_.emplace(tables, folder);
 }
 
@@ -59,6 +60,9 @@ const Image& Painter::paint(const ContactFrame& frame, const Ranges& ranges) {
     const double depth_mm = frame.contact ? 1e3 * (frame.finger_m - frame.god_object_m).norm() : 0.0;
     notes.details = {fmt::format("t = {:.3f} s", frame.time_s), fmt::format("tick {}", frame.number),
                      fmt::format("u = {:.2f} mm", depth_mm), fmt::format("|F| = {:.3f} N", frame.force_n.norm())};
+    if (small_strain_m_ && depth_mm > 1e3 * *small_strain_m_)
+        notes.warning = fmt::format("beyond small strain ({:.2g} mm): a rubber's force would be off by 10 % and more",
+                                    1e3 * *small_strain_m_);
     notes.range_mm = 1e3 * range_m;
     notes.legend = {
         {"finger", kFingerColor}, {"god-object", kGodObjectColor}, {"force on the finger", kArrowColor, true}};

@@ -40,6 +40,7 @@ private:
     void deform(const ContactFrame& frame);
 
     const Tables& tables_;
+    std::optional<double> small_strain_m_;  ///< depth up to which the force is a rubber's too
     std::optional<Deformation> deformation_;
     DrawnSurface surface_;
     Renderer renderer_;

@@ -98,6 +98,20 @@ TEST(Precision, TheStatedErrorIsAnUpperBoundOfTheServosForce) {
     EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
 }
 
+/// In double each block is positive definite; rounded to float, by half of its largest entry's last digit, some are
+/// not.
+TEST(Precision, BlocksThatFloatCannotHoldAsPositiveDefiniteAreFound) {
+    const TestModel ball(sphere_shape(2, 0.05));
+    EXPECT_TRUE(has_definite_blocks(ball.tables(), ball.servo()));
+    Tables tables = ball.tables();
+    for (std::size_t i = 0; i < tables.stiffness.size(); ++i) {
+        const Eigen::Vector3d stiff = Eigen::Vector3d(1.0, std::sin(double(i)), std::cos(double(2 * i))).normalized();
+        const Eigen::Matrix3d s = stiff * stiff.transpose() + 1e-10 * Eigen::Matrix3d::Identity();
+        for (Eigen::Index k = 0; k < 9; ++k) tables.stiffness[i][std::size_t(k)] = s(k / 3, k % 3);
+    }
+    EXPECT_FALSE(has_definite_blocks(tables, build_model(tables)));
+}
+
 // ---- compliances ----------------------------------------------------------------------------------------------------
 
 /// The ball's tables with a compliance of this degree: any blocks, positive definite, no two alike.

@@ -85,9 +85,12 @@ Scene cube_of(Element element, int nodes_per_side, double poisson, bool top_only
 }
 
 TEST(ConsistentForce, TheLoadedContactPointMeetsTheFinger) {
-    for (const auto& [element, poisson] :
-         {std::pair{Element::kLinear, 0.3}, {Element::kLinear, 0.49}, {Element::kAverageNodalPressure, 0.49}}) {
-        const ElasticBody body(cube_of(element, 5, poisson), ForceLaw::kConsistent);
+    for (const auto& [element, poisson] : {std::pair{Element::kLinear, 0.3},
+                                           {Element::kLinear, 0.49},
+                                           {Element::kAverageNodalPressure, 0.49},
+                                           {Element::kQuadratic, 0.49}}) {
+        const ElasticBody body(cube_of(element, element == Element::kQuadratic ? 4 : 5, poisson),
+                               ForceLaw::kConsistent);
         int lifted = 0;
         EXPECT_WITHIN(worst_gap(body, 10000, &lifted), solved()) << body.name();
         EXPECT_GT(lifted, 100) << "the held bottom";
@@ -151,9 +154,10 @@ TEST(Compliance, TheForceIsTheSameFromBothPatchesOfAnEdge) {
 }
 
 TEST(PressureMask, TheForceIsThatOfAllNodesUnderTheMask) {
-    for (Element element : {Element::kLinear, Element::kAverageNodalPressure})
+    for (Element element : {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic})
         for (double radius : {0.004, 0.012}) {
-            const ElasticBody body(cube_of(element, 5, 0.3), ForceLaw::kPressureMask, radius);
+            const int nodes = element == Element::kQuadratic ? 4 : 5;
+            const ElasticBody body(cube_of(element, nodes, 0.3), ForceLaw::kPressureMask, radius);
             int lifted = 0;
             EXPECT_WITHIN(worst_gap(body, 3000, &lifted), solved()) << element << ' ' << radius;
         }
@@ -240,6 +244,13 @@ TEST(Elements, AverageNodalPressureFeelsTheBodyItself) {
     EXPECT_GT(error_of(Element::kLinear, 0.4999, 13), 0.5);
 }
 
+// Corners 3.75 mm apart under a pad of 5 mm.
+TEST(Elements, QuadraticTetrahedraFeelTheBodyItselfOnACoarseMesh) {
+    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.49, 9)), 0.02);
+    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.4999, 9)), 0.03);
+    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.3, 13)), 0.02);
+}
+
 // The pressure under a mask of 5 mm is summed over nodes 2.5 mm apart and nearer: of second order.
 constexpr Bound kMeshUnderMask{.count = 0.5, .epsilon = (2.5 / 5.0) * (2.5 / 5.0)};
 
@@ -262,6 +273,10 @@ TEST(PressureMask, SlidingOverTheMeshIsSmooth) {
     const ElasticBody consistent(cube_scene(13, 0.3, true), ForceLaw::kConsistent);
     const double r = ripple(mask);
     EXPECT_WITHIN(r, kMeshUnderMask);
+    // On a third of the corners, their faces in four.
+    const ElasticBody quadratic(cube_of(Element::kQuadratic, 9, 0.3, true), ForceLaw::kPressureMask, 0.005);
+    EXPECT_LT(ripple(quadratic), r);
+    printf("ripple: mask on quadratic tetrahedra %.4f\n", ripple(quadratic));
     EXPECT_GT(ripple(interpolated), 5.0 * r);
     EXPECT_GT(ripple(consistent), 5.0 * r);
     printf("ripple: mask %.4f, interpolated %.4f, consistent %.4f\n", r, ripple(interpolated), ripple(consistent));

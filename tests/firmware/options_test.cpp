@@ -78,8 +78,16 @@ TEST(Release, AForceThatEndsAtAConvexEdgeIsBroughtDownAtItsSlew) {
     EXPECT_LE(run.ticks_of_release, 31);
 }
 
-// Whatever the finger does: what is left of ended forces never pushes it on its way.
-TEST(Release, OnlyBrakesOnRandomWays) {
+/// -sum of the nodal forces: the contact's own, N.
+Vector3d contact_force(const Finger& finger) {
+    Vector3d force = Vector3d::Zero();
+    for (const auto& nodal : finger.out().nodal_force_n) force -= to_vector(nodal);
+    return force;
+}
+
+// Whatever the finger does: it is never pushed where the contact does not push it, and never gets back more than it
+// paid. A force times the motion that led to it gives no more than the way between, so the sum needs no stored energy.
+TEST(Release, GivesNothingOnRandomWays) {
     const TestModel body(l_shape(6, 0.06), -1e9, GodObject::kLeastEnergy);
     haptable_model model = *body.get();
     model.release = haptable_release_slew;
@@ -89,21 +97,88 @@ TEST(Release, OnlyBrakesOnRandomWays) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> anywhere(-0.01, 0.07);
     Vector3d x(0.07, 0.07, 0.07), aim = x;
-    int released = 0;
+    int released = 0, owing = 0;
+    double given = 0.0, moved = 0.0;
+    finger.to(x);
     for (int tick = 0; tick < 30000; ++tick) {
         if ((aim - x).norm() < 3e-4) aim = {anywhere(random), anywhere(random), anywhere(random)};
         x += 3e-4 * (aim - x).normalized();
         const Vector3d from = finger.at();
         finger.to(x);
-        const Vector3d held = to_vector(finger.servo().released_n);
-        if (tick > 0) {
-            const Vector3d step = finger.at() - from;
-            ASSERT_WITHIN(held.dot(step), .count = 16, .epsilon = kFloat, .size = held.norm() * 0.07);
-        }
-        released += held.norm() > 0.0;
+        const Vector3d step = finger.at() - from;
+        const double pushes = std::max(0.0, contact_force(finger).dot(step));
+        moved += finger.force().norm() * step.norm();
+        ASSERT_WITHIN(finger.force().dot(step) - pushes, .count = 16, .epsilon = kFloat, .size = 8.5 * 0.07) << tick;
+        given += finger.force().dot(step);
+        ASSERT_WITHIN(given, .count = 64, .epsilon = kFloat, .size = moved) << tick;
+        released += to_vector(finger.servo().released_n).norm() > 0.0;
+        owing += finger.servo().owed_j > 0.0F;
     }
     EXPECT_GT(released, 100);
+    EXPECT_GT(owing, 100);
     EXPECT_GT(finger.servo().counters.jumps, 10U);
+}
+
+/// A finger that is pressed 1 mm into a spring of `stiffness`, N/m, by release alone: motion_m a tick, upwards or down.
+class Pressed {
+public:
+    explicit Pressed(const haptable_model& model) : model_(model) {
+        haptable_init(&servo_);
+        servo_.contact.patch = 0;
+    }
+    /// The force along the way inwards that is given; the contact's own is -contact_n.
+    double move(double motion_m, double contact_n) {
+        depth_m_ += motion_m;
+        const float motion[3] = {static_cast<float>(motion_m), 0.0F, 0.0F};
+        float force_n[3] = {static_cast<float>(-contact_n), 0.0F, 0.0F};
+        servo_.finger_m[0] = static_cast<float>(depth_m_);
+        haptable_release_slew(&model_, &servo_, motion, force_n);
+        return -double(force_n[0]);
+    }
+    const haptable_servo& servo() const { return servo_; }
+
+private:
+    haptable_model model_;
+    haptable_servo servo_{};
+    double depth_m_ = 1e-3;
+};
+
+// A jump from 0.1 N to 0.5 N: the finger feels 0.01 N more a tick. What it has not paid holds back what pushes it out.
+TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
+    const TestModel body(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    haptable_model model = *body.get();
+    model.release_n = 0.01F;
+    model.stiffness_limit_n_per_m = 1000.0F;
+    Pressed finger(model);
+    for (int tick = 0; tick < 20; ++tick) finger.move(0.0, 0.1);  // whatever it began with is gone
+    constexpr double kWay = 1e-6;
+    const Bound rounded{.count = 64, .epsilon = kFloat, .size = 0.5};
+    double owed = 0.0;
+    for (int tick = 1; tick <= 10; ++tick) {
+        const double force = finger.move(kWay, 0.5);
+        EXPECT_WITHIN(std::abs(force - (0.1 + 0.01 * tick)), rounded) << tick;
+        owed += kWay * (0.5 - force);
+    }
+    EXPECT_EQ(finger.servo().counters.jumps, 2U) << "the first contact's and this one";
+    EXPECT_WITHIN(std::abs(double(finger.servo().owed_j) - owed), .count = 64, .epsilon = kFloat, .size = owed);
+    double paid = 0.0;
+    while (finger.servo().owed_j > 0.0F) {
+        const double force = finger.move(-kWay, 0.5);  // out again: nothing pushes
+        ASSERT_LT(paid, owed);
+        if (finger.servo().owed_j > 0.0F) {
+            EXPECT_WITHIN(std::abs(force), rounded);
+        }
+        paid += kWay * (0.5 - force);
+    }
+    EXPECT_WITHIN(owed - paid, .count = 256, .epsilon = kFloat, .size = owed);
+    EXPECT_LT(paid - owed, kWay * 0.5) << "no more than a tick too much";
+    double last = finger.move(-kWay, 0.5);
+    for (int tick = 0; tick < 60; ++tick) {  // then it comes up again, by the slew
+        const double force = finger.move(-kWay, 0.5);
+        EXPECT_LE(force - last, 0.01 + 1e-6);
+        last = force;
+    }
+    EXPECT_WITHIN(std::abs(last - 0.5), rounded);
 }
 
 TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {

@@ -10,6 +10,7 @@
 
 #include "host/base/file.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/messages.hpp"
 #include "host/session/scene.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
@@ -43,6 +44,19 @@ private:
     haptable_model tables_ = *model_.get();
     std::vector<std::uint32_t> node_;
 };
+
+/// The session of the device that asks in tests.
+inline constexpr std::int64_t kSession = 0x5E5510;
+
+/// A state of it, the finger at the origin.
+inline device_state simulated_state(std::int64_t seq, std::int64_t utime) {
+    device_state state{};
+    state.session = kSession;
+    state.mode = device_state::SIMULATED;
+    state.seq = seq;
+    state.utime = utime;
+    return state;
+}
 
 /// The lines of a text, without their ends.
 inline std::vector<std::string> lines_of(const std::string& text) {

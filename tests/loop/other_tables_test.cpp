@@ -84,7 +84,7 @@ TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
     int forces = 0;
     connection.subscribe<servo_force>(kForceChannel, [&](const servo_force&, std::int64_t) { ++forces; });
     ServoSession session(ours.scene(), connection, nullptr);
-    device_state state{};
+    device_state state = simulated_state(0, 0);
     for (const Built* wanted : {&theirs, &ours}) {
         state.model_hash = static_cast<std::int64_t>(wanted->model.hash);
         connection.publish(kStateChannel, state);
@@ -101,7 +101,7 @@ TEST_F(OtherTables, ABridgeRefusesATargetOfTheOther) {
     FakeTarget<Pipes> target(ours.scene().model, pipes);
     target.hash = theirs.model.hash;
     BridgeSession session(ours.scene(), connection, line, {}, nullptr);
-    connection.publish(kStateChannel, device_state{});
+    connection.publish(kStateChannel, simulated_state(0, 0));
     handle_all(connection);
     target.answer();
     expect_both_named([&] { session.take_answers(); });

@@ -132,8 +132,8 @@ TEST_F(TargetLoop, OverASerialPortGivesTheForcesOfTheHost) {
     expect_forces_of_the_host({"--port", target.name(), "--baud", "2000000"}, "0.3");
 }
 
-// The cable is pulled out in the middle of a session: one line that says so, no half-written record; plugged in again,
-// under whatever name, a new bridge goes on with the same device.
+// The cable is pulled out in the middle of a session: one line that says so, and a record up to there; plugged in
+// again, under whatever name, a new bridge goes on with the same device.
 TEST_F(TargetLoop, APortThatVanishesEndsTheBridgeAndAnotherGoesOn) {
     const std::string tables = build_folder() / "cube";
     const auto bridge_on = [&](const std::string& port, const std::string& record) {
@@ -146,7 +146,7 @@ TEST_F(TargetLoop, APortThatVanishesEndsTheBridgeAndAnotherGoesOn) {
     const std::string said = read_file(folder / "first.txt");
     EXPECT_NE(said.find(pulled.name() + ": the port has gone: plug"), std::string::npos) << said;
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
-    EXPECT_FALSE(std::filesystem::exists(folder / "first.csv"));
+    EXPECT_GT(read_rows(folder / "first.csv").size(), 50U) << "its record is there, up to the end";
     const PortTarget plugged;
     Process second(bridge_on(plugged.name(), folder / "second.csv"));
     EXPECT_EQ(device_process.wait_for_exit(), 0);
@@ -207,9 +207,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(50);
     std::size_t tick = 0;
     for (; noise.garbage < 1'000'000 && tick < path_m.size(); ++tick) {
-        device_state state{};
-        state.seq = static_cast<std::int64_t>(tick);
-        state.utime = state.seq * 1000;
+        device_state state = simulated_state(static_cast<std::int64_t>(tick), static_cast<std::int64_t>(tick) * 1000);
         for (std::size_t a = 0; a < 3; ++a) state.position_m[a] = double(path_m[tick][a]);
         connection.publish(kStateChannel, state);
         while (forces.size() <= tick && Clock::now() < give_up) {

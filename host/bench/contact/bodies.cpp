@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "host/bench/cube_scene.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace haptable {
@@ -29,14 +30,8 @@ std::unique_ptr<Subject> touched_as(Scene scene, const ContactMode& mode, double
     return std::make_unique<Subject>(folder);
 }
 
-Scene cube_scene(int nodes_per_side, double poisson) {
-    Scene scene;
-    scene.file = "cube.toml";
-    scene.name = fmt::format("cube{}-{:.0f}", nodes_per_side, 100.0 * poisson);
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = nodes_per_side;
-    scene.material = {1e4, poisson};
-    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+Scene contact_cube(int nodes_per_side, double poisson) {
+    Scene scene = cube_scene(nodes_per_side, poisson);
     if (nodes_per_side > 9)
         scene.touch.push_back({std::array<double, 6>{0.004, 0.004, 0.03 - 1e-9, 0.026, 0.026, 1}, "", 1});
     return scene;

@@ -29,8 +29,8 @@ inline constexpr std::array<ContactMode, 6> kContactModes = {{{ForceLaw::kInterp
 std::unique_ptr<Subject> touched_as(Scene scene, const ContactMode& mode, double mask_radius_m,
                                     const std::filesystem::path& build);
 
-/// The paper's cube, its bottom held. Of more than 9 nodes a side only the middle of the top may be touched.
-Scene cube_scene(int nodes_per_side, double poisson);
+/// The paper's cube; of more than 9 nodes a side only the middle of its top may be touched.
+Scene contact_cube(int nodes_per_side, double poisson);
 
 /// The model without what is added to its force: no limit, no release.
 haptable_model bare(haptable_model model);

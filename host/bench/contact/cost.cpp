@@ -46,7 +46,7 @@ NumberTable cost_of_modes(const std::filesystem::path& build, int repetitions) {
     std::vector<std::unique_ptr<Subject>> subjects;
     const Scene mouse = read_scene("meshes/mouse.toml");
     for (const ContactMode& mode : kContactModes) {
-        subjects.push_back(touched_as(cube_scene(5, 0.3), mode, 0.012, build));
+        subjects.push_back(touched_as(contact_cube(5, 0.3), mode, 0.012, build));
         subjects.push_back(touched_as(mouse, mode, 0.006, build));
     }
     const std::vector<double> s = time_steps(subjects, repetitions);

@@ -31,7 +31,7 @@ StiffnessLine stiffness_along_a_line(const fs::path& build) {
     for (int nodes : line.nodes_per_side)
         for (std::size_t mode : {0U, 1U, 2U})
             line.n_per_m.push_back(
-                stiffness_of(*touched_as(cube_scene(nodes, 0.3), kContactModes[mode], 0.005, build), line.at_m));
+                stiffness_of(*touched_as(contact_cube(nodes, 0.3), kContactModes[mode], 0.005, build), line.at_m));
     return line;
 }
 
@@ -54,7 +54,7 @@ std::string energy_around_a_loop(const fs::path& build) {
             path.push_back(corner[leg] + (corner[leg + 1] - corner[leg]) * i / 400.0);
     std::vector<std::vector<double>> given;
     for (const ContactMode& mode : kContactModes) {
-        const auto subject = touched_as(cube_scene(5, 0.3), mode, 0.006, build);
+        const auto subject = touched_as(contact_cube(5, 0.3), mode, 0.006, build);
         BenchFinger finger(subject->model());
         Vector3d force = finger.to(path[0]);
         given.push_back({0.0});
@@ -74,8 +74,8 @@ std::string energy_around_a_loop(const fs::path& build) {
 }
 
 std::string force_over_an_edge(const fs::path& build) {
-    const auto paper = touched_as(cube_scene(5, 0.3), kContactModes[0], 0.0, build);
-    const auto least = touched_as(cube_scene(5, 0.3), kContactModes[3], 0.0, build);
+    const auto paper = touched_as(contact_cube(5, 0.3), kContactModes[0], 0.0, build);
+    const auto least = touched_as(contact_cube(5, 0.3), kContactModes[3], 0.0, build);
     haptable_model released = paper->model();
     released.release = haptable_release_slew;
     released.release_n = 0.01F;

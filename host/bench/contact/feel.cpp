@@ -112,7 +112,7 @@ double largest_change(const Slide& slide, bool tangential) {
 
 /// The cube under a mode, a mask with a radius of two edges.
 std::unique_ptr<Subject> cube(int nodes, const ContactMode& mode, const fs::path& build) {
-    return touched_as(cube_scene(nodes, 0.3), mode, 2.0 * 0.03 / (nodes - 1), build);
+    return touched_as(contact_cube(nodes, 0.3), mode, 2.0 * 0.03 / (nodes - 1), build);
 }
 
 std::string short_name(const ContactMode& mode) {
@@ -148,8 +148,8 @@ NumberTable loop_table(const fs::path& build, int loops) {
         Scene scene;
         double mask_radius_m;
     };
-    const Body bodies[] = {{"cube, nu = 0.3", cube_scene(5, 0.3), 0.008},
-                           {"cube, nu = 0.49", cube_scene(5, 0.49), 0.008},
+    const Body bodies[] = {{"cube, nu = 0.3", contact_cube(5, 0.3), 0.008},
+                           {"cube, nu = 0.49", contact_cube(5, 0.49), 0.008},
                            {"mouse", read_scene("meshes/mouse.toml"), 0.006}};
     for (const Body& body : bodies)
         for (std::size_t god_object : {1U, 0U}) {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-contact: what the contact modes feel like and cost: numbers for docs/CONTACT.md and docs/FEEL.md, and curves
 // for their plots.
-#include <fmt/format.h>
-
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
@@ -39,7 +36,7 @@ int main(int argc, char** argv) {
         numbers.add("feel-settling", settling(build));
         numbers.add("feel-jumps", jump_table(build));
         numbers.add("feel-release", release_table(build));
-        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        print_topics(numbers);
         if (!out.empty()) numbers.write(out);
     });
 }

@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Millimetres, newtons and megapascals: CalculiX prints seven digits, and its tolerances suit such numbers.
+/// Millimetres, newtons and megapascals: CalculiX prints seven digits, and its tolerances suit such numbers. It reads
+/// 20 characters of a number: 13 digits.
 constexpr double kMillimetres = 1e3, kMegapascals = 1e-6;
 
 std::string list_of(std::span<const std::int32_t> nodes) {
@@ -26,15 +27,15 @@ std::string list_of(std::span<const std::int32_t> nodes) {
 
 std::string material_of(const Deck& deck) {
     const double e = kMegapascals * deck.material.young_pa, nu = deck.material.poisson;
-    if (!deck.large_strain) return fmt::format("*ELASTIC\n{:.17g},{:.17g}\n", e, nu);
+    if (!deck.large_strain) return fmt::format("*ELASTIC\n{:.13g},{:.13g}\n", e, nu);
     const double mu = e / (2.0 * (1.0 + nu)), kappa = e / (3.0 * (1.0 - 2.0 * nu));
-    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{:.17g},{:.17g}\n", 0.5 * mu, 2.0 / kappa);
+    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{:.13g},{:.13g}\n", 0.5 * mu, 2.0 / kappa);
 }
 
 std::string step_of(const Deck& deck, const NodalForces& load) {
     std::string text = fmt::format("*STEP{}\n*STATIC\n*CLOAD, OP=NEW\n", deck.large_strain ? ", NLGEOM, INC=200" : "");
     for (const auto& [node, force] : load)
-        for (int c = 0; c < 3; ++c) text += fmt::format("{},{},{:.17g}\n", node + 1, c + 1, force[c]);
+        for (int c = 0; c < 3; ++c) text += fmt::format("{},{},{:.13g}\n", node + 1, c + 1, force[c]);
     return text + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";  // the last increment alone
 }
 
@@ -42,7 +43,7 @@ std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
     std::string text = "*NODE, NSET=NALL\n";
     for (std::size_t i = 0; i < deck.position_m.size(); ++i) {
         const Eigen::Vector3d x = kMillimetres * deck.position_m[i];
-        text += fmt::format("{},{:.17g},{:.17g},{:.17g}\n", i + 1, x[0], x[1], x[2]);
+        text += fmt::format("{},{:.13g},{:.13g},{:.13g}\n", i + 1, x[0], x[1], x[2]);
     }
     text += fmt::format("*ELEMENT, TYPE=C3D{}, ELSET=EALL\n", deck.element.front().size());
     for (std::size_t e = 0; e < deck.element.size(); ++e) {
@@ -73,6 +74,13 @@ std::vector<Displacements> read_results(const fs::path& file, std::size_t nodes)
 
 }  // namespace
 
+std::vector<std::int32_t> held_of(std::span<const std::int32_t> unknown) {
+    std::vector<std::int32_t> held;
+    for (std::size_t i = 0; i < unknown.size(); ++i)
+        if (unknown[i] < 0) held.push_back(static_cast<std::int32_t>(i));
+    return held;
+}
+
 std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads, const fs::path& folder) {
     fs::create_directories(folder);
     write_file(folder / "job.inp", text_of(deck, loads));
@@ -82,9 +90,9 @@ std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalF
     auto results = fs::exists(folder / "job.dat") ? read_results(folder / "job.dat", deck.position_m.size())
                                                   : std::vector<Displacements>();
     if (results.size() != loads.size() && !(deck.large_strain && !results.empty()))
-        throw Error(
-            fmt::format("ccx ended with {} and {} of {} results; see {} (calculix-ccx is in: sh host/setup.sh bench)",
-                        status, results.size(), loads.size(), (folder / "job.log").string()));
+        throw Error(fmt::format(
+            "ccx ended with {} and {} of {} results; see {} (calculix-ccx is in: sh scripts/setup.sh bench)", status,
+            results.size(), loads.size(), (folder / "job.log").string()));
     return results;
 }
 

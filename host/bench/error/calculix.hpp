@@ -25,8 +25,18 @@ struct Deck {
     bool large_strain = false;  ///< neo-Hookean, geometry as it deforms
 };
 
+/// Of nodes whose place among the unknowns is -1.
+std::vector<std::int32_t> held_of(std::span<const std::int32_t> unknown);
+
+template <typename Elements>
+std::vector<std::vector<std::int32_t>> lists_of(const Elements& elements) {
+    std::vector<std::vector<std::int32_t>> lists;
+    for (const auto& nodes : elements) lists.emplace_back(nodes.begin(), nodes.end());
+    return lists;
+}
+
 /// Displacements after each load, one after the other; runs `ccx` in `folder`. Throws Error where it is missing or ends
-/// without a result.
+/// without a result. At large strain it may end before the last load: there are fewer results then.
 std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads,
                                         const std::filesystem::path& folder);
 

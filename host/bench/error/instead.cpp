@@ -23,8 +23,8 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr double kResidual = 1e-3;  // relative, at which conjugate gradients stop
-constexpr std::size_t kPlaces = 3;
+constexpr double kResidual = 1e-3;        // relative, at which conjugate gradients stop
+constexpr std::size_t kPlaces = 3;        // that are pressed; of a fine mesh one
 constexpr std::size_t kDenseNodes = 800;  // more are not inverted
 constexpr double kTickMotion = 4e-5;      // m: 40 mm/s
 
@@ -57,16 +57,15 @@ private:
 /// x = K^-1 w, given the last tick's x or none.
 using Solve = std::function<MatrixXd(const MatrixXd& w, const MatrixXd& last)>;
 
-/// At the first of the places: a tick of conjugate gradients may take seconds.
-void measure(const Pressed& pressed, std::span<const Truth> all, const Solve& solve, Point& point) {
-    const auto truths = all.first(std::min(kPlaces, all.size()));
+void measure(const Pressed& pressed, std::span<const Truth> truths, const Solve& solve, Point& point) {
     std::vector<double> sample;
     for (const Truth& truth : truths) {
         const Vector3d &on = truth.place.on_m, &n = truth.place.outward;
         MatrixXd w = pressed.load(on), x = solve(w, MatrixXd());
         const Matrix3d s = (w.transpose() * x).inverse();
         const Vector3d force = 0.001 * s * n;
-        point.error += std::pow(error_of_force(force, truth, 0.001), 2) / static_cast<double>(truths.size());
+        point.error +=
+            std::pow(error_of_force(force, force_of_body(truth, false, 0.001)), 2) / static_cast<double>(truths.size());
         point.mean += (n.dot(s * n) / n.dot(truth.stiffness_n_per_m * n) - 1.0) / static_cast<double>(truths.size());
         // A tick along the patch's longest way: towards its middle.
         const auto [patch, alpha] = locate(pressed.body().mesh.position_m, pressed.body().touch_patch, on);
@@ -112,7 +111,9 @@ MatrixXd conjugate_gradients(const Eigen::SparseMatrix<double>& k, const MatrixX
 
 }  // namespace
 
-std::vector<Point> measure_instead(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths) {
+std::vector<Point> measure_instead(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& all) {
+    // A tick of conjugate gradients may take seconds.
+    const auto truths = std::span(all).first(std::min(meshed.fine ? 1 : kPlaces, all.size()));
     const auto named = [&](const char* what) {
         return Point{specimen.name, meshed.name, "linear", what, "none", "float64"};
     };

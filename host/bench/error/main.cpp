@@ -9,6 +9,7 @@
 #include "host/base/progress.hpp"
 #include "host/bench/error/contact_error.hpp"
 #include "host/bench/error/known.hpp"
+#include "host/bench/error/large_strain.hpp"
 #include "host/bench/error/points.hpp"
 #include "host/bench/error/specimen.hpp"
 #include "host/report/page.hpp"
@@ -38,7 +39,7 @@ void measure_all(const fs::path& known, bool quick, const fs::path& build, Progr
         for (const Meshed& meshed : specimen.meshes) {
             progress.stage(fmt::format("error and speed: {}, {}", specimen.name, meshed.name));
             for (const auto& measured :
-                 {measure_points(specimen, meshed, truths, build), measure_instead(specimen, meshed, truths)})
+                 {measure_points(specimen, meshed, truths, build, progress), measure_instead(specimen, meshed, truths)})
                 points.insert(points.end(), measured.begin(), measured.end());
         }
         const Meshed& coarse = specimen.meshes[specimen.meshes.size() > 2 ? 2 : 0];
@@ -51,9 +52,15 @@ void measure_all(const fs::path& known, bool quick, const fs::path& build, Progr
     numbers.add("contact-error", contact_error_table(std::move(contacts)));
 }
 
-Numbers measure_large_strain(const fs::path& build) {
+Numbers compare_with_known(const fs::path& build, Progress& progress) {
+    Numbers numbers("build/bin/haptable-bench-error --known-answers -o build/report/known.json");
+    numbers.add("known", known_answers(build / "known", progress));
+    return numbers;
+}
+
+Numbers measure_large_strain(const fs::path& build, Progress& progress) {
     Numbers numbers("build/bin/haptable-bench-error --large-strain -o build/report/large-strain.json");
-    const LargeStrain measured = large_strain(build / "large");
+    const LargeStrain measured = large_strain(build / "large", progress);
     numbers.add("large-strain", measured.limits);
     numbers.add("large-strain-curve", measured.curve);
     return numbers;
@@ -79,13 +86,13 @@ int main(int argc, char** argv) {
         if (truth)
             numbers = solve_truths(build, progress);
         else if (answers)
-            numbers.add("known", known_answers(build / "known"));
+            numbers = compare_with_known(build, progress);
         else if (strain)
-            numbers = measure_large_strain(build);
+            numbers = measure_large_strain(build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();
-        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        print_topics(numbers);
         if (!out.empty()) numbers.write(out);
     });
 }

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "codegen/codegen.hpp"
@@ -27,11 +29,9 @@ constexpr double kDepth = 0.001;  // m, of a press
 
 constexpr std::array kElements{Element::kLinear, Element::kAverageNodalPressure};
 
-/// How the servo stores a force's blocks: only the interpolated force's may be in 16 bits.
-std::vector<Storage> storages(ForceLaw force) {
-    if (force != ForceLaw::kInterpolated) return {Storage::kFloat32};
-    return {Storage::kFloat32, Storage::kFloat16, Storage::kInt16};
-}
+constexpr const char* kPaper = "the paper, 1998";
+
+constexpr std::array kStorages{Storage::kFloat32, Storage::kFloat16, Storage::kInt16};
 
 /// What the servo gives at a place, N: into contact from outside, then until a god-object that moves has come to rest.
 Vector3d force_at(BenchFinger& finger, const Place& place) {
@@ -47,9 +47,9 @@ void measure_error(const haptable_model& model, const std::vector<Truth>& truths
     BenchFinger finger(model);
     for (const Truth& truth : truths) {
         const Vector3d force = force_at(finger, truth.place), &n = truth.place.outward;
-        const double body = kDepth * n.dot(truth.stiffness_n_per_m * n);
-        point.error += std::pow(error_of_force(force, truth, kDepth), 2) / static_cast<double>(truths.size());
-        point.mean += (n.dot(force) / body - 1.0) / static_cast<double>(truths.size());
+        const Vector3d body = force_of_body(truth, point.god_object == word(GodObject::kLeastEnergy), kDepth);
+        point.error += std::pow(error_of_force(force, body), 2) / static_cast<double>(truths.size());
+        point.mean += (n.dot(force) / n.dot(body) - 1.0) / static_cast<double>(truths.size());
     }
     point.error = std::sqrt(point.error);
 }
@@ -77,7 +77,7 @@ fs::path make_tables(Scene scene, Element element, ForceLaw force, double mask_r
     scene.mesh.element = element;
     scene.contact.force = force;
     scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
-    const fs::path folder = build / fmt::format("{}-{}-{}", scene.name, word(element), word(force));
+    fs::path folder = build / fmt::format("{}-{}-{}", scene.name, word(element), word(force));
     Progress progress(true);
     PrecomputeOptions options;
     options.force = true;
@@ -90,7 +90,8 @@ fs::path make_tables(Scene scene, Element element, ForceLaw force, double mask_r
 /// Whether a finer mesh brings the force to the body's. That of a point does not stay: it goes to zero with the mesh,
 /// and is right on one mesh by chance.
 bool has_a_size(const Point& point) {
-    return point.force != word(ForceLaw::kInterpolated) && point.force != word(ForceLaw::kConsistent);
+    return point.force != word(ForceLaw::kInterpolated) && point.force != word(ForceLaw::kConsistent) &&
+           point.force != kPaper;
 }
 
 /// Whether no other point is better in both, or as good in one and better in the other.
@@ -108,7 +109,9 @@ std::string percent(double share) {
 }
 Number magnitude(double share) { return number(share, percent(share)); }
 Number signed_share(double share) { return number(share, (share < 0.0 ? "" : "+") + percent(share)); }
-Number bytes(double n) {
+/// NaN: the paper does not tell.
+Cell bytes(double n) {
+    if (std::isnan(n)) return "";
     return n < 1e6 ? number(n, fmt::format("{:.3g} kB", 1e-3 * n)) : number(n, fmt::format("{:.3g} MB", 1e-6 * n));
 }
 
@@ -123,12 +126,28 @@ std::vector<Cell> row_of(const Point& p) {
             signed_share(p.mean),
             seconds(p.tick_s),
             bytes(p.flash_bytes),
-            seconds(p.precompute_s),
+            std::isnan(p.precompute_s) ? Cell("") : seconds(p.precompute_s),
             p.best};
 }
 
 const std::vector<std::string> kColumns{"body",       "mesh",       "element", "force", "god-object", "precision",
                                         "error, RMS", "mean error", "tick",    "flash", "precompute", "best in"};
+
+/// The force of the paper's Table 2, on its Pentium Pro of 200 MHz. Its equations are those of our point that is
+/// interpolated, nearest; so is its error. It had the same counts of nodes and patches, and a mouse of its own.
+std::optional<Point> point_of_paper(const std::vector<Point>& ours) {
+    for (const Point& point : ours) {
+        const bool is_cube = point.body == "cube, nu 0.49" && point.mesh == "5 a side";
+        if (!(is_cube || point.mesh == "1,713 nodes") || point.force != word(ForceLaw::kInterpolated)) continue;
+        Point paper = point;
+        paper.force = kPaper;
+        paper.precision = "";
+        paper.tick_s = is_cube ? 15e-6 : 12e-6;
+        paper.flash_bytes = paper.precompute_s = NAN;
+        return paper;
+    }
+    return {};
+}
 
 }  // namespace
 
@@ -138,20 +157,27 @@ double median(std::vector<double> samples) {
     return *middle;
 }
 
-double error_of_force(const Vector3d& force_n, const Truth& truth, double depth_m) {
-    const Vector3d body = depth_m * truth.stiffness_n_per_m * truth.place.outward;
-    return (force_n - body).norm() / body.norm();
+Vector3d force_of_body(const Truth& truth, bool slides, double depth_m) {
+    const Vector3d& n = truth.place.outward;
+    if (slides) return depth_m / n.dot(truth.stiffness_n_per_m.inverse() * n) * n;
+    return depth_m * truth.stiffness_n_per_m * n;
+}
+
+double error_of_force(const Vector3d& force_n, const Vector3d& body_n) {
+    return (force_n - body_n).norm() / body_n.norm();
 }
 
 std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths,
-                                  const fs::path& build) {
+                                  const fs::path& build, Progress& progress) {
     std::vector<Point> points;
+    double begun = 0.0;
     for (const Element element : kElements)
         for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+            progress.done(begun++ / static_cast<double>(3 * kElements.size()), word(force));
             if (meshed.fine && force != ForceLaw::kPressureMask) continue;
             double cpu_s = 0.0;
             const fs::path folder = make_tables(meshed.scene, element, force, specimen.finger_radius_m, build, cpu_s);
-            for (const Storage storage : storages(force))
+            for (const Storage storage : kStorages)
                 for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
                     Tables tables = read_tables(folder);
                     tables.precision = storage;
@@ -167,6 +193,7 @@ std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed
                     points.push_back(point);
                 }
         }
+    if (const auto paper = point_of_paper(points)) points.push_back(*paper);
     return points;
 }
 
@@ -209,7 +236,9 @@ NumberTable order_table(const std::vector<Point>& points) {
             continue;
         table.rows.push_back({point.body, point.element, point.mesh, signed_share(point.mean), std::string()});
         const Point*& last = coarser[{point.body, point.element}];
-        if (last != nullptr) {
+        // Nothing is told by an error that is not above the truth's own, or that crosses zero.
+        constexpr double kTold = 0.002;
+        if (last != nullptr && last->mean * point.mean > 0.0 && std::abs(point.mean) > kTold) {
             const double finer = (std::stod(point.mesh) - 1.0) / (std::stod(last->mesh) - 1.0);  // "13 a side"
             const double order = std::log(std::abs(last->mean / point.mean)) / std::log(finer);
             table.rows.back().back() = number(order, fmt::format("{:.1f}", order));

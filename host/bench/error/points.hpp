@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/progress.hpp"
 #include "host/bench/error/specimen.hpp"
 
 namespace haptable {
@@ -22,7 +23,7 @@ struct Point {
 
 /// Every configuration of one mesh of a specimen.
 std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths,
-                                  const std::filesystem::path& build);
+                                  const std::filesystem::path& build, Progress& progress);
 
 /// What one would do instead, with the mask's loads: a product with the dense inverse of the surface, a solve a tick
 /// with a kept factor, conjugate gradients from the last tick's solution.
@@ -40,7 +41,12 @@ NumberTable order_table(const std::vector<Point>& points);
 /// Middle one of an odd number of samples.
 double median(std::vector<double> samples);
 
-/// Force that the body gives, N: -S u; and how far it is off: |f - f_body| / |f_body|.
-double error_of_force(const Eigen::Vector3d& force_n, const Truth& truth, double depth_m);
+/// Force, N, that the body gives a finger that deep. One that is held on the surface, as by the nearest god-object,
+/// meets S u. One that slides without friction, as with least energy, gives way along the surface: its force is along
+/// the normal n, depth / (n . C n), and on a thin body much less.
+Eigen::Vector3d force_of_body(const Truth& truth, bool slides, double depth_m);
+
+/// |f - f_body| / |f_body|
+double error_of_force(const Eigen::Vector3d& force_n, const Eigen::Vector3d& body_n);
 
 }  // namespace haptable

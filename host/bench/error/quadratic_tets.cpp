@@ -3,10 +3,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <map>
 
 #include "host/base/error.hpp"
 #include "host/fem/elasticity.hpp"
+#include "host/mesh/middles.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/surface.hpp"
 
 namespace haptable {
@@ -16,29 +17,9 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
-
-/// The nodes in the middle of edges, made when first asked for.
-class Middles {
-public:
-    explicit Middles(std::vector<Vector3d>& position_m) : position_m_(position_m) {}
-    std::int32_t of(std::int32_t a, std::int32_t b) {
-        const auto [found, is_new] =
-            node_.try_emplace(std::minmax(a, b), static_cast<std::int32_t>(position_m_.size()));
-        if (is_new)
-            position_m_.push_back(
-                0.5 * (position_m_[static_cast<std::size_t>(a)] + position_m_[static_cast<std::size_t>(b)]));
-        return found->second;
-    }
-
-private:
-    std::vector<Vector3d>& position_m_;
-    std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> node_;
-};
-
 /// The four tetrahedra around one of the octahedron's three diagonals: its ends, then the ring of the other four.
 constexpr std::array<std::array<std::size_t, 6>, 3> kDiagonals{
-    {{0, 5, 1, 2, 3, 4}, {1, 3, 0, 2, 5, 4}, {2, 4, 0, 1, 5, 3}}};  // numbers of kEdges
+    {{0, 5, 1, 2, 3, 4}, {1, 3, 0, 2, 5, 4}, {2, 4, 0, 1, 5, 3}}};  // numbers of kTetEdges
 
 std::size_t shortest_diagonal(const std::vector<Vector3d>& position_m, const std::array<std::int32_t, 6>& middle) {
     std::array<double, 3> length{};
@@ -56,7 +37,7 @@ Eigen::Matrix<double, 3, 10> gradients(const Linear& linear, const Eigen::Vector
     Eigen::Matrix<double, 3, 10> g;
     for (Index c = 0; c < 4; ++c) g.col(c) = (4.0 * at[c] - 1.0) * linear.col(c);
     for (std::size_t e = 0; e < 6; ++e) {
-        const auto a = static_cast<Index>(kEdges[e][0]), b = static_cast<Index>(kEdges[e][1]);
+        const auto a = static_cast<Index>(kTetEdges[e][0]), b = static_cast<Index>(kTetEdges[e][1]);
         g.col(4 + static_cast<Index>(e)) = 4.0 * (at[a] * linear.col(b) + at[b] * linear.col(a));
     }
     return g;
@@ -104,7 +85,7 @@ TetMesh in_eight(const TetMesh& mesh) {
     };
     for (const Tet& tet : mesh.tet) {
         std::array<std::int32_t, 6> middle{};
-        for (std::size_t e = 0; e < 6; ++e) middle[e] = middles.of(tet[kEdges[e][0]], tet[kEdges[e][1]]);
+        for (std::size_t e = 0; e < 6; ++e) middle[e] = middles.of(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
         const auto between = [&](std::size_t a, std::size_t b) { return middles.of(tet[a], tet[b]); };
         for (std::size_t c = 0; c < 4; ++c)
             add({tet[c], between(c, (c + 1) % 4), between(c, (c + 2) % 4), between(c, (c + 3) % 4)});
@@ -122,7 +103,7 @@ QuadraticMesh make_quadratic(const Scene& scene, const TetMesh& mesh) {
     for (const Tet& tet : mesh.tet) {
         auto& nodes = quadratic.tet.emplace_back();
         for (std::size_t c = 0; c < 4; ++c) nodes[c] = tet[c];
-        for (std::size_t e = 0; e < 6; ++e) nodes[4 + e] = middles.of(tet[kEdges[e][0]], tet[kEdges[e][1]]);
+        for (std::size_t e = 0; e < 6; ++e) nodes[4 + e] = middles.of(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
     }
     for (const Patch& corner : find_surface(mesh.tet).patch)
         quadratic.triangle.push_back({corner[0], corner[1], corner[2], middles.of(corner[0], corner[1]),
@@ -147,7 +128,8 @@ Eigen::SparseMatrix<double> assemble_quadratic(const QuadraticMesh& mesh, const 
                     entries.emplace_back(3 * i + static_cast<int>(a % 3), 3 * j + static_cast<int>(b % 3), k(a, b));
             }
     }
-    Eigen::SparseMatrix<double> k(3 * mesh.free_count, 3 * mesh.free_count);
+    const Eigen::Index unknowns = 3 * Eigen::Index{mesh.free_count};
+    Eigen::SparseMatrix<double> k(unknowns, unknowns);
     k.setFromTriplets(entries.begin(), entries.end());
     return k;
 }

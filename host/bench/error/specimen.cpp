@@ -9,11 +9,12 @@
 #include <random>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
+#include "host/bench/cube_scene.hpp"
 #include "host/bench/error/bricks.hpp"
 #include "host/bench/error/quadratic_tets.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/mesh/surface.hpp"
+#include "host/mesh/write_tetgen.hpp"
 #include "host/precompute/body.hpp"
 
 namespace haptable {
@@ -29,13 +30,7 @@ constexpr std::size_t kPlaces = 12;
 
 /// The paper's cube of 30 mm; its top may be touched.
 Meshed cube(int nodes_per_side, double poisson) {
-    Scene scene;
-    scene.file = "cube.toml";
-    scene.name = fmt::format("cube{}-{:.0f}", nodes_per_side, 100.0 * poisson);
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = nodes_per_side;
-    scene.material = {1e4, poisson};
-    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    Scene scene = cube_scene(nodes_per_side, poisson);
     scene.touch.push_back({std::array<double, 6>{-1, -1, 0.03 - 1e-9, 1, 1, 1}, "", 1});
     scene.tables.columns = ColumnRows::kNone;
     return {fmt::format("{} a side", nodes_per_side), scene, nodes_per_side > 17};
@@ -48,19 +43,6 @@ Specimen cubes(double poisson, bool quick) {
     return specimen;
 }
 
-/// As TetGen's files, in metres.
-void write_mesh(const TetMesh& mesh, const fs::path& node_file) {
-    std::string nodes = fmt::format("{} 3 0 0\n", mesh.position_m.size());
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) {
-        const Vector3d x = mesh.position_m[i] + mesh.origin_m;
-        nodes += fmt::format("{} {:.17g} {:.17g} {:.17g}\n", i, x[0], x[1], x[2]);
-    }
-    std::string tets = fmt::format("{} 4 0\n", mesh.tet.size());
-    for (std::size_t t = 0; t < mesh.tet.size(); ++t) tets += fmt::format("{} {}\n", t, fmt::join(mesh.tet[t], " "));
-    write_file(node_file, nodes);
-    write_file(fs::path(node_file).replace_extension(".ele"), tets);
-}
-
 /// A scene of meshes/ as it is, and with its tetrahedra in eight.
 Specimen from_file(const std::string& name, double finger_radius_m, bool quick, const fs::path& build) {
     Scene scene = read_scene("meshes/" + name + ".toml");
@@ -70,10 +52,10 @@ Specimen from_file(const std::string& name, double finger_radius_m, bool quick, 
     if (quick) return specimen;
     const TetMesh fine = in_eight(mesh);
     scene.name += "-in-eight";
-    scene.mesh.file = build / (scene.name + ".node");
+    std::vector<Vector3d> in_file = fine.position_m;
+    for (Vector3d& x : in_file) x += fine.origin_m;
+    scene.mesh.file = write_tetgen(in_file, fine.tet, build / scene.name);
     scene.mesh.scale_m = 1.0;
-    fs::create_directories(build);
-    write_mesh(fine, scene.mesh.file);
     specimen.meshes.push_back({thousands(fine.position_m.size()) + " nodes", scene, true});
     return specimen;
 }
@@ -142,6 +124,8 @@ std::vector<Eigen::Matrix3d> mesh_stiffness(const Scene& scene, const TetMesh& m
     return c;
 }
 
+bool is_cube(const Specimen& specimen) { return !specimen.meshes.front().scene.mesh.generate.empty(); }
+
 }  // namespace
 
 std::vector<Specimen> specimens(bool quick, const fs::path& build) {
@@ -149,17 +133,21 @@ std::vector<Specimen> specimens(bool quick, const fs::path& build) {
             from_file("liver", 0.015, quick, build)};
 }
 
+std::vector<Place> places_of(const Specimen& specimen) {
+    const Scene& scene = specimen.meshes.front().scene;
+    return is_cube(specimen) ? cube_places() : mesh_places(scene, make_mesh(scene.mesh), specimen.finger_radius_m);
+}
+
 std::vector<Truth> solve_truth(const Specimen& specimen) {
     const Scene& scene = specimen.meshes.front().scene;
-    const bool is_cube = !scene.mesh.generate.empty();
     const TetMesh mesh = make_mesh(scene.mesh);
-    const std::vector<Place> places = is_cube ? cube_places() : mesh_places(scene, mesh, specimen.finger_radius_m);
+    const std::vector<Place> places = places_of(specimen);
     std::vector<Footprint> footprints;
     for (const Place& place : places) footprints.push_back({place.on_m, specimen.finger_radius_m});
     const auto coarse =
-        is_cube ? cube_stiffness(scene.material, footprints, 10, 3) : mesh_stiffness(scene, mesh, footprints);
-    const auto fine =
-        is_cube ? cube_stiffness(scene.material, footprints, 14, 4) : mesh_stiffness(scene, in_eight(mesh), footprints);
+        is_cube(specimen) ? cube_stiffness(scene.material, footprints, 10, 3) : mesh_stiffness(scene, mesh, footprints);
+    const auto fine = is_cube(specimen) ? cube_stiffness(scene.material, footprints, 14, 4)
+                                        : mesh_stiffness(scene, in_eight(mesh), footprints);
     std::vector<Truth> truths;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const Vector3d& n = places[i].outward;

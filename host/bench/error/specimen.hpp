@@ -43,6 +43,9 @@ struct Specimen {
 /// below `build`.
 std::vector<Specimen> specimens(bool quick, const std::filesystem::path& build);
 
+/// The places that are pressed, twelve.
+std::vector<Place> places_of(const Specimen& specimen);
+
 /// Solves for the body itself. Minutes.
 std::vector<Truth> solve_truth(const Specimen& specimen);
 

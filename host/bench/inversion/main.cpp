@@ -18,6 +18,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
+#include "host/bench/cube_scene.hpp"
 #include "host/bench/inversion/masks.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
@@ -87,16 +88,6 @@ struct Row {
     double columns_error = NAN;                 ///< largest ||float - double|| / ||double|| of a column
     double frame_s = NAN, plain_frame_s = NAN;  ///< one patch's loads: pruned to paths and rows in float, by CHOLMOD
 };
-
-Scene cube_scene(int side, double poisson) {
-    Scene scene;
-    scene.file = scene.name = fmt::format("cube {}", side);
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = side;
-    scene.material = {1e4, poisson};
-    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
-    return scene;
-}
 
 /// L_ii of the touchable nodes and L_ij of the edges of their patches.
 std::vector<NodePair> wanted_of(const Body& body) {
@@ -418,7 +409,9 @@ void run(const Options& options) {
     if (options.accuracy) tell("inversion-accuracy", accuracy(10));
     std::vector<Row> rows, cubes;
     for (int side : options.sides) {
-        rows.push_back(measure(options, cube_scene(side, 0.3)));
+        Scene scene = cube_scene(side, 0.3);
+        scene.name = fmt::format("cube {}", side);
+        rows.push_back(measure(options, scene));
         cubes.push_back(rows.back());
         fmt::print(stderr, "  measured {}\n", rows.back().name);
     }

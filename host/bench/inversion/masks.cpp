@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "host/base/process_cost.hpp"
+#include "host/bench/cube_scene.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/point_compliance.hpp"
@@ -36,12 +37,7 @@ double dense_rate() {
 }
 
 void print_row(int side) {
-    Scene scene;
-    scene.file = scene.name = fmt::format("cube {}", side);
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = side;
-    scene.material = {1e4, 0.3};
-    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    const Scene scene = cube_scene(side, 0.3);
     const Body body = make_body(scene, make_mesh(scene.mesh));
     Progress quiet(true);
     Workers alone(1);

@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/subject.hpp"
+#include "host/bench/target/named.hpp"
 #include "host/precompute/precompute.hpp"
-#include "host/report/numbers.hpp"
 #include "host/report/page.hpp"
 #include "host/scene/scene.hpp"
 #include "host/target/counts.hpp"
@@ -149,19 +148,25 @@ int main(int argc, char** argv) {
     haptable::CommandLine app("Counts the instructions of a tick in every contact mode, for docs/INSTRUCTIONS.md.",
                               "haptable-bench-target");
     std::filesystem::path build = "build", out;
+    bool named = false;
     app.option("--build", build, "where images and tables are").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
+    app.flag("--named", named, "what a scene pays for what it names instead");
     return haptable::run_program(app, argc, argv, [&] {
         using namespace haptable;
         const std::string missing = TargetImage(build, "cube", "cortex-m7").missing();
         if (!missing.empty()) throw Error(missing);
-        std::uint64_t fan = 0;
-        const Counted counted = count_all(build, fan);
         Numbers numbers("make bench");
-        numbers.add("modes-by-body", by_body(counted, fan));
-        numbers.add("modes-by-target", by_target(counted));
-        numbers.add("modes-fan", count(fan));
-        for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
+        if (named) {
+            numbers.add("named", named_costs(build));
+        } else {
+            std::uint64_t fan = 0;
+            const Counted counted = count_all(build, fan);
+            numbers.add("modes-by-body", by_body(counted, fan));
+            numbers.add("modes-by-target", by_target(counted));
+            numbers.add("modes-fan", count(fan));
+        }
+        print_topics(numbers);
         if (!out.empty()) numbers.write(out);
     });
 }

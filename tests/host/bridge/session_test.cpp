@@ -38,9 +38,9 @@ protected:
 
     /// Pressed deeper with every state; `seq` 0 is outside.
     void publish(std::int64_t seq, std::int64_t begin_us = kSimulated) {
-        device_state state{};
-        state.utime = begin_us + seq * 1000;
-        state.seq = seq;
+        device_state state = simulated_state(seq, begin_us + seq * 1000);
+        if (begin_us == kReal) state.mode = device_state::REAL_TIME;
+        state.session = session_id;
         state.position_m[0] = 0.011;
         state.position_m[1] = 0.017;
         state.position_m[2] = 0.0301 - 1e-4 * static_cast<double>(seq);
@@ -53,6 +53,7 @@ protected:
         handle_all(connection);
     }
 
+    std::int64_t session_id = kSession;
     SoftBox box;
     Pipes pipes;
     Connection connection{"memq://"};
@@ -131,26 +132,96 @@ TEST_F(BridgeSessionTest, RefusesATargetWithOtherTables) {
     }
 }
 
-// A force that no servo of these tables gives does not reach the device, whatever its CRC says.
+// What no servo of these tables says does not reach the device, whatever its CRC says.
 TEST_F(BridgeSessionTest, GatesForces) {
     publish(0);
-    haptable_output wild{};
-    Bytes bytes(HAPTABLE_FRAME_BYTES);
-    for (const float force_n : {2.0F * box.scene().model->max_force_n, std::nanf("")}) {
-        wild.force_n[1] = force_n;
-        pipes.put(
-            Bytes(bytes.begin(), bytes.begin() + haptable_frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
+    const auto says = [this](const haptable_output& output) {
+        Bytes bytes(HAPTABLE_FRAME_BYTES);
+        bytes.resize(haptable_frame_write_force(1, SoftBox::kHash, &output, bytes.data()));
+        pipes.put(bytes);
+    };
+    haptable_output touch{};
+    touch.state = HAPTABLE_CONTACT;
+    for (int c = 0; c < 3; ++c) touch.vertex[c] = static_cast<std::uint16_t>(c);
+    touch.alpha[0] = 1.0F;
+    std::vector<std::function<void(haptable_output&)>> faults;
+    for (const float force_n : {2.0F * box.scene().model->max_force_n, std::nanf(""), -INFINITY})
+        faults.emplace_back([force_n](haptable_output& o) { o.force_n[1] = force_n; });
+    faults.emplace_back([](haptable_output& o) { o.vertex[2] = 60000; });
+    faults.emplace_back([](haptable_output& o) { o.nodal_force_n[2][1] = std::nanf(""); });
+    faults.emplace_back([](haptable_output& o) { o.god_object_m[0] = INFINITY; });
+    faults.emplace_back([](haptable_output& o) { o.alpha[1] = 0.5F; });
+    faults.emplace_back([](haptable_output& o) { o.alpha[1] = std::nanf(""); });
+    faults.emplace_back([](haptable_output& o) { o.state = 200; });
+    for (const std::uint8_t state : {HAPTABLE_SILENT, HAPTABLE_FREE, HAPTABLE_REJECTED})
+        faults.emplace_back([state](haptable_output& o) {
+            o.state = state;
+            o.force_n[2] = 0.1F;
+        });
+    for (const auto& fault : faults) {
+        haptable_output wild = touch;
+        fault(wild);
+        says(wild);
     }
-    wild.force_n[1] = 0.0F;
-    wild.state = HAPTABLE_CONTACT;
-    wild.vertex[2] = 60000;
-    pipes.put(Bytes(bytes.begin(), bytes.begin() + haptable_frame_write_force(1, SoftBox::kHash, &wild, bytes.data())));
     session.take_answers();
     handle_all(connection);
     EXPECT_TRUE(forces.empty());
-    EXPECT_EQ(session.report().rejected_forces, 3);
-    exchange();
+    EXPECT_EQ(session.report().rejected_forces, static_cast<std::int64_t>(faults.size()));
+    says(touch);
+    session.take_answers();
+    handle_all(connection);
     EXPECT_EQ(forces.size(), 1U);
+}
+
+// What the line throws while liblcm calls us comes out where it can be caught.
+TEST_F(BridgeSessionTest, ASecondDeviceIsToldAndNotAsked) {
+    publish(0);
+    exchange();
+    session_id = 5;
+    publish(1);
+    EXPECT_EQ(target.answer(), 0);
+    ASSERT_EQ(forces.size(), 2U);
+    EXPECT_EQ(forces.back().session, 5);
+    EXPECT_EQ(forces.back().owner, kSession);
+    EXPECT_EQ(session.report().other_device_states, 1);
+}
+
+TEST_F(BridgeSessionTest, ALineThatTakesNothingIsAnError) {
+    Pipes stuck;
+    const int full = open(stuck.to_target().c_str(), O_RDWR | O_NONBLOCK);
+    while (write(full, "0123456789abcdef", 16) == 16) {
+    }
+    close(full);
+    SerialTarget deaf(stuck.line());
+    Connection own("memq://");
+    BridgeSession bridge(box.scene(), own, deaf, impatient(), nullptr);
+    own.publish(kStateChannel, simulated_state(0, 0));
+    try {
+        handle_all(own);
+        FAIL() << "it was sent";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("takes no bytes for a second"), std::string::npos) << error.what();
+    }
+}
+
+// The target keeps its contact as long as its time runs on: for another device it must not.
+TEST_F(BridgeSessionTest, AnotherSessionBeginsWithoutContact) {
+    for (std::int64_t seq = 0; seq < 9; ++seq) {
+        publish(seq, kReal);
+        exchange();
+    }
+    ASSERT_EQ(int{forces.back().servo_state}, HAPTABLE_CONTACT);
+    session_id = 5;
+    std::this_thread::sleep_for(std::chrono::milliseconds(21));
+    publish(9, kReal);
+    exchange();
+    EXPECT_EQ(forces.back().owner, 5);
+    EXPECT_EQ(int{forces.back().servo_state}, HAPTABLE_FREE);
+    for (std::int64_t seq = 10; seq < 12; ++seq) {
+        publish(seq, kReal);
+        exchange();
+    }
+    EXPECT_GE(target.counters().silences, 1U);
 }
 
 TEST_F(BridgeSessionTest, GivesZeroForceOnceWhenTheDeviceIsSilent) {

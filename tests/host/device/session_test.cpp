@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <functional>
+#include <optional>
 
 #include "host/base/error.hpp"
 #include "tests/loop/helpers.hpp"
@@ -15,16 +17,24 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::int64_t kHash = 77;
+constexpr std::int64_t kHash = 77, kServo = 9;
+
+/// What a servo that belongs to the device says of its state.
+servo_force answer_to(const device_state& state) {
+    servo_force force{};
+    force.seq = state.seq;
+    force.session = force.owner = state.session;
+    force.servo = kServo;
+    force.model_hash = kHash;
+    return force;
+}
 
 class DeviceSessionTest : public testing::Test {
 protected:
     /// Calls `answer` for every state; what it leaves in the force is published when it returns true.
     void partner(std::function<bool(const device_state&, servo_force&)> answer) {
         connection.subscribe<device_state>(kStateChannel, [this, answer](const device_state& state, std::int64_t) {
-            servo_force force{};
-            force.seq = state.seq;
-            force.model_hash = kHash;
+            servo_force force = answer_to(state);
             if (answer(state, force)) connection.publish(kForceChannel, force);
         });
     }
@@ -71,8 +81,12 @@ TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
     for (std::size_t i = 0; i < states.size(); ++i) {
         EXPECT_EQ(states[i].seq, static_cast<std::int64_t>(i));
         EXPECT_EQ(states[i].utime, static_cast<std::int64_t>(i) * 1000);
+        EXPECT_EQ(states[i].mode, device_state::SIMULATED);
+        EXPECT_EQ(states[i].session, states[0].session);
         EXPECT_EQ(states[i].model_hash, i == 0 ? 0 : kHash);  // after the first answer: this servo only
+        EXPECT_EQ(states[i].servo, i == 0 ? 0 : kServo);
     }
+    EXPECT_NE(states[0].session, 0);
     EXPECT_GT(report.contact_ticks, 100);
     // Hand and wall in series: 200 N/m * 300 N/m / 500 N/m * 5 mm = 0.6 N, but for the friction of 0.04 N.
     EXPECT_WITHIN(std::abs(report.largest_force_n - 0.6), .epsilon = 0.05);
@@ -103,9 +117,7 @@ TEST_F(DeviceSessionTest, LockstepSurvivesLostMessages) {
     std::int64_t seen = -1;
     Connection again("memq://");
     again.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
-        servo_force force{};
-        force.seq = state.seq;
-        force.model_hash = kHash;
+        servo_force force = answer_to(state);
         push_up(state, force);
         const bool first_time = state.seq > seen;
         seen = state.seq;
@@ -137,16 +149,63 @@ TEST_F(DeviceSessionTest, LockstepGivesUpWithAnError) {
 
 TEST_F(DeviceSessionTest, IgnoresASecondServo) {
     partner([this](const device_state& state, servo_force& force) {
-        servo_force foreign{};
-        foreign.seq = state.seq;
-        foreign.model_hash = 5;
-        foreign.force_n[0] = 3.0;
-        if (state.seq > 0) connection.publish(kForceChannel, foreign);
+        for (const bool other_tables : {true, false}) {
+            servo_force foreign = force;
+            foreign.servo = 10;
+            if (other_tables) foreign.model_hash = 5;
+            foreign.force_n[0] = 3.0;
+            if (state.seq > 0) connection.publish(kForceChannel, foreign);
+        }
         return push_up(state, force);
     });
     const DeviceReport report = run(lockstep());
-    EXPECT_GE(report.foreign_answers, 798);  // the last one may come after the end
+    EXPECT_GE(report.foreign_answers, 2 * 798);  // the last ones may come after the end
     EXPECT_LT(report.largest_force_n, 1.0);
+}
+
+TEST_F(DeviceSessionTest, IgnoresWhatIsAnotherDevices) {
+    partner([this](const device_state& state, servo_force& force) {
+        servo_force theirs = force;
+        theirs.session = theirs.owner = state.session + 1;
+        theirs.force_n[0] = 3.0;
+        connection.publish(kForceChannel, theirs);
+        return push_up(state, force);
+    });
+    const DeviceReport report = run(lockstep());
+    EXPECT_GE(report.other_device_answers, 799);
+    EXPECT_EQ(report.foreign_answers, 0);
+    EXPECT_LT(report.largest_force_n, 1.0);
+}
+
+TEST_F(DeviceSessionTest, SaysThatTheServoIsAnothers) {
+    partner([](const device_state&, servo_force& force) {
+        force.owner = 0xABCD;
+        force.force_n[0] = 3.0;
+        return true;
+    });
+    try {
+        run(lockstep(0.25));
+        FAIL() << "it took the force";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("session 000000000000abcd"), std::string::npos) << error.what();
+    }
+}
+
+// A bridge or a servo that is started anew is another one: in lockstep the device asks for any after a second.
+TEST_F(DeviceSessionTest, LockstepGoesOnWithAnotherServo) {
+    std::int64_t unanswered = 0;
+    partner([&](const device_state& state, servo_force& force) {
+        if (state.seq < 5) return push_up(state, force);
+        force.servo = 10;
+        if (state.servo == kServo) ++unanswered;
+        return state.servo != kServo;
+    });
+    SessionOptions options = lockstep();
+    options.seconds = 0.01;
+    const DeviceReport report = run(options);
+    EXPECT_EQ(report.ticks, 10);
+    EXPECT_EQ(report.missed, 0);
+    EXPECT_GE(unanswered, 10);
 }
 
 // An answer that was overtaken by a newer one changes nothing.
@@ -178,6 +237,64 @@ TEST_F(DeviceSessionTest, RealTimeDropsAStaleForce) {
     EXPECT_GE(report.missed, 49);
     EXPECT_EQ(rows[0][10], 1.0);
     for (std::size_t tick = 11 + 21; tick < rows.size(); ++tick) EXPECT_EQ(rows[tick][10], 0.0) << tick;
+}
+
+// Answers that are 30 ms under way are no answers: no force, and the report tells their age.
+TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfMoreThan20Ms) {
+    std::deque<std::pair<Clock::time_point, servo_force>> under_way;
+    partner([&](const device_state& state, servo_force& force) {
+        if (state.seq == 0) return true;
+        force.force_n[0] = 2.0;
+        force.servo_state = servo_force::CONTACT;
+        under_way.emplace_back(Clock::now() + std::chrono::milliseconds(30), force);
+        for (; under_way.front().first <= Clock::now(); under_way.pop_front())
+            connection.publish(kForceChannel, under_way.front().second);
+        return false;
+    });
+    SessionOptions options;
+    options.seconds = 0.15;
+    const DeviceReport report = run(options);
+    EXPECT_EQ(report.largest_force_n, 0.0);
+    EXPECT_GT(report.stale_answers, 0);
+    EXPECT_EQ(report.contact_ticks, 0);
+    EXPECT_GE(report.latency.max_us(), 30'000.0);
+    EXPECT_GE(report.silences, 1);
+    for (const auto& row : read_rows(folder / "device.csv")) EXPECT_EQ(row[10], 0.0);
+}
+
+// After silence the servo begins without contact: what it said before of the one that was is over.
+TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfBeforeTheSilence) {
+    std::int64_t let_go_at = -1, last_named = -1;
+    partner([&](const device_state& state, servo_force& force) {
+        if (state.servo == kServo) last_named = state.seq;
+        if (state.seq > 10 && state.servo == 0 && let_go_at < 0) let_go_at = state.seq;
+        if (let_go_at < 0) return state.seq <= 10;
+        if (state.seq > let_go_at) return false;
+        force.seq = last_named;
+        force.force_n[0] = 3.0;
+        return true;
+    });
+    SessionOptions options;
+    options.seconds = 0.06;
+    const DeviceReport report = run(options);
+    ASSERT_GT(let_go_at, 0);
+    EXPECT_EQ(report.largest_force_n, 0.0);
+    EXPECT_EQ(report.stale_answers, 1);
+}
+
+// An answer that comes seconds late is as late as it is in the report.
+TEST_F(DeviceSessionTest, TheReportTellsOfAnswersThatAreMoreThan64TicksLate) {
+    std::optional<servo_force> late;
+    partner([&](const device_state& state, servo_force& force) {
+        if (state.seq == 1) late = force;
+        if (state.seq == 120) connection.publish(kForceChannel, *late);
+        return state.seq == 0;
+    });
+    SessionOptions options;
+    options.seconds = 0.13;
+    const DeviceReport report = run(options);
+    EXPECT_GE(report.latency.max_us(), 119'000.0);
+    EXPECT_EQ(report.stale_answers, 1);
 }
 
 TEST_F(DeviceSessionTest, RealTimeNeedsNoServoWithoutPatience) {

@@ -97,6 +97,19 @@ TEST_P(InverseOf, TellsOfItsFactorAndSolves) {
     }
 }
 
+// A K that comes again may keep its factor; another one of the same pattern may not.
+TEST_P(InverseOf, SolvesWithTheStiffnessThatItWasGivenLast) {
+    const Stiffness other = stiffness().shifted(1.0);
+    const Eigen::MatrixXd b = Eigen::MatrixXd::Random(stiffness().size(), 2);
+    for (const Stiffness* k : {&stiffness(), &stiffness(), &other, &stiffness()}) {
+        const FactorFacts facts = factorize(*k);
+        EXPECT_GT(facts.flops, facts.fill);
+        Eigen::MatrixXd x;
+        inverse_->solve(b, x);
+        EXPECT_WITHIN((*k * x - b).norm() / b.norm(), bound());
+    }
+}
+
 TEST_P(InverseOf, BlocksInAndOutsideTheFactorsPatternAreThoseOfTheDenseInverse) {
     factorize(stiffness());
     std::vector<NodePair> wanted;

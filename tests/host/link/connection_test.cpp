@@ -76,5 +76,40 @@ TEST(Connection, TakesItsUrlFromTheEnvironment) {
     if (before != nullptr) setenv("LCM_DEFAULT_URL", kept.c_str(), 1);
 }
 
+TEST(Connection, HearsOtherMachinesWhereItIsTold) {
+    EXPECT_EQ(senders(), Senders::this_machine);
+    for (const auto& [word, wanted] : {std::pair{"any", Senders::any}, {"", Senders::this_machine}}) {
+        setenv("HAPTABLE_SENDERS", word, 1);
+        EXPECT_EQ(senders(), wanted);
+    }
+    setenv("HAPTABLE_SENDERS", "all", 1);
+    EXPECT_THROW(senders(), Error);
+    unsetenv("HAPTABLE_SENDERS");
+}
+
+// An exception finds no way through liblcm: it comes out behind it, and the connection goes on.
+TEST(Connection, WhatAHandlerThrowsComesOut) {
+    Connection connection("memq://");
+    int came = 0;
+    connection.subscribe<device_state>(kStateChannel, [&](const device_state&, std::int64_t) {
+        if (++came == 1) throw Error("the line takes nothing");
+    });
+    for (int i = 0; i < 3; ++i) connection.publish(kStateChannel, device_state{});
+    EXPECT_THROW(handle_all(connection), Error);
+    handle_all(connection);
+    EXPECT_EQ(came, 3);
+}
+
+TEST(Connection, TakesNoUrlWhosePacketsItCannotGuard) {
+    for (const char* url : {"mpudpm://239.255.72.84:7684?ttl=0", "tcpq://127.0.0.1:7700"}) {
+        try {
+            Connection connection(url);
+            FAIL() << url;
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("udpm://, memq:// and file://"), std::string::npos);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace haptable::test

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -53,16 +54,24 @@ TEST(DurationStatistics, TakesValuesBeyondItsRange) {
 }
 
 TEST(SequenceGaps, CountsWhatIsMissing) {
-    using Place = SequenceGaps::Place;
     SequenceGaps gaps;
-    EXPECT_EQ(gaps.note(7), Place::next);  // may begin anywhere
-    EXPECT_EQ(gaps.note(8), Place::next);
-    EXPECT_EQ(gaps.note(8), Place::repeated);
-    EXPECT_EQ(gaps.note(12), Place::after_gap);
-    EXPECT_EQ(gaps.lost(), 3U);
-    EXPECT_EQ(gaps.note(0), Place::restarted);
-    EXPECT_EQ(gaps.note(1), Place::next);
-    EXPECT_EQ(gaps.lost(), 3U);
+    for (const std::int64_t seq : {7, 8, 8}) gaps.note(seq);  // may begin anywhere
+    EXPECT_EQ(gaps.lost(), 0);
+    gaps.note(12);
+    EXPECT_EQ(gaps.lost(), 3);
+    for (const std::int64_t seq : {0, 1}) gaps.note(seq);
+    EXPECT_EQ(gaps.lost(), 3);
+    gaps.begin();
+    gaps.note(9);
+    EXPECT_EQ(gaps.lost(), 3);
+}
+
+// A number that no sender reaches is a number like any other.
+TEST(SequenceGaps, TakesEveryNumber) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    SequenceGaps gaps;
+    for (const std::int64_t seq : {-kMost - 1, kMost, kMost, std::int64_t{0}, kMost}) gaps.note(seq);
+    EXPECT_EQ(gaps.lost(), kMost);
 }
 
 }  // namespace

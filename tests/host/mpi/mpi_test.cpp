@@ -121,6 +121,19 @@ TEST_P(Mpi, AverageNodalPressureToo) {
     EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
 }
 
+// Below Poisson's ratio 0.3 K is positive definite as it stands; above, pressures make it a matrix of two signs.
+TEST_P(Mpi, QuadraticTetrahedraToo) {
+    for (const char* poisson : {"0.3", "0.49"}) {
+        std::string scene = kScene;
+        scene.replace(scene.find("generate"), 0, "element = \"quadratic\"\n");
+        scene.replace(scene.find("0.49"), 4, poisson);
+        ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
+        EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(9));
+        EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
+        EXPECT_EQ(read_file(one("mesh.vtu")), read_file(many("mesh.vtu")));
+    }
+}
+
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
     const auto summary = [&] { return nlohmann::json::parse(read_file(many("summary.json"))); };
     const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";

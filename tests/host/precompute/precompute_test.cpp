@@ -17,6 +17,7 @@
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/solve/blas_core.hpp"
 #include "host/tables/npy.hpp"
+#include "host/tables/small_strain.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
@@ -224,6 +225,32 @@ TEST_F(PrecomputeRun, ChecksAreMeasuredAndKept) {
     EXPECT_EQ(json.at("bytes").size() + 1, contents(out_).size()) << "every file but the summary itself";
     for (const char* stage : {"mesh", "assembly", "factor", "blocks", "columns", "check", "write", "codegen"})
         EXPECT_GE(json.at("time_s").at(stage).get<double>(), 0.0);
+}
+
+TEST_F(PrecomputeRun, TheDepthOfSmallStrainIsToldAndKept) {
+    Scene scene = cube_scene();
+    const auto told = [&] {
+        run(scene, out_);
+        return nlohmann::json::parse(read_file(out_ / "summary.json")).at("small_strain");
+    };
+    const nlohmann::json first = told();
+    EXPECT_EQ(first.at("depth_m"), first.at("pressing_m"));
+    EXPECT_EQ(first.at("finger_radius_m"), 0.0);
+    EXPECT_GT(first.at("depth_m"), 0.0);
+    EXPECT_EQ(read_small_strain_depth(out_), first.at("depth_m").get<double>());
+    scene.contact.static_friction = scene.contact.kinetic_friction = 0.3;  // of the same body: nothing is solved
+    const nlohmann::json rough = told();
+    EXPECT_EQ(rough.at("depth_m").get<double>(),
+              std::min(first.at("pressing_m").get<double>(), first.at("sideways_m").get<double>()));
+    scene.contact.force = ForceLaw::kPressureMask;
+    scene.contact.mask_radius_m = 0.012;
+    const nlohmann::json mask = told();
+    EXPECT_EQ(mask.at("finger_radius_m"), 0.012);
+    EXPECT_GT(mask.at("pressing_m"), first.at("pressing_m")) << "a finger that is wide strains less than a point";
+    scene.contact.force = ForceLaw::kInterpolated;
+    scene.contact.mask_radius_m = 0.0;
+    EXPECT_TRUE(told().is_null()) << "blocks of an earlier run, a depth of another finger";
+    EXPECT_FALSE(read_small_strain_depth(out_));
 }
 
 TEST_F(PrecomputeRun, TwoRunsGiveTheSameBytes) {

@@ -76,6 +76,38 @@ TEST_F(PrecomputeProgram, WarnsOfLinearTetrahedraThatLock) {
     EXPECT_EQ(summary.at("element").at("expected_locking"), 0.0);
 }
 
+TEST_F(PrecomputeProgram, QuadraticTetrahedraHaveTheirMiddlesInEveryTable) {
+    ASSERT_EQ(run("scene.toml -o a --quiet").status, 0);
+    std::string scene = kScene;
+    scene.replace(scene.find("generate"), 0, "element = \"quadratic\"\n");
+    write_file(scene_, scene);
+    const test::Outcome outcome = run("scene.toml -o a --json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const auto summary = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(summary.at("reused"), false) << "the tables of the other element do not stand in for these";
+    EXPECT_EQ(summary.at("element").at("name"), "quadratic");
+    EXPECT_EQ(summary.at("counts").at("nodes"), 27 + 90);
+    EXPECT_EQ(summary.at("counts").at("surface_patches"), 4 * 48);
+    EXPECT_EQ(summary.at("counts").at("surface_nodes"), 98);
+    EXPECT_EQ(summary.at("counts").at("touchable_nodes"), 98 - 25);
+    const std::string vtu = read_file(folder_.path() / "a/mesh.vtu");
+    EXPECT_NE(vtu.find("NumberOfPoints=\"117\""), std::string::npos);
+    EXPECT_NE(vtu.find("\n10\n20\n30\n"), std::string::npos) << "ten nodes a tetrahedron";
+    EXPECT_NE(vtu.find("\n24\n24\n"), std::string::npos) << "VTK_QUADRATIC_TETRA";
+    // What was written is read again as it is, with the same tables.
+    std::string again = scene;
+    again.replace(again.find("generate = \"cube\"\nnodes_per_side = 3"), 36, "file = \"a/mesh.vtu\"");
+    write_file(folder_.path() / "again.toml", again);
+    ASSERT_EQ(run("again.toml -o b --quiet").status, 0);
+    for (const char* file : {"stiffness.npy", "columns.npy", "patch.npy", "node_id.npy", "position.npy", "mesh.vtu"})
+        EXPECT_EQ(read_file(folder_.path() / "a" / file), read_file(folder_.path() / "b" / file)) << file;
+    const test::Outcome check = run("scene.toml --check");
+    EXPECT_EQ(check.status, 0) << check.err;
+    EXPECT_NE(check.out.find("nodes in the middle of edges 90; curved tetrahedra 0"), std::string::npos) << check.out;
+    const test::Outcome unchanged = run("scene.toml -o a");
+    EXPECT_NE(unchanged.out.find("is unchanged in a"), std::string::npos) << unchanged.out;
+}
+
 TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
     const test::Outcome json = run("scene.toml -o a --json");
     EXPECT_EQ(json.out, read_file(folder_.path() / "a/summary.json"));

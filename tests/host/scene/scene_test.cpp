@@ -128,6 +128,9 @@ TEST_F(SceneFile, LinearTetrahedraAreNotTakenNearIncompressibility) {
     text.replace(text.find("generate"), 0, "element = \"average-nodal-pressure\"\n");
     EXPECT_EQ(read(text).mesh.element, Element::kAverageNodalPressure);
     EXPECT_EQ(read(kGood).mesh.element, Element::kLinear);
+    std::string quadratic = kGood;
+    quadratic.replace(quadratic.find("generate"), 0, "element = \"quadratic\"\n");
+    EXPECT_EQ(read(quadratic).mesh.element, Element::kQuadratic);
     text.replace(text.find("0.3\n"), 3, "0.49999");
     EXPECT_EQ(read(text).material.poisson, 0.49999);
     expect_error("0.3\n", "0.49999\n", 8, "write element = \"average-nodal-pressure\" in [mesh]");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/servo/replay.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -118,7 +119,7 @@ TEST_F(ReplayTest, WritesNothingForABadPath) {
 
 TEST_F(ReplayTest, TakesAnEmptyPath) {
     EXPECT_EQ(run("x,y,z\n").counters.ticks, 0U);
-    EXPECT_EQ(read_file(folder / "out.csv"), std::string(kHeader) + "\n");
+    EXPECT_EQ(read_file(folder / "out.csv"), fmt::format("{}\n", kHeader));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <thread>
 
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
@@ -27,16 +28,30 @@ protected:
     }
 
     /// One state in simulated time, and what comes of it.
-    void ask(std::int64_t seq, double z, std::int64_t model_hash = 0) { ask_at(seq, seq * 1000, z, model_hash); }
-    void ask_at(std::int64_t seq, std::int64_t utime, double z, std::int64_t model_hash = 0) {
-        device_state state{};
-        state.seq = seq;
-        state.utime = utime;
-        state.model_hash = model_hash;
+    void ask(std::int64_t seq, double z, std::int64_t model_hash = 0) {
+        device_state asked = state(seq, z);
+        asked.model_hash = model_hash;
+        send({asked});
+    }
+    /// A device's next state, a millisecond after the last.
+    static device_state state(std::int64_t seq, double z) {
+        device_state state = simulated_state(seq, seq * 1000);
         state.position_m[0] = 0.0131;
         state.position_m[1] = 0.0112;
         state.position_m[2] = z;
-        connection.publish(kStateChannel, state);
+        return state;
+    }
+    /// The same in real time, by the clock of a device of its own.
+    static device_state real_state(std::int64_t seq, double z, std::int64_t session = kSession) {
+        device_state real = state(seq, z);
+        real.mode = device_state::REAL_TIME;
+        real.utime += 1'800'000'000'000'000;
+        real.session = session;
+        return real;
+    }
+    /// States that come at once.
+    void send(const std::vector<device_state>& states) {
+        for (const device_state& one : states) connection.publish(kStateChannel, one);
         handle_all(connection);
     }
     std::int64_t status(const std::string& name) {
@@ -172,8 +187,8 @@ TEST_F(ServoSessionTest, BadPositionGivesZeroForceAndDropsTheContact) {
 
 // In real time: zero force, said once, and not before the 20 ms are over.
 TEST_F(ServoSessionTest, FallsSilentWithoutStates) {
-    ask_at(0, utime_now(), 0.031);
-    ask_at(1, utime_now(), 0.028);
+    send({real_state(0, 0.031)});
+    send({real_state(1, 0.028)});
     ASSERT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
     const Clock::time_point asked = session.last_state();
     EXPECT_EQ(session.watch_at() - asked, std::chrono::milliseconds(20));
@@ -201,14 +216,140 @@ TEST_F(ServoSessionTest, SimulatedTimeStandsStillBetweenStates) {
     EXPECT_EQ(status("silences"), 0);
 }
 
-// A device that begins anew starts outside of every contact, whatever the last one left.
-TEST_F(ServoSessionTest, ANewSessionOfTheDeviceBeginsWithoutContact) {
+// ---- whose servo it is ---------------------------------------------------------------------------------------------
+
+TEST_F(ServoSessionTest, ASecondDeviceGetsNoForceAndIsTold) {
+    send({state(0, 0.031), state(1, 0.028)});
+    const std::size_t before = contacts.size();
+    device_state theirs = state(0, 0.029);
+    theirs.session = 5;
+    send({theirs, state(2, 0.027)});
+    ASSERT_EQ(forces.size(), 4U);
+    EXPECT_EQ(forces[2].session, 5);
+    EXPECT_EQ(forces[2].owner, kSession);
+    EXPECT_EQ(forces[2].servo_state, HAPTABLE_SILENT);
+    for (const double component : forces[2].force_n) EXPECT_EQ(component, 0.0);
+    EXPECT_EQ(forces[3].session, kSession);
+    EXPECT_EQ(forces[3].owner, kSession);
+    EXPECT_EQ(forces[3].servo_state, HAPTABLE_CONTACT) << "its contact is as it was";
+    EXPECT_EQ(contacts.size(), before + 1);
+    EXPECT_EQ(status("other_device_states"), 1);
+    EXPECT_EQ(statuses.back().session, kSession);
+    EXPECT_EQ(statuses.back().servo, forces[3].servo);
+}
+
+// The finger that is there was never seen to come: no force until it has been outside.
+TEST_F(ServoSessionTest, AReplacedDeviceInheritsNoContact) {
+    send({real_state(0, 0.031)});
+    send({real_state(1, 0.028)});
+    ASSERT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
+    std::this_thread::sleep_for(std::chrono::milliseconds(21));  // and nobody has called watch
+    send({real_state(40, 0.028, 5)});
+    EXPECT_EQ(forces.back().session, 5);
+    EXPECT_EQ(forces.back().owner, 5);
+    EXPECT_EQ(forces.back().servo_state, HAPTABLE_FREE);
+    EXPECT_EQ(forces.back().force_n[2], 0.0);
+    EXPECT_EQ(status("lost_states"), 0);
+}
+
+TEST_F(ServoSessionTest, TwoServosHaveTwoNames) {
+    ask(0, 0.031);
+    ServoSession other(box.scene(), connection, nullptr);
+    ask(1, 0.031);  // both answer who belongs to none
+    ASSERT_EQ(forces.size(), 3U);
+    EXPECT_EQ(forces[1].servo, forces[0].servo);
+    EXPECT_NE(forces[2].servo, forces[0].servo);
+    device_state theirs = state(2, 0.031);
+    theirs.servo = forces[2].servo;
+    send({theirs});
+    ASSERT_EQ(forces.size(), 4U);
+    EXPECT_EQ(forces[3].servo, forces[2].servo);
+    EXPECT_EQ(status("other_servo_states"), 1);
+}
+
+// ---- age -----------------------------------------------------------------------------------------------------------
+
+// After a stall the finger is where the newest state says; what it did meanwhile is over.
+TEST_F(ServoSessionTest, OfStatesThatWaitTheNewestIsTaken) {
+    send({real_state(0, 0.031)});
+    send({real_state(1, 0.0302), real_state(2, 0.0301), real_state(3, 0.0299)});
+    ASSERT_EQ(forces.size(), 2U);
+    EXPECT_EQ(forces.back().seq, 3);
+    EXPECT_EQ(contacts.back().finger_m[2], 0.0299);
+    EXPECT_EQ(status("skipped_states"), 2);
+    EXPECT_EQ(status("ticks"), 2);
+    EXPECT_EQ(status("lost_states"), 0);
+}
+
+TEST_F(ServoSessionTest, InLockstepEveryStateIsATick) {
+    send({state(0, 0.031), state(1, 0.0305), state(2, 0.0295)});
+    EXPECT_EQ(forces.size(), 3U);
+    EXPECT_EQ(status("skipped_states"), 0);
+}
+
+TEST_F(ServoSessionTest, AStateThatWaited20MsIsNone) {
+    send({real_state(0, 0.031)});
+    connection.publish(kStateChannel, real_state(1, 0.0305));
+    std::this_thread::sleep_for(std::chrono::milliseconds(21));
+    handle_all(connection);
+    EXPECT_EQ(forces.size(), 1U);
+    EXPECT_EQ(status("late_states"), 1);
+}
+
+// A clock that stands still says nothing of when the finger was there: silence, however many states come.
+TEST_F(ServoSessionTest, TimeThatDoesNotRunIsSilence) {
+    send({real_state(0, 0.031)});
+    send({real_state(1, 0.028)});
+    const Clock::time_point heard = session.last_state();
+    for (std::int64_t seq = 2; seq < 12; ++seq) {
+        device_state frozen = real_state(seq, 0.028 - 1e-4 * static_cast<double>(seq));
+        frozen.utime = real_state(1, 0.0).utime;
+        send({frozen});
+    }
+    EXPECT_EQ(forces.size(), 2U);
+    EXPECT_EQ(session.last_state(), heard);
+    EXPECT_EQ(status("stopped_states"), 10);
+    session.watch(heard + std::chrono::milliseconds(60));
+    handle_all(connection);
+    EXPECT_EQ(forces.back().servo_state, HAPTABLE_SILENT);
+}
+
+// The same number twice: the same state gets the same answer, another finger none.
+TEST_F(ServoSessionTest, ANumberIsTakenOnce) {
     ask(0, 0.031);
     ask(1, 0.028);
-    ask(0, 0.028);
-    EXPECT_EQ(forces.back().servo_state, HAPTABLE_FREE);
-    EXPECT_EQ(status("silences"), 1);
-    EXPECT_EQ(status("lost_states"), 0);
+    ask(1, 0.027);
+    ask(0, 0.031);
+    EXPECT_EQ(forces.size(), 2U);
+    EXPECT_EQ(status("old_states"), 2);
+    EXPECT_EQ(status("repeated_states"), 0);
+}
+
+// A clock of uptime is below 10^12 us: what its time is, is what the message says it is.
+TEST_F(ServoSessionTest, TheModeIsTheMessages) {
+    device_state early = real_state(0, 0.031);
+    early.utime = 1000;
+    send({early});
+    EXPECT_LT(session.watch_at(), Clock::time_point::max()) << "real time is watched";
+    for (const std::int8_t mode : {std::int8_t{0}, std::int8_t{3}}) {
+        device_state odd = real_state(1, 0.031);
+        odd.mode = mode;
+        send({odd});
+    }
+    device_state nameless = real_state(1, 0.031);
+    nameless.session = 0;
+    send({nameless});
+    EXPECT_EQ(forces.size(), 1U);
+    EXPECT_EQ(status("odd_states"), 3);
+}
+
+TEST_F(ServoSessionTest, TheLargestNumberIsANumber) {
+    ask(0, 0.031);
+    device_state last = state(std::numeric_limits<std::int64_t>::max(), 0.031);
+    last.utime = 1000;
+    send({last});
+    EXPECT_EQ(forces.size(), 2U);
+    EXPECT_EQ(status("lost_states"), std::numeric_limits<std::int64_t>::max() - 1);
 }
 
 }  // namespace

@@ -48,6 +48,8 @@ TEST(Solid, SeesWhatNoTriangleHides) {
     ASSERT_EQ(solid.entries(beside, Vector3d(0.025, 0.015, 0.005), 1e-9).size(), 1U);
     EXPECT_NEAR(solid.entries(beside, Vector3d(0.025, 0.015, 0.005), 1e-9)[0].point_m.z(), 0.015, 1e-9);
     EXPECT_TRUE(solid.entries(Vector3d(0.025, 0.015, 0.005), beside, 1e-9).empty()) << "out is not in";
+    EXPECT_TRUE(solid.sees(notch, notch));
+    EXPECT_TRUE(solid.entries(notch, notch, 1e-9).empty());
 }
 
 TEST(Solid, RefusesAnOpenSurface) {

@@ -19,25 +19,25 @@ constexpr std::array kKept{Fault::kOutside, Fault::kLost, Fault::kForce,  Fault:
 /// Every mode over the bodies of `places` whose names hold one of `only`.
 void expect_promises_kept(const std::vector<fs::path>& places, const std::vector<std::string>& only) {
     const TemporaryFolder folder;
-    const Specimens specimens = collect_specimens(places, only, 50'000, folder.path() / "meshes");
-    ASSERT_EQ(specimens.taken.size(), only.size()) << (specimens.refused.empty() ? "" : specimens.refused[0].why);
+    const StrokedMeshes meshes = collect_meshes(places, only, 50'000, folder.path() / "meshes");
+    ASSERT_EQ(meshes.taken.size(), only.size()) << (meshes.left_out.empty() ? "" : meshes.left_out[0].why);
     Workers workers(1);
     Progress progress(true);
-    for (const Specimen& specimen : specimens.taken)
+    for (const StrokedMesh& mesh : meshes.taken)
         for (ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-            const StrokedBody body(in_mode(specimen.scene, {force, GodObject::kNearest, false}),
-                                   folder.path() / (specimen.name + word(force)), progress);
+            const StrokedBody body(in_mode(mesh.scene, {force, GodObject::kNearest, false}),
+                                   folder.path() / (mesh.name + word(force)), progress);
             const StrokeMaker maker(body.servo());
             for (const TouchMode& mode : all_modes()) {
                 if (mode.force != force) continue;
-                const haptable_model model = body.model(in_mode(specimen.scene, mode).contact);
+                const haptable_model model = body.model(in_mode(mesh.scene, mode).contact);
                 const Tally tally = run_strokes(body.touched(model), maker, 1, kStrokes, workers, [](std::size_t) {});
                 EXPECT_GT(tally.contact_ticks, 20 * kStrokes);
                 for (const Broken& broken : tally.broken)
                     for (const Fault fault : kKept)
                         EXPECT_FALSE(broken.verdict.has(fault))
-                            << specimen.name << " " << mode.name() << ", stroke " << broken.number << ": "
-                            << name_of(fault) << "; haptable-strokes shrinks it";
+                            << mesh.name << " " << mode.name() << ", stroke " << broken.number << ": " << name_of(fault)
+                            << "; haptable-strokes shrinks it";
             }
         }
 }
@@ -54,10 +54,10 @@ TEST(Strokes, OverOtherPeoplesMeshesKeepWhatContactPromises) {
 
 TEST(Strokes, AreTheSameForTheSameNumbers) {
     const TemporaryFolder folder;
-    Specimens specimens = collect_specimens({"meshes/hard"}, {"needle"}, 1000, folder.path());
-    ASSERT_EQ(specimens.taken.size(), 1U);
+    StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"needle"}, 1000, folder.path());
+    ASSERT_EQ(meshes.taken.size(), 1U);
     Progress progress(true);
-    const StrokedBody body(in_mode(specimens.taken[0].scene, {}), folder.path(), progress);
+    const StrokedBody body(in_mode(meshes.taken[0].scene, {}), folder.path(), progress);
     const StrokeMaker maker(body.servo());
     for (std::uint64_t number = 0; number < 50; ++number) {
         const Stroke stroke = maker.make(3, number);
@@ -70,10 +70,10 @@ TEST(Strokes, AreTheSameForTheSameNumbers) {
 
 TEST(Strokes, SceneOfAFaultReadsBack) {
     const TemporaryFolder folder;
-    const Specimens specimens = collect_specimens({"meshes", "meshes/hard"}, {"torus", "cube"}, 1000, folder.path());
-    for (const Specimen& specimen : specimens.taken)
+    const StrokedMeshes meshes = collect_meshes({"meshes", "meshes/hard"}, {"torus", "cube"}, 1000, folder.path());
+    for (const StrokedMesh& mesh : meshes.taken)
         for (const TouchMode& mode : all_modes()) {
-            const Scene scene = in_mode(specimen.scene, mode);
+            const Scene scene = in_mode(mesh.scene, mode);
             write_file(folder.path() / "scene.toml", to_toml(scene));
             const Scene again = read_scene(folder.path() / "scene.toml");
             EXPECT_EQ(again.contact.force, mode.force);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
@@ -96,6 +98,48 @@ TEST_F(TablesFolder, FilesThatDoNotFitEachOtherAreNamed) {
         std::string text = read_file(path);
         text.replace(text.find("\"model_hash\": \"") + 15, 1, "x");
         write_file(path, text);
+    });
+}
+
+/// With this text instead of the other in a file.
+std::function<void(const fs::path&)> with(const std::string& key, const std::string& value) {
+    return [key, value](const fs::path& path) {
+        std::string text = read_file(path);
+        const std::size_t at = text.find("\"" + key + "\": ") + key.size() + 4;
+        text.replace(at, text.find_first_of(",\n}", at) - at, value);
+        write_file(path, text);
+    };
+}
+
+// An object that pulls the finger in, and limits that limit nothing.
+TEST_F(TablesFolder, AnObjectThatWouldPullIsRefused) {
+    const auto times = [](double factor) {
+        return [factor](const fs::path& path) {
+            Array<double> blocks = read_npy<double>(path);
+            for (double& entry : blocks.values) entry *= factor;
+            write_npy<double>(path, blocks.shape, blocks.values);
+        };
+    };
+    for (const double factor : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()})
+        expect_error_with("stiffness.npy", times(factor));
+    for (const char* key : {"max_force_n", "rigid_stiffness_n_per_m"})
+        for (const char* value : {"-1.0", "0.0", "1e999"}) expect_error_with("summary.json", with(key, value));
+    for (const char* key : {"damping_n_s_per_m", "encoder_step_m"})
+        expect_error_with("summary.json", with(key, "-1e-3"));
+}
+
+// What was written is what is read: one bit of any file that forces come from.
+TEST_F(TablesFolder, AChangedBitIsSeen) {
+    for (const char* file : {"position.npy", "surface.npy", "patch.npy", "node_id.npy", "stiffness.npy"})
+        expect_error_with(file, [](const fs::path& path) {
+            std::string bytes = read_file(path);
+            bytes[bytes.size() - 24] = static_cast<char>(bytes[bytes.size() - 24] ^ 1);  // the lowest bit of a number
+            write_file(path, bytes);
+        });
+    expect_error_with("stiffness.npy", [](const fs::path& path) {
+        Array<double> blocks = read_npy<double>(path);
+        for (double& entry : blocks.values) entry *= 1.001;  // a sound object, but another one
+        write_npy<double>(path, blocks.shape, blocks.values);
     });
 }
 

@@ -107,7 +107,7 @@ TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
     for (int k = 0; k < 100; ++k)
         if (k < 40 || k > 75) messages.push_back(message(1'000'000 + 1000 * k, k));  // a gap of 36 ms
     write_log(messages);
-    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}}).frames;
     ASSERT_EQ(frames.size(), 10U);
     const std::int64_t expected[10] = {0, 10, 20, 30, 39, 39, 39, 39, 80, 90};
     for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -119,7 +119,7 @@ TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
 TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
     write_log({message(0, 0), message(10'000, 1), message(100'000'000, 2), message(100'010'000, 3), message(5000, 4),
                message(15'000, 5)});
-    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}}).frames;
     EXPECT_LT(frames.size(), 10U);
     EXPECT_EQ(frames.front().number, 0);
     EXPECT_EQ(frames.back().number, 5);
@@ -128,7 +128,7 @@ TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
 
 TEST_F(ViewContactMessages, PicksMessagesBySeq) {
     write_log({message(0, 10), message(1000, 11), message(2000, 12)});
-    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 33, .ticks = {11}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 33, .ticks = {11}}).frames;
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(frames[0].number, 11);
     EXPECT_NE(error_of({.every_ms = 33, .ticks = {13}}).find("seq 13"), std::string::npos);
@@ -148,33 +148,88 @@ TEST_F(ViewContactMessages, ErrorsNameTheLog) {
     EXPECT_NE(error_of().find("is of the tables 0000000000000005"), std::string::npos) << error_of();
 }
 
-TEST_F(ViewContactMessages, FollowsALiveServo) {
-    const char* url = "udpm://239.255.72.99:7699?ttl=0";
-    std::unique_ptr<Connection> sender;
-    try {
-        sender = std::make_unique<Connection>(url);
-        sender->subscribe<contact>("HAPTABLE_TEST", [](const contact&, std::int64_t) {});
-    } catch (const Error& error) {
-        GTEST_SKIP() << "no multicast here: " << error.what();
-    }
-    setenv("LCM_DEFAULT_URL", url, 1);
-    std::atomic<bool> stop = false;
-    std::thread servo([&] {
-        for (std::int64_t seq = 0; !stop; ++seq) {
-            sender->publish(kContactChannel, message(1000 * seq, seq));
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+// One damaged message costs its frame, not the film.
+TEST_F(ViewContactMessages, LeavesOutWhatIsDamagedInALog) {
+    std::vector<contact> messages;
+    for (int k = 0; k < 8; ++k) messages.push_back(message(10'000 * k, k));
+    messages[1].node[0] = 125;
+    messages[2].force_n[1][2] = std::numeric_limits<double>::quiet_NaN();
+    messages[3].god_object_m[0] = std::numeric_limits<double>::infinity();
+    messages[4].model_hash ^= 1;
+    messages[5].utime = std::numeric_limits<std::int64_t>::min();
+    messages[6].utime = std::numeric_limits<std::int64_t>::max();
+    write_log(messages);
+    const RecordedContacts recorded = read_contact_log(log_, *loads_, {.every_ms = 10, .ticks = {}});
+    EXPECT_EQ(recorded.left_out, 6);
+    ASSERT_EQ(recorded.frames.size(), 8U);
+    for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(recorded.frames[i].number, 0);
+    EXPECT_EQ(recorded.frames[7].number, 7);
+}
+
+TEST_F(ViewContactMessages, ALogOfAnEarlierVersionIsRefused) {
+    write_log({message(0, 0)});
+    std::string bytes = read_file(log_);
+    bytes[28 + std::string(kContactChannel).size()] ^= 1;  // of the hash of the type's fields
+    write_file(log_, bytes);
+    EXPECT_NE(error_of().find("of another version of haptable"), std::string::npos) << error_of();
+}
+
+class Live : public ViewContactMessages {
+protected:
+    void SetUp() override {
+        try {
+            sender = std::make_unique<Connection>(url);
+        } catch (const Error& error) {
+            GTEST_SKIP() << "no multicast here: " << error.what();
         }
-    });
-    std::vector<std::int64_t> drawn;
-    std::int64_t messages = 0;
-    EXPECT_NO_THROW(messages = follow_contacts(*loads_, {.frames = 4, .seconds = 20.0},
-                                               [&](const ContactFrame& frame) { drawn.push_back(frame.number); }));
-    stop = true;
-    servo.join();
-    unsetenv("LCM_DEFAULT_URL");
+        setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+    }
+    void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }
+    /// What is drawn of a servo that sends `at(seq)` every millisecond, four frames.
+    FollowedContacts follow(const std::function<void(std::int64_t seq)>& send_at) {
+        std::atomic<bool> stop = false;
+        std::thread servo([&] {
+            for (std::int64_t seq = 0; !stop; ++seq) {
+                send_at(seq);
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+        });
+        FollowedContacts followed{};
+        EXPECT_NO_THROW(followed = follow_contacts(*loads_, {.frames = 4, .seconds = 20.0},
+                                                   [&](const ContactFrame& frame) { drawn.push_back(frame); }));
+        stop = true;
+        servo.join();
+        return followed;
+    }
+
+    std::string url = "udpm://239.255.72.99:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+    std::unique_ptr<Connection> sender;
+    std::vector<ContactFrame> drawn;
+};
+
+TEST_F(Live, FollowsAServo) {
+    const FollowedContacts followed =
+        follow([this](std::int64_t seq) { sender->publish(kContactChannel, message(1000 * seq, seq)); });
     ASSERT_EQ(drawn.size(), 4U);
-    EXPECT_TRUE(std::is_sorted(drawn.begin(), drawn.end()));
-    EXPECT_GT(messages, 4);
+    for (std::size_t i = 1; i < drawn.size(); ++i) EXPECT_GT(drawn[i].number, drawn[i - 1].number);
+    EXPECT_GT(followed.messages, 4);
+    EXPECT_EQ(followed.left_out, 0);
+}
+
+TEST_F(Live, LeavesOutWhatIsDamagedAndASecondServo) {
+    const FollowedContacts followed = follow([this](std::int64_t seq) {
+        contact damaged = message(1000 * seq, seq), second = damaged;
+        damaged.node[0] = -1;
+        sender->publish(kContactChannel, damaged);
+        sender->publish(kContactChannel, servo_force{});
+        sender->publish(kContactChannel, message(1000 * seq, seq));
+        second.servo = 99;
+        second.finger_m[0] = 1.0;
+        sender->publish(kContactChannel, second);
+    });
+    ASSERT_EQ(drawn.size(), 4U);
+    for (const ContactFrame& frame : drawn) EXPECT_EQ(frame.finger_m[0], 0.0);
+    EXPECT_GE(followed.left_out, 3 * (followed.messages - 1));
 }
 
 }  // namespace

@@ -9,8 +9,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
+#include "host/base/file.hpp"
 #include "host/view/annotate.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/painter.hpp"
@@ -107,6 +109,26 @@ TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
     const Vector2f at = painter.renderer().camera().pixel({0.015F, 0.015F, 0.012F});
     EXPECT_GT(color_at(with, at)[0], color_at(without, at)[0] + 40);
     EXPECT_FALSE(is_background(without.at(static_cast<int>(at.x()), static_cast<int>(at.y()))));
+}
+
+/// Red ink under the title, where the finger is deeper than the summary says that a linear body goes.
+TEST_F(ViewPicture, SaysWhereADentIsBeyondSmallStrain) {
+    const auto warned = [&](const char* small_strain) {
+        auto summary = nlohmann::json::parse(read_file(folder_.path() / "summary.json"));
+        summary["small_strain"] = nlohmann::json::parse(small_strain);
+        write_file(folder_.path() / "summary.json", summary.dump());
+        const Image image = painted(press());
+        int red = 0;
+        for (int y = 44; y < 70; ++y)
+            for (int x = 0; x < image.width / 2; ++x) {
+                const Rgb8 c = color_at(image, Vector2f(static_cast<float>(x), static_cast<float>(y)));
+                red += c[0] > c[1] + 60 && c[0] > c[2] + 60 ? 1 : 0;
+            }
+        return red > 100;
+    };
+    EXPECT_TRUE(warned(R"({"depth_m": 0.0049})"));
+    EXPECT_FALSE(warned(R"({"depth_m": 0.0051})"));
+    EXPECT_FALSE(warned("null"));
 }
 
 TEST_F(ViewPicture, ColoursByDisplacement) {

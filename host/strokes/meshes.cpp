@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/strokes/specimen.hpp"
+#include "host/strokes/meshes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,10 +10,11 @@
 #include <set>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/shells.hpp"
+#include "host/mesh/write_tetgen.hpp"
 #include "host/precompute/body.hpp"
 #include "host/precompute/under_constrained.hpp"
 
@@ -54,19 +55,6 @@ std::vector<fs::path> files_of(const fs::path& place) {
     return scenes;
 }
 
-/// TetGen's pair of files, in the mesh's own units; returns the .node file.
-fs::path write_tetgen(const TetMesh& mesh, const fs::path& stem) {
-    std::string nodes = fmt::format("{} 3 0 0\n", mesh.position_m.size()),
-                tets = fmt::format("{} 4 0\n", mesh.tet.size());
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
-        nodes += fmt::format("{} {:.17g}\n", i, fmt::join(mesh.position_m[i], " "));
-    for (std::size_t t = 0; t < mesh.tet.size(); ++t) tets += fmt::format("{} {}\n", t, fmt::join(mesh.tet[t], " "));
-    fs::create_directories(stem.parent_path());
-    write_file(stem.string() + ".ele", tets);
-    write_file(stem.string() + ".node", nodes);
-    return stem.string() + ".node";
-}
-
 /// A closed surface filled, with shorter edges where its creases are nearer to each other than these.
 TetMesh fill(MeshSource source) {
     for (source.node_count = kFillNodes;; source.node_count *= 2) try {
@@ -87,7 +75,7 @@ TetMesh read_any(const fs::path& file, const fs::path& folder, MeshSource& sourc
         if (std::string(error.what()).find("node_count") == std::string::npos) throw;
     }
     TetMesh mesh = fill(source);
-    source.file = write_tetgen(mesh, folder / file.stem());
+    source.file = write_tetgen(mesh.position_m, mesh.tet, folder / file.stem());
     source.linearize = false;
     return mesh;
 }
@@ -137,16 +125,17 @@ double mean_edge_m(const Body& body) {
 }
 
 /// Throws Error where the body does not pass.
-Specimen specimen_of(const fs::path& file, std::size_t most_nodes, const fs::path& folder) {
-    Specimen specimen;
+StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs::path& folder) {
+    StrokedMesh stroked;
     TetMesh mesh;
-    Scene& scene = specimen.scene;
+    Scene& scene = stroked.scene;
     if (is_scene(file)) {
         scene = read_scene(file);
         mesh = make_mesh(scene.mesh);
         scene.touch.clear();
     } else {
         scene = scene_of_mesh(file, folder, mesh);
+        stroked.filled = scene.mesh.file != file;
     }
     scene.name = scene.mesh.generate.empty() ? scene.mesh.file.stem().string() : scene.name;
     scene.contact = {};
@@ -160,19 +149,22 @@ Specimen specimen_of(const fs::path& file, std::size_t most_nodes, const fs::pat
     const std::vector<std::int32_t> loose = find_under_constrained(body);
     if (!loose.empty()) throw Error(fmt::format("{}: {}", file.string(), describe_under_constrained(loose, body)));
     scene.contact.mask_radius_m = kMaskEdges * mean_edge_m(body);
-    specimen.name = scene.name;
-    specimen.nodes = body.mesh.position_m.size();
-    specimen.patches = body.touch_patch.size();
-    specimen.hinges = audit.hinge_edges + audit.hinge_nodes;
-    return specimen;
+    stroked.name = scene.name;
+    stroked.nodes = body.mesh.position_m.size();
+    stroked.patches = body.touch_patch.size();
+    stroked.hinges = audit.hinge_edges + audit.hinge_nodes;
+    return stroked;
 }
 
 /// What tells a mesh from another: its bytes, or how it is generated.
 std::string identity_of(const fs::path& file) {
-    if (!is_scene(file)) return read_file(file);
-    const MeshSource source = read_scene(file).mesh;
-    if (source.generate.empty()) return read_file(source.file);
-    return fmt::format("{} {} {}", source.generate, source.nodes_per_side, source.side_m);
+    Hash hash;
+    const MeshSource source = is_scene(file) ? read_scene(file).mesh : MeshSource();
+    if (!source.generate.empty())
+        hash.add(fmt::format("{} {} {}", source.generate, source.nodes_per_side, source.side_m));
+    else
+        for (const fs::path& part : mesh_files(is_scene(file) ? source.file : file)) hash.add(hash_file(part));
+    return hash.text();
 }
 
 bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
@@ -189,19 +181,28 @@ std::string name_of(const fs::path& file) {
 
 }  // namespace
 
-Specimens collect_specimens(const std::vector<fs::path>& places, const std::vector<std::string>& only,
-                            std::size_t most_nodes, const fs::path& folder) {
-    Specimens specimens;
-    std::set<std::size_t> seen;
+StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vector<std::string>& only,
+                             std::size_t most_nodes, const fs::path& folder) {
+    StrokedMeshes meshes;
+    std::map<std::string, std::string> seen;  // names by identities
     for (const fs::path& place : places)
         for (const fs::path& file : files_of(place)) try {
-                if (!is_wanted(name_of(file), only)) continue;
-                if (!seen.insert(std::hash<std::string>()(identity_of(file))).second) continue;
-                specimens.taken.push_back(specimen_of(file, most_nodes, folder));
+                const std::string name = name_of(file);
+                if (!is_wanted(name, only)) continue;
+                const std::string identity = identity_of(file);
+                const auto [first, is_new] = seen.try_emplace(identity, name);
+                if (!is_new) {  // of one name: a scene and its mesh, or a copy
+                    const std::string why = fmt::format("{}: the same mesh as {}", file.string(), first->second);
+                    if (first->second != name) meshes.left_out.push_back({name, why});
+                    continue;
+                }
+                StrokedMesh mesh = stroked_mesh(file, most_nodes, folder);
+                mesh.identity = identity;
+                meshes.taken.push_back(std::move(mesh));
             } catch (const Error& error) {
-                specimens.refused.push_back({file.stem(), error.what()});
+                meshes.left_out.push_back({file.stem(), error.what()});
             }
-    return specimens;
+    return meshes;
 }
 
 std::string to_toml(const Scene& scene) {

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+namespace haptable {
+
+/// Depth, m, from which the force of these tables is expected to be more than 10 % off a rubber's, as summary.json of
+/// haptable-precompute tells it; none where it does not. Throws Error where there is no summary.
+std::optional<double> read_small_strain_depth(const std::filesystem::path& folder);
+
+}  // namespace haptable

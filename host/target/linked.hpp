@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a scene costs a microcontroller: its servo, linked with what its tables name and nothing else.
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+
+namespace haptable {
+
+/// A program for a Cortex-M7 that steps the servo (and deforms the display's rows, where the scene has some) for ever,
+/// without a board's start-up code.
+struct LinkedServo {
+    std::size_t flash = 0;          ///< bytes: code, tables, and the model that names them
+    std::size_t ram = 0;            ///< bytes without the stack: the servo's state, a tick's output, displacements
+    std::set<std::string> symbols;  ///< that begin with haptable_
+};
+
+/// Links the tables of a folder with the servo's objects, as gcc's --gc-sections leaves them.
+///   tables   a folder that precompute wrote
+///   objects  build/<name>/firmware/cortex-m7, as `make images` leaves it
+///   offered  the objects that the linker is offered, a list for the shell
+/// Throws Error where a compiler or an object is missing.
+LinkedServo link_servo(const std::filesystem::path& tables, const std::filesystem::path& objects,
+                       const std::string& offered = "haptable_*.o");
+
+/// Bytes of stack of a tick, by the call graph of the functions that the tables name (scripts/stack.sh).
+std::size_t stack_of(const std::filesystem::path& tables, const std::filesystem::path& objects);
+
+/// Why it cannot be linked here, in one line; empty when it can.
+std::string missing_for_link(const std::filesystem::path& objects);
+
+}  // namespace haptable

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Ten million ticks, almost three hours: nothing adds up, and the clock of 32 bits wraps twice.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "codegen/modes.hpp"
+#include "tests/bodies.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr int kLap = 1000;
+
+/// A lap over the top of the cube and its rim, in and out, that closes: [kLap][3].
+std::vector<std::array<float, 3>> lap() {
+    std::vector<std::array<float, 3>> path;
+    for (int tick = 0; tick < kLap; ++tick) {
+        const double turn = 2.0 * 3.14159265358979323846 * tick / kLap;
+        path.push_back({float(0.015 + 0.012 * std::cos(turn)), float(0.015 + 0.016 * std::sin(turn)),
+                        float(0.0285 + 0.0025 * std::cos(5.0 * turn))});
+    }
+    return path;
+}
+
+struct Ran {
+    haptable_servo servo;
+    std::uint64_t changed = 0;  ///< ticks whose force is not that of the second lap, bit for bit
+};
+
+/// From the second lap on the servo comes to a lap's begin as it came to the last one's.
+Ran run(const haptable_model& model, std::uint32_t laps) {
+    const auto path = lap();
+    std::vector<std::array<float, 3>> second(kLap);
+    Ran ran{};
+    haptable_init(&ran.servo);
+    haptable_output out{};
+    std::uint32_t now_us = 0;
+    for (std::uint32_t l = 0; l < laps; ++l)
+        for (std::size_t tick = 0; tick < kLap; ++tick) {
+            haptable_step(&model, &ran.servo, path[tick].data(), now_us += HAPTABLE_TICK_US, &out);
+            if (haptable_watch(&ran.servo, now_us + 1, &out) != 0) ++ran.changed;  // it was not silent
+            if (l == 1) std::memcpy(second[tick].data(), out.force_n, sizeof out.force_n);
+            if (l > 1) ran.changed += std::memcmp(second[tick].data(), out.force_n, sizeof out.force_n) != 0;
+        }
+    return ran;
+}
+
+TEST(HardDrift, TenMillionTicksGiveTheSameForcesLapAfterLap) {
+    const ElasticBody cube(cube_scene(5, 0.49), ForceLaw::kInterpolated);
+    const Ran ran = run(cube.model(), 10'000);
+    EXPECT_EQ(ran.changed, 0U);
+    EXPECT_EQ(ran.servo.counters.ticks, 10'000'000U);
+    EXPECT_GT(ran.servo.counters.contact_ticks, 5'000'000U);
+    EXPECT_EQ(ran.servo.counters.contacts % 10'000, 0U) << "as many in every lap";
+    EXPECT_GE(ran.servo.counters.contacts, 10'000U);
+    EXPECT_EQ(ran.servo.counters.silences, 0U);
+    EXPECT_EQ(ran.servo.counters.given_up, 0U);
+}
+
+TEST(HardDrift, NorDoOtherModesDrift) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        const ElasticBody cube(cube_scene(5, 0.49), force, force == ForceLaw::kPressureMask ? 0.012 : 0.0);
+        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            SCOPED_TRACE(testing::Message() << word(force) << " " << word(god_object));
+            EXPECT_EQ(run(cube.model(god_object), 500).changed, 0U);
+        }
+    }
+}
+
+// What was given less what was taken is a sum of all ticks: it is the one number that could drift.
+TEST(HardDrift, NorDoesTheEnergyThatPassivityCounts) {
+    const ElasticBody cube(cube_scene(5, 0.49), ForceLaw::kInterpolated);
+    Tables options;
+    options.passivity = true;
+    haptable_model model = cube.model();
+    set_modes(options, model);
+    const Ran ran = run(model, 2'000);
+    EXPECT_TRUE(std::isfinite(ran.servo.given_j));
+    // Never above what one tick can give before it is braked: the greatest force over the longest step.
+    const double step_m = 0.016 * 2.0 * 3.14159265358979323846 * 1.5 / kLap;
+    EXPECT_LE(double(ran.servo.given_j), double(model.max_force_n) * step_m);
+}
+
+}  // namespace
+}  // namespace haptable::test

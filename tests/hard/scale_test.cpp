@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A body of a micrometre and of 100 m. Powers of 2 in lengths and in Young's modulus change exponents only (even ones,
+// where roots are taken), so every bit of tables and forces must stay; a threshold in metres or newtons would change
+// some.
+#include <cmath>
+
+#include "host/hard/measure.hpp"
+#include "tests/hard/holds.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+TEST(HardScale, AMicrometre) { expect_holds("1 um"); }
+
+TEST(HardScale, AHundredMetres) { expect_holds("100 m"); }
+
+HardCase scaled_cube(int length, int young) {
+    HardCase hard{"scaled", hard_cube(std::ldexp(0.03, length), {std::ldexp(1.0, young), 0.3}), ""};
+    hard.scene.tables.columns = ColumnRows::kNone;
+    hard.scene.device.max_force_n = std::ldexp(1e5, young + 2 * length);
+    hard.scene.contact.rigid_stiffness_n_per_m = std::ldexp(1.0, young + length);
+    return hard;
+}
+
+/// The forces of strokes over the cube's top, over its rim and back, divided by the scale of forces.
+std::vector<Eigen::Vector3d> felt(const HardBody& body, int length, int young, GodObject god_object) {
+    const haptable_model model = body.model(god_object);
+    haptable_servo servo;
+    haptable_init(&servo);
+    std::vector<Eigen::Vector3d> forces;
+    for (int tick = 0; tick < 4000; ++tick) {
+        const double turn = 0.003 * tick, dip = std::sin(0.05 * tick);
+        const double x[3] = {0.015 + 0.017 * std::cos(turn), 0.015 + 0.017 * std::sin(2.3 * turn),
+                             0.0305 - 0.004 * std::abs(dip)};
+        float finger[3];
+        for (int c = 0; c < 3; ++c) finger[c] = static_cast<float>(std::ldexp(x[c], length));
+        haptable_output out;
+        haptable_step(&model, &servo, finger, static_cast<std::uint32_t>(tick) * 1000U, &out);
+        forces.emplace_back(std::ldexp(double(out.force_n[0]), -young - 2 * length),
+                            std::ldexp(double(out.force_n[1]), -young - 2 * length),
+                            std::ldexp(double(out.force_n[2]), -young - 2 * length));
+    }
+    return forces;
+}
+
+TEST(HardScale, ChangesNoBitOfTablesAndForces) {
+    const TemporaryFolder folder;
+    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent}) {
+        const HardBody one(scaled_cube(0, 13), force, folder.path() / "one");
+        for (const auto& [length, young] :
+             {std::pair{-14, 13}, {-8, 13}, {12, 13}, {0, 1}, {0, 37}}) {  // 1.8 um, 0.1 mm, 123 m, 2 Pa, 137 GPa
+            SCOPED_TRACE(testing::Message() << word(force) << " length " << length << " young " << young);
+            const HardBody other(scaled_cube(length, young), force, folder.path() / "other");
+            ASSERT_EQ(other.tables().stiffness.size(), one.tables().stiffness.size());
+            for (std::size_t i = 0; i < one.tables().stiffness.size(); ++i)
+                for (std::size_t k = 0; k < 9; ++k)
+                    ASSERT_EQ(other.tables().stiffness[i][k],
+                              std::ldexp(one.tables().stiffness[i][k], length + young - 13));
+            for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+                // Squares of energies below 1e-20 J are no floats: a body of micrometres has them.
+                if (god_object == GodObject::kLeastEnergy && length < -8) continue;
+                const auto here = felt(one, 0, 13, god_object), there = felt(other, length, young, god_object);
+                double largest = 0.0;
+                for (std::size_t tick = 0; tick < here.size(); ++tick) {
+                    // Products of heights and areas of a body of micrometres are below the normal floats.
+                    const double error = length < -8 ? 16.0 * std::ldexp(1.0, -24) * here[tick].norm() : 0.0;
+                    ASSERT_LE((there[tick] - here[tick]).norm(), error) << word(god_object) << " tick " << tick;
+                    largest = std::max(largest, here[tick].norm());
+                }
+                EXPECT_GT(largest, 0.0);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/link/text_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "host/base/error.hpp"
+#include "tests/loop/helpers.hpp"
+
+namespace haptable::test {
+namespace {
+
+TEST(TextFile, IsThereWhenItIsWhole) {
+    const WorkFolder folder;
+    TextFile file(folder / "a.csv");
+    file.add("one\n");
+    file.flush();
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.csv"));
+    file.finish();
+    EXPECT_EQ(read_file(folder / "a.csv"), "one\n");
+}
+
+TEST(TextFile, LeavesNothingUnlessKept) {
+    const WorkFolder folder;
+    TextFile(folder / "a.csv").add("one\n");
+    EXPECT_EQ(folder.file_count(), 0U);
+}
+
+// Whatever ends the session: what was added is there.
+TEST(TextFile, KeptItSurvivesAnException) {
+    const WorkFolder folder;
+    try {
+        TextFile file(folder / "a.csv");
+        file.add("header\n");
+        file.keep();
+        file.add("one\n");
+        throw Error("the cable was pulled out");
+    } catch (const Error&) {
+    }
+    EXPECT_EQ(read_file(folder / "a.csv"), "header\none\n");
+    EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(TextFile, KeptItSurvivesAKilledProcess) {
+    const WorkFolder folder;
+    const pid_t child = fork();
+    if (child == 0) {
+        TextFile file(folder / "a.csv");
+        file.add("header\n");
+        file.keep();
+        file.add("one\n");
+        file.flush();
+        file.add("two\n");
+        kill(getpid(), SIGKILL);
+    }
+    waitpid(child, nullptr, 0);
+    EXPECT_EQ(read_file(folder / "a.csv"), "header\none\n");
+}
+
+// A disk that takes half a line: whole lines are kept, and the end is an error that names the file.
+TEST(TextFile, KeepsWholeLinesOnAFullDisk) {
+    const WorkFolder folder;
+    const pid_t child = fork();
+    if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit most{10, 10};
+        setrlimit(RLIMIT_FSIZE, &most);
+        int status = 1;
+        try {
+            TextFile file(folder / "a.csv");
+            file.add("header\n");
+            file.keep();
+            for (int line = 0; line < 3; ++line) {
+                file.add("one\n");
+                file.flush();
+            }
+            file.finish();
+        } catch (const Error& error) {
+            status = std::string(error.what()).find("a.csv: cannot be written") != std::string::npos ? 0 : 2;
+        }
+        _exit(status);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(read_file(folder / "a.csv"), "header\n");
+}
+
+}  // namespace
+}  // namespace haptable::test

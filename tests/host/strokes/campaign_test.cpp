@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A campaign of strokes: what is counted is kept, told and not counted twice.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/report/page.hpp"
+#include "host/strokes/report.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kModes = 4;  // of the consistent force
+
+CampaignOptions needle_options(const fs::path& folder) {
+    CampaignOptions options;
+    options.places = {"meshes/hard"};
+    options.meshes = {"needle"};
+    options.modes = {"consistent"};
+    options.strokes = 50 * kModes;
+    options.folder = folder;
+    options.threads = 1;
+    return options;
+}
+
+CampaignResult run(const CampaignOptions& options) {
+    Progress progress(true);
+    return run_campaign(options, progress, [](const std::string&) {});
+}
+
+/// Every count, without the time that it took.
+nlohmann::ordered_json counts_of(const Tally& tally) {
+    auto json = to_json(tally);
+    json.erase("cpu_s");
+    return json;
+}
+
+TEST(Campaign, GoesOnWhereItWasCutShort) {
+    const TemporaryFolder folder;
+    const CampaignOptions options = needle_options(folder.path());
+    const CampaignResult whole = run(options);
+    EXPECT_EQ(whole.taken_over, 0U);
+    EXPECT_EQ(whole.total().strokes, options.strokes);
+    EXPECT_GT(whole.total().contact_ticks, 10 * options.strokes);
+    EXPECT_GT(whole.results.at(0).tables_cpu_s, 0.0);
+
+    std::vector<fs::path> kept;
+    for (const auto& entry : fs::directory_iterator(folder.path() / "counts")) kept.push_back(entry.path());
+    ASSERT_EQ(kept.size(), kModes);
+    fs::remove(kept.front());  // as when it was cut short in that mode
+    const CampaignResult rest = run(options);
+    EXPECT_EQ(rest.taken_over, options.strokes / kModes * (kModes - 1));
+    for (std::size_t m = 0; m < kModes; ++m)
+        EXPECT_EQ(counts_of(rest.results.at(0).tally.at(m)), counts_of(whole.results.at(0).tally.at(m)));
+
+    write_file(kept.front(), "{");
+    const CampaignResult damaged = run(options);
+    ASSERT_EQ(damaged.left_out.size(), 1U);
+    EXPECT_NE(damaged.left_out[0].why.find(kept.front().string()), std::string::npos) << damaged.left_out[0].why;
+}
+
+TEST(Campaign, TakesOverNothingOfAnotherOne) {
+    const TemporaryFolder folder;
+    CampaignOptions options = needle_options(folder.path());
+    options.modes = {"consistent-nearest-friction"};
+    options.strokes = 20;
+    EXPECT_EQ(run(options).taken_over, 0U);
+    EXPECT_EQ(run(options).taken_over, 20U);
+    options.again = true;
+    EXPECT_EQ(run(options).taken_over, 0U);
+    options.again = false;
+    options.seed = 2;
+    EXPECT_EQ(run(options).taken_over, 0U);
+    options.seed = 1;
+    EXPECT_EQ(run(options).taken_over, 20U) << "each seed has counts of its own";
+    options.strokes = 21;
+    EXPECT_EQ(run(options).taken_over, 0U);
+}
+
+TEST(Campaign, TellsWhichMeshesItLeavesOutAndWhy) {
+    const TemporaryFolder folder;
+    fs::create_directories(folder.path() / "in");
+    fs::copy_file("meshes/hard/needle.node", folder.path() / "in" / "a.node");
+    fs::copy_file("meshes/hard/needle.ele", folder.path() / "in" / "a.ele");
+    fs::copy_file("meshes/hard/needle.node", folder.path() / "in" / "b.node");
+    fs::copy_file("meshes/hard/needle.ele", folder.path() / "in" / "b.ele");
+    write_file(folder.path() / "in" / "c.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    CampaignOptions options = needle_options(folder.path());
+    options.places = {folder.path() / "in", "meshes/hard"};
+    options.meshes.clear();
+    options.modes = {"interpolated-nearest-friction"};
+    options.strokes = 4;
+    options.most_nodes = 200;
+    const CampaignResult result = run(options);
+    const auto page = to_markdown(numbers_of(result).json().at("strokes-left-out"));
+    EXPECT_NE(page.find("| b | the same mesh as a |"), std::string::npos) << page;
+    EXPECT_NE(page.find("| c | "), std::string::npos) << page;
+    EXPECT_NE(page.find("| torus | "), std::string::npos) << page;
+    EXPECT_NE(page.find("more than 200 (--most-nodes)"), std::string::npos) << page;
+    EXPECT_NE(page.find("| needle | the same mesh as a |"), std::string::npos) << page;
+    EXPECT_EQ(result.results.size(), 1U);
+}
+
+TEST(Campaign, TouchesNoLargeMeshByMasks) {
+    const TemporaryFolder folder;
+    CampaignOptions options = needle_options(folder.path());
+    options.modes = {"interpolated-nearest", "pressure-mask-nearest"};
+    options.strokes = 8;
+    options.most_mask_nodes = 10;
+    const CampaignResult result = run(options);
+    EXPECT_EQ(result.total().strokes, 8U) << "the other modes have all of them";
+    const auto page = to_markdown(numbers_of(result).json().at("strokes-smooth"));
+    EXPECT_NE(page.find(" | - |"), std::string::npos) << page;
+    ASSERT_EQ(result.left_out.size(), 1U);
+    EXPECT_EQ(result.left_out[0].name, "needle, by masks");
+}
+
+// ---- what is by design ----
+
+/// In the middle of the needle, one width beside it on either side.
+struct Sides {
+    std::array<float, 3> left, right;
+};
+
+Sides sides_of(const ServoModel& servo) {
+    Eigen::AlignedBox3f box;
+    for (const auto& x : servo.vertex_m) box.extend(Eigen::Vector3f(x.data()));
+    const Eigen::Vector3f middle = box.center(), way(box.sizes().x(), 0.0F, 0.0F);
+    const Eigen::Vector3f a = middle - way, b = middle + way;
+    return {{a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}};
+}
+
+TEST(Judge, CountsAMotionThroughABodyAndAGodObjectBehindIt) {
+    const TemporaryFolder folder;
+    const StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"needle"}, 1000, folder.path());
+    BodyTables tables(meshes.taken.at(0).scene, folder.path() / "tables");
+    const StrokedBody body(tables.with(ForceLaw::kInterpolated));
+    const haptable_model model = body.model(in_mode(meshes.taken.at(0).scene, {}).contact);
+    const auto [left, right] = sides_of(body.servo());
+    const Stroke through{left, left, right, right, right}, back{left, left, right, left};
+    Touched touched = body.touched(model);
+    EXPECT_EQ(judge(touched, through).passed, 0U);
+    EXPECT_EQ(judge(touched, through).most_behind_ticks, 3U) << "it is held until it is seen";
+    touched.step = [](const haptable_model*, haptable_servo*, const float*, std::uint32_t, haptable_output* out) {
+        *out = {};
+    };
+    EXPECT_EQ(judge(touched, through).passed, 1U);
+    EXPECT_EQ(judge(touched, back).passed, 2U);
+    EXPECT_EQ(judge(touched, through).most_behind_ticks, 0U);
+}
+
+}  // namespace
+}  // namespace haptable::test
