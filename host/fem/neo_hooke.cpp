@@ -4,6 +4,7 @@
 #include "host/fem/neo_hooke.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 namespace haptable {
 
@@ -47,40 +48,70 @@ std::array<Matrix3d, 3> stress(const Matrix3d& h, const Lame& own, const Orders&
                 p[1] * first + p[0] * second};
 }
 
-/// grad u of an element.
-Matrix3d gradient(const ElementMesh& mesh, std::size_t t, const TetGeometry& geometry, const Eigen::Matrix3Xd& u) {
-    Eigen::Matrix<double, 3, 4> corner;
-    for (std::size_t c = 0; c < 4; ++c) corner.col(static_cast<Eigen::Index>(c)) = u.col(mesh.corner[t][c]);
-    return corner * geometry.gradient_per_m.transpose();
+/// A point of integration of an element, of its ten nodes or of its four.
+struct Point {
+    double volume_m3;           ///< that it stands for
+    Eigen::Vector4d of_corner;  ///< the corners' linear shape functions
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10> gradient_per_m;
+};
+
+std::vector<Point> points_of(const ElementMesh& mesh, std::size_t t) {
+    if (!mesh.is_quadratic()) {  // the same everywhere
+        const TetGeometry g = tet_geometry(corners_of(mesh, t));
+        return {{g.volume_m3, Eigen::Vector4d::Constant(0.25), g.gradient_per_m}};
+    }
+    std::vector<Point> points;
+    const TenNodes node_m = ten_nodes_of(mesh, t);
+    for (const Eigen::Vector4d& at : tet_points()) {
+        const auto [det, gradient] = tet_point(node_m, at);
+        points.push_back({det / 24.0, at, gradient});
+    }
+    return points;
+}
+
+/// u of an element's nodes.
+Eigen::Matrix3Xd moves_of(const std::vector<std::int32_t>& nodes, const Eigen::Matrix3Xd& u) {
+    Eigen::Matrix3Xd moves(3, static_cast<Eigen::Index>(nodes.size()));
+    for (std::size_t b = 0; b < nodes.size(); ++b) moves.col(static_cast<Eigen::Index>(b)) = u.col(nodes[b]);
+    return moves;
 }
 
 }  // namespace
 
 NeoHooke::NeoHooke(const ElementMesh& mesh) : mesh_(mesh) {
-    if (mesh.element == Element::kAverageNodalPressure) cells_.emplace(mesh);
+    if (mesh.element != Element::kLinear) cells_.emplace(mesh);
 }
 
-std::vector<Orders> NeoHooke::nodal_pressures(const Eigen::Matrix3Xd& u) const {
-    std::vector<Orders> change;
-    std::vector<double> volume_m3;
-    for (std::size_t t = 0; t < mesh_.corner.size(); ++t) {
-        const TetGeometry geometry = tet_geometry(corners_of(mesh_, t));
-        change.push_back(volume_change(gradient(mesh_, t, geometry, u)));
-        volume_m3.push_back(geometry.volume_m3);
+std::vector<NeoHooke::AtCorners> NeoHooke::nodal_pressures(const Eigen::Matrix3Xd& u) const {
+    const std::size_t tets = mesh_.corner.size();
+    std::vector<AtCorners> change(tets, AtCorners::Zero()), pressure_pa = change;  // V_a (J - 1) of each corner first
+    std::vector<Eigen::Vector4d> volume_m3(tets, Eigen::Vector4d::Zero());
+    for (std::size_t t = 0; t < tets; ++t) {
+        const Eigen::Matrix3Xd moves = moves_of(nodes_of(mesh_, t), u);
+        for (const Point& point : points_of(mesh_, t)) {
+            const Orders j = volume_change(moves * point.gradient_per_m.transpose());
+            volume_m3[t] += point.volume_m3 * point.of_corner;
+            change[t] += point.volume_m3 * point.of_corner * Eigen::Map<const Eigen::RowVector3d>(j.data());
+        }
     }
-    std::vector<Orders> pressure_pa(change.size(), Orders{});
     for (std::size_t cell = 0; cell < cells_->size(); ++cell) {
         const Lame& material = cells_->material(cell);
         double volume = 0.0;
-        Orders theta{};
-        for (std::int32_t t : cells_->tets(cell)) {
-            const auto e = static_cast<std::size_t>(t);
-            volume += volume_m3[e];
-            for (std::size_t k = 0; k < 3; ++k) theta[k] += volume_m3[e] * change[e][k];
+        Eigen::RowVector3d theta = Eigen::RowVector3d::Zero();
+        const auto corner = [&](std::size_t t) {
+            const auto& all = mesh_.corner[t];
+            return std::find(all.begin(), all.end(), cells_->node(cell)) - all.begin();
+        };
+        for (std::int32_t tet : cells_->tets(cell)) {
+            const auto t = static_cast<std::size_t>(tet);
+            volume += volume_m3[t][corner(t)];
+            theta += change[t].row(corner(t));
         }
-        const double per_corner = 0.25 * (material.lambda_pa - own_lambda_pa(mesh_.element, material)) / volume;
-        for (std::int32_t t : cells_->tets(cell))
-            for (std::size_t k = 0; k < 3; ++k) pressure_pa[static_cast<std::size_t>(t)][k] += per_corner * theta[k];
+        theta *= (material.lambda_pa - own_lambda_pa(mesh_.element, material)) / volume;
+        for (std::int32_t tet : cells_->tets(cell)) {
+            const auto t = static_cast<std::size_t>(tet);
+            pressure_pa[t].row(corner(t)) = theta;
+        }
     }
     return pressure_pa;
 }
@@ -88,15 +119,20 @@ std::vector<Orders> NeoHooke::nodal_pressures(const Eigen::Matrix3Xd& u) const {
 ForceOrders NeoHooke::force_orders(const Eigen::Matrix3Xd& u) const {
     ForceOrders orders;
     for (auto& force : orders.force_n) force = Eigen::Matrix3Xd::Zero(3, u.cols());
-    const std::vector<Orders> of_nodes = cells_ ? nodal_pressures(u) : std::vector<Orders>();
+    const std::vector<AtCorners> of_nodes = cells_ ? nodal_pressures(u) : std::vector<AtCorners>();
     for (std::size_t t = 0; t < mesh_.corner.size(); ++t) {
-        const TetGeometry geometry = tet_geometry(corners_of(mesh_, t));
         const Lame own{own_lambda_pa(mesh_.element, mesh_.material[t]), mesh_.material[t].mu_pa};
-        const auto p = stress(gradient(mesh_, t, geometry, u), own, cells_ ? of_nodes[t] : Orders{});
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Eigen::Matrix<double, 3, 4> force = geometry.volume_m3 * p[k] * geometry.gradient_per_m;
-            for (std::size_t c = 0; c < 4; ++c)
-                orders.force_n[k].col(mesh_.corner[t][c]) += force.col(static_cast<Eigen::Index>(c));
+        const std::vector<std::int32_t> nodes = nodes_of(mesh_, t);
+        const Eigen::Matrix3Xd moves = moves_of(nodes, u);
+        for (const Point& point : points_of(mesh_, t)) {
+            Orders pressure_pa{};
+            if (cells_) Eigen::Map<Eigen::RowVector3d>(pressure_pa.data()) = point.of_corner.transpose() * of_nodes[t];
+            const auto p = stress(moves * point.gradient_per_m.transpose(), own, pressure_pa);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Eigen::Matrix3Xd force = point.volume_m3 * p[k] * point.gradient_per_m;
+                for (std::size_t b = 0; b < nodes.size(); ++b)
+                    orders.force_n[k].col(nodes[b]) += force.col(static_cast<Eigen::Index>(b));
+            }
         }
     }
     return orders;

@@ -4,7 +4,8 @@
 //
 // What the nodes of a neo-Hookean body resist a displacement with, as far as its third order: how a linear body's force
 // begins to be wrong. The elements are the linear body's own, with what they average (host/fem/stiffness.hpp): there
-// theta_a is the mean of J - 1. The material is CalculiX's and Abaqus's NEO HOOKE with C10 = mu/2, D1 = 2/kappa.
+// theta_a is the mean of J - 1, weighted by N_a. Integrals over quadratic tetrahedra are sums over tet_points(). The
+// material is CalculiX's and Abaqus's NEO HOOKE with C10 = mu/2, D1 = 2/kappa.
 #pragma once
 
 #include <optional>
@@ -22,16 +23,16 @@ struct ForceOrders {
 
 class NeoHooke {
 public:
-    /// What the mesh's spans are of must outlive this. Linear and average nodal pressure elements.
+    /// What the mesh's spans are of must outlive this.
     explicit NeoHooke(const ElementMesh& mesh);
 
     /// u: [3, N] m.
     ForceOrders force_orders(const Eigen::Matrix3Xd& u) const;
 
 private:
-    using Orders = std::array<double, 3>;
-    /// [T] pressure, Pa, that an element has of its nodes: their mean.
-    std::vector<Orders> nodal_pressures(const Eigen::Matrix3Xd& u) const;
+    using AtCorners = Eigen::Matrix<double, 4, 3>;
+    /// [T] pressures, Pa, that an element has of its corners: by corner and order.
+    std::vector<AtCorners> nodal_pressures(const Eigen::Matrix3Xd& u) const;
 
     ElementMesh mesh_;
     std::optional<NodalCells> cells_;

@@ -140,9 +140,8 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
 
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,
                                              const LinearSolver& solver) {
-    if (scene.mesh.element == Element::kQuadratic) return {};
     const std::vector<Lame> material = materials_of(scene, body);
-    const NeoHooke neo_hooke({scene.mesh.element, body.mesh.position_m, body.mesh.tet, material});
+    const NeoHooke neo_hooke({scene.mesh.element, body.mesh.position_m, body.mesh.tet, material, body.mesh.middle});
     const std::vector<FingerLoad> fingers = fingers_on(body, masks);
     const auto [pressing, pulling, sideways] = departures(neo_hooke, solver, body.unknown, fingers);
     const SmallStrain found{scene.contact.mask_radius_m, fingers.size(), median_depth(pressing), median_depth(pulling),

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "host/mesh/cube.hpp"
+#include "host/mesh/middles.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -22,15 +24,18 @@ using Moves = Eigen::Matrix<Real, 3, Eigen::Dynamic>;
 /// A lopsided cube of two materials.
 class NeoHookeOrders : public ::testing::TestWithParam<Element> {
 protected:
-    NeoHookeOrders() : mesh_(make_cube(3, 1.0)) {
+    NeoHookeOrders() : mesh_(make_cube(is_quadratic() ? 2 : 3, 1.0)) {
+        if (is_quadratic()) add_middles(mesh_);
         std::mt19937 random(5);
         std::uniform_real_distribution<double> shift(-0.08, 0.08);
+        // Middles too: curved elements.
         for (auto& x : mesh_.position_m) x += Eigen::Vector3d(shift(random), shift(random), shift(random));
         for (std::size_t t = 0; t < mesh_.tet.size(); ++t)
             material_.push_back(Lame::from_young(t % 2 == 0 ? 3.0 : 5.0, t % 2 == 0 ? 0.45 : 0.3));
     }
 
-    ElementMesh mesh() const { return {GetParam(), mesh_.position_m, mesh_.tet, material_}; }
+    static bool is_quadratic() { return GetParam() == Element::kQuadratic; }
+    ElementMesh mesh() const { return {GetParam(), mesh_.position_m, mesh_.tet, material_, mesh_.middle}; }
     Eigen::Index nodes() const { return static_cast<Eigen::Index>(mesh_.position_m.size()); }
 
     /// Displacements with gradients of about 1.
@@ -42,33 +47,62 @@ protected:
         return u;
     }
 
-    /// W. What an element keeps of lambda stands here a second time: mu / 2 at most where nodes average.
+    /// dx/dt of an element's nodes at a point with barycentric coordinates t, from its shape functions.
+    Matrix jacobian(std::size_t element, const std::array<Real, 4>& t, const Moves& x) const {
+        Matrix jacobian = Matrix::Zero();
+        const auto add = [&](std::int32_t node, const std::array<Real, 4>& by_t) {
+            for (int i = 0; i < 3; ++i)
+                jacobian.col(i) += (by_t[static_cast<std::size_t>(i) + 1] - by_t[0]) * x.col(node);
+        };
+        for (std::size_t c = 0; c < 4; ++c) {
+            std::array<Real, 4> by_t{};
+            by_t[c] = is_quadratic() ? 4 * t[c] - 1 : 1;
+            add(mesh_.tet[element][c], by_t);
+        }
+        constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+        for (std::size_t e = 0; e < 6 && is_quadratic(); ++e) {
+            std::array<Real, 4> by_t{};
+            by_t[kEdges[e][0]] = 4 * t[kEdges[e][1]];
+            by_t[kEdges[e][1]] = 4 * t[kEdges[e][0]];
+            add(mesh_.middle[element][e], by_t);
+        }
+        return jacobian;
+    }
+
+    /// W. What an element keeps of lambda stands here a second time: 0.5 mu, or 1.5 of quadratic ones, at most where
+    /// nodes average.
     Real energy(const Moves& u) const {
         Real sum = 0;
         std::map<std::pair<std::int32_t, double>, std::array<Real, 2>> cell;  // node, lambda: sums of V, V (J - 1)
         const auto own = [&](const Lame& m) {
-            return GetParam() == Element::kLinear ? m.lambda_pa : std::min(m.lambda_pa, m.mu_pa / 2);
+            return GetParam() == Element::kLinear ? m.lambda_pa
+                                                  : std::min(m.lambda_pa, (is_quadratic() ? 1.5 : 0.5) * m.mu_pa);
         };
         std::map<double, Real> left;
-        for (std::size_t t = 0; t < mesh_.tet.size(); ++t) {
-            const Lame& m = material_[t];
-            Matrix x, y;
-            for (int c = 0; c < 3; ++c) {
-                const auto a = mesh_.tet[t][0], b = mesh_.tet[t][static_cast<std::size_t>(c) + 1];
-                x.col(c) =
-                    (mesh_.position_m[static_cast<std::size_t>(b)] - mesh_.position_m[static_cast<std::size_t>(a)])
-                        .cast<Real>();
-                y.col(c) = x.col(c) + u.col(b) - u.col(a);
-            }
-            const Real volume = x.determinant() / 6, j = y.determinant() / x.determinant();
-            const Matrix f = y * x.inverse();
-            const Real kappa = own(m) + Real(2) / 3 * m.mu_pa;
-            sum +=
-                volume * (Real(m.mu_pa) / 2 * (f.squaredNorm() / std::cbrt(j * j) - 3) + kappa / 2 * (j - 1) * (j - 1));
+        Moves x(3, nodes());
+        for (Eigen::Index i = 0; i < nodes(); ++i)
+            x.col(i) = mesh_.position_m[static_cast<std::size_t>(i)].cast<Real>();
+        const Real root = std::sqrt(Real(5)), far = (5 + 3 * root) / 20, near = (5 - root) / 20;
+        for (std::size_t element = 0; element < mesh_.tet.size(); ++element) {
+            const Lame& m = material_[element];
             left[m.lambda_pa] = m.lambda_pa - own(m);
-            for (std::int32_t node : mesh_.tet[t]) {
-                cell[{node, m.lambda_pa}][0] += volume / 4;
-                cell[{node, m.lambda_pa}][1] += volume / 4 * (j - 1);
+            for (std::size_t q = 0; q < (is_quadratic() ? 4U : 1U); ++q) {
+                std::array<Real, 4> t{0.25L, 0.25L, 0.25L, 0.25L};
+                if (is_quadratic()) {
+                    t.fill(near);
+                    t[q] = far;
+                }
+                const Matrix rest = jacobian(element, t, x), now = jacobian(element, t, x + u),
+                             f = now * rest.inverse();
+                const Real volume = rest.determinant() / (is_quadratic() ? 24 : 6), j = f.determinant();
+                const Real kappa = own(m) + Real(2) / 3 * m.mu_pa;
+                sum += volume *
+                       (Real(m.mu_pa) / 2 * (f.squaredNorm() / std::cbrt(j * j) - 3) + kappa / 2 * (j - 1) * (j - 1));
+                for (std::size_t c = 0; c < 4; ++c) {
+                    auto& sums = cell[{mesh_.tet[element][c], m.lambda_pa}];
+                    sums[0] += volume * t[c];
+                    sums[1] += volume * t[c] * (j - 1);
+                }
             }
         }
         for (const auto& [key, sums] : cell) sum += left[key.second] / 2 * sums[1] * sums[1] / sums[0];
@@ -119,10 +153,15 @@ TEST_P(NeoHookeOrders, SecondAndThirdAreTheEnergys) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Elements, NeoHookeOrders, ::testing::Values(Element::kLinear, Element::kAverageNodalPressure),
-                         [](const auto& element) {
-                             return element.param == Element::kLinear ? "Linear" : "AverageNodalPressure";
-                         });
+std::string name_of(const ::testing::TestParamInfo<Element>& element) {
+    std::string name = word(element.param);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Elements, NeoHookeOrders,
+                         ::testing::Values(Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic),
+                         name_of);
 
 }  // namespace
 }  // namespace haptable::test

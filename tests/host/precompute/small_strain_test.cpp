@@ -8,7 +8,9 @@
 #include <cmath>
 
 #include "host/mesh/cube.hpp"
+#include "host/mesh/middles.hpp"
 #include "host/precompute/assembly.hpp"
+#include "tests/conditioning.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -130,12 +132,17 @@ TEST(SmallStrain, DepthIsTheLeastWhereTheForceIsOff) {
 }
 
 /// Twice as large, twice as deep; as stiff as one likes.
-TEST(SmallStrain, DepthScalesWithTheBodyAlone) {
+class SmallStrainOf : public ::testing::TestWithParam<Element> {};
+
+TEST_P(SmallStrainOf, DepthScalesWithTheBodyAlone) {
     Scene scene = cube_scene();
+    scene.mesh.element = GetParam();
     const auto depth = [&](double side, double young) {
         scene.material.young_pa = young;
-        const Body body = make_body(scene, make_cube(5, side));
-        return find_small_strain(scene, body, {}, DenseFactor(assemble_free(scene, body).matrix()));
+        TetMesh mesh = make_cube(GetParam() == Element::kQuadratic ? 3 : 5, side);
+        if (GetParam() == Element::kQuadratic) add_middles(mesh);
+        const Body body = make_body(scene, std::move(mesh));
+        return find_small_strain(scene, body, {}, DenseFactor(assembled(assemble_free(scene, body))));
     };
     const auto once = depth(0.03, 1e4), twice = depth(0.06, 3e6);
     ASSERT_TRUE(once && twice);
@@ -146,6 +153,9 @@ TEST(SmallStrain, DepthScalesWithTheBodyAlone) {
     EXPECT_GT(once->pressing_m, 1e-4);
     EXPECT_LT(once->pulling_m, 0.03);
 }
+
+INSTANTIATE_TEST_SUITE_P(Elements, SmallStrainOf,
+                         ::testing::Values(Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic));
 
 }  // namespace
 }  // namespace haptable::test
