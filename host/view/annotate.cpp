@@ -19,6 +19,8 @@ constexpr Rgb8 kInk{40, 40, 46};
 constexpr Rgb8 kPaleInk{104, 104, 112};
 constexpr Rgb8 kWarningInk{176, 42, 30};
 constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture of 960 x 720
+constexpr double kTitleBase = 38.0, kWarningBase = 62.0;
+constexpr double kLabelBelow = 28.0;  // of the line above it, base to base
 
 /// A cairo pen over an image. Lengths as in a picture of the reference height.
 class Pen {
@@ -82,20 +84,19 @@ private:
 };
 
 void draw_title(Pen& pen, const Annotation& annotation) {
-    constexpr double kLeft = 24.0, kBase = 38.0, kGap = 28.0;
+    constexpr double kLeft = 24.0, kGap = 28.0;
     double x = kLeft;
     pen.font(19.0, true);
     pen.color(kInk);
-    pen.text(x, kBase, annotation.title);
+    pen.text(x, kTitleBase, annotation.title);
     x += pen.advance(annotation.title) + kGap;
     pen.font(15.5, false);
     pen.color(kPaleInk);
     for (const std::string& detail : annotation.details) {
-        pen.text(x, kBase, detail);
+        pen.text(x, kTitleBase, detail);
         x += pen.advance(detail) + kGap;
     }
-    pen.color(kWarningInk);
-    pen.text(kLeft, kBase + 24.0, annotation.warning);
+    if (!annotation.warning.empty()) pen.outlined_text(kLeft, kWarningBase, annotation.warning, kWarningInk);
 }
 
 void draw_legend(Pen& pen, const std::vector<LegendEntry>& legend) {
@@ -169,8 +170,10 @@ void draw_bar(Pen& pen, double range_mm) {
     cairo_restore(cairo);
 }
 
-/// Beyond the arrow's tip, or beside it where the arrow points up or down, but inside the picture.
-void draw_label(Pen& pen, const std::string& label, const Eigen::Vector2f& at_px, const Eigen::Vector2f& direction) {
+/// Beyond the arrow's tip, or beside it where the arrow points up or down, but inside the picture and below the title.
+void draw_label(Pen& pen, const Annotation& annotation) {
+    const Eigen::Vector2f &at_px = *annotation.label_px, &direction = annotation.label_direction;
+    const std::string& label = annotation.label;
     constexpr double kGap = 13.0, kHalfHeight = 6.0;
     pen.font(16.0, true);
     const double width = pen.advance(label);
@@ -178,8 +181,9 @@ void draw_label(Pen& pen, const std::string& label, const Eigen::Vector2f& at_px
     const bool left = !steep && direction.x() < 0.0F;
     const double x = at_px.x() / pen.unit() + (left ? -kGap - width : kGap);
     const double y = at_px.y() / pen.unit() + kHalfHeight;
-    pen.outlined_text(std::clamp(x, 8.0, std::max(8.0, pen.width - width - 8.0)),
-                      std::clamp(y, 66.0, pen.height - 50.0), label, kInk);
+    const double top = kLabelBelow + (annotation.warning.empty() ? kTitleBase : kWarningBase);
+    pen.outlined_text(std::clamp(x, 8.0, std::max(8.0, pen.width - width - 8.0)), std::clamp(y, top, pen.height - 50.0),
+                      label, kInk);
 }
 
 }  // namespace
@@ -197,7 +201,7 @@ void annotate(Image& image, const Annotation& annotation) {
     draw_title(pen, annotation);
     draw_legend(pen, annotation.legend);
     if (annotation.range_mm > 0.0) draw_bar(pen, annotation.range_mm);
-    if (annotation.label_px) draw_label(pen, annotation.label, *annotation.label_px, annotation.label_direction);
+    if (annotation.label_px) draw_label(pen, annotation);
 }
 
 }  // namespace haptable

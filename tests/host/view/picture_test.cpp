@@ -131,6 +131,32 @@ TEST_F(ViewPicture, SaysWhereADentIsBeyondSmallStrain) {
     EXPECT_FALSE(warned("null"));
 }
 
+/// An arrow that ends in the title: its label stands below what is written there.
+TEST(Annotations, TheArrowsLabelLeavesTitleAndWarningAlone) {
+    for (const char* warning : {"", "beyond small strain"}) {
+        Annotation notes;
+        notes.title = "mouse";
+        notes.warning = warning;
+        notes.label_px = Vector2f(60.0F, 30.0F);
+        const auto drawn = [&](const char* label) {
+            Image image{960, 720, std::vector<std::uint32_t>(960 * 720, 0xFFFFFF)};
+            notes.label = label;
+            annotate(image, notes);
+            return image;
+        };
+        const Image with = drawn("0.42 N"), without = drawn("");
+        int lowest = 0, highest = with.height;
+        for (int y = 0; y < with.height; ++y)
+            for (int x = 0; x < with.width; ++x) {
+                if (without.at(x, y) != 0xFFFFFF) lowest = y;
+                if (with.at(x, y) != without.at(x, y)) highest = std::min(highest, y);
+            }
+        EXPECT_GT(lowest, 30);
+        EXPECT_GT(highest, lowest) << warning;
+        EXPECT_LT(highest, lowest + 30) << warning;
+    }
+}
+
 TEST_F(ViewPicture, ColoursByDisplacement) {
     const ContactFrame frame = press();
     Painter painter(tables_, folder_.path(), {}, true);
