@@ -64,7 +64,7 @@ SESSION    = $(call objects,host/session) $(LINK) $(FIRMWARE)
 SERVO      = $(call objects,host/servo) $(SESSION)
 BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
-VIEW       = $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
+VIEW       = $(call objects,host/page) $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
 REPORT     = $(call objects,host/report) $(BASE)
 TARGETED   = $(call objects,host/target) $(REPORT) $(CODEGEN)
@@ -107,6 +107,9 @@ PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptab
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
+# The servo for a browser.
+PAGE_PARTS = $(BUILD)/lib/page/servo.wasm
+
 # all: every host program (the default)
 .PHONY: all
 all: $(MODULES) $(PROGRAMS)
@@ -120,7 +123,7 @@ demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-vie
 
 # test: install what is missing, build and run every test
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit
+test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
@@ -318,6 +321,17 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 	@mkdir -p $(BUILD)/lcm
 	$(Q)lcm-gen --lazy -x --cpp-hpath $(BUILD)/lcm $<
 	@touch $@
+
+# The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
+WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,model_reader.c memory.c)
+WASM_H = $(wildcard firmware/*.h host/page/wasm/*.h) firmware/port/haptable_model_reader.h
+WASM_FLAGS = --target=wasm32 -std=c99 -ffreestanding -nostdlib -O2 $(FP) -Wall -Wextra -Wshadow -Wconversion -pedantic $(if $(WERROR),-Werror) \
+    -Ifirmware -Ifirmware/port -fuse-ld=lld -Wl,--no-entry -Wl,--gc-sections -Wl,--strip-all
+
+$(BUILD)/lib/page/servo.wasm: $(WASM_C) $(WASM_H) | $(BUILD)/setup-touch.stamp
+	$(say) WASM $@
+	@mkdir -p $(@D)
+	$(Q)clang $(WASM_FLAGS) -o $@ $(WASM_C)
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 

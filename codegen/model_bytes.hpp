@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A model as one row of bytes: what its hash is taken of, and what the measure image reads (firmware/port/measure.c).
+// A model as one row of bytes: what its hash is taken of, and what an image or a page reads (firmware/port/haptable_model_reader.h).
 #pragma once
 
 #include <string>

@@ -152,7 +152,7 @@ $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(
 # Reads its tables into RAM: any mode on any body, on a board that has the room.
 $(IMAGE)/measure.elf: private RAM = 2M
 $(IMAGE)/measure.elf: private STACK = 8K
-$(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
+$(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_model_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
 $(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh

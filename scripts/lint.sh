@@ -47,6 +47,8 @@ arrow host/bridge host/base host/link host/session host/bridge host/tables codeg
 arrow host/device host/base host/link host/scene host/device haptable/
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
+# Its C is the page's (host/page/wasm): it includes the firmware as an image does.
+arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
 arrow host/view host/base host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------

@@ -14,7 +14,8 @@ packages_of() {
             liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core \
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
-    test) echo libgtest-dev clang libclang-rt-14-dev calculix-ccx ;;
+    touch) echo clang lld ;; # the servo as WebAssembly
+    test) echo libgtest-dev clang libclang-rt-14-dev calculix-ccx lld chromium ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev gnuplot-nox cmark-gfm calculix-ccx ;;
     figures) echo ffmpeg gnuplot-nox ;;

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The servo of firmware/ as a WebAssembly module for a page: it reads its models, feels a finger that a hand holds, and
+ * draws equation 8. Freestanding; the only memory is the module's own. For one caller (host/page/web/engine.js).
+ */
+#include "deform.h"
+#include "hand.h"
+#include "haptable_model_reader.h"
+
+#define EXPORT(name) __attribute__((export_name(#name)))
+
+/* A tick, as the caller reads it: words of 32 bits in this order. */
+struct page_tick {
+    uint32_t state;           /* enum haptable_state */
+    int32_t patch, vertex[3]; /* -1 without contact */
+    float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+};
+
+#define PAGE_BYTES 65536u
+#define STEPS_OF_A_TICK 20 /* of the hand: as the simulated device's */
+
+extern unsigned char __heap_base;
+
+static uintptr_t used_up;
+static struct haptable_servo servo;
+static struct page_hand hand;
+static struct page_columns columns;
+static struct page_spread spread;
+static int is_spread;
+static float* displacement_m;
+static uint32_t now_us;
+
+/* Room for `bytes`, for ever, at a multiple of 16. 0: the browser gives no more. */
+EXPORT(page_reserve) void* page_reserve(uint32_t bytes) {
+    const uintptr_t begin = used_up ? used_up : ((uintptr_t)&__heap_base + 15u) & ~(uintptr_t)15u;
+    const uintptr_t end = (begin + bytes + 15u) & ~(uintptr_t)15u;
+    const uintptr_t have = __builtin_wasm_memory_size(0) * PAGE_BYTES;
+    if (end < begin) return 0;
+    if (end > have && __builtin_wasm_memory_grow(0, (end - have + PAGE_BYTES - 1u) / PAGE_BYTES) == (uintptr_t)-1)
+        return 0;
+    used_up = end;
+    return (void*)begin;
+}
+
+struct bytes {
+    const unsigned char* next;
+    uint32_t left;
+};
+
+static uint32_t read_bytes(void* from, void* to, uint32_t count) {
+    struct bytes* bytes = from;
+    unsigned char* out = to;
+    uint32_t i;
+    if (count > bytes->left) return 0;
+    for (i = 0; i < count; ++i) out[i] = bytes->next[i];
+    bytes->next += count;
+    bytes->left -= count;
+    return count;
+}
+
+/* The model of these bytes; 0 where they are none, or there is no room. */
+EXPORT(page_model) const struct haptable_model* page_model(const unsigned char* model_bytes, uint32_t count) {
+    struct bytes bytes = {model_bytes, count};
+    struct haptable_model_reader* reader = page_reserve(sizeof *reader);
+    struct haptable_model* model = page_reserve(sizeof *model);
+    if (!reader || !model) return 0;
+    reader->read = read_bytes;
+    reader->from = &bytes;
+    reader->words = count / 4u + 64u;
+    reader->used_words = 0;
+    reader->room = page_reserve(4u * reader->words);
+    return reader->room && haptable_read_model(reader, model) && bytes.left == 0 ? model : 0;
+}
+
+/* A servo that knows no finger. */
+EXPORT(page_begin) void page_begin(void) {
+    haptable_init(&servo);
+    now_us = 0;
+}
+
+static void fill(struct page_tick* tick, const float finger_m[3], const struct haptable_output* out) {
+    int a;
+    tick->state = out->state;
+    tick->patch = out->patch == HAPTABLE_NONE ? -1 : out->patch;
+    for (a = 0; a < 3; ++a) {
+        tick->vertex[a] = out->vertex[a] == HAPTABLE_NONE ? -1 : out->vertex[a];
+        tick->finger_m[a] = finger_m[a];
+        tick->alpha[a] = out->alpha[a];
+        tick->god_object_m[a] = out->god_object_m[a];
+        tick->force_n[a] = out->force_n[a];
+    }
+    for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
+}
+
+static void step(const struct haptable_model* model, const float finger_m[3], struct page_tick* tick) {
+    struct haptable_output out;
+    haptable_step(model, &servo, finger_m, now_us, &out);
+    now_us += HAPTABLE_TICK_US;
+    fill(tick, finger_m, &out);
+}
+
+/* `count` ticks: fingers [count, 3] in m, one a millisecond. */
+EXPORT(page_replay)
+void page_replay(const struct haptable_model* model, const float (*finger_m)[3], uint32_t count,
+                 struct page_tick* ticks) {
+    uint32_t i;
+    for (i = 0; i < count; ++i) step(model, finger_m[i], &ticks[i]);
+}
+
+EXPORT(page_hand) struct page_hand* page_hand(void) { return &hand; }
+EXPORT(page_place) void page_place(double x, double y, double z) {
+    const double at_m[3] = {x, y, z};
+    page_hand_place(&hand, at_m);
+}
+
+/* `count` ticks in a closed loop: the goal goes evenly from `from` to `to`, the motors give `gain` times the force. */
+EXPORT(page_feel)
+void page_feel(const struct haptable_model* model, const double from_m[3], const double to_m[3], double gain,
+               uint32_t count, struct page_tick* ticks) {
+    const double tick_s = 1e-6 * HAPTABLE_TICK_US, step_s = tick_s / STEPS_OF_A_TICK;
+    double goal_m_s[3], goal_m[3], force_n[3];
+    float finger_m[3];
+    uint32_t i;
+    int a, s;
+    for (a = 0; a < 3; ++a) goal_m_s[a] = (to_m[a] - from_m[a]) / (count * tick_s);
+    for (i = 0; i < count; ++i) {
+        page_hand_encoders(&hand, finger_m);
+        step(model, finger_m, &ticks[i]);
+        for (a = 0; a < 3; ++a) force_n[a] = gain * (double)ticks[i].force_n[a];
+        page_hand_force(&hand, force_n);
+        for (s = 0; s < STEPS_OF_A_TICK; ++s) {
+            for (a = 0; a < 3; ++a) goal_m[a] = from_m[a] + goal_m_s[a] * (i * tick_s + (s + 0.5) * step_s);
+            page_hand_advance(&hand, goal_m, goal_m_s, step_s);
+        }
+    }
+}
+
+/* Columns of equation 8; single or half is null. */
+EXPORT(page_columns)
+void page_columns(uint32_t column_count, uint32_t row_count, float unit_m_per_n, const float* single,
+                  const uint16_t* half) {
+    columns.column_count = column_count;
+    columns.row_count = row_count;
+    columns.unit_m_per_n = unit_m_per_n;
+    columns.single = single;
+    columns.half = half;
+    displacement_m = page_reserve(12u * row_count);
+}
+
+/* How the mask's load is spread. */
+EXPORT(page_spread)
+void page_spread(const int32_t* vertex_control, const int32_t* edge_control, const int32_t* begin,
+                 const int32_t* column, const float* weight) {
+    spread.vertex_control = vertex_control;
+    spread.edge_control = edge_control;
+    spread.begin = begin;
+    spread.column = column;
+    spread.weight = weight;
+}
+
+/* Whether the loads that come are a mask's. */
+EXPORT(page_spreads) void page_spreads(int yes) { is_spread = yes; }
+
+/* The displacements [row_count, 3] in m under the load of a tick; 0 where there was no room for them. */
+EXPORT(page_displace) const float* page_displace(const struct page_tick* tick) {
+    int c;
+    if (!displacement_m) return 0;
+    page_deform_clear(&columns, displacement_m);
+    if (tick->state != HAPTABLE_CONTACT) return displacement_m;
+    if (is_spread) {
+        const uint16_t vertex[3] = {(uint16_t)tick->vertex[0], (uint16_t)tick->vertex[1], (uint16_t)tick->vertex[2]};
+        page_deform_add_spread(&columns, &spread, vertex, (uint16_t)tick->patch, tick->nodal_force_n, displacement_m);
+        return displacement_m;
+    }
+    for (c = 0; c < 3; ++c)
+        if ((uint32_t)tick->vertex[c] < columns.column_count)
+            page_deform_add(&columns, (uint32_t)tick->vertex[c], tick->nodal_force_n[c], displacement_m);
+    return displacement_m;
+}

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo as WebAssembly, in a browser without a window: the host's bits, for every force and god-object.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <memory>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/model_bytes.hpp"
+#include "host/base/file.hpp"
+#include "host/page/base64.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+#include "tests/bodies.hpp"
+#include "tests/browser.hpp"
+#include "tests/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr std::size_t kTicks = 100000;  // of a mode, over both bodies
+
+/// Of a page's struct page_tick.
+struct PageTick {
+    std::uint32_t state;
+    std::int32_t patch, vertex[3];
+    float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+};
+
+std::filesystem::path module() { return build_folder() / "lib" / "page" / "servo.wasm"; }
+
+std::string missing() {
+    if (!std::filesystem::exists(module())) return "no " + module().string() + ": make test makes it";
+    return Browser::missing();
+}
+
+const ElasticBody& body(const std::string& name, ForceLaw force) {
+    static std::map<std::string, std::unique_ptr<ElasticBody>> made;
+    std::unique_ptr<ElasticBody>& one = made[name + word(force)];
+    const double radius_m = force != ForceLaw::kPressureMask ? 0.0 : name == "cube" ? 0.012 : 0.004;
+    if (!one && name == "cube") one = std::make_unique<ElasticBody>(cube_scene(5, 0.49), force, radius_m);
+    if (!one) one = std::make_unique<ElasticBody>(needle_cells(6, 0.06, 0.006), name, force, radius_m);
+    return *one;
+}
+
+/// One browser for all tests, with the module in it and two words to use it.
+Browser& browser() {
+    static std::unique_ptr<Browser> one;
+    if (one) return *one;
+    one = std::make_unique<Browser>();
+    one->evaluate(R"(
+        globalThis.bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
+        globalThis.text = bytes => {
+            let all = '';
+            for (let i = 0; i < bytes.length; i += 8192) all += String.fromCharCode(...bytes.subarray(i, i + 8192));
+            return btoa(all);
+        };
+        globalThis.kept = wasm => b => {
+            const at = wasm.page_reserve(b.length);
+            new Uint8Array(wasm.memory.buffer, at, b.length).set(b);
+            return at;
+        };
+        0)");
+    one->evaluate("WebAssembly.compile(bytes('" + to_base64(read_file(module())) +
+                  "')).then(module => { globalThis.module = module; return 1; })");
+    return *one;
+}
+
+std::string js_bytes(std::string_view bytes) { return "bytes('" + to_base64(bytes) + "')"; }
+
+template <typename T>
+std::string_view bytes_of(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+/// The ticks of a path by a fresh module.
+std::vector<PageTick> in_browser(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m) {
+    const std::string ticks = from_base64(
+        browser()
+            .evaluate(
+                "WebAssembly.instantiate(module, {}).then(instance => {"
+                "const wasm = instance.exports, keep = kept(wasm), model = " +
+                js_bytes(model_bytes(model)) + ", path = " + js_bytes(bytes_of(path_m)) +
+                ";const m = wasm.page_model(keep(model), model.length), at = keep(path), count = path.length / 12;"
+                "const out = wasm.page_reserve(104 * count);"
+                "wasm.page_begin(); wasm.page_replay(m, at, count, out);"
+                "return text(new Uint8Array(wasm.memory.buffer, out, 104 * count)); })")
+            .get<std::string>());
+    static_assert(sizeof(PageTick) == 104);
+    std::vector<PageTick> all(ticks.size() / sizeof(PageTick));
+    std::memcpy(all.data(), ticks.data(), all.size() * sizeof(PageTick));
+    return all;
+}
+
+template <typename A, typename B>
+bool same_bits(const A& a, const B& b) {
+    static_assert(sizeof(A) == sizeof(B));
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+bool same(const PageTick& a, const haptable_output& b) {
+    const bool corners = std::equal(a.vertex, a.vertex + 3, b.vertex, [](std::int32_t v, std::uint16_t w) {
+        return v == (w == HAPTABLE_NONE ? -1 : std::int32_t{w});
+    });
+    return corners && a.state == b.state && same_bits(a.alpha, b.alpha) && same_bits(a.god_object_m, b.god_object_m) &&
+           same_bits(a.force_n, b.force_n) && same_bits(a.nodal_force_n, b.nodal_force_n);
+}
+
+/// Strokes in and out, over edges and through thin parts, with positions that are none: half of kTicks.
+std::vector<std::array<float, 3>> long_path(const Tables& tables) {
+    std::vector<std::array<float, 3>> path_m = hard_path(tables, static_cast<int>(kTicks) / 80);
+    const auto more = stroke_path(tables, static_cast<int>(kTicks) / 160);
+    path_m.insert(path_m.end(), more.begin(), more.end());
+    return path_m;
+}
+
+class ModeInBrowser : public testing::TestWithParam<Mode> {};
+
+std::string name_of(const testing::TestParamInfo<Mode>& info) {
+    std::string name = info.param.name();
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, ModeInBrowser, testing::ValuesIn(every_mode()), name_of);
+
+TEST_P(ModeInBrowser, GivesTheHostsBits) {
+    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    for (const char* name : {"cube", "needle"}) {
+        const ElasticBody& touched = body(name, GetParam().force);
+        const haptable_model model = in_mode(touched.model(), GetParam());
+        const auto path_m = long_path(touched.tables());
+        ASSERT_GE(2 * path_m.size(), kTicks);
+        const std::vector<PageTick> ticks = in_browser(model, path_m);
+        ASSERT_EQ(ticks.size(), path_m.size());
+        haptable_servo servo;
+        haptable_init(&servo);
+        for (std::size_t i = 0; i < path_m.size(); ++i) {
+            haptable_output out;
+            haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+            ASSERT_TRUE(same(ticks[i], out)) << name << " tick " << i;
+        }
+        EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3) << name;
+    }
+}
+
+// Blocks in 16 bits are unpacked there too.
+TEST(PackedInBrowser, GivesTheHostsBits) {
+    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
+            Tables tables = body("cube", force).tables();
+            tables.precision = precision;
+            const ServoModel servo_model = build_model(tables);
+            const haptable_model model = model_in_memory(tables, servo_model);
+            const auto path_m = stroke_path(tables, 100);
+            const std::vector<PageTick> ticks = in_browser(model, path_m);
+            haptable_servo servo;
+            haptable_init(&servo);
+            for (std::size_t i = 0; i < path_m.size(); ++i) {
+                haptable_output out;
+                haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+                ASSERT_TRUE(same(ticks[i], out)) << word(force) << " " << word(precision) << " tick " << i;
+            }
+        }
+}
+
+// Bytes that are no model: cut, or naming a function that there is not.
+TEST(ModelInBrowser, IsRefusedWhereItIsDamaged) {
+    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    const std::string whole = model_bytes(body("cube", ForceLaw::kInterpolated).model());
+    const auto opens = [](const std::string& model) {
+        return browser()
+            .evaluate("WebAssembly.instantiate(module, {}).then(instance => { const model = " + js_bytes(model) +
+                      "; return instance.exports.page_model(kept(instance.exports)(model), model.length) !== 0; })")
+            .get<bool>();
+    };
+    EXPECT_TRUE(opens(whole));
+    EXPECT_FALSE(opens(whole.substr(0, whole.size() / 2)));
+    EXPECT_FALSE(opens(whole + "more"));
+    std::string other = whole;
+    const std::size_t passivity = other.size() - 4;  // the last field
+    other[passivity] = 77;
+    EXPECT_FALSE(opens(other));
+}
+
+}  // namespace
+}  // namespace haptable::test
