@@ -64,6 +64,7 @@ SESSION    = $(call objects,host/session) $(LINK) $(FIRMWARE)
 SERVO      = $(call objects,host/servo) $(SESSION)
 BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES)
+RUN        = $(call objects,host/run) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
 REPORT     = $(call objects,host/report) $(BASE)
@@ -103,7 +104,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-count haptable-report)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -116,7 +117,7 @@ all: $(MODULES) $(PROGRAMS)
 
 # demo: install what is missing, build, touch the cube over LCM for a few seconds, draw it, say where the pictures are
 .PHONY: demo
-demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
+demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh scripts/demo.sh
@@ -357,6 +358,9 @@ $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
 $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 	$(link) $(LIBS_LINK)
 
+$(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
+	$(link) $(LIBS_LINK)
+
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
 	$(link) $(LIBS_VIEW)
 
@@ -396,7 +400,7 @@ $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(REPORT) 
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(VIEW) $(TARGETED) | $(MODULES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) | $(MODULES)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_STROKES)
 
 # One scene: `make scene` calls make again with its NAME.

@@ -3,13 +3,11 @@
 #
 # The demonstration: the paper's pictures, then the cube in a closed loop at 1 kHz over LCM, recorded and drawn.
 # Called by `make demo` from the project's root when all is built. Results: $BUILD/demo/.
-# `scripts/demo.sh --figures` is the first half alone, `--loop` the second, for a place where LCM works.
+# `scripts/demo.sh --figures` is the first half alone.
 set -eu
 
 BUILD=${BUILD:-build}
 demo=$BUILD/demo
-log=$demo/cube.lcmlog
-. scripts/session.sh
 
 # ---- the paper's figures: a scripted finger path through the servo, and its last tick drawn ------------------------
 
@@ -52,6 +50,9 @@ figures() {
 # 1/100 s that all processors together waited while another virtual machine had theirs.
 stolen() { awk '/^cpu / { print $9 }' /proc/stat; }
 
+# value KEY FILE: a number of a program's --json summary.
+value() { sed -n "s/^ *\"$1\": \([^,]*\),*\$/\1/p" "$2"; }
+
 # why_late TICKS MISSED STOLEN: where more than one tick in a hundred was missed, what this machine has to do with it.
 why_late() {
     [ $((100 * $2)) -gt "$1" ] || return 0
@@ -61,60 +62,22 @@ why_late() {
     echo "    sh scripts/demo.sh runs it again, without building"
 }
 
-report() {
-    device=$demo/device.json
-    echo "The cube at 1 kHz over LCM (poke, drag, circle):"
-    echo "  ticks            $(value ticks "$device")"
-    echo "  missed           $(value missed "$device")"
-    printf '  latency, mean    %.0f us\n' "$(value latency_mean_us "$device")"
-    printf '  latency, 99.9 %%  %.0f us\n' "$(value latency_p999_us "$device")"
-    printf '  largest force    %.3f N\n' "$(value largest_force_n "$device")"
-    why_late "$(value ticks "$device")" "$(value missed "$device")" "$1"
-}
-
-run_loop() {
-    rm -f "$log" "$demo/device.json" "$demo/servo.json"
-    start_logger "$log" "$demo/logger.txt"
+loop() {
     stolen_before=$(stolen)
-    "$BUILD/cube/servo" --lcm --csv "$demo/cube-loop.csv" --quiet --json >"$demo/servo.json" &
-    servo=$!
-    children="$children $servo"
-    # The device waits for the servo.
-    "$BUILD/bin/haptable-device" meshes/cube.toml --path poke,drag,circle --csv "$demo/device.csv" \
-        --quiet --json >"$demo/device.json"
-    stolen=$(($(stolen) - stolen_before))
-    kill "$servo" # ends its session, and it tells of it
-    wait "$servo"
-    stop_logger "$log" "$demo/logger.txt"
-    report "$stolen" | tee "$demo/report.txt"
-}
-
-# Afterwards, so that the renderer does not compete with the loop for the processor.
-draw_loop() {
-    "$BUILD/bin/haptable-view" "$BUILD/cube" --quiet --log "$log" --every 100 -o "$demo/cube-loop"
-    echo "  pictures         $demo/cube-loop/ (one every 0.1 s, from the log)"
-    echo "  log              $log (lcm-logplayer and haptable-view --log read it)"
-    echo "  records          $demo/cube-loop.csv (servo), $demo/device.csv (device)"
-    echo "  report           $demo/report.txt, $demo/device.json, $demo/servo.json"
+    sh scripts/loopback.sh "$BUILD/bin/haptable-run" meshes/cube.toml --path poke,drag,circle -o "$demo/cube-loop" ||
+        return $?
+    device=$demo/cube-loop/device.json
+    why_late "$(value ticks "$device")" "$(value missed "$device")" $(($(stolen) - stolen_before))
 }
 
 # --------------------------------------------------------------------------------------------------------------------
 
-if [ "${1:-}" = --loop ]; then
-    run_loop
-    draw_loop
-    exit 0
-fi
-
 mkdir -p "$demo"
-if [ "${1:-}" = --figures ]; then
-    figures
-    exit 0
-fi
-rm -rf "$demo/cube-loop"
 figures
+[ "${1:-}" != --figures ] || exit 0
+echo "The cube at 1 kHz over LCM (poke, drag, circle), then a picture of every 0.1 s:"
 status=0
-sh scripts/loopback.sh sh "$0" --loop || status=$?
+loop || status=$?
 if [ "$status" -eq 77 ]; then
     echo "The closed loop was left out: LCM cannot work on this machine (see the line above)."
 elif [ "$status" -ne 0 ]; then

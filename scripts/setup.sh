@@ -11,14 +11,14 @@ packages_of() {
     demo) # haptable-precompute, -device, -view and the servo of a scene
         echo g++ make iproute2 \
             libeigen3-dev libsuitesparse-dev libopenblas-dev libxxhash-dev libgmsh-dev libpugixml-dev \
-            liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core \
+            liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core gnuplot-nox \
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld ;; # the servo as WebAssembly
     test) echo libgtest-dev clang libclang-rt-14-dev calculix-ccx lld chromium ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
-    bench) echo libbenchmark-dev gnuplot-nox cmark-gfm calculix-ccx ;;
-    figures) echo ffmpeg gnuplot-nox ;;
+    bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
+    figures) echo ffmpeg ;;
     cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
     mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines
     *) echo "setup: no set $1" >&2 && exit 2 ;;

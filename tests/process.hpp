@@ -44,6 +44,7 @@ public:
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;
 
+    pid_t id() const { return id_; }
     void kill(int signal) const;
     /// Its exit status, -signal where a signal ended it. After `patience` it is killed, and the test fails.
     int wait_for_exit(std::chrono::seconds patience = std::chrono::minutes(10));

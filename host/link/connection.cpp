@@ -96,6 +96,13 @@ void Connection::send(const char* channel, int size) {
         throw Error(std::string(channel) + ": LCM cannot send on " + url_ + ": is the network interface still up?");
 }
 
+void Connection::listen(const char* channel, std::function<void(std::span<const std::uint8_t>, std::int64_t)> handler) {
+    add(channel, [handler = std::move(handler)](std::span<const std::uint8_t> bytes, std::int64_t utime) {
+        handler(bytes, utime);
+        return true;
+    });
+}
+
 void Connection::add(const char* channel, Raw handler) {
     subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, channel, std::move(handler)}));
     // liblcm would open a socket of its own here.

@@ -64,6 +64,9 @@ public:
             return true;
         });
     }
+    /// The same for every message of the channel, undecoded: for who keeps or passes on what others say.
+    void listen(const char* channel,
+                std::function<void(std::span<const std::uint8_t> bytes, std::int64_t received_utime)> handler);
     /// Calls `work` whenever handle_until has handled all that waited: for who wants the newest message alone.
     void after_all(std::function<void()> work) { after_all_.push_back(std::move(work)); }
 

@@ -26,6 +26,10 @@ public:
     void add(std::string_view lines);
     /// Writes what was added to the disk, whole lines or none of them.
     void flush();
+    /// True once the disk has not taken all: what was there before stays whole, and nothing more is written.
+    bool failed() const { return error_ != 0; }
+    /// On the disk so far.
+    long size_bytes() const { return size_bytes_; }
     /// Ends it: the whole file is in its place. Throws Error when the disk did not take all of it.
     void finish();
 

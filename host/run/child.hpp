@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A program that runs beside this one: started, heard, ended, and never left behind.
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace haptable {
+
+class Child {
+public:
+    /// Starts it, in a process group of its own: a terminal's Ctrl-C reaches us alone, and we end it. The kernel ends
+    /// it where we are killed. `name` is for messages. Throws Error where it cannot be started.
+    Child(std::string name, const std::vector<std::string>& command);
+    /// Killed, with all that it started, where it still runs.
+    ~Child();
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    const std::string& name() const { return name_; }
+    /// For poll: readable when it has ended, or has said something on standard output or error; -1: closed.
+    std::array<int, 3> fds() const { return {end_, out_.fd, err_.fd}; }
+    /// Takes what it has said and whether it has ended, without waiting.
+    void look();
+    bool has_ended() const { return id_ == 0; }
+    /// Of an ended one: by itself, with status 0.
+    bool is_well() const { return status_ == 0; }
+    /// SIGTERM, once.
+    void ask_to_end();
+    /// Waits for its end, or that it says something, so long at the most.
+    void wait_some(std::chrono::milliseconds at_most);
+    /// Waits for its end; after `patience` it is killed.
+    void wait(std::chrono::milliseconds patience);
+
+    /// All that it printed, up to 1 MiB.
+    const std::string& out() const { return out_.text; }
+    /// How an ended one ended, in words, with its last line of complaint.
+    std::string how_it_ended() const;
+
+private:
+    struct Pipe {
+        int fd = -1;
+        std::string text;
+    };
+    static void take(Pipe& from);
+    void reap();
+    void close_all();
+
+    std::string name_;
+    pid_t id_ = 0;
+    int end_ = -1;  ///< pidfd
+    Pipe out_, err_;
+    bool asked_ = false, killed_ = false;
+    int status_ = 0;  ///< as waitpid gives it
+};
+
+}  // namespace haptable

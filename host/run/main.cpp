@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-run: a whole session in one command, and a folder with all that was seen of it.
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/base/program.hpp"
+#include "host/link/summary.hpp"
+#include "host/run/page.hpp"
+#include "host/run/plots.hpp"
+#include "host/run/report.hpp"
+#include "host/run/session.hpp"
+#include "host/run/timeline.hpp"
+#include "host/scene/scene.hpp"
+
+namespace haptable {
+
+namespace {
+
+struct Options {
+    RunOptions run;
+    std::string path, device, fault, seed, draw = "pictures";
+    double seconds = 0.0;
+    bool lockstep = false, json = false;
+    std::vector<std::string> more;
+};
+
+void add_options(CommandLine& app, Options& o) {
+    app.option("SCENE", o.run.scene_file, "the scene file; its servo is made where it is missing").required();
+    app.option("-o,--out", o.run.folder, "folder of log, CSV, pictures and report; older ones in it are replaced")
+        .required();
+    app.option("DEVICE_OPTIONS", o.more, "more options of haptable-device, after --: -- --at 0,0,0.03 --depth 0.01");
+    app.option("--seconds", o.seconds, "how long [once along the path]").positive();
+    app.option("--path", o.path, "as of haptable-device");
+    app.option("--device", o.device, "as of haptable-device");
+    app.option("--fault", o.fault, "as of haptable-device");
+    app.option("--seed", o.seed, "as of haptable-device");
+    app.flag("--lockstep", o.lockstep, "as of haptable-device");
+    app.option("--target", o.run.target,
+               "the servo on a microcontroller in QEMU: cortex-m4, cortex-m7, cortex-m33, rv32");
+    app.option("--draw", o.draw, "pictures, film or nothing when it is over, or pictures while it runs: live")
+        .show_default();
+    app.option("--every", o.run.every_ms, "ms from picture to picture").range(1, 1000000).show_default();
+    app.flag("--no-realtime", o.run.no_realtime, "do not ask for real-time priority");
+    app.flag("--json", o.json, "print the summary as JSON");
+    app.flag("--quiet", o.run.quiet, "print nothing but errors (and what --json asks for)");
+}
+
+std::vector<std::string> device_words(const Options& o) {
+    std::vector<std::string> words;
+    const auto add = [&words](const char* name, const std::string& value) {
+        if (!value.empty()) words.insert(words.end(), {name, value});
+    };
+    add("--path", o.path);
+    add("--device", o.device);
+    add("--fault", o.fault);
+    add("--seed", o.seed);
+    if (o.seconds > 0.0) add("--seconds", fmt::format("{:.9g}", o.seconds));
+    if (o.lockstep) words.emplace_back("--lockstep");
+    words.insert(words.end(), o.more.begin(), o.more.end());
+    return words;
+}
+
+void check(const Options& o) {
+    for (const char* word : {"pictures", "film", "nothing", "live"})
+        if (o.draw == word) return;
+    throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
+}
+
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (failed) throw Error(folder.string() + ": is no folder and cannot be made: " + failed.message());
+    for (const char* old : {"session.lcmlog", "servo.csv", "device.csv", "session.csv", "report.html", "summary.json",
+                            "servo.json", "device.json", "session.mp4"})
+        std::filesystem::remove(folder / old);
+    std::filesystem::remove_all(folder / "pictures");
+}
+
+void run(Options& o) {
+    check(o);
+    catch_interrupts();
+    const Scene scene = read_scene(o.run.scene_file);
+    const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
+    make_folder(o.run.folder);
+    o.run.device = device_words(o);
+    o.run.live = o.draw == "live";
+    const RunOutcome outcome = run_session(places, o.run);
+    const SummaryLines summary = report(places, o.run, scene.name, outcome, o.draw);
+    summary.print(o.json, o.run.quiet);
+    if (!outcome.trouble.empty())
+        throw Error(fmt::format("{}; the record up to there is in {}", outcome.trouble, o.run.folder.string()));
+    if (outcome.interrupted) throw Interrupted();
+}
+
+}  // namespace
+
+}  // namespace haptable
+
+int main(int argc, char** argv) {
+    haptable::CommandLine app(
+        "A session in one command: starts and ends servo, device, logger and viewer, and reports.", "haptable-run");
+    haptable::Options options;
+    haptable::add_options(app, options);
+    return haptable::run_program(app, argc, argv, [&] { haptable::run(options); });
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/run/places.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/run/child.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array kTargets{"cortex-m4", "cortex-m7", "cortex-m33", "rv32"};
+
+bool is_newer(const fs::path& file, const fs::path& than) {
+    std::error_code missing;
+    const auto time = fs::last_write_time(file, missing), other = fs::last_write_time(than, missing);
+    return !missing && time >= other;
+}
+
+bool is_project_here() { return fs::exists("Makefile") && fs::exists("scripts/qemu.sh"); }
+
+/// The words for a user: what `scene` makes more than `scene-alone` are the other programs.
+std::string words_of(const std::vector<std::string>& words) {
+    return words.front() == "scene-alone" ? "scene " + words.back() : fmt::format("{}", fmt::join(words, " "));
+}
+
+/// In haptable's own folder, `make` knows best whether anything is to be done.
+void make(const std::vector<std::string>& words, bool quiet) {
+    std::vector<std::string> command{"make", "--no-print-directory"};
+    command.insert(command.end(), words.begin(), words.end());
+    Child child("make", command);
+    std::size_t told = 0;
+    while (!child.has_ended()) {
+        stop_if_interrupted();
+        child.wait_some(std::chrono::milliseconds(200));
+        if (!quiet) std::fputs(child.out().substr(std::min(told, child.out().size())).c_str(), stderr);
+        told = child.out().size();
+    }
+    if (!child.is_well()) throw Error(child.how_it_ended());
+}
+
+void require(const fs::path& file, const fs::path& scene_file, const fs::path& build,
+             const std::vector<std::string>& words, bool quiet) {
+    if (is_newer(file, scene_file)) return;
+    if (!is_project_here()) {
+        if (fs::exists(file)) return;  // copied, or installed: of what time is no matter
+        throw Error(fmt::format("{} is missing: in haptable's folder run: make {}", file.string(), words_of(words)));
+    }
+    std::vector<std::string> all = words;
+    all.push_back("BUILD=" + build.string());
+    make(all, quiet);
+    if (!fs::exists(file)) throw Error(file.string() + ": make did not make it");
+}
+
+}  // namespace
+
+Places find_places(const fs::path& scene_file, const std::string& name, const std::string& target, bool quiet) {
+    Places places;
+    places.programs = fs::read_symlink("/proc/self/exe").parent_path();
+    places.build = fs::proximate(places.programs.parent_path());
+    places.scene = places.build / name;
+    const std::string scene = "SCENE=" + scene_file.string();
+    require(places.scene / "servo", scene_file, places.build, {"scene-alone", scene}, quiet);
+    if (target.empty()) return places;
+    if (std::find(kTargets.begin(), kTargets.end(), target) == kTargets.end())
+        throw Error(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
+    places.image = places.scene / "firmware" / target / "loop.elf";
+    require(places.image, scene_file, places.build, {"firmware", scene, "TARGET=" + target}, quiet);
+    if (!is_project_here())
+        throw Error("--target: QEMU is started by haptable's scripts: run this in haptable's folder");
+    return places;
+}
+
+}  // namespace haptable

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/run/plots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/run/child.hpp"
+#include "host/run/recorder.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Points = std::vector<std::array<double, 2>>;
+
+constexpr std::size_t kColumns = 800;  // of a plot, in pixels
+constexpr std::chrono::seconds kPatience{60};
+
+struct Curve {
+    std::string name;
+    Points points;
+    bool steps = false;
+};
+
+struct Figure {
+    std::string name, title, unit;
+    std::vector<Curve> curves;
+};
+
+Points over_ticks(const Timeline& timeline, const std::function<double(const Tick&)>& value) {
+    Points points;
+    points.reserve(timeline.ticks.size());
+    for (const Tick& tick : timeline.ticks) points.push_back({tick.time_s, value(tick)});
+    return points;
+}
+
+Points over_statuses(const Timeline& timeline, const std::string& counter) {
+    Points points;
+    for (const StatusPoint& status : timeline.statuses)
+        if (const auto found = status.counters.find(counter); found != status.counters.end())
+            points.push_back({status.time_s, static_cast<double>(found->second)});
+    return points;
+}
+
+/// Of the servo's counters those that say that something went wrong, where any did, and the states without an answer.
+std::vector<Curve> fault_curves(const Timeline& timeline) {
+    std::vector<Curve> curves;
+    double unanswered = 0.0;
+    Points missing;
+    for (const Tick& tick : timeline.ticks) missing.push_back({tick.time_s, unanswered += tick.answered ? 0.0 : 1.0});
+    curves.push_back({"states without an answer", std::move(missing), true});
+    if (timeline.statuses.empty()) return curves;
+    for (const auto& [name, last] : timeline.statuses.back().counters)
+        if (is_fault(name) && last != 0) curves.push_back({name, over_statuses(timeline, name), true});
+    return curves;
+}
+
+std::vector<Figure> figures(const Timeline& timeline) {
+    const auto axis = [&](std::size_t a) { return over_ticks(timeline, [a](const Tick& t) { return t.force_n[a]; }); };
+    std::vector<Figure> all;
+    all.push_back({"force",
+                   "Force on the finger",
+                   "N",
+                   {{"size", over_ticks(timeline, [](const Tick& t) { return t.force_size_n(); })},
+                    {"x", axis(0)},
+                    {"y", axis(1)},
+                    {"z", axis(2)}}});
+    all.push_back({"depth",
+                   "Depth: from the god-object to the finger",
+                   "mm",
+                   {{"depth", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.depth_m; })}}});
+    all.push_back(
+        {"energy",
+         "Energy",
+         "mJ",
+         {{"stored in the contact", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.stored_j; })},
+          {"given to the user so far", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.given_j; })}}});
+    if (!timeline.simulated)
+        all.push_back({"latency",
+                       "Latency: from a state to its answer",
+                       "us",
+                       {{"latency", over_ticks(timeline, [](const Tick& t) { return t.latency_us; })}}});
+    all.push_back({"faults", "Faults so far", "count", fault_curves(timeline)});
+    return all;
+}
+
+/// Names hold letters, digits and underscores, which gnuplot would lower; titles are ours.
+std::string script_of(const Figure& figure) {
+    std::string script;
+    std::string plots;
+    for (std::size_t i = 0; i < figure.curves.size(); ++i) {
+        const Curve& curve = figure.curves[i];
+        script += fmt::format("${}{} << END\n", figure.name, i);
+        Points points = thinned(curve.points, kColumns);
+        if (points.empty()) points.push_back({0.0, 0.0});
+        for (const auto& [time_s, value] : points)
+            fmt::format_to(std::back_inserter(script), "{:.6g} {:.6g}\n", time_s, value);
+        script += "END\n";
+        plots += fmt::format("{}${}{} using 1:2 with {} title \"{}\" noenhanced", plots.empty() ? "" : ", ",
+                             figure.name, i, curve.steps ? "steps" : "lines", curve.name);
+    }
+    return script + fmt::format(
+                        "set terminal svg size 900,300 font 'DejaVu Sans,11' name '{}' background 'white'\n"
+                        "set output '{}.svg'\nset ylabel '{}' noenhanced\nplot {}\nset output\n",
+                        figure.name, figure.name, figure.unit, plots);
+}
+
+constexpr const char* kStyle =
+    "set grid lc rgb '#d0d0d0'\nset xlabel 's'\nset key outside right top\nset yrange [*:*]\n"
+    "set offsets 0, 0, graph 0.05, graph 0.05\nset linetype 1 lw 1.5 lc rgb '#1f4e9c'\n"
+    "set linetype 2 lw 1 lc rgb '#c0392b'\nset linetype 3 lw 1 lc rgb '#2e8b57'\n"
+    "set linetype 4 lw 1 lc rgb '#d68910'\n";
+
+/// What gnuplot puts before the <svg> belongs to a file, not to a page.
+std::string svg_alone(const std::string& file) {
+    const std::size_t begin = file.find("<svg");
+    return begin == std::string::npos ? std::string() : file.substr(begin);
+}
+
+}  // namespace
+
+std::vector<std::array<double, 2>> thinned(const std::vector<std::array<double, 2>>& points, std::size_t columns) {
+    Points kept;
+    const auto is_number = [](const std::array<double, 2>& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); };
+    std::copy_if(points.begin(), points.end(), std::back_inserter(kept), is_number);
+    if (kept.size() <= 4 * columns) return kept;
+    Points thin;
+    const auto lower = [](const auto& a, const auto& b) { return a[1] < b[1]; };
+    for (std::size_t column = 0; column < columns; ++column) {
+        const auto at = [&](std::size_t c) {
+            return kept.begin() + static_cast<std::ptrdiff_t>(c * kept.size() / columns);
+        };
+        auto [least, most] = std::minmax_element(at(column), at(column + 1), lower);
+        if (most < least) std::swap(least, most);
+        thin.push_back(*least);
+        if (most != least) thin.push_back(*most);
+    }
+    return thin;
+}
+
+std::vector<Plot> draw_plots(const Timeline& timeline, const std::filesystem::path& scratch) {
+    const std::vector<Figure> all = figures(timeline);
+    std::string script = fmt::format("cd '{}'\n{}", scratch.string(), kStyle);
+    for (const Figure& figure : all) script += script_of(figure);
+    write_file(scratch / "plots.gp", script);
+    Child gnuplot("gnuplot", {"gnuplot", (scratch / "plots.gp").string()});
+    gnuplot.wait(kPatience);
+    if (!gnuplot.is_well()) throw Error(gnuplot.how_it_ended() + "; for plots: apt-get install gnuplot-nox");
+    std::vector<Plot> plots;
+    for (const Figure& figure : all)
+        plots.push_back({figure.title, svg_alone(read_file(scratch / (figure.name + ".svg")))});
+    return plots;
+}
+
+}  // namespace haptable

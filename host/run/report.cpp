@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/run/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/link/statistics.hpp"
+#include "host/run/child.hpp"
+#include "host/run/page.hpp"
+#include "host/run/timeline.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Report {
+public:
+    Report(const Places& places, const RunOptions& options, const RunOutcome& outcome)
+        : places_(places), o_(options), outcome_(outcome) {}
+
+    SummaryLines make(const std::string& scene, const std::string& draw) {
+        note_ = outcome_.trouble;
+        if (outcome_.interrupted && note_.empty()) note_ = "ended by Ctrl-C";
+        Timeline timeline;
+        attempt([&] { timeline = read_timeline(o_.folder / "session.lcmlog"); });
+        attempt([&] { write_csv(timeline, o_.folder / "session.csv"); });
+        if (draw == "pictures" || draw == "film") attempt([&] { draw_body(draw); });
+        std::vector<Plot> plots;
+        attempt([&] { plots = draw_in_scratch(timeline); });
+        const SummaryLines summary = summarise(timeline, scene);
+        attempt([&] { write_page(scene, plots, summary); });
+        attempt([&] { write_file(o_.folder / "summary.json", summary.json()); });
+        attempt([&] { keep("servo.json", outcome_.servo_summary); });
+        attempt([&] { keep("device.json", outcome_.device_summary); });
+        return summary;
+    }
+
+private:
+    /// One part that fails leaves the others as they are.
+    void attempt(const std::function<void()>& part) {
+        try {
+            part();
+        } catch (const Error& error) {
+            note_ += (note_.empty() ? "" : "; ") + std::string(error.what());
+        }
+    }
+
+    /// What a program printed of itself; nothing where it died.
+    void keep(const char* name, const std::string& summary) const {
+        if (!summary.empty()) write_file(o_.folder / name, summary);
+    }
+
+    void draw_body(const std::string& draw) {
+        const fs::path out = o_.folder / (draw == "film" ? "session.mp4" : "pictures");
+        Child viewer("viewer", {(places_.programs / "haptable-view").string(), places_.scene.string(), "--quiet",
+                                "--log", (o_.folder / "session.lcmlog").string(), "--every",
+                                std::to_string(o_.every_ms), "-o", out.string()});
+        while (!viewer.has_ended() && !(interrupted() && !outcome_.interrupted))
+            viewer.wait_some(std::chrono::milliseconds(100));
+        viewer.wait(std::chrono::milliseconds(0));
+        if (!viewer.is_well()) throw Error(viewer.how_it_ended());
+    }
+
+    std::vector<Plot> draw_in_scratch(const Timeline& timeline) const {
+        const Beside scratch(o_.folder / "plots");
+        fs::create_directories(scratch.path());
+        return draw_plots(timeline, scratch.path());
+    }
+
+    SummaryLines summarise(const Timeline& timeline, const std::string& scene) const {
+        SummaryLines summary;
+        summary.add("scene", scene);
+        summary.add("tables_hash", fmt::format("{:016x}", timeline.tables_hash));
+        summary.add("servo_on", o_.target.empty() ? "host" : o_.target);
+        summary.add("ticks", static_cast<std::int64_t>(timeline.ticks.size()));
+        const auto unanswered = [](const Tick& tick) { return !tick.answered; };
+        summary.add("unanswered",
+                    static_cast<std::int64_t>(std::count_if(timeline.ticks.begin(), timeline.ticks.end(), unanswered)));
+        add_largest(timeline, summary);
+        summary.add("damaged_messages", timeline.damaged);
+        summary.add("wall_s", outcome_.wall_s);
+        summary.add("trouble", note_.empty() ? "none" : note_);
+        summary.add("report", (o_.folder / "report.html").string());
+        return summary;
+    }
+
+    static void add_largest(const Timeline& timeline, SummaryLines& summary) {
+        double force_n = 0.0, depth_m = 0.0;
+        std::int64_t touching = 0;
+        DurationStatistics latency;
+        for (const Tick& tick : timeline.ticks) {
+            force_n = std::fmax(force_n, tick.force_size_n());
+            depth_m = std::fmax(depth_m, tick.depth_m);
+            touching += tick.stored_j > 0.0 ? 1 : 0;
+            if (!std::isnan(tick.latency_us)) latency.add(tick.latency_us);
+        }
+        summary.add("contact_ticks", touching);
+        summary.add("largest_force_n", force_n);
+        summary.add("largest_depth_m", depth_m);
+        if (latency.count() == 0) return;
+        summary.add("latency_mean_us", latency.mean_us());
+        summary.add("latency_p999_us", latency.quantile_us(0.999));
+        summary.add("latency_max_us", latency.max_us());
+    }
+
+    void write_page(const std::string& scene, const std::vector<Plot>& plots, const SummaryLines& summary) const {
+        std::vector<Facts> facts{facts_of("Session", summary.json()), facts_of("Servo", outcome_.servo_summary),
+                                 facts_of("Device", outcome_.device_summary)};
+        Facts files{"Files beside this page", {}};
+        for (const auto& [name, what] : std::initializer_list<std::pair<const char*, const char*>>{
+                 {"session.lcmlog", "every message, as lcm-logger writes it"},
+                 {"session.csv", "the same as a table, one line a state"},
+                 {"servo.csv", "the servo's own record: servo --replay takes it"},
+                 {"device.csv", "the device's own record"},
+                 {"summary.json", "the first table, for scripts; servo.json and device.json are the others"},
+                 {"pictures", "the deformed body"},
+                 {"session.mp4", "the same as a film"}})
+            if (fs::exists(o_.folder / name)) files.rows.emplace_back(name, what);
+        facts.push_back(std::move(files));
+        write_file(o_.folder / "report.html", report_page("A session with " + scene, note_, plots, facts));
+    }
+
+    const Places& places_;
+    const RunOptions& o_;
+    const RunOutcome& outcome_;
+    std::string note_;
+};
+
+}  // namespace
+
+SummaryLines report(const Places& places, const RunOptions& options, const std::string& scene,
+                    const RunOutcome& outcome, const std::string& draw) {
+    return Report(places, options, outcome).make(scene, draw);
+}
+
+}  // namespace haptable

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/run/child.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include "host/base/error.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr milliseconds kLong{60'000};
+
+bool is_alive(pid_t id) { return kill(id, 0) == 0; }
+
+TEST(Child, ItsOutputAndItsEndAreKept) {
+    Child child("echo", {"sh", "-c", "echo out; echo complaint >&2"});
+    child.wait(kLong);
+    EXPECT_TRUE(child.has_ended());
+    EXPECT_TRUE(child.is_well());
+    EXPECT_EQ(child.out(), "out\n");
+}
+
+TEST(Child, ItsLastWordsAreShown) {
+    Child child("servo", {"sh", "-c", "echo first >&2; echo 'servo: no tables' >&2; exit 3"});
+    child.wait(kLong);
+    EXPECT_FALSE(child.is_well());
+    EXPECT_EQ(child.how_it_ended(), "servo ended with status 3: servo: no tables");
+}
+
+TEST(Child, ASignalIsNamed) {
+    Child child("servo", {"sh", "-c", "kill -9 $$"});
+    child.wait(kLong);
+    EXPECT_EQ(child.how_it_ended(), "servo was ended by signal 9 (Killed)");
+}
+
+TEST(Child, AProgramThatIsMissingIsNamed) {
+    Child child("viewer", {"/nonexistent/haptable-view"});
+    child.wait(kLong);
+    EXPECT_FALSE(child.is_well());
+    EXPECT_NE(child.how_it_ended().find("/nonexistent/haptable-view"), std::string::npos) << child.how_it_ended();
+}
+
+TEST(Child, EndsWhenAsked) {
+    Child child("sleep", {"sh", "-c", "trap 'echo bye; exit 0' TERM; echo ready; while :; do sleep 0.01; done"});
+    while (child.out() != "ready\n" && !child.has_ended()) child.wait_some(kLong);
+    child.ask_to_end();
+    child.wait(kLong);
+    EXPECT_TRUE(child.is_well());
+    EXPECT_EQ(child.out(), "ready\nbye\n");
+}
+
+TEST(Child, IsKilledWhereItDoesNotEnd) {
+    Child child("deaf", {"sh", "-c", "trap '' TERM; echo ready; while :; do sleep 0.01; done"});
+    while (child.out().empty() && !child.has_ended()) child.wait_some(kLong);
+    child.ask_to_end();
+    child.wait(milliseconds(50));
+    EXPECT_TRUE(child.has_ended());
+    EXPECT_EQ(child.how_it_ended(), "deaf was ended by signal 9 (Killed), as it did not end by itself");
+}
+
+/// The number that a child prints first.
+pid_t id_printed_by(Child& child) {
+    while (child.out().find('\n') == std::string::npos && !child.has_ended()) child.wait_some(kLong);
+    return child.out().empty() ? 0 : std::stoi(child.out());
+}
+
+TEST(Child, DoesNotOutliveItsObject) {
+    pid_t id = 0;
+    {
+        Child child("sleep", {"sh", "-c", "echo $$; exec sleep 60"});
+        id = id_printed_by(child);
+        ASSERT_GT(id, 0);
+        ASSERT_TRUE(is_alive(id));
+    }
+    EXPECT_FALSE(is_alive(id));  // nor is it a zombie, which would be alive
+}
+
+// Where the parent itself is killed, the kernel ends its children.
+TEST(Child, DoesNotOutliveAKilledParent) {
+    const TemporaryFolder folder;
+    const std::string file = (folder.path() / "id").string();
+    const pid_t parent = fork();
+    if (parent == 0) {
+        Child child("sleep", {"sh", "-c", "echo $$; exec sleep 60"});
+        std::ofstream(file) << id_printed_by(child) << std::endl;
+        kill(getpid(), SIGKILL);
+    }
+    waitpid(parent, nullptr, 0);
+    pid_t id = 0;
+    std::ifstream(file) >> id;
+    ASSERT_GT(id, 0);
+    const auto is_running = [id] {  // a zombie that nobody reaps in this namespace has ended, too
+        std::ifstream stat("/proc/" + std::to_string(id) + "/stat");
+        std::string word, state;
+        return stat >> word >> word >> state && state != "Z";
+    };
+    for (int tries = 0; tries < 1000 && is_running(); ++tries) std::this_thread::sleep_for(milliseconds(10));
+    EXPECT_FALSE(is_running());
+}
+
+}  // namespace
+}  // namespace haptable::test

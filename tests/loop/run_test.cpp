@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// haptable-run as a user starts it: a session in one command, and every way in which it can end before its time.
+// Skipped where LCM has no multicast route (run these under scripts/loopback.sh) or the programs are not built.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "host/base/error.hpp"
+#include "host/link/log_reader.hpp"
+#include "host/target/image.hpp"
+#include "tests/loop/helpers.hpp"
+#include "tests/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+class Run : public testing::Test {
+protected:
+    void SetUp() override {
+        const std::string url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+        setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+        for (const std::string& needed :
+             {run, (build_folder() / "cube/servo").string(), program("haptable-device").string()})
+            if (!std::filesystem::exists(needed)) GTEST_SKIP() << needed << " is not built: make scene";
+        try {
+            const Connection connection(url);
+        } catch (const Error& error) {
+            GTEST_SKIP() << error.what();
+        }
+    }
+    void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }
+
+    std::vector<std::string> command(std::initializer_list<std::string> more) const {
+        std::vector<std::string> words{run, "meshes/cube.toml", "-o", (folder / "out").string(), "--no-realtime"};
+        words.insert(words.end(), more);
+        return words;
+    }
+    Process::Place place() const { return {{}, (folder / "stdout").string(), (folder / "stderr").string()}; }
+    std::string said() const { return read_file(folder / "stderr"); }
+    nlohmann::json summary() const { return nlohmann::json::parse(read_file(folder / "out/summary.json")); }
+
+    /// Waits until the session has been recorded for a while.
+    bool wait_for_record(std::uintmax_t bytes = 200'000) const {
+        const auto give_up = Clock::now() + std::chrono::seconds(60);
+        std::error_code none;
+        while (Clock::now() < give_up) {
+            const std::uintmax_t size = std::filesystem::file_size(folder / "out/session.lcmlog", none);
+            if (!none && size >= bytes) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        return false;
+    }
+    /// The record is one that other programs read: no half event, no half line.
+    void expect_whole_record() const {
+        LogReader log(folder / "out/session.lcmlog");
+        std::size_t events = 0;
+        while (log.next()) ++events;
+        EXPECT_GT(events, 100U);
+        EXPECT_EQ(log.damaged(), 0);
+        for (const char* csv : {"servo.csv", "device.csv", "session.csv"}) {
+            const std::string text = read_file(folder / "out" / csv);
+            EXPECT_EQ(text.back(), '\n') << csv;
+            EXPECT_GT(lines_of(text).size(), 20U) << csv;
+        }
+        EXPECT_NE(read_file(folder / "out/report.html").find("</html>"), std::string::npos);
+    }
+    /// The id of the program with these words in its command line that `parent` started; 0: none.
+    static pid_t child_of(pid_t parent, const std::string& words) {
+        for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+            std::ifstream status(entry.path() / "stat"), line(entry.path() / "cmdline");
+            std::string text((std::istreambuf_iterator<char>(line)), {}), id, name, state;
+            pid_t its_parent = 0;
+            status >> id >> name >> state >> its_parent;
+            if (its_parent == parent && text.find(words) != std::string::npos) return std::stoi(id);
+        }
+        return 0;
+    }
+
+    WorkFolder folder;
+    std::string run = program("haptable-run");
+};
+
+TEST_F(Run, LeavesAFolderWithAllOfASession) {
+    Process process(command({"--path", "poke", "--draw", "nothing", "--lockstep", "--json"}), place());
+    ASSERT_EQ(process.wait_for_exit(), 0) << said();
+    expect_whole_record();
+    EXPECT_EQ(read_file(folder / "stdout"), read_file(folder / "out/summary.json"));
+    EXPECT_EQ(summary()["trouble"], "none");
+    EXPECT_EQ(summary()["unanswered"], 0);
+    EXPECT_GT(summary()["contact_ticks"], 300);
+    EXPECT_EQ(read_rows(folder / "out/servo.csv").size(), summary()["ticks"]);
+    EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/device.json"))["ticks"], summary()["ticks"]);
+    EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/servo.json"))["ticks"], summary()["ticks"]);
+    const std::string page = read_file(folder / "out/report.html");
+    for (const char* title : {"Force on the finger", "Depth", "Energy", "Faults so far"})
+        EXPECT_NE(page.find(title), std::string::npos) << title;
+}
+
+TEST_F(Run, CtrlCLeavesAValidRecord) {
+    Process process(command({"--seconds", "60", "--draw", "nothing"}), place());
+    ASSERT_TRUE(wait_for_record()) << said();
+    process.kill(SIGINT);
+    EXPECT_EQ(process.wait_for_exit(), 130);
+    expect_whole_record();
+    EXPECT_EQ(summary()["trouble"], "ended by Ctrl-C");
+}
+
+TEST_F(Run, AServoThatDiesIsNamedAndLeavesAValidRecord) {
+    Process process(command({"--seconds", "60", "--draw", "nothing", "--quiet"}), place());
+    ASSERT_TRUE(wait_for_record()) << said();
+    const pid_t servo = child_of(process.id(), "cube/servo");
+    ASSERT_GT(servo, 0);
+    ::kill(servo, SIGKILL);
+    EXPECT_EQ(process.wait_for_exit(), 1);
+    EXPECT_EQ(lines_of(said()).size(), 1U) << said();
+    EXPECT_NE(said().find("servo was ended by signal 9 (Killed)"), std::string::npos) << said();
+    expect_whole_record();
+}
+
+// What it said before its end is the reason that the user reads.
+TEST_F(Run, ADeviceThatRefusesHasTheLastWord) {
+    Process process(command({"--path", "no-such-path", "--draw", "nothing", "--quiet"}), place());
+    EXPECT_EQ(process.wait_for_exit(), 1);
+    EXPECT_NE(said().find("\"no-such-path\" is not known"), std::string::npos) << said();
+}
+
+// RLIMIT_FSIZE stands for the full disk: a write takes a part, and then none.
+TEST_F(Run, AFullDiskIsSaidAndLeavesAValidRecord) {
+    std::string words = "trap '' XFSZ; ulimit -f 500; exec";
+    for (const std::string& word : command({"--seconds", "60", "--draw", "nothing", "--quiet"})) words += " " + word;
+    Process process({"bash", "-c", words}, place());
+    EXPECT_EQ(process.wait_for_exit(), 1);
+    EXPECT_NE(said().find("session.lcmlog: cannot be written"), std::string::npos) << said();
+    expect_whole_record();
+}
+
+TEST_F(Run, KilledItLeavesNoProgramAndAValidLog) {
+    Process process(command({"--seconds", "60", "--draw", "nothing", "--quiet"}), place());
+    ASSERT_TRUE(wait_for_record()) << said();
+    const pid_t servo = child_of(process.id(), "cube/servo"), device = child_of(process.id(), "haptable-device");
+    ASSERT_GT(servo, 0);
+    ASSERT_GT(device, 0);
+    ::kill(process.id(), SIGKILL);
+    const auto is_running = [](pid_t id) {
+        std::ifstream stat("/proc/" + std::to_string(id) + "/stat");
+        std::string word, state;
+        return stat >> word >> word >> state && state != "Z";
+    };
+    for (int tries = 0; tries < 1000 && (is_running(servo) || is_running(device)); ++tries)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_FALSE(is_running(servo));
+    EXPECT_FALSE(is_running(device));
+    LogReader log(folder / "out/session.lcmlog");
+    while (log.next()) {
+    }
+    EXPECT_EQ(log.damaged(), 0);
+}
+
+TEST_F(Run, ServesATargetInQemu) {
+    const std::string missing = TargetImage(build_folder(), "cube", "cortex-m7").missing();
+    if (!missing.empty()) GTEST_SKIP() << missing;
+    Process process(command({"--path", "poke", "--target", "cortex-m7", "--lockstep", "--seconds", "0.3", "--draw",
+                             "nothing", "--quiet"}),
+                    place());
+    ASSERT_EQ(process.wait_for_exit(), 0) << said();
+    expect_whole_record();
+    EXPECT_EQ(summary()["servo_on"], "cortex-m7");
+    EXPECT_EQ(summary()["ticks"], 300);
+    EXPECT_EQ(summary()["unanswered"], 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/to-target"));
+}
+
+// Away from haptable's folder there is no make: the command is said.
+TEST_F(Run, ASceneWithoutAServoNamesTheCommand) {
+    write_file(folder / "a.toml",
+               "name = \"not-built\"\n[mesh]\ngenerate = \"cube\"\n[material]\nyoung = 1e4\npoisson = 0.3\n"
+               "[[fixed]]\nbox = [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]\n");
+    Process::Place elsewhere = place();
+    elsewhere.folder = folder.path();
+    Process process({run, "a.toml", "-o", "out"}, elsewhere);
+    EXPECT_EQ(process.wait_for_exit(), 1);
+    EXPECT_NE(said().find("make scene SCENE=a.toml"), std::string::npos) << said();
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+}  // namespace
+}  // namespace haptable::test
