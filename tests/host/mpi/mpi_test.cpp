@@ -84,7 +84,10 @@ protected:
     const fs::path one_ = test::program("haptable-precompute"), many_ = test::program("haptable-precompute-mpi");
 };
 
-TEST_P(Mpi, WritesTheTablesOfOneProcess) {
+// What three processes run as well: MPI's spin where they wait, which takes ten times as long on two processors.
+class MpiOfMore : public Mpi {};
+
+TEST_P(MpiOfMore, WritesTheTablesOfOneProcess) {
     ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
     EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
     EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
@@ -174,7 +177,7 @@ TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {
     EXPECT_FALSE(fs::exists(folder_.path() / "many"));
 }
 
-TEST_P(Mpi, PassesTheTestsOfAnInverse) {
+TEST_P(MpiOfMore, PassesTheTestsOfAnInverse) {
     const fs::path ranks = test::build_folder() / "tests/ranks";
     ASSERT_TRUE(fs::exists(ranks)) << "make " << ranks;
     const test::Outcome outcome = test::run(mpirun() + "'" + fs::absolute(ranks).string() + "' --gtest_brief=1",
@@ -183,7 +186,8 @@ TEST_P(Mpi, PassesTheTestsOfAnInverse) {
     EXPECT_NE(outcome.out.find("[  PASSED  ]"), std::string::npos) << outcome.out << outcome.err;
 }
 
-INSTANTIATE_TEST_SUITE_P(Ranks, Mpi, testing::Values(1, 2, 4));
+INSTANTIATE_TEST_SUITE_P(Ranks, Mpi, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Ranks, MpiOfMore, testing::Values(1, 2, 3));
 
 }  // namespace
 
