@@ -8,18 +8,49 @@
 #include "haptable_patch.h"
 #include "haptable_surface.h"
 
-/* Six times the signed volume of the segment and one edge: on which side of the edge the segment passes. Taken with the
- * lower vertex first, it is the same number, with the opposite sign, for both patches of an edge: no segment slips
- * between. */
-static float passes_edge(const struct haptable_model* model, uint16_t i, uint16_t j, const float from_m[3],
-                         const float along[3]) {
-    float a[3];
-    float b[3];
-    float normal[3];
-    vec_sub(model->vertex_m[i < j ? i : j], from_m, a);
-    vec_sub(model->vertex_m[i < j ? j : i], from_m, b);
-    vec_cross(a, b, normal);
-    return i < j ? vec_dot(along, normal) : -vec_dot(along, normal);
+/* The surface as it is seen along a segment, which comes from the origin of a plane: coordinates less their part along
+ * the segment, with its longest axis as the depth (Woop, Benthin and Wald 2013). A vertex has one place in this plane,
+ * whatever patch has it, and the side of an edge there is a sign of the difference of two products, which rounding
+ * cannot turn: patches that meet at an edge or a vertex leave no gap, and no segment slips between. */
+struct view {
+    int axis[3]; /* to the right, up, and along the segment, less those two: a right-handed turn seen from its begin */
+    float shift[2]; /* by the depth */
+};
+
+static float magnitude(float x) { return x < 0.0f ? -x : x; }
+
+static struct view view_along(const float along[3]) {
+    struct view view;
+    int depth = magnitude(along[1]) > magnitude(along[0]) ? 1 : 0;
+    if (magnitude(along[2]) > magnitude(along[depth])) depth = 2;
+    view.axis[2] = depth;
+    view.axis[0] = along[depth] < 0.0f ? previous_corner(depth) : next_corner(depth);
+    view.axis[1] = along[depth] < 0.0f ? next_corner(depth) : previous_corner(depth);
+    view.shift[0] = along[depth] != 0.0f ? along[view.axis[0]] / along[depth] : 0.0f;
+    view.shift[1] = along[depth] != 0.0f ? along[view.axis[1]] / along[depth] : 0.0f;
+    return view;
+}
+
+static inline void see_vertex(const struct view* view, const float vertex_m[3], const float from_m[3], float seen[2]) {
+    const float depth = vertex_m[view->axis[2]] - from_m[view->axis[2]];
+    seen[0] = vertex_m[view->axis[0]] - from_m[view->axis[0]] - view->shift[0] * depth;
+    seen[1] = vertex_m[view->axis[1]] - from_m[view->axis[1]] - view->shift[1] * depth;
+}
+
+/* 1 where the segment passes the edge on the side where its patch is not. */
+static inline int passes_edge(const float a[2], const float b[2]) { return a[0] * b[1] - a[1] * b[0] > 0.0f; }
+
+/* 1 where the segment, as a line, goes through the patch. */
+static int goes_through(const struct haptable_model* model, uint16_t patch, const struct view* view,
+                        const float from_m[3]) {
+    float a[2];
+    float b[2];
+    float c[2];
+    see_vertex(view, vertex_of(model, patch, 0), from_m, a);
+    see_vertex(view, vertex_of(model, patch, 1), from_m, b);
+    if (passes_edge(a, b)) return 0;
+    see_vertex(view, vertex_of(model, patch, 2), from_m, c);
+    return !passes_edge(b, c) && !passes_edge(c, a);
 }
 
 /* 1 where the patch is one of those that the segment leaves. */
@@ -53,15 +84,25 @@ static int may_enter(const struct haptable_model* model, const struct haptable_s
     return segment->is_beside && (start >= 0.0f || start2 <= BEHIND * BEHIND * near2);
 }
 
+/* 1 where a finger's path begins within tolerance_m of the patch: it begins on it then. Rounding may have put the begin
+ * of such a path past the patch's edge, or the line through its plane anywhere. */
+static int begins_on(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
+                     float start, const float normal[3]) {
+    const float start2 = (start / model->tolerance_m) * (start / model->tolerance_m);
+    struct haptable_contact on;
+    if (segment->left[0] != HAPTABLE_NONE || start2 > vec_dot(normal, normal)) return 0;
+    haptable_patch_nearest(model, patch, segment->from_m, &on);
+    return gap2(on.god_object_m, segment->from_m) <= model->tolerance_m * model->tolerance_m;
+}
+
 /* 1 when the segment crosses the patch from outside to inside; *fraction is where, 0 to 1 of the segment. */
 static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
-                  float* fraction) {
+                  const struct view* view, float* fraction) {
     const uint16_t* v = model->patch[patch];
     float edge1[3];
     float edge2[3];
     float normal[3];
     float offset[3];
-    float along[3];
     float start;
     float end;
     patch_frame(model, patch, edge1, edge2, normal);
@@ -70,16 +111,12 @@ static int enters(const struct haptable_model* model, uint16_t patch, const stru
     vec_sub(segment->to_m, model->vertex_m[v[0]], offset);
     end = vec_dot(normal, offset);
     if (end >= 0.0f || end >= start) return 0;
-    vec_sub(segment->to_m, segment->from_m, along);
-    if (passes_edge(model, v[0], v[1], segment->from_m, along) > 0.0f) return 0;
-    if (passes_edge(model, v[1], v[2], segment->from_m, along) > 0.0f) return 0;
-    if (passes_edge(model, v[2], v[0], segment->from_m, along) > 0.0f) return 0;
     if (!may_enter(model, segment, patch, start, end, normal)) return 0;
+    if (!goes_through(model, patch, view, segment->from_m) && !begins_on(model, segment, patch, start, normal))
+        return 0;
     *fraction = start > 0.0f ? start / (start - end) : 0.0f;
     return 1;
 }
-
-static float magnitude(float x) { return x < 0.0f ? -x : x; }
 
 /* A segment in grid steps: its middle and half its extent, and the magnitudes of that half. */
 struct grid_segment {
@@ -122,14 +159,15 @@ static int meets_box(const struct grid_segment* grid, const struct haptable_box*
 }
 
 /* Takes the leaf's patch that the segment enters first, if it comes before the one that was found. */
-static void enter_leaf(const struct haptable_model* model, uint16_t first, struct haptable_segment* segment) {
+static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct view* view,
+                       struct haptable_segment* segment) {
     const int left = (int)model->patch_count - (int)first;
     const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
     int i;
     for (i = 0; i < count; ++i) {
         const uint16_t candidate = (uint16_t)(first + i);
         float here;
-        if (!enters(model, candidate, segment, &here) || here >= segment->fraction) continue;
+        if (!enters(model, candidate, segment, view, &here) || here >= segment->fraction) continue;
         segment->fraction = here;
         segment->patch = candidate;
     }
@@ -140,6 +178,10 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, struc
 static void search(const struct haptable_model* model, int boxes, struct haptable_segment* segment) {
     const struct grid_segment grid = to_grid(model, segment);
     uint16_t box = segment->box;
+    struct view view;
+    float along[3];
+    vec_sub(segment->to_m, segment->from_m, along);
+    view = view_along(along);
     while (box < model->box_count && segment->boxes < boxes) {
         const struct haptable_box* here = &model->box[box];
         ++segment->boxes;
@@ -147,7 +189,7 @@ static void search(const struct haptable_model* model, int boxes, struct haptabl
             box = here->skip;
             continue;
         }
-        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, segment);
+        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, &view, segment);
         ++box;
     }
     segment->box = box;
@@ -222,18 +264,19 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
 #define LEFT_OUT_AT_VERTEX (2.0f * HAPTABLE_VERTEX_REACH)
 
 /* Begins the line to x at a point of it that is on that side, on or next to what `at` is on. A line along the surface
- * begins tolerance_m outwards from there, where nothing is rounding. Returns 0 for one that begins inside. */
+ * runs tolerance_m outwards of it, where nothing is rounding. Returns 0 for one that begins inside. */
 static int begin_on(const struct haptable_model* model, const struct haptable_contact* at, enum haptable_side side,
                     const float from_m[3], const float x_m[3], struct haptable_segment* segment) {
-    float begin_m[3];
     if (side == HAPTABLE_SIDE_INSIDE) return 0;
-    vec_copy(from_m, begin_m);
+    begin(from_m, x_m, segment);
     if (side == HAPTABLE_SIDE_ALONG) {
         float outward[3];
+        float scale;
         haptable_surface_outward(model, at, outward);
-        vec_add_scaled(model->tolerance_m * haptable_surface_inverse_length(outward), outward, begin_m);
+        scale = model->tolerance_m * haptable_surface_inverse_length(outward);
+        vec_add_scaled(scale, outward, segment->from_m);
+        vec_add_scaled(scale, outward, segment->to_m);
     }
-    begin(begin_m, x_m, segment);
     leave(model, at, segment);
     segment->is_beside = side == HAPTABLE_SIDE_ALONG;
     return 1;

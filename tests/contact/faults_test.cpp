@@ -12,6 +12,7 @@
 
 extern "C" {
 #include "firmware/haptable_entry.h"
+#include "firmware/haptable_patch.h"
 }
 #include "host/scene/scene.hpp"
 #include "tests/bodies.hpp"
@@ -291,6 +292,91 @@ TEST(Faults, AWayInThatBeginsOnAnEdgeIsFound) {
             ++inside;
         }
         EXPECT_GT(inside, 500) << shape.name;
+    }
+}
+
+/// The contact at x on a patch of the model, by looking at all patches.
+haptable_contact on_surface(const TestModel& model, const Vector3d& x) {
+    const auto nearest = [&](int p) {
+        return nearest_on_triangle(x, model.corner(p, 0), model.corner(p, 1), model.corner(p, 2));
+    };
+    int best = 0;
+    for (int p = 1; p < int(model.servo().patch.size()); ++p)
+        if ((nearest(p) - x).norm() < (nearest(best) - x).norm()) best = p;
+    float x_m[3];
+    for (int axis = 0; axis < 3; ++axis) x_m[axis] = static_cast<float>(x[axis]);
+    haptable_contact at{};
+    haptable_patch_nearest(model.get(), static_cast<std::uint16_t>(best), x_m, &at);
+    return at;
+}
+
+/// True where a finger that was last at the segment's end, and goes to x, enters.
+bool goes_in(const TestModel& model, haptable_segment segment, const Vector3d& x) {
+    float x_m[3];
+    for (int axis = 0; axis < 3; ++axis) x_m[axis] = static_cast<float>(x[axis]);
+    segment.unfinished = 0;
+    segment.boxes = 0;
+    haptable_contact contact{};
+    haptable_counters counters{};
+    return haptable_surface_enter(model.get(), x_m, &segment, &contact, &counters) != 0;
+}
+
+// Rounded alone, the sides of a vertex's edges may contradict one another: then none of its patches is gone through.
+TEST(Faults, AWayInThroughAVertexIsFound) {
+    for (const Shape& shape : {l_shape(3, 0.03), sphere_shape(3, 0.03), torus_shape(16, 8, 0.03, 0.01)}) {
+        const TestModel model(shape);
+        std::mt19937 dice(3);
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(dice);
+        };
+        int inside = 0;
+        for (int trial = 0; trial < 20000; ++trial) {
+            const Vector3d v = model.corner(static_cast<int>(dice() % model.servo().patch.size()), trial % 3);
+            const Vector3d way(between(-1, 1), between(-1, 1), between(-1, 1));
+            Finger finger(model);
+            finger.to(v - between(1e-4, 5e-3) * way);
+            const Vector3d begin = finger.at();
+            finger.to(v + between(1e-4, 5e-3) * way);
+            inside += finger.touches() ? 1 : 0;
+            if (finger.touches() || model.signed_solid_angle(begin) > 6.0) continue;
+            const double deep =
+                model.signed_solid_angle(finger.at()) < 6.0 ? 0.0 : (model.nearest(finger.at()) - finger.at()).norm();
+            ASSERT_LT(deep, 1e-4) << shape.name << " trial " << trial;
+        }
+        EXPECT_GT(inside, 2000) << shape.name;
+    }
+}
+
+// It may end behind the surface by less than the tolerance. A path that goes on along it and slowly in begins on the
+// surface, wherever the line meets that.
+TEST(Faults, APathThatBeginsBehindTheSurfaceIsOnIt) {
+    const TestModel model(l_shape(6, 0.06));
+    const double tolerance = double(model.get()->tolerance_m);
+    for (const double behind : {0.1, 0.3, 0.9})
+        for (const double aside : {1e-6, 1e-4}) {
+            haptable_segment segment{};
+            segment.to_m[0] = 0.045F;
+            segment.to_m[1] = static_cast<float>(aside);
+            segment.to_m[2] = static_cast<float>(0.03 - behind * tolerance);
+            EXPECT_TRUE(goes_in(model, segment, {0.045, 0.01, 0.03 - (behind + 1.0) * tolerance}))
+                << behind << " behind, " << aside << " m from the edge";
+        }
+}
+
+// A line along the floor is clear; a finger that goes on from its end, level and a rounding under the floor, goes into
+// the wall.
+TEST(Faults, AFingerLetGoAlongTheSurfaceIsOutside) {
+    const TestModel model(l_shape(6, 0.06));
+    const double tolerance = double(model.get()->tolerance_m);
+    const haptable_contact from = on_surface(model, {0.045, 0.021, 0.03});
+    for (const double behind : {0.0, 0.1, 0.2}) {
+        const double z = 0.03 - behind * tolerance;
+        const float finger_m[3] = {0.035F, 0.021F, static_cast<float>(z)};
+        haptable_segment segment{};
+        haptable_counters counters{};
+        ASSERT_EQ(haptable_surface_sight(model.get(), &from, finger_m, HAPTABLE_TICK_BOXES, &segment, &counters),
+                  HAPTABLE_SIGHT_CLEAR);
+        EXPECT_TRUE(goes_in(model, segment, {0.02, 0.021, z})) << behind << " behind";
     }
 }
 
