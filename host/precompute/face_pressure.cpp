@@ -71,7 +71,7 @@ Facets::Rule Facets::make_rule(int place, int cuts) {
 
 Facets::Facets(std::span<const Vector3d> position_m, std::span<const Patch> patch, std::span<const Quarter> quarter,
                double radius_m)
-    : radius_m_(radius_m) {
+    : extent_m_(position_m.size(), 0.0), radius_m_(radius_m) {
     double longest_m = 0.0;
     for (std::size_t p = 0; p < patch.size(); ++p) {
         std::array<Vector3d, 3> x;
@@ -91,9 +91,17 @@ Facets::Facets(std::span<const Vector3d> position_m, std::span<const Patch> patc
             facet.node = quarter[p].face;
         else
             std::copy(patch[p].begin(), patch[p].end(), facet.node.begin());
+        // From any node of a face to any other it is two edges of its quarters at most.
+        const double extent_m = place == kLinear ? edge_m : 2.0 * edge_m;
+        for (std::int32_t node : nodes(p)) extent_m_[at(node)] = std::max(extent_m_[at(node)], extent_m);
     }
-    // Two quarters side by side span a face's edge; a curved one is a little longer.
-    reach_m_ = radius_m + 2.1 * longest_m;
+    touched_m_ = std::hypot(radius_m, 0.5 * longest_m);
+}
+
+double Facets::reach_m(const SurfaceDistance::Distances& near) const {
+    double reach_m = 0.0;
+    for (const auto& [node, d] : near) reach_m = std::max(reach_m, d + extent_m_[at(node)]);
+    return reach_m * (1.0 + 1e-12);  // that far, not within
 }
 
 std::span<const std::int32_t> Facets::nodes(std::size_t p) const {

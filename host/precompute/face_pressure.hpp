@@ -25,8 +25,11 @@ public:
     Facets(std::span<const Eigen::Vector3d> position_m, std::span<const Patch> patch, std::span<const Quarter> quarter,
            double radius_m);
 
-    /// So far a face's nodes may lie from where the pressure ends on it.
-    double reach_m() const { return reach_m_; }
+    /// Every patch that the pressure touches has a node within it: where its rim crosses an edge between two nodes that
+    /// lie outside, one is less than half an edge from the middle of what is inside.
+    double touched_m() const { return touched_m_; }
+    /// Within it are all nodes of the faces at these nodes.
+    double reach_m(const SurfaceDistance::Distances& near) const;
     double radius_m() const { return radius_m_; }
     std::span<const std::int32_t> nodes(std::size_t p) const;
 
@@ -48,7 +51,8 @@ private:
 
     std::vector<Facet> facet_;
     std::map<std::pair<int, int>, Rule> rule_;  // by quarter and cuts of an edge
-    double radius_m_, reach_m_;
+    std::vector<double> extent_m_;  // [N] over a node's faces: no node of theirs is farther along their edges
+    double radius_m_, touched_m_;
 };
 
 /// One worker's pressures, one after the other.
@@ -56,8 +60,8 @@ class FacePressure {
 public:
     FacePressure(const Facets& facets, const SurfaceGraph& surface);
 
-    /// near: of all nodes within facets.reach_m(). Empty where no more than `own` nodes are within the radius: there
-    /// the mesh is too coarse for it.
+    /// near: of all nodes of the faces that the pressure touches. Empty where no more than `own` nodes are within the
+    /// radius: there the mesh is too coarse for it.
     NodeWeights integrate(const SurfaceDistance::Distances& near, std::size_t own);
 
 private:

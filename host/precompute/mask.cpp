@@ -47,16 +47,27 @@ class Maker {
 public:
     /// facets: of quadratic tetrahedra; else none
     Maker(const SurfaceGraph& surface, const Facets* facets, std::span<const double> area_m2, double radius_m)
-        : distance_(surface), area_m2_(area_m2), radius_m_(radius_m), reach_m_(radius_m) {
-        if (facets == nullptr) return;
-        pressure_.emplace(*facets, surface);
-        reach_m_ = facets->reach_m();
+        : distance_(surface), facets_(facets), area_m2_(area_m2), radius_m_(radius_m) {
+        if (facets != nullptr) pressure_.emplace(*facets, surface);
     }
 
-    NodeWeights at_node(std::int32_t node) { return distribute(distance_.from_node(node, reach_m_), std::array{node}); }
-    NodeWeights at_edge(const Edge& edge) { return distribute(distance_.from_edge(edge[0], edge[1], reach_m_), edge); }
+    NodeWeights at_node(std::int32_t node) {
+        return distribute(find_near([&](double reach_m) { return distance_.from_node(node, reach_m); }),
+                          std::array{node});
+    }
+    NodeWeights at_edge(const Edge& edge) {
+        return distribute(find_near([&](double reach_m) { return distance_.from_edge(edge[0], edge[1], reach_m); }),
+                          edge);
+    }
 
 private:
+    /// Nodes within the radius; with facets all nodes of the faces that it touches, by a second search: faces may be
+    /// much larger elsewhere.
+    template <typename Search>
+    SurfaceDistance::Distances find_near(const Search& search) const {
+        if (facets_ == nullptr) return search(radius_m_);
+        return search(facets_->reach_m(search(facets_->touched_m())));
+    }
     /// Where nothing is within reach, the nodes of the feature itself.
     NodeWeights distribute(const SurfaceDistance::Distances& near, std::span<const std::int32_t> own) {
         NodeWeights mask = pressure_ ? pressure_->integrate(near, own.size()) : at_nodes(near);
@@ -82,9 +93,10 @@ private:
     }
 
     SurfaceDistance distance_;
+    const Facets* facets_;
     std::optional<FacePressure> pressure_;
     std::span<const double> area_m2_;
-    double radius_m_, reach_m_;
+    double radius_m_;
 };
 
 /// a + factor b.

@@ -1,11 +1,43 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Tetrahedra that are almost flat.
+// Tetrahedra that are almost flat: taken, told, and refused where their volume is rounding.
+#include "host/base/error.hpp"
+#include "host/hard/cells.hpp"
+#include "host/mesh/audit.hpp"
+#include "host/mesh/read_mesh.hpp"
+#include "host/mesh/write_tetgen.hpp"
 #include "tests/hard/holds.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
+TetMesh written_and_read(double radius_ratio) {
+    const TemporaryFolder folder;
+    const TetMesh mesh = sliver_mesh(4, radius_ratio);
+    return read_mesh(write_tetgen(mesh.position_m, mesh.tet, folder.path() / "slivers"), 1.0);
+}
+
 TEST(HardSliver, RadiusRatioOfAMillionth) { expect_holds("slivers of radius ratio 1e-6"); }
+
+TEST(HardSliver, TheAuditCountsThem) {
+    for (const double ratio : {1e-6, 1e-9}) {
+        const Audit audit = audit_mesh(written_and_read(ratio));
+        EXPECT_EQ(audit.slivers, 16U) << "a face between two cells";
+        // A volume is a difference of products of edges: it loses the digits that the sliver is flat by.
+        EXPECT_WITHIN(std::abs(audit.worst_ratio / ratio - 1.0), .count = 64, .condition = 1.0 / ratio);
+    }
+}
+
+TEST(HardSliver, OneWhoseVolumeIsRoundingIsRefused) {
+    EXPECT_EQ(written_and_read(1e-12).turned, 0U);
+    try {
+        written_and_read(1e-16);
+        ADD_FAILURE() << "was taken";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("has no volume; remove it"), std::string::npos) << error.what();
+    }
+}
 
 }  // namespace
 }  // namespace haptable::test

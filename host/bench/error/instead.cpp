@@ -113,7 +113,7 @@ MatrixXd conjugate_gradients(const Eigen::SparseMatrix<double>& k, const MatrixX
 
 std::vector<Point> measure_instead(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& all) {
     // A tick of conjugate gradients may take seconds.
-    const auto truths = std::span(all).first(std::min(meshed.fine ? 1 : kPlaces, all.size()));
+    const auto truths = std::span(all).first(std::min(meshed.fineness == Fineness::kFine ? 1 : kPlaces, all.size()));
     const auto named = [&](const char* what) {
         return Point{specimen.name, meshed.name, "linear", what, "none", "float64"};
     };

@@ -38,8 +38,8 @@ void measure_all(const fs::path& known, bool quick, const fs::path& build, Progr
         const auto truths = truth_of(topics, specimen.name);
         for (const Meshed& meshed : specimen.meshes) {
             progress.stage(fmt::format("error and speed: {}, {}", specimen.name, meshed.name));
-            for (const auto& measured :
-                 {measure_points(specimen, meshed, truths, build, progress), measure_instead(specimen, meshed, truths)})
+            for (const auto& measured : {measure_points(specimen, meshed, truths, build, quick, progress),
+                                         measure_instead(specimen, meshed, truths)})
                 points.insert(points.end(), measured.begin(), measured.end());
         }
         const Meshed& coarse = specimen.meshes[specimen.meshes.size() > 2 ? 2 : 0];

@@ -21,9 +21,9 @@ struct Point {
     std::string best = "";      ///< of time, flash, precompute: where none of the body is better in both
 };
 
-/// Every configuration of one mesh of a specimen.
+/// Every configuration of one mesh of a specimen; quick: without those that take seconds to make.
 std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths,
-                                  const std::filesystem::path& build, Progress& progress);
+                                  const std::filesystem::path& build, bool quick, Progress& progress);
 
 /// What one would do instead, with the mask's loads: a product with the dense inverse of the surface, a solve a tick
 /// with a kept factor, conjugate gradients from the last tick's solution.

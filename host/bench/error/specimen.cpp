@@ -33,7 +33,10 @@ Meshed cube(int nodes_per_side, double poisson) {
     Scene scene = cube_scene(nodes_per_side, poisson);
     scene.touch.push_back({std::array<double, 6>{-1, -1, 0.03 - 1e-9, 1, 1, 1}, "", 1});
     scene.tables.columns = ColumnRows::kNone;
-    return {fmt::format("{} a side", nodes_per_side), scene, nodes_per_side > 17};
+    const Fineness fineness = nodes_per_side > 17  ? Fineness::kFine
+                              : nodes_per_side > 9 ? Fineness::kMiddle
+                                                   : Fineness::kCoarse;
+    return {fmt::format("{} a side", nodes_per_side), scene, fineness};
 }
 
 Specimen cubes(double poisson, bool quick) {
@@ -48,7 +51,8 @@ Specimen from_file(const std::string& name, double finger_radius_m, bool quick, 
     Scene scene = read_scene("meshes/" + name + ".toml");
     scene.tables.columns = ColumnRows::kNone;
     const TetMesh mesh = make_mesh(scene.mesh);
-    Specimen specimen{name, finger_radius_m, {{thousands(mesh.position_m.size()) + " nodes", scene, false}}};
+    Specimen specimen{
+        name, finger_radius_m, {{thousands(mesh.position_m.size()) + " nodes", scene, Fineness::kMiddle}}};
     if (quick) return specimen;
     const TetMesh fine = in_eight(mesh);
     scene.name += "-in-eight";
@@ -56,7 +60,7 @@ Specimen from_file(const std::string& name, double finger_radius_m, bool quick, 
     for (Vector3d& x : in_file) x += fine.origin_m;
     scene.mesh.file = write_tetgen(in_file, fine.tet, build / scene.name);
     scene.mesh.scale_m = 1.0;
-    specimen.meshes.push_back({thousands(fine.position_m.size()) + " nodes", scene, true});
+    specimen.meshes.push_back({thousands(fine.position_m.size()) + " nodes", scene, Fineness::kFine});
     return specimen;
 }
 

@@ -26,11 +26,13 @@ struct Truth {
     double coarser = 0.0;               ///< relative change of n . S n on the coarser mesh
 };
 
+enum class Fineness { kCoarse, kMiddle, kFine };
+
 /// One mesh of a body.
 struct Meshed {
-    std::string name;   ///< "13 a side", "1,713 nodes"
-    Scene scene;        ///< without columns
-    bool fine = false;  ///< so fine that points, which have no stiffness of their own, are not measured on it
+    std::string name;  ///< "13 a side", "1,713 nodes"
+    Scene scene;       ///< without columns
+    Fineness fineness = Fineness::kCoarse;
 };
 
 struct Specimen {
