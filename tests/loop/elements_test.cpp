@@ -2,14 +2,22 @@
 // Every element from its scene over a session to its picture, by the programs and parts that a user runs.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
 #include "host/base/modes.hpp"
 #include "host/device/session.hpp"
+#include "host/servo/servo.hpp"
 #include "host/servo/session.hpp"
 #include "host/view/deformation.hpp"
 #include "tests/loop/helpers.hpp"
@@ -31,6 +39,38 @@ double largest_displacement(const fs::path& vtu) {
     for (double x = 0.0; numbers >> x;) largest = std::max(largest, std::abs(x));
     return largest;
 }
+
+/// A servo program of tables in memory, as a process of its own: a child of this one, with its command line.
+class ServoProcess {
+public:
+    ServoProcess(const ServoScene& scene, std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "servo");
+        std::vector<char*> argv;
+        for (std::string& argument : arguments) argv.push_back(argument.data());
+        std::fflush(nullptr);  // or the child would write it again
+        id_ = fork();
+        if (id_ != 0) return;
+        prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive the test
+        std::_Exit(servo_main(static_cast<int>(argv.size()), argv.data(), scene));
+    }
+    ~ServoProcess() {
+        if (id_ > 0) end(SIGKILL);
+    }
+    ServoProcess(const ServoProcess&) = delete;
+    ServoProcess& operator=(const ServoProcess&) = delete;
+
+    void kill(int signal) const { ::kill(id_, signal); }
+    int wait_for_exit() { return end(0); }
+
+private:
+    int end(int signal) {
+        int status = 0;
+        ::kill(id_, signal);
+        waitpid(std::exchange(id_, 0), &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+    pid_t id_ = 0;
+};
 
 class ElementLoop : public testing::TestWithParam<Element> {
 protected:
@@ -96,6 +136,58 @@ TEST_P(ElementLoop, ASessionWithLeastEnergyFromFirstTouchToThePicture) {
     const Outcome meshes = view(fmt::format("--vtu -o {}", (folder / "vtu").string()));
     ASSERT_EQ(meshes.status, 0) << meshes.err;
     EXPECT_GT(largest_displacement(folder / "vtu/frame_000000.vtu"), 0.001);
+}
+
+// Servo, device and viewer as processes, over LCM's own UDP. The session goes on until the viewer has its pictures.
+TEST_P(ElementLoop, ServoDeviceAndViewerAsProcessesOverUdp) {
+    const std::string url = fmt::format("udpm://239.255.72.84:{}?ttl=0", 20000 + getpid() % 20000);
+    setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+    try {
+        const Connection there_is_a_route(url);
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const fs::path in = precompute("force = \"pressure-mask\"\nmask_radius = 0.006\n");
+    const Tables tables = read_tables(in);
+    const ServoModel servo = build_model(tables);
+    const haptable_model model = model_in_memory(tables, servo);
+    const std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
+    const ServoScene scene{&model, node.data(), "cube"};
+    ServoProcess serving(scene, {"--lcm", "--no-realtime", "--quiet", "--csv", (folder / "servo.csv").string()});
+    Process device({program("haptable-device").string(), (folder / "scene.toml").string(), "--lockstep", "--path",
+                    "poke,drag", "--seconds", "86400", "--no-realtime", "--quiet", "--csv",
+                    (folder / "device.csv").string()});
+    const Outcome viewer = run(fmt::format("{} {} --lcm --frames 40 --seconds 60 --size 320x240 --json --quiet -o {}",
+                                           program("haptable-view").string(), in.string(), (folder / "out").string()));
+    device.kill(SIGTERM);
+    EXPECT_EQ(device.wait_for_exit(), 0);
+    serving.kill(SIGTERM);
+    EXPECT_EQ(serving.wait_for_exit(), 0);
+    unsetenv("LCM_DEFAULT_URL");
+    // 1. What was seen is the session's: none of its messages left out, a body that was pressed.
+    ASSERT_EQ(viewer.status, 0) << viewer.err;
+    const auto seen = nlohmann::json::parse(viewer.out);
+    EXPECT_EQ(seen.at("frames"), 40);
+    EXPECT_EQ(seen.at("left_out_messages"), 0);
+    EXPECT_TRUE(fs::exists(folder / "out/frame_000039.png"));
+    const auto rows = read_rows(folder / "servo.csv"), device_rows = read_rows(folder / "device.csv");
+    double largest_n = 0.0;
+    for (const auto& row : rows) largest_n = std::max(largest_n, std::hypot(row[14], row[15], row[16]));
+    EXPECT_GT(seen.at("largest_force_n").get<double>(), 0.02);
+    EXPECT_LE(seen.at("largest_force_n").get<double>(), largest_n * (1.0 + 4.0 * kFloat));
+    EXPECT_GT(seen.at("largest_displacement_mm").get<double>(), 0.2);
+    // 2. What the device got is what the servo gave, but for the tick that its end cut short.
+    ASSERT_GT(device_rows.size(), 1000U);
+    ASSERT_GE(rows.size() + 1, device_rows.size());
+    for (std::size_t i = 0; i + 1 < device_rows.size(); ++i)
+        for (std::size_t a = 0; a < 3; ++a)
+            ASSERT_EQ(static_cast<float>(rows[i][14 + a]), static_cast<float>(device_rows[i][10 + a])) << i;
+    // 3. And what the same path gives without any session.
+    write_file(folder / "path.csv", finger_path_of(folder / "servo.csv"));
+    ServoProcess replay(
+        scene, {"--quiet", "--replay", (folder / "path.csv").string(), "--out", (folder / "replay.csv").string()});
+    ASSERT_EQ(replay.wait_for_exit(), 0);
+    EXPECT_TRUE(read_file(folder / "replay.csv") == read_file(folder / "servo.csv"));
 }
 
 // With the consistent force the surface as it is drawn, flat between its nodes, meets the finger.
