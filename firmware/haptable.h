@@ -240,6 +240,13 @@ enum haptable_state {
     HAPTABLE_REJECTED = 3 /* the last position was not one: zero force, contact dropped */
 };
 
+/* What a hand may hold down: bits of haptable_buttons. */
+enum haptable_button {
+    HAPTABLE_BUTTON_CLUTCH = 1,     /* the host's: the finger moves without the device's position */
+    HAPTABLE_BUTTON_GRAB = 2,       /* the contact holds the finger */
+    HAPTABLE_BUTTON_ACKNOWLEDGE = 4 /* a fault that waits for the user is over */
+};
+
 /* The god-object on the rest surface: where it is and on which patch. */
 struct haptable_contact {
     uint16_t patch; /* HAPTABLE_NONE: no contact */
@@ -280,6 +287,8 @@ struct haptable_servo {
     float owed_j;                  /* with release: energy that is stored and not yet paid by the finger; >= 0 */
     float given_n[3];              /* the force of the last tick as it was given */
     float given_j; /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    uint32_t buttons;              /* held down: enum haptable_button */
+    uint32_t pressed;              /* of them, those that were not held down a tick before */
     struct haptable_counters counters;
 };
 
@@ -296,6 +305,10 @@ struct haptable_output {
 
 /* Makes a servo that has no contact and knows no finger. */
 void haptable_init(struct haptable_servo* servo);
+
+/* The buttons of the next tick, to be called before it by who has any: bits of enum haptable_button, all others 0. They
+ * stay as they are until the next call. */
+void haptable_buttons(struct haptable_servo* servo, uint32_t buttons);
 
 /* One tick: a finger position in, a force out. now_us may wrap. Bounded work; see SPEC.md for the bound. */
 void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],

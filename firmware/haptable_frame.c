@@ -112,7 +112,7 @@ int haptable_frame_read(struct haptable_frame_reader* reader, uint8_t byte, stru
 int haptable_frame_take_state(const struct haptable_frame* frame, struct haptable_frame_state* state) {
     if (frame->type != HAPTABLE_FRAME_STATE || frame->length != HAPTABLE_FRAME_STATE_PAYLOAD) return 0;
     state->time_us = word_at(frame->payload);
-    take_floats(frame->payload + 4, state->position_m);
+    state->buttons = word_at(take_floats(frame->payload + 4, state->position_m));
     return 1;
 }
 
@@ -151,7 +151,8 @@ uint32_t haptable_frame_write_state(uint32_t sequence, const struct haptable_fra
                                     uint8_t bytes[HAPTABLE_FRAME_BYTES]) {
     uint8_t* to = begin_frame(HAPTABLE_FRAME_STATE, HAPTABLE_FRAME_STATE_PAYLOAD, sequence, bytes);
     to = put_word(to, state->time_us);
-    put_floats(to, state->position_m);
+    to = put_floats(to, state->position_m);
+    put_word(to, state->buttons);
     return end_frame(bytes);
 }
 

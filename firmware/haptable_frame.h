@@ -19,8 +19,8 @@ extern "C" {
 
 #define HAPTABLE_FRAME_PAYLOAD HAPTABLE_FRAME_FORCE_PAYLOAD /* the longest payload, bytes */
 #define HAPTABLE_FRAME_BYTES (12 + HAPTABLE_FRAME_PAYLOAD)  /* the longest frame */
-#define HAPTABLE_FRAME_STATE 1                              /* to the servo: time_us u32, position_m f32[3] */
-#define HAPTABLE_FRAME_STATE_PAYLOAD 16
+#define HAPTABLE_FRAME_STATE 1                              /* to the servo: time_us u32, position_m f32[3], buttons u32 */
+#define HAPTABLE_FRAME_STATE_PAYLOAD 20
 #define HAPTABLE_FRAME_FORCE 2 /* from the servo: see haptable_frame_write_force */
 #define HAPTABLE_FRAME_FORCE_PAYLOAD 88
 
@@ -44,6 +44,7 @@ struct haptable_frame {
 struct haptable_frame_state {
     uint32_t time_us;
     float position_m[3];
+    uint32_t buttons; /* enum haptable_button */
 };
 
 void haptable_frame_reader_init(struct haptable_frame_reader* reader);

@@ -67,6 +67,11 @@ void haptable_init(struct haptable_servo* servo) {
     *servo = fresh;
 }
 
+void haptable_buttons(struct haptable_servo* servo, uint32_t buttons) {
+    servo->pressed = buttons & ~servo->buttons;
+    servo->buttons = buttons;
+}
+
 /* Where a contact stays undecided its force falls, and comes up again once it is decided; where it has fallen to zero
  * the contact is given up. before: the finger's position is taken. */
 static void fade_contact(struct haptable_servo* servo) {

@@ -13,6 +13,7 @@ namespace haptable::test::reference {
 #define haptable_init reference_init
 #define haptable_step reference_step
 #define haptable_watch reference_watch
+#define haptable_buttons reference_buttons
 #define haptable_god_object_nearest reference_god_object_nearest
 #define haptable_god_object_least_energy reference_god_object_least_energy
 #define haptable_force_interpolated reference_force_interpolated
@@ -67,6 +68,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef restrict
 #undef haptable_init
 #undef haptable_step
+#undef haptable_watch
+#undef haptable_buttons
 #undef haptable_god_object_nearest
 #undef haptable_god_object_least_energy
 #undef haptable_force_interpolated

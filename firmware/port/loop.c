@@ -27,6 +27,7 @@ static void answer(const struct haptable_frame* frame) {
     if (!answered || frame->sequence != last_sequence || state.time_us != last_time_us) {
         /* A gap in time drops the contact, as silence does. */
         haptable_watch(&servo_state, state.time_us, &output);
+        haptable_buttons(&servo_state, state.buttons);
         haptable_step(&HAPTABLE_MODEL, &servo_state, state.position_m, state.time_us, &output);
     }
     answered = 1;

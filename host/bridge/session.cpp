@@ -76,6 +76,7 @@ void BridgeSession::ask() {
     ++number_;
     const std::array<float, 3> finger_m = to_finger(state_.position_m);
     std::copy(finger_m.begin(), finger_m.end(), asked_.position_m);
+    asked_.buttons = buttons_of(state_);
     first_sent_ = now;
     send();
 }
@@ -109,7 +110,7 @@ void BridgeSession::take(const TargetForce& force) {
     answer_.publish_force(state_, output_);
     note(output_, Clock::now());
     answer_.publish_contact(state_, output_);
-    if (record_ != nullptr) record_->add(state_.seq, to_finger(state_.position_m), output_);
+    if (record_ != nullptr) record_->add(state_.seq, to_finger(state_.position_m), buttons_of(state_), output_);
 }
 
 /// What reaches the device is what a servo of these tables can have said, whatever the frame's CRC: a state that there

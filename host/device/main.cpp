@@ -76,7 +76,7 @@ void add_options(CommandLine& app, Options& o) {
 
 std::unique_ptr<Path> make_path(const Options& o) {
     const std::filesystem::path file = o.path;
-    if (file.extension() == ".csv") return recorded_path(read_finger_path(file, Positions::finite));
+    if (file.extension() == ".csv") return recorded_path(read_finger_ticks(file, Positions::finite));
     return scripted_path(o.path, o.geometry);
 }
 

@@ -97,23 +97,24 @@ private:
 
 class Recording : public Path {
 public:
-    explicit Recording(std::vector<std::array<double, 3>> positions_m) : positions_m_(std::move(positions_m)) {}
+    explicit Recording(std::vector<FingerTick> ticks) : ticks_(std::move(ticks)) {}
 
-    double duration_s() const override { return kStep_s * static_cast<double>(positions_m_.size()); }
+    double duration_s() const override { return kStep_s * static_cast<double>(ticks_.size()); }
     HandGoal at(double time_s) const override {
-        const double last = static_cast<double>(positions_m_.size() - 1);
+        const double last = static_cast<double>(ticks_.size() - 1);
         const double place = std::clamp(time_s / kStep_s, 0.0, last);
         const Vector3d from_m = point_m(std::floor(place));
         const Vector3d to_m = point_m(std::min(std::floor(place) + 1.0, last));
-        return {from_m + (place - std::floor(place)) * (to_m - from_m), (to_m - from_m) / kStep_s};
+        return {from_m + (place - std::floor(place)) * (to_m - from_m), (to_m - from_m) / kStep_s,
+                ticks_[static_cast<std::size_t>(place)].buttons};
     }
 
 private:
     static constexpr double kStep_s = 1e-3;
 
-    Vector3d point_m(double index) const { return Vector3d(positions_m_[static_cast<std::size_t>(index)].data()); }
+    Vector3d point_m(double index) const { return Vector3d(ticks_[static_cast<std::size_t>(index)].position_m.data()); }
 
-    std::vector<std::array<double, 3>> positions_m_;
+    std::vector<FingerTick> ticks_;
 };
 
 /// The way into the body and two directions along its surface, each of length 1 and at right angles.
@@ -190,9 +191,9 @@ std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions&
     return script;
 }
 
-std::unique_ptr<Path> recorded_path(std::vector<std::array<double, 3>> positions_m) {
-    if (positions_m.empty()) throw Error("--path: the file has no positions: it needs one line x,y,z a millisecond");
-    return std::make_unique<Recording>(std::move(positions_m));
+std::unique_ptr<Path> recorded_path(std::vector<FingerTick> ticks) {
+    if (ticks.empty()) throw Error("--path: the file has no positions: it needs one line x,y,z a millisecond");
+    return std::make_unique<Recording>(std::move(ticks));
 }
 
 }  // namespace haptable

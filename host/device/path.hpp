@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/device/point_device.hpp"
+#include "host/link/finger_path.hpp"
 
 namespace haptable {
 
@@ -36,7 +37,7 @@ public:
 /// Throws Error for another name or an impossible geometry.
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options);
 
-/// Positions, [n,3] in metres, one a millisecond, joined by straight lines. Throws Error when there are none.
-std::unique_ptr<Path> recorded_path(std::vector<std::array<double, 3>> positions_m);
+/// Positions, one a millisecond, joined by straight lines, and their buttons. Throws Error when there are none.
+std::unique_ptr<Path> recorded_path(std::vector<FingerTick> ticks);
 
 }  // namespace haptable

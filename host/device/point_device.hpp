@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "host/scene/scene.hpp"
 
@@ -18,6 +19,7 @@ struct Hand {
 struct HandGoal {
     Eigen::Vector3d position_m;
     Eigen::Vector3d velocity_m_s;
+    std::uint32_t buttons = 0;  ///< that it holds down: bits of enum haptable_button
 };
 
 class PointDevice {

@@ -86,12 +86,14 @@ HandGoal DeviceSession::goal(double time_s) const {
 
 void DeviceSession::begin_tick(std::int64_t tick) {
     const double time_s = static_cast<double>(tick) * kTick_s;
-    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), goal(time_s).position_m, device_.force_n(), answered_};
+    const HandGoal hand = goal(time_s);
+    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), hand.position_m, device_.force_n(), answered_};
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
     const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
     oldest_m = row_.encoder_m;
     state_.utime = options_.lockstep ? tick * kTick.count() : utime_now();
     state_.seq = tick;
+    state_.buttons = static_cast<std::int32_t>(hand.buttons);
     Eigen::Map<Eigen::Vector3d>(state_.position_m) = row_.encoder_m;
     Eigen::Map<Eigen::Vector3d>(state_.velocity_m_s) = velocity_m_s;
     substep_ = 0;

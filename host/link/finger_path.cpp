@@ -57,27 +57,38 @@ bool to_number(std::string_view text, double& value) {
     return error == std::errc();
 }
 
-/// Splits at the commas; false unless there are exactly three numbers.
-bool to_position(std::string_view line, std::array<double, 3>& position_m) {
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t comma = line.find(',');
-        if ((comma == std::string_view::npos) != (i == 2)) return false;
-        if (!to_number(line.substr(0, comma), position_m[i])) return false;
-        if (i < 2) line.remove_prefix(comma + 1);
-    }
+/// Takes the field before the next comma off the line; false where there is none, or it is no number.
+template <typename Number, typename Read>
+bool take_field(std::string_view& line, bool is_last, Number& value, Read read) {
+    const std::size_t comma = line.find(',');
+    if ((comma == std::string_view::npos) != is_last || !read(line.substr(0, comma), value)) return false;
+    line.remove_prefix(is_last ? line.size() : comma + 1);
     return true;
+}
+
+bool to_bits(std::string_view text, std::uint32_t& bits) {
+    text = trimmed(text);
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, bits);
+    return stop == end && error == std::errc();
+}
+
+/// Splits at the commas; false unless there is exactly what belongs there.
+bool to_tick(std::string_view line, bool has_buttons, FingerTick& tick) {
+    for (std::size_t i = 0; i < 3; ++i)
+        if (!take_field(line, i == 2 && !has_buttons, tick.position_m[i], to_number)) return false;
+    return !has_buttons || take_field(line, true, tick.buttons, to_bits);
 }
 
 bool is_finite(const std::array<double, 3>& position_m) {
     return std::isfinite(position_m[0]) && std::isfinite(position_m[1]) && std::isfinite(position_m[2]);
 }
 
-/// The header, exactly, but for spaces between the names.
-bool is_header(std::string_view line) {
-    std::string names;
+std::string without_blanks(std::string_view line) {
+    std::string text;
     for (const char c : line)
-        if (c != ' ' && c != '\t') names += c;
-    return names == "x,y,z";
+        if (c != ' ' && c != '\t') text += c;
+    return text;
 }
 
 [[noreturn]] void fail(const std::filesystem::path& file, int line, const std::string& what) {
@@ -94,23 +105,33 @@ std::string excerpt(std::string_view line) {
 
 }  // namespace
 
-std::vector<std::array<double, 3>> read_finger_path(const std::filesystem::path& file, Positions allowed) {
+std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Positions allowed) {
     const std::string text = read_text(file);
     Lines lines(text);
     std::string_view line;
-    if (!lines.next(line) || !is_header(line))
-        fail(file, 1, "the header is " + excerpt(line) + ": a finger path begins with the line x,y,z");
-    std::vector<std::array<double, 3>> path;
+    const std::string header = lines.next(line) ? without_blanks(line) : "";
+    const bool has_buttons = header == "x,y,z,buttons";
+    if (!has_buttons && header != "x,y,z")
+        fail(file, 1,
+             "the header is " + excerpt(line) + ": a finger path begins with the line x,y,z, or x,y,z,buttons");
+    const std::string wanted =
+        has_buttons ? "three numbers x,y,z in metres and the buttons' bits" : "three numbers x,y,z in metres";
+    std::vector<FingerTick> path;
     while (!lines.only_blank_left() && lines.next(line)) {
-        std::array<double, 3> position_m{};
-        if (!to_position(line, position_m))
-            fail(file, lines.number(),
-                 excerpt(line) + " is not three numbers x,y,z in metres: mend or remove the line");
-        if (allowed == Positions::finite && !is_finite(position_m))
+        FingerTick tick;
+        if (!to_tick(line, has_buttons, tick))
+            fail(file, lines.number(), excerpt(line) + " is not " + wanted + ": mend or remove the line");
+        if (allowed == Positions::finite && !is_finite(tick.position_m))
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
-        path.push_back(position_m);
+        path.push_back(tick);
     }
     return path;
+}
+
+std::vector<std::array<double, 3>> read_finger_path(const std::filesystem::path& file, Positions allowed) {
+    std::vector<std::array<double, 3>> path_m;
+    for (const FingerTick& tick : read_finger_ticks(file, allowed)) path_m.push_back(tick.position_m);
+    return path_m;
 }
 
 }  // namespace haptable

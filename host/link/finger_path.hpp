@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A finger path: a CSV file with the header x,y,z and one position in metres a tick.
+// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick.
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -14,8 +15,17 @@ enum class Positions {
     finite  ///< numbers only: a hand cannot follow anything else
 };
 
-/// Reads a path, [n,3] in metres. Throws Error "FILE:LINE: ..." for a wrong header, a row that is not three numbers,
-/// and, with Positions::finite, a position that is not finite.
+/// One line of a path.
+struct FingerTick {
+    std::array<double, 3> position_m{};
+    std::uint32_t buttons = 0;  ///< held down: bits of enum haptable_button
+};
+
+/// Reads a path. Throws Error "FILE:LINE: ..." for a wrong header, a row that does not have its numbers, and, with
+/// Positions::finite, a position that is not finite.
+std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Positions allowed);
+
+/// The positions alone, [n,3] in metres.
 std::vector<std::array<double, 3>> read_finger_path(const std::filesystem::path& file, Positions allowed);
 
 }  // namespace haptable

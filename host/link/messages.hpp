@@ -23,6 +23,9 @@ inline constexpr const char* kStatusChannel = "HAPTABLE_STATUS";    ///< servo_s
 /// In lockstep the device's clock is simulated: it waits for every answer.
 inline bool is_simulated(const device_state& state) { return state.mode == device_state::SIMULATED; }
 
+/// As the firmware takes them.
+inline std::uint32_t buttons_of(const device_state& state) { return static_cast<std::uint32_t>(state.buttons); }
+
 /// A number that tells this run of a device or a servo from every other, never 0.
 std::int64_t random_session();
 

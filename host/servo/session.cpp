@@ -58,7 +58,7 @@ void ServoSession::answer_newest() {
     link_.latency.add(latency_us);
     if (latency_us > static_cast<double>(kTick.count())) ++link_.late_ticks;
     answer_.publish_contact(state, output_);
-    if (record_ != nullptr) record_->add(state.seq, to_finger(state.position_m), output_);
+    if (record_ != nullptr) record_->add(state.seq, to_finger(state.position_m), buttons_of(state), output_);
 }
 
 /// As after silence: what comes next knows nothing of what was.
@@ -71,6 +71,7 @@ void ServoSession::step() {
     const std::uint32_t now_us = time_of(state, begin);
     // A gap in time drops the contact whether or not the watchdog was scheduled within it.
     if (haptable_watch(&servo_, now_us, &output_) != 0) report_.note(finger_m, output_);
+    haptable_buttons(&servo_, buttons_of(state));
     haptable_step(scene_.model, &servo_, finger_m.data(), now_us, &output_);
     const double step_us = to_us(Clock::now() - begin);
     report_.step.add(step_us);

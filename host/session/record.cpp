@@ -11,7 +11,8 @@ namespace haptable {
 namespace {
 
 constexpr const char* kHeader =
-    "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z\n";
+    "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,"
+    "buttons\n";
 
 void append_floats(const float values[3], std::string& text) {
     for (int i = 0; i < 3; ++i) {
@@ -29,7 +30,8 @@ ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& p
     file_.add(kHeader);
 }
 
-void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, const haptable_output& out) {
+void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
+                      const haptable_output& out) {
     line_ = std::to_string(tick);
     append_floats(finger_m.data(), line_);
     fmt::format_to(std::back_inserter(line_), ",{},{},{},{}", out.state == HAPTABLE_CONTACT ? 1 : 0,
@@ -37,7 +39,7 @@ void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, c
     append_floats(out.alpha, line_);
     append_floats(out.god_object_m, line_);
     append_floats(out.force_n, line_);
-    line_ += '\n';
+    fmt::format_to(std::back_inserter(line_), ",{}\n", buttons);
     file_.add(line_);
 }
 

@@ -18,7 +18,8 @@ public:
     ServoRecord(const ServoScene& scene, const std::filesystem::path& path);
 
     /// One line. Floats have 9 digits, so that reading them back gives the same bits.
-    void add(std::int64_t tick, const std::array<float, 3>& finger_m, const haptable_output& out);
+    void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
+             const haptable_output& out);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }

@@ -85,8 +85,8 @@ bool StateGate::is_last_one(const device_state& state) const {
     const auto same = [](const double a[3], const double b[3]) {
         return std::equal(a, a + 3, b, [](double x, double y) { return x == y || (x != x && y != y); });
     };
-    return state.seq == state_.seq && state.utime == state_.utime && same(state.position_m, state_.position_m) &&
-           same(state.velocity_m_s, state_.velocity_m_s);
+    return state.seq == state_.seq && state.utime == state_.utime && state.buttons == state_.buttons &&
+           same(state.position_m, state_.position_m) && same(state.velocity_m_s, state_.velocity_m_s);
 }
 
 StateCounters StateGate::counters() const {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kHeader =
     "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z";
-constexpr std::size_t kColumns = 17;
+constexpr std::size_t kColumns = 17;  // a file may have more behind them
 constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
@@ -43,7 +43,10 @@ public:
     std::vector<ContactFrame> read(const FrameChoice& choice) {
         const std::string text = read_text(file_);
         std::string_view rest = text;
-        if (next_line(rest) != kHeader)
+        const std::string_view header = next_line(rest);
+        columns_ = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
+        const std::string_view more = header.substr(std::min(kHeader.size(), header.size()));
+        if (!header.starts_with(kHeader) || !(more.empty() || more.front() == ','))
             fail(
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
@@ -94,9 +97,9 @@ private:
     Row parse(std::string_view line) const {
         std::array<std::string_view, kColumns> field;
         const auto commas = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
-        if (commas + 1 != kColumns)
+        if (commas + 1 != columns_)
             fail(fmt::format("has {} columns where {} belong: is the file cut off?", line.empty() ? 0 : commas + 1,
-                             kColumns));
+                             columns_));
         for (std::string_view& f : field) {
             const std::size_t comma = line.find(',');
             f = line.substr(0, comma);
@@ -152,6 +155,7 @@ private:
     std::filesystem::path file_;
     const ContactLoads& loads_;
     int line_ = 0;
+    std::size_t columns_ = kColumns;  ///< of this file
 };
 
 }  // namespace

@@ -14,7 +14,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 Bytes state_frame(std::uint32_t sequence) {
-    const haptable_frame_state state{sequence * 1000, {0.001F * static_cast<float>(sequence % 100), 0.02F, -0.03F}};
+    const haptable_frame_state state{
+        sequence * 1000, {0.001F * static_cast<float>(sequence % 100), 0.02F, -0.03F}, sequence % 8};
     Bytes bytes(HAPTABLE_FRAME_BYTES);
     bytes.resize(haptable_frame_write_state(sequence, &state, bytes.data()));
     return bytes;
@@ -41,12 +42,12 @@ protected:
 
 // Byte for byte as documented, with the CRC that zlib's crc32 gives for these bytes.
 TEST_F(FrameReaderTest, WritesTheDocumentedBytes) {
-    const haptable_frame_state state{0x01020304, {1.0F, 0.0F, -2.0F}};
+    const haptable_frame_state state{0x01020304, {1.0F, 0.0F, -2.0F}, HAPTABLE_BUTTON_GRAB};
     Bytes bytes(HAPTABLE_FRAME_BYTES);
-    ASSERT_EQ(haptable_frame_write_state(7, &state, bytes.data()), 28U);
-    const Bytes want{0xA5, 0x5A, 16, 1, 7, 0, 0, 0, 4, 3,    2,    1,    0,    0,
-                     0x80, 0x3F, 0,  0, 0, 0, 0, 0, 0, 0xC0, 0xC8, 0x21, 0x1D, 0x0A};
-    EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 28), want);
+    ASSERT_EQ(haptable_frame_write_state(7, &state, bytes.data()), 32U);
+    const Bytes want{0xA5, 0x5A, 20, 1, 7, 0, 0, 0,    4, 3, 2, 1, 0,    0,    0x80, 0x3F,
+                     0,    0,    0,  0, 0, 0, 0, 0xC0, 2, 0, 0, 0, 0x75, 0xEE, 0x16, 0x34};
+    EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 32), want);
 }
 
 TEST_F(FrameReaderTest, ReturnsAForceAsItWas) {

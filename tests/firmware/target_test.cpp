@@ -85,7 +85,7 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
     std::string line;
     std::uint8_t bytes[HAPTABLE_FRAME_BYTES];
     const auto send = [&](std::uint32_t i) {
-        haptable_frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}};
+        haptable_frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}, 0};
         line.append(reinterpret_cast<const char*>(bytes), haptable_frame_write_state(i, &state, bytes));
     };
     for (std::uint32_t i = 0; i < path_m.size(); ++i) {

@@ -125,6 +125,7 @@ public:
             ++states;
             if (whole.sequence != last_ || states_ == 0) {
                 haptable_watch(&servo_, state.time_us, &output_);
+                haptable_buttons(&servo_, state.buttons);
                 haptable_step(model_, &servo_, state.position_m, state.time_us, &output_);
             }
             ++states_;

@@ -105,7 +105,7 @@ TEST(ScriptedPath, RefusesWhatItCannotDo) {
 }
 
 TEST(RecordedPath, GoesThroughItsPositions) {
-    const auto path = recorded_path({{0.0, 0.0, 0.0}, {1e-3, 0.0, 0.0}, {1e-3, 2e-3, 0.0}});
+    const auto path = recorded_path({{{0.0, 0.0, 0.0}, 0}, {{1e-3, 0.0, 0.0}, 2}, {{1e-3, 2e-3, 0.0}, 0}});
     EXPECT_WITHIN(std::abs(path->duration_s() - 3e-3), .count = 8, .size = 3e-3);
     EXPECT_WITHIN((path->at(0.5e-3).position_m - Vector3d(0.5e-3, 0.0, 0.0)).norm(), .count = 8, .size = 1e-3);
     EXPECT_WITHIN((path->at(0.5e-3).velocity_m_s - Vector3d(1.0, 0.0, 0.0)).norm(), .count = 8, .size = 1.0);
@@ -113,6 +113,8 @@ TEST(RecordedPath, GoesThroughItsPositions) {
     EXPECT_EQ(path->at(2.5e-3).velocity_m_s, Vector3d::Zero());
     EXPECT_EQ(path->at(-1.0).position_m, path->at(0.0).position_m);
     EXPECT_EQ(path->at(1.0).position_m, path->at(2e-3).position_m);
+    EXPECT_EQ(path->at(0.5e-3).buttons, 0U);
+    EXPECT_EQ(path->at(1.5e-3).buttons, 2U);
 }
 
 }  // namespace

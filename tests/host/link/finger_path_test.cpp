@@ -42,6 +42,22 @@ TEST_F(FingerPathTest, ReadsPositions) {
     EXPECT_EQ(path[1], (std::array<double, 3>{1.0, 2.0, 3.0}));
 }
 
+TEST_F(FingerPathTest, ReadsButtonsWhereTheHeaderNamesThem) {
+    write_file(folder / "path.csv", "x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
+    const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);
+    ASSERT_EQ(ticks.size(), 2U);
+    EXPECT_EQ(ticks[0].buttons, 0U);
+    EXPECT_EQ(ticks[1].buttons, 6U);
+    EXPECT_EQ(ticks[1].position_m, (std::array<double, 3>{4.0, 5.0, 6.0}));
+    EXPECT_EQ(read("x,y,z,buttons\n1,2,3,0\n").size(), 1U) << "positions alone";
+    expect_error_at("x,y,z,buttons\n1,2,3\n", 2);
+    expect_error_at("x,y,z,buttons\n1,2,3,-1\n", 2);
+    expect_error_at("x,y,z,buttons\n1,2,3,0.5\n", 2);
+    expect_error_at("x,y,z,buttons\n1,2,3,\n", 2);
+    expect_error_at("x,y,z,buttons\n1,2,3,0,0\n", 2);
+    expect_error_at("x,y,z,force\n1,2,3,0\n", 1);
+}
+
 TEST_F(FingerPathTest, ReadsWhatOtherSystemsWrite) {
     EXPECT_EQ(read("\xEF\xBB\xBFx,y,z\r\n1,2,3\r\n4,5,6").size(), 2U);
     EXPECT_EQ(read("x, y, z\n 1 ,\t2, 3 \n\n\n").size(), 1U);

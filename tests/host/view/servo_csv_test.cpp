@@ -125,6 +125,16 @@ TEST_F(ViewServoCsv, ARejectedPositionIsAFingerThatIsNowhere) {
     EXPECT_FALSE(frames[1].finger_known);
 }
 
+TEST_F(ViewServoCsv, LetsColumnsBehindItsOwnBe) {
+    const auto longer = [](std::string line, const std::string& by) { return line.insert(line.size() - 1, by); };
+    const std::string header = longer(kHeader, ",buttons,more");
+    const auto frames = read(header + longer("0" + kFree, ",0,1") + longer(press(1), ",2,x"));
+    ASSERT_EQ(frames.size(), 2U);
+    EXPECT_TRUE(frames[1].contact);
+    expect_error(header + "0" + kFree, 2, "17 columns where 19");
+    expect_error(longer(kHeader, "s") + "0" + kFree, 1, "header");
+}
+
 TEST_F(ViewServoCsv, ErrorsNameFileAndLine) {
     expect_error("x,y,z\n0,0,0\n", 1, "header");
     expect_error("", 1, "header");
