@@ -101,7 +101,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 
 # The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
 # at the end.
-TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/host/mpi/ranks/*')))
+TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report)
@@ -150,6 +150,13 @@ sanitize: $(BUILD)/setup.stamp $(BUILD)/setup-surface.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= \
 	$(addprefix $(BUILD)/sanitize/,bin/haptable-precompute lib/haptable-cgal.so lib/haptable-gmsh.so)
 	@BUILD=$(BUILD) sh scripts/sanitize.sh ../shared/meshes ../shared/meshes/bad
+
+# soak: an hour of simulated time with faults by lot, watched, under the same sanitizers (SOAK_SECONDS=3600 SEED=1)
+SOAK_SECONDS ?= 3600
+.PHONY: soak
+soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= $(BUILD)/sanitize/tests/soak/soak
+	@UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 $(BUILD)/sanitize/tests/soak/soak --seconds $(SOAK_SECONDS) --seed $(SEED)
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
@@ -402,6 +409,9 @@ $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) 
 
 $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) | $(MODULES)
 	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_STROKES)
+
+$(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
+	$(link) -lgtest $(LIBS_LINK)
 
 # One scene: `make scene` calls make again with its NAME.
 ifdef NAME

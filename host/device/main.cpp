@@ -22,7 +22,7 @@ namespace {
 constexpr int kPriority = 49;  // just below the servo's: its answer is what we wait for
 
 struct Options {
-    std::string scene, path = "poke", csv;
+    std::string scene, faults, path = "poke", csv;
     PathOptions geometry;
     Hand hand;
     SessionOptions session;
@@ -68,6 +68,10 @@ void add_options(CommandLine& app, Options& o) {
     app.option("--patience", o.session.patience_s, "s, to wait for a servo; 0: do not wait")
         .non_negative()
         .show_default();
+    const Option fault = app.option("--fault", o.faults,
+                                    "what goes wrong on purpose: drop=0.01,delay=20ms,jump=0.001:25mm and others of "
+                                    "docs/SPEC.md");
+    app.option("--seed", o.session.seed, "of the faults' dice").needs(fault).show_default();
     app.option("--csv", o.csv, "write the device's own record here");
     app.flag("--no-realtime", o.no_realtime, "do not ask for real-time priority");
     app.flag("--json", o.json, "print the summary as JSON");
@@ -105,9 +109,10 @@ SummaryLines summarise(const DeviceReport& report, const Scene& scene, const Con
     return summary;
 }
 
-void run(const Options& o) {
+void run(Options& o) {
     catch_interrupts();
     const Scene scene = read_scene(o.scene);
+    if (!o.faults.empty()) o.session.faults = parse_faults(o.faults);
     const std::unique_ptr<Path> path = make_path(o);
     std::optional<DeviceRecord> record;
     if (!o.csv.empty()) record.emplace(o.csv).keep();

@@ -31,6 +31,10 @@ constexpr std::chrono::milliseconds kResendAfter{100};
 constexpr int kResendsToAny = 10;
 
 void sleep_until(Clock::time_point deadline) {
+    if (SimulatedTime* simulated = Clock::simulated()) {
+        while (simulated->now() < deadline) simulated->leap(deadline);
+        return;
+    }
     const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(deadline.time_since_epoch()).count();
     const timespec at{ns / 1'000'000'000, ns % 1'000'000'000};
     // steady_clock is CLOCK_MONOTONIC. A signal ends the sleep early; the caller looks at interrupted().
@@ -50,8 +54,23 @@ DeviceSession::DeviceSession(const PointDevice& device, const Path& path, Connec
     state_.session = random_session();
     state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
-    connection.subscribe<servo_force>(kForceChannel,
-                                      [this](const servo_force& force, std::int64_t) { on_force(force); });
+    if (options_.faults.any())
+        begin_faults();
+    else
+        connection.subscribe<servo_force>(kForceChannel,
+                                          [this](const servo_force& force, std::int64_t) { on_force(force); });
+}
+
+void DeviceSession::begin_faults() {
+    const FaultPlan& plan = options_.faults;
+    if (options_.lockstep && (plan.corrupt > 0.0 || plan.clock_back.share > 0.0))
+        throw Error(
+            "--fault: corrupt and clock-back are not for --lockstep: a servo whose time the device sets would wait for "
+            "that time for ever");
+    faults_.emplace(Faults{{plan, options_.seed}, {plan, options_.seed + 1}, {plan, options_.seed + 2}});
+    connection_.listen(kForceChannel, [this](std::span<const std::uint8_t> bytes, std::int64_t) {
+        if (!faults_->gone) faults_->in.put(bytes, Clock::now());
+    });
 }
 
 DeviceReport DeviceSession::run() {
@@ -88,10 +107,12 @@ void DeviceSession::begin_tick(std::int64_t tick) {
     const double time_s = static_cast<double>(tick) * kTick_s;
     const HandGoal hand = goal(time_s);
     row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), hand.position_m, device_.force_n(), answered_};
+    if (faults_) row_.encoder_m = faults_->device.see(row_.encoder_m, Clock::now());
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
     const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
     oldest_m = row_.encoder_m;
     state_.utime = options_.lockstep ? tick * kTick.count() : utime_now();
+    if (faults_) state_.utime = faults_->device.clock(state_.utime);
     state_.seq = tick;
     state_.buttons = static_cast<std::int32_t>(hand.buttons);
     Eigen::Map<Eigen::Vector3d>(state_.position_m) = row_.encoder_m;
@@ -102,8 +123,33 @@ void DeviceSession::begin_tick(std::int64_t tick) {
 }
 
 void DeviceSession::publish() {
-    published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = Clock::now();
-    connection_.publish(kStateChannel, state_);
+    const Clock::time_point now = Clock::now();
+    published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = now;
+    if (!faults_) return connection_.publish(kStateChannel, state_);
+    std::array<std::uint8_t, FaultyLane::kMost_bytes> bytes{};
+    const int size = state_.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    faults_->gone = faults_->device.is_gone(now);
+    if (!faults_->gone) faults_->out.put({bytes.data(), static_cast<std::size_t>(size)}, now);
+    deliver();
+}
+
+/// What is due on both faulty lanes.
+void DeviceSession::deliver() {
+    const Clock::time_point now = Clock::now();
+    faults_->out.deliver(now, [this](std::span<const std::uint8_t> bytes) { connection_.send(kStateChannel, bytes); });
+    faults_->in.deliver(now, [this](std::span<const std::uint8_t> bytes) {
+        servo_force force;
+        if (decode_whole(bytes, force)) on_force(force);
+    });
+}
+
+/// As Connection::handle_until, and what comes late comes then.
+bool DeviceSession::handle_until(Clock::time_point deadline) {
+    if (!faults_) return connection_.handle_until(deadline);
+    const Clock::time_point due = std::min(faults_->out.due(), faults_->in.due());
+    const bool came = connection_.handle_until(std::min(deadline, due));
+    deliver();
+    return came || due < deadline;
 }
 
 /// Of the servo that this device belongs to, or of the first that answers it.
@@ -169,7 +215,7 @@ void DeviceSession::wait_for_answer() {
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.patience_s));
     for (int resends = 0; !interrupted(); ++resends) {
         const Clock::time_point resend_at = std::min(Clock::now() + kResendAfter, give_up);
-        while (answered_ < state_.seq && connection_.handle_until(resend_at)) {
+        while (answered_ < state_.seq && handle_until(resend_at)) {
         }
         if (answered_ >= state_.seq) return;
         if (Clock::now() >= give_up)
@@ -184,7 +230,8 @@ void DeviceSession::wait_for_answer() {
 }
 
 void DeviceSession::wait_until(Clock::time_point next) {
-    while (answered_ < state_.seq && Clock::now() < next && !interrupted()) connection_.handle_until(next);
+    // Where messages are late, some still go out, or come in, behind the answer.
+    while ((answered_ < state_.seq || faults_) && Clock::now() < next && !interrupted()) handle_until(next);
     sleep_until(next);
 }
 
@@ -195,6 +242,7 @@ void DeviceSession::end_tick() {
     if (!silent_ && !options_.lockstep) report_.force_age.add(to_us(Clock::now() - asked_));
     integrate_to(kSubsteps);
     row_.force_n = device_.force_n();
+    if (options_.watch) options_.watch(row_);
     if (record_ == nullptr) return;
     record_->add(row_);
     if (row_.tick % kFlush_ticks == 0) record_->flush();

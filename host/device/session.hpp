@@ -4,9 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "host/device/faults.hpp"
+#include "host/device/faulty_lane.hpp"
 #include "host/device/path.hpp"
 #include "host/device/point_device.hpp"
 #include "host/device/record.hpp"
@@ -22,6 +26,9 @@ struct SessionOptions {
     double seconds = 0.0;         ///< of real or simulated time; 0: once along the path
     double patience_s = 10.0;     ///< how long the first answer, or any in lockstep, may take; 0: do not wait
     std::int64_t model_hash = 0;  ///< of the tables whose servo must answer; 0: the first that does
+    FaultPlan faults;             ///< on purpose; none unless asked for
+    std::uint64_t seed = 1;       ///< of their dice
+    std::function<void(const DeviceRow&)> watch;  ///< called at the end of each tick; may be empty
 };
 
 struct DeviceReport {
@@ -55,6 +62,9 @@ public:
 
 private:
     void on_force(const servo_force& force);
+    void begin_faults();
+    bool handle_until(Clock::time_point deadline);
+    void deliver();
     bool is_for_us(const servo_force& force);
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
     void let_go();
@@ -78,6 +88,13 @@ private:
     Connection& connection_;
     SessionOptions options_;
     DeviceRecord* record_;
+    /// What stands between this session and its servo, where faults are asked for.
+    struct Faults {
+        DeviceFaults device;
+        FaultyLane out, in;
+        bool gone = false;  ///< in this tick
+    };
+    std::optional<Faults> faults_;
     device_state state_{};  ///< of this tick
     DeviceRow row_;         ///< of this tick
     std::array<Eigen::Vector3d, kWindow_ticks> reading_m_;

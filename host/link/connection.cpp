@@ -91,8 +91,8 @@ Connection::Connection(const std::string& url) : url_(url) {
 
 Connection::~Connection() { lcm_destroy(lcm_); }
 
-void Connection::send(const char* channel, int size) {
-    if (size < 0 || lcm_publish(lcm_, channel, buffer_.data(), static_cast<unsigned>(size)) != 0)
+void Connection::send(const char* channel, std::span<const std::uint8_t> bytes) {
+    if (bytes.empty() || lcm_publish(lcm_, channel, bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
         throw Error(std::string(channel) + ": LCM cannot send on " + url_ + ": is the network interface still up?");
 }
 
@@ -121,8 +121,9 @@ void Connection::on_message(const lcm_recv_buf_t* bytes, const char*, void* subs
     const auto* to = static_cast<Subscription*>(subscription);
     Connection& self = *to->connection;
     if (self.failed_) return;
-    // A log's time is that of its record.
-    const std::int64_t utime = self.url_.rfind("file://", 0) == 0 ? utime_now() : bytes->recv_utime;
+    // A log's time is that of its record, and liblcm knows no simulated time.
+    const bool is_other = self.url_.rfind("file://", 0) == 0 || Clock::simulated() != nullptr;
+    const std::int64_t utime = is_other ? utime_now() : bytes->recv_utime;
     try {
         self.call(*to, {static_cast<const std::uint8_t*>(bytes->data), bytes->data_size}, utime);
     } catch (...) {
@@ -130,7 +131,16 @@ void Connection::on_message(const lcm_recv_buf_t* bytes, const char*, void* subs
     }
 }
 
+bool Connection::has_message() const {
+    pollfd from{fd(), POLLIN, 0};
+    return poll(&from, 1, 0) > 0;
+}
+
 bool Connection::wait_until(Clock::time_point deadline) const {
+    if (SimulatedTime* simulated = Clock::simulated()) {
+        while (!has_message() && simulated->now() < deadline) simulated->leap(deadline);
+        return has_message();
+    }
     pollfd from{fd(), POLLIN, 0};
     // lcm_handle_timeout knows only milliseconds, and we have a deadline within one.
     const timespec left = time_left(deadline);

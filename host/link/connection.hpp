@@ -6,6 +6,7 @@
 
 #include <lcm/lcm.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -48,8 +49,12 @@ public:
     void publish(const char* channel, const Message& message) {
         buffer_.resize(static_cast<std::size_t>(message.getEncodedSize()));  // the capacity stays from tick to tick
         const int size = message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
-        send(channel, size);
+        send(channel,
+             {reinterpret_cast<const std::uint8_t*>(buffer_.data()), static_cast<std::size_t>(std::max(size, 0))});
     }
+
+    /// Sends bytes as they are.
+    void send(const char* channel, std::span<const std::uint8_t> bytes);
 
     /// Calls `handler(message, received)` from handle_until for every message of the channel; `received` is when it
     /// came to this machine, in microseconds since the epoch. What is not whole, or larger than it can be, is counted
@@ -85,8 +90,8 @@ private:
         Raw handler;
     };
 
-    void send(const char* channel, int size);
     void add(const char* channel, Raw handler);
+    bool has_message() const;
     bool wait_until(Clock::time_point deadline) const;
     void handle_one();
     static void on_message(const lcm_recv_buf_t* bytes, const char* channel, void* subscription);

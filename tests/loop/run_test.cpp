@@ -100,6 +100,19 @@ TEST_F(Run, LeavesAFolderWithAllOfASession) {
         EXPECT_NE(page.find(title), std::string::npos) << title;
 }
 
+// In real time, between programs: the report shows what the device was made to do.
+TEST_F(Run, ShowsFaultsThatWereAskedFor) {
+    Process process(
+        command({"--seconds", "1", "--draw", "nothing", "--fault", "drop=0.2,gone=0.01:30ms", "--seed", "5"}), place());
+    ASSERT_EQ(process.wait_for_exit(), 0) << said();
+    expect_whole_record();
+    EXPECT_GT(summary()["unanswered"], 20);  // of those that were heard
+    const auto servo = nlohmann::json::parse(read_file(folder / "out/servo.json"));
+    EXPECT_GT(servo["lost_states"], 100);
+    EXPECT_GT(servo["silences"], 0);
+    EXPECT_NE(read_file(folder / "out/report.html").find("lost_states"), std::string::npos);
+}
+
 TEST_F(Run, CtrlCLeavesAValidRecord) {
     Process process(command({"--seconds", "60", "--draw", "nothing"}), place());
     ASSERT_TRUE(wait_for_record()) << said();

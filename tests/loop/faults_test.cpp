@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Faults on purpose: whatever goes wrong between finger and servo, what must never be felt is not.
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include "tests/loop/faulty_session.hpp"
+
+namespace haptable::test {
+namespace {
+
+class FaultySession : public testing::Test {
+protected:
+    Watched run(const std::string& faults, double seconds = 3.5, std::uint64_t seed = 1) {
+        const Watched watched = run_faulty_session(box, parse_faults(faults), seed, seconds);
+        EXPECT_EQ(watched.violation, "") << faults;
+        return watched;
+    }
+
+    SoftBox box;
+};
+
+// 200 mixtures by lot. Each is a whole session of 2 s, in simulated time.
+TEST_F(FaultySession, OfAnyMixtureHarmNobody) {
+    std::int64_t felt = 0, silences = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+        const FaultPlan plan = random_faults(seed);
+        const Watched watched = run_faulty_session(box, plan, seed, 2.0);
+        EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
+        felt += watched.felt_ticks;
+        silences += watched.silences;
+    }
+    // They are no quiet sessions, nor silent ones.
+    EXPECT_GT(felt, 200 * 200);
+    EXPECT_GT(silences, 200);
+}
+
+TEST_F(FaultySession, NoneGiveTheSessionWithoutThem) {
+    const Watched plain = run_faulty_session(box, FaultPlan{}, 1, 2.0);
+    EXPECT_EQ(plain.violation, "");
+    EXPECT_EQ(plain.device.missed, 0);
+    EXPECT_GT(plain.felt_ticks, 800);
+}
+
+TEST_F(FaultySession, OfTheSameSeedAreTheSame) {
+    const std::string mixture = "drop=0.05,double=0.05,reorder=0.05,jitter=5ms,jump=0.001,gone=0.002,nan=0.001";
+    const Watched one = run(mixture, 2.0, 7), same = run(mixture, 2.0, 7), other = run(mixture, 2.0, 8);
+    EXPECT_EQ(one.forces, same.forces);
+    EXPECT_EQ(one.device.missed, same.device.missed);
+    EXPECT_EQ(one.device.largest_force_n, same.device.largest_force_n);
+    EXPECT_NE(one.forces, other.forces);
+}
+
+// Each does what its name says.
+TEST_F(FaultySession, DropLosesItsShareOfMessagesBothWays) {
+    const Watched watched = run("drop=0.1");
+    const auto ticks = static_cast<double>(watched.device.ticks);
+    // Of n ticks, n p miss their answer with p = 1 - 0.9^2; 5 standard deviations.
+    const double share = 1.0 - 0.9 * 0.9, deviation = std::sqrt(share * (1.0 - share) * ticks);
+    EXPECT_NEAR(static_cast<double>(watched.device.missed), share * ticks, 5.0 * deviation);
+}
+
+TEST_F(FaultySession, DelayMakesEveryAnswerLate) {
+    const Watched watched = run("delay=4ms");
+    EXPECT_EQ(watched.device.missed, watched.device.ticks);
+    EXPECT_NEAR(watched.device.latency.mean_us(), 8000.0, 80.0 + 1000.0);
+    EXPECT_GT(watched.felt_ticks, 1000);
+}
+
+// 11 ms there and 11 back: every answer is older than 20 ms, as if none had come.
+TEST_F(FaultySession, ADelayOfMoreThanSilenceGivesNoForce) {
+    const Watched watched = run("delay=11ms");
+    EXPECT_EQ(watched.felt_ticks, 0);
+    EXPECT_GT(watched.device.stale_answers, 1000);
+}
+
+TEST_F(FaultySession, GoneAndBackIsSilenceOnBothSides) {
+    const Watched watched = run("gone=0.005:100ms");
+    EXPECT_GT(watched.silences, 3);
+    EXPECT_GT(watched.device.silences, 3);
+}
+
+// A state and an answer that come twice change nothing.
+TEST_F(FaultySession, DoubledMessagesAreNoTicks) {
+    const Watched watched = run("double=0.5"), plain = run_faulty_session(box, FaultPlan{}, 1, 3.5);
+    EXPECT_EQ(watched.device.missed, 0);
+    EXPECT_EQ(watched.felt_ticks, plain.felt_ticks);
+    EXPECT_EQ(watched.device.largest_force_n, plain.device.largest_force_n);
+}
+
+TEST_F(FaultySession, AClockThatIsSetBackIsSilenceAtMost) {
+    const Watched watched = run("clock-back=0.003:200ms");
+    EXPECT_GT(watched.silences, 1);
+    EXPECT_GT(watched.felt_ticks, 300);
+}
+
+// What is live after one half of a session is all that is live after the other.
+TEST_F(FaultySession, TakeNoMemory) {
+    std::size_t half = 0, end = 0;
+    const auto look = [&](std::int64_t tick) {
+        if (tick == 10'000) half = mallinfo2().uordblks;
+        if (tick == 19'999) end = mallinfo2().uordblks;
+    };
+    const FaultPlan plan =
+        parse_faults("drop=0.01,double=0.05,reorder=0.05,corrupt=0.01,jitter=5ms,jump=0.001,gone=0.001,nan=0.001");
+    EXPECT_EQ(run_faulty_session(box, plan, 3, 20.0, look).violation, "");
+    ASSERT_GT(half, 0U);
+    // A byte a tick would be 10,000.
+    EXPECT_LT(end, half + 5000);
+}
+
+}  // namespace
+}  // namespace haptable::test
