@@ -4,6 +4,7 @@
 # What large bodies take, on one machine and over ranks of MPI: bench-large.sh PART OUT.json, PART one of
 #   large   haptable-precompute on one and two threads, and on bodies that take minutes (docs/PRECOMPUTE.md)
 #   scan    how a surface with a scanner's noise is filled (docs/design/meshes.md)
+#   masks   what a pressure mask adds, to 64,000 nodes (docs/design/masks.md)
 #   scale   haptable-precompute-mpi on 1, 2 and 4 ranks of this machine (docs/SCALE.md)
 # Called by `make bench-large` from the project's root, everything built.
 set -eu
@@ -66,8 +67,11 @@ scan)
     pepper=../shared/meshes/pepper_big.vtu
     [ ! -f "$pepper" ] || "$BUILD/bin/haptable-bench-scan" "$pepper" --build "$folder" -o "$out"
     ;;
+masks)
+    "$BUILD/bin/haptable-bench-inversion" --masks --sides 12,20,28,40 --scene meshes/mouse-mask.toml --build "$folder/masks" -o "$out"
+    ;;
 *)
-    echo "bench-large: no part $part; large, scale or scan" >&2
+    echo "bench-large: no part $part; large, masks, scale or scan" >&2
     exit 2
     ;;
 esac

@@ -5,12 +5,10 @@
 
 #include <exception>
 
-#include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/mpi/distributed_inverse.hpp"
-#include "host/precompute/locking.hpp"
-#include "host/precompute/precompute.hpp"
+#include "host/precompute/tell.hpp"
 
 namespace {
 
@@ -21,29 +19,16 @@ struct Options {
     fs::path scene;
     fs::path folder;
     PrecomputeOptions how;
-    bool json = false;
-    bool quiet = false;
+    Telling telling{"haptable-precompute-mpi"};
 };
 
 void run(const Options& options, DistributedInverse& inverse) {
     const Scene scene = read_scene(options.scene);
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
-    Progress progress(options.quiet);
+    Progress progress(options.telling.quiet);
     PrecomputeOptions how = options.how;
     how.inverse = &inverse;
-    const auto [body, summary, unchanged] = precompute(scene, folder, progress, how);
-    if (!options.quiet)
-        for (const std::string& note : body.mesh.notes) fmt::print(stderr, "haptable-precompute-mpi: note: {}\n", note);
-    if (!options.quiet)
-        for (const std::string& line : locking_warnings(scene, body.mesh))
-            fmt::print(stderr, "haptable-precompute-mpi: warning: {}\n", line);
-    if (options.json)
-        fmt::print("{}", read_file(folder / "summary.json"));
-    else if (unchanged && !options.quiet)
-        fmt::print("{} is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
-                   folder.string());
-    else if (!options.quiet)
-        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+    tell(options.telling, scene, folder, precompute(scene, folder, progress, how));
 }
 
 /// Only rank 0 reads the command line and the scene, and speaks.
@@ -59,8 +44,8 @@ int lead(int argc, char** argv, DistributedInverse& inverse) {
         .range(0.0, 1e-2);
     app.option("--column-tolerance", options.how.column_tolerance, "the same").range(0.0, 1e-2);
     app.flag("--force", options.how.force, "compute even where DIR holds the same tables already");
-    app.flag("--json", options.json, "the summary as JSON on standard output instead of the table");
-    app.flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.flag("--json", options.telling.json, "the summary as JSON on standard output instead of the table");
+    app.flag("--quiet", options.telling.quiet, "no table, no notes, no progress bar");
     return run_program(app, argc, argv, [&] { run(options, inverse); });
 }
 

@@ -10,9 +10,8 @@
 #include "host/base/program.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
-#include "host/precompute/digits.hpp"
 #include "host/precompute/locking.hpp"
-#include "host/precompute/precompute.hpp"
+#include "host/precompute/tell.hpp"
 #include "host/precompute/under_constrained.hpp"
 
 namespace {
@@ -25,8 +24,7 @@ struct Options {
     fs::path folder;
     fs::path depfile;
     PrecomputeOptions how;
-    bool json = false;
-    bool quiet = false;
+    Telling telling{"haptable-precompute"};
     bool print_name = false;
     bool check = false;
     bool reproducible = true;  ///< always: the number of threads changes no bit
@@ -43,11 +41,6 @@ std::string make_path(const fs::path& path) {
     return escaped;
 }
 
-void say(const Options& options, const char* kind, const std::vector<std::string>& lines) {
-    for (const std::string& line : lines)
-        if (!options.quiet) fmt::print(stderr, "haptable-precompute: {}: {}\n", kind, line);
-}
-
 /// "DIR/summary.json: scene mesh", and each input as a target of its own, so that make survives its removal.
 std::string dependencies(const Scene& scene, const fs::path& folder) {
     std::string inputs = " " + make_path(scene.file);
@@ -61,9 +54,9 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
 }
 
 void print_check(const Audit& audit, const std::vector<Support>& supports, const Options& options) {
-    if (options.json) {
+    if (options.telling.json) {
         fmt::print("{}", to_json(audit, supports));
-    } else if (!options.quiet) {
+    } else if (!options.telling.quiet) {
         fmt::print("{}", to_table(audit));
         for (std::size_t k = 0; k < supports.size(); ++k)
             fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes fixed, {}\n", k + 1, supports[k].nodes,
@@ -76,8 +69,8 @@ void print_check(const Audit& audit, const std::vector<Support>& supports, const
 void check(const Scene& scene, const Options& options) {
     TetMesh mesh = make_mesh(scene.mesh);
     const Audit audit = audit_mesh(mesh);
-    say(options, "note", mesh.notes);
-    say(options, "warning", warnings_of(audit));
+    say(options.telling, "note", mesh.notes);
+    say(options.telling, "warning", warnings_of(audit));
     std::vector<std::int32_t> under_constrained;
     Body body;
     try {
@@ -87,7 +80,7 @@ void check(const Scene& scene, const Options& options) {
         print_check(audit, {}, options);
         throw;
     }
-    say(options, "warning", locking_warnings(scene, body.mesh));
+    say(options.telling, "warning", locking_warnings(scene, body.mesh));
     print_check(audit, find_supports(body, under_constrained), options);
     if (!under_constrained.empty())
         throw Error(
@@ -115,28 +108,14 @@ void run(const Options& options) {
     if (options.check) return check(scene, options);
     const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
     // 2. Mesh, stiffness, factor, tables, C.
-    Progress progress(options.quiet);
+    Progress progress(options.telling.quiet);
     PrecomputeOptions how = options.how;
     how.memory_bytes *= 1e9;
-    const auto [body, summary, unchanged] = compute(scene, folder, progress, how);
+    const Result result = compute(scene, folder, progress, how);
     // 3. What make must know to do it again.
     if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
     // 4. What people and scripts want to know.
-    say(options, "note", body.mesh.notes);
-    say(options, "warning", warnings_of(summary.audit));
-    say(options, "warning", locking_warnings(scene, body.mesh));
-    say(options, "warning", unchanged ? kept_warnings(folder) : digit_warnings(scene, summary));
-    if (unchanged && options.json)
-        fmt::print("{}", read_file(folder / "summary.json"));
-    else if (unchanged && !options.quiet)
-        fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
-                   summary.identity.model_hash, folder.string());
-    else if (unchanged)
-        return;
-    else if (options.json)
-        fmt::print("{}", to_json(scene, body, summary));
-    else if (!options.quiet)
-        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+    tell(options.telling, scene, folder, result);
 }
 
 }  // namespace
@@ -165,8 +144,8 @@ int main(int argc, char** argv) {
         .range(1, 1024);
     app.flag("--reproducible", options.reproducible,
              "the same bytes for any number of threads: always so, and accepted for scripts");
-    app.flag("--json", options.json, "the summary as JSON on standard output instead of the table");
-    app.flag("--quiet", options.quiet, "no table, no notes, no progress bar");
+    app.flag("--json", options.telling.json, "the summary as JSON on standard output instead of the table");
+    app.flag("--quiet", options.telling.quiet, "no table, no notes, no progress bar");
     app.flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");
     app.flag("--print-name", options.print_name, "only check the scene file and print its name");
     catch_interrupts();

@@ -8,6 +8,7 @@
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/bench/error/contact_error.hpp"
+#include "host/bench/error/elements.hpp"
 #include "host/bench/error/known.hpp"
 #include "host/bench/error/large_strain.hpp"
 #include "host/bench/error/points.hpp"
@@ -66,18 +67,27 @@ Numbers measure_large_strain(const fs::path& build, Progress& progress) {
     return numbers;
 }
 
+Numbers compare_elements(const fs::path& build, Progress& progress) {
+    Numbers numbers("build/bin/haptable-bench-error --elements -o build/report/elements.json");
+    const ElementTables measured = measure_elements(build, progress);
+    numbers.add("elements", measured.worth);
+    numbers.add("locking", measured.locking);
+    return numbers;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     CommandLine app("Measures error against the body, and what it costs, by configuration.", "haptable-bench-error");
     fs::path build = "build/error", out, known = "docs/numbers.json";
-    bool truth = false, answers = false, strain = false, quick = false, quiet = false;
+    bool truth = false, answers = false, strain = false, elements = false, quick = false, quiet = false;
     app.option("--build", build, "folder for tables").show_default();
     app.option("--numbers", known, "where the truth is kept").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
     app.flag("--truth", truth, "solve for the body itself instead: minutes, kept in docs/numbers.json");
     app.flag("--known-answers", answers, "compare with closed forms and with CalculiX instead");
     app.flag("--large-strain", strain, "compare with CalculiX at large strain instead: many minutes, kept there too");
+    app.flag("--elements", elements, "compare the elements with the body itself instead: minutes, kept there too");
     app.flag("--quick", quick, "coarse meshes only");
     app.flag("--quiet", quiet, "no progress bar");
     return run_program(app, argc, argv, [&] {
@@ -89,6 +99,8 @@ int main(int argc, char** argv) {
             numbers = compare_with_known(build, progress);
         else if (strain)
             numbers = measure_large_strain(build, progress);
+        else if (elements)
+            numbers = compare_elements(build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();

@@ -43,7 +43,8 @@ struct Options {
     std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
     std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
     bool in_double = true, accuracy = true;
-    fs::path out;
+    bool masks = false;
+    fs::path out, build = "build/masks";
 };
 
 /// CPU seconds of this process.
@@ -399,6 +400,13 @@ NumberTable accuracy(int side) {
     return table;
 }
 
+void run_masks(const Options& options) {
+    Numbers numbers("make bench-large PART=masks");
+    numbers.add("mask-costs", mask_costs(options.sides, options.scenes, options.build));
+    print_topics(numbers);
+    if (!options.out.empty()) numbers.write(options.out);
+}
+
 void run(const Options& options) {
     Numbers numbers("make bench");
     const auto tell = [&](const char* topic, const NumberTable& table) {
@@ -420,7 +428,6 @@ void run(const Options& options) {
     tell("inversion-solves", solves(rows));
     tell("inversion-columns", columns(rows));
     if (cubes.size() > 1) tell("inversion-growth", growth(cubes));
-    print_mask_costs(options.sides);
     if (!options.out.empty()) numbers.write(options.out);
 }
 
@@ -439,6 +446,8 @@ int main(int argc, char** argv) {
         .show_default();
     app.flag("!--no-double", options.in_double, "selected inversion in float only");
     app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
+    app.flag("--masks", options.masks, "measure what a pressure mask adds instead");
+    app.option("--build", options.build, "with --masks: folder for tables").show_default();
     app.option("-o,--out", options.out, "write the numbers for docs, as JSON");
-    return run_program(app, argc, argv, [&] { run(options); });
+    return run_program(app, argc, argv, [&] { options.masks ? run_masks(options) : run(options); });
 }

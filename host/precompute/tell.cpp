@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/precompute/tell.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "host/base/file.hpp"
+#include "host/mesh/audit.hpp"
+#include "host/precompute/digits.hpp"
+#include "host/precompute/locking.hpp"
+
+namespace haptable {
+
+void say(const Telling& telling, const char* kind, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines)
+        if (!telling.quiet) fmt::print(stderr, "{}: {}: {}\n", telling.program, kind, line);
+}
+
+void tell(const Telling& telling, const Scene& scene, const std::filesystem::path& folder, const Result& result) {
+    const auto& [body, summary, unchanged] = result;
+    say(telling, "note", body.mesh.notes);
+    say(telling, "warning", warnings_of(summary.audit));
+    say(telling, "warning", locking_warnings(scene, body.mesh));
+    say(telling, "warning", unchanged ? kept_warnings(folder) : digit_warnings(scene, summary));
+    if (telling.json)
+        fmt::print("{}", unchanged ? read_file(folder / "summary.json") : to_json(scene, body, summary));
+    else if (unchanged && !telling.quiet)
+        fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
+                   summary.identity.model_hash, folder.string());
+    else if (!telling.quiet)
+        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+}
+
+}  // namespace haptable
