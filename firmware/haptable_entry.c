@@ -288,7 +288,7 @@ static int begin_beside(const struct haptable_model* model, const struct haptabl
                         const struct haptable_contact* at, const float x_m[3], const float u[3],
                         struct haptable_segment* segment) {
     int corner;
-    const float left_out = feature_of(at->alpha, &corner) == ON_VERTEX ? LEFT_OUT_AT_VERTEX : LEFT_OUT;
+    const float left_out = haptable_patch_feature(at->alpha, &corner) == ON_VERTEX ? LEFT_OUT_AT_VERTEX : LEFT_OUT;
     const float out = left_out * model->tolerance_m * haptable_surface_inverse_length(u);
     enum haptable_side side;
     float begin_m[3];

@@ -258,13 +258,22 @@ static int find_direction(struct walk* walk, struct point* here, float d[3]) {
 
 /* ---- the slide ------------------------------------------------------------------------------------------------ */
 
+/* Makes the sum of the area coordinates 1, by the largest. */
+static inline void complete(float alpha[3]) {
+    if (alpha[0] >= alpha[1] && alpha[0] >= alpha[2])
+        alpha[0] = 1.0f - alpha[1] - alpha[2];
+    else if (alpha[1] >= alpha[2])
+        alpha[1] = 1.0f - alpha[0] - alpha[2];
+    else
+        alpha[2] = 1.0f - alpha[0] - alpha[1];
+}
+
 /* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. Returns how much of d
  * was gone. */
 static float move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
                      struct haptable_contact* to) {
     int ends = -1;
     int c;
-    int largest = 0;
     for (c = 0; c < 3; ++c)
         if (from->alpha[c] + t * d[c] <= 0.0f && d[c] < 0.0f && from->alpha[c] > 0.0f) {
             t = from->alpha[c] / -d[c];
@@ -274,9 +283,8 @@ static float move_by(const struct haptable_model* model, const struct haptable_c
     for (c = 0; c < 3; ++c) {
         to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
         if (c == ends) to->alpha[c] = 0.0f;
-        if (to->alpha[c] > to->alpha[largest]) largest = c;
     }
-    to->alpha[largest] = 1.0f - to->alpha[largest == 0 ? 1 : 0] - to->alpha[largest == 2 ? 1 : 2];
+    complete(to->alpha);
     place(model, to);
     return t;
 }
@@ -334,13 +342,19 @@ static int slide(struct walk* walk, struct point* here) {
 /* Newton's correction may be this much of a patch at the most: its own error is then below a float's rounding. */
 #define CORRECTION 2e-3f
 
-/* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0 where d leads off it. */
-static int move_on(const struct haptable_model* model, const struct haptable_contact* from, const float d[3],
-                   struct haptable_contact* to) {
+/* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0, and leaves the point, where d leads
+ * off it. */
+static int move_on(const struct haptable_model* model, const float d[3], struct haptable_contact* point) {
+    float alpha[3];
     int c;
-    for (c = 0; c < 3; ++c)
-        if (from->alpha[c] == 0.0f && d[c] != 0.0f) return 0;
-    return move_by(model, from, d, 1.0f, to) == 1.0f;
+    for (c = 0; c < 3; ++c) {
+        alpha[c] = point->alpha[c] + d[c];
+        if (point->alpha[c] == 0.0f ? d[c] != 0.0f : alpha[c] <= 0.0f) return 0;
+    }
+    complete(alpha);
+    vec_copy(alpha, point->alpha);
+    place(model, point);
+    return 1;
 }
 
 /* d from alpha_1 and alpha_2. */
@@ -416,9 +430,10 @@ static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float 
     float d[3];
     vec_sub(walk->x_m, from_m, motion);
     direction_of(vec_dot(sensitivity_per_m[0], motion), vec_dot(sensitivity_per_m[1], motion), d);
-    if (move_on(walk->model, &start, d, &here->at)) {
+    if (move_on(walk->model, d, &here->at)) {
         evaluate(walk, here);
-        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, &here->at, d, &end)) {
+        end = here->at;
+        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, d, &end)) {
             correct(walk, d, &end, here);
             return 1;
         }
@@ -463,7 +478,8 @@ static void find_sensitivity(const struct point* here, float sensitivity_per_m[2
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
 
 /* 1 where the finger is under the patch's plane, not far aside, and pressing on it. */
-static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
+static inline int presses_within(const struct haptable_model* model, uint16_t patch, const float u[3],
+                                 const float load_n[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
@@ -472,6 +488,10 @@ static int presses_on(const struct haptable_model* model, uint16_t patch, const 
     depth = -vec_dot(normal, u);
     return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
            vec_dot(normal, load_n) < 0.0f;
+}
+
+static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
+    return presses_within(model, patch, u, load_n);
 }
 
 /* 1 where the patch presses and is not so thin at a point of its edge from a to b that what lies beyond must press too.
@@ -520,7 +540,7 @@ static int surely_presses(const struct haptable_model* model, const struct point
     float u[3];
     if (haptable_patch_is_near_border(model, &here->at)) return presses_on_border(model, here, x_m);
     vec_sub(x_m, here->at.god_object_m, u);
-    return presses_on(model, here->at.patch, u, here->energy.load_n);
+    return presses_within(model, here->at.patch, u, here->energy.load_n);
 }
 
 /* Boxes that the tick has after its evaluations. */

@@ -10,6 +10,8 @@
  * half of tolerance_m on any patch. Only there are the patches across looked at. */
 #define ON_BORDER 0x1p-21f
 
+enum place_on_patch haptable_patch_feature(const float alpha[3], int* corner) { return feature_of(alpha, corner); }
+
 /* The best point so far of a patch's border. */
 struct on_border {
     int corner;     /* opposite to the edge */
@@ -19,8 +21,8 @@ struct on_border {
 };
 
 /* Takes the nearest point of the edge opposite to `corner`, if it is nearer. */
-static inline void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
-                                   struct on_border* best) {
+static void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
+                            struct on_border* best) {
     const float* from = vertex_of(model, patch, next_corner(corner));
     float along[3];
     float to_x[3];
@@ -42,7 +44,7 @@ static inline void nearest_on_edge(const struct haptable_model* model, uint16_t 
     best->gap2 = gap2_here;
 }
 
-static inline void put_on_border(const struct on_border* best, float alpha[3]) {
+static void put_on_border(const struct on_border* best, float alpha[3]) {
     alpha[best->corner] = 0.0f;
     alpha[next_corner(best->corner)] = 1.0f - best->fraction;
     alpha[previous_corner(best->corner)] = best->fraction;

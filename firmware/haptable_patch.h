@@ -9,6 +9,9 @@
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
+/* feature_of, as a function: for what need not be fast. */
+enum place_on_patch haptable_patch_feature(const float alpha[3], int* corner);
+
 /* The area coordinates (eq. 11) and the position of the point of a patch that is nearest to x.
  * after: 0 <= alpha <= 1, sum 1 to rounding; alpha is exactly 0 at the corners opposite to the edges it lies on. */
 void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, const float x_m[3],

@@ -44,15 +44,6 @@ float haptable_surface_inverse_length(const float v[3]) {
     return length2 < 1e-37f ? 0.0f : vec_inverse_root(length2);
 }
 
-/* Adds the unit normal of a patch. */
-static void add_normal(const struct haptable_model* model, uint16_t patch, float sum[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    patch_frame(model, patch, edge1, edge2, normal);
-    vec_add_scaled(haptable_surface_inverse_length(normal), normal, sum);
-}
-
 /* Adds the unit normal of the patch between two edges of a vertex, weighted by the angle between them. */
 static inline void add_weighted_normal(const float one[3], const float two[3], float sum[3]) {
     const float lengths2 = vec_dot(one, one) * vec_dot(two, two);
@@ -113,17 +104,26 @@ static void add_vertex_normals(const struct haptable_model* model, struct fan fa
 void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
                               float normal[3]) {
     int corner = 0;
-    const enum place_on_patch feature = feature_of(contact->alpha, &corner);
+    const enum place_on_patch feature = haptable_patch_feature(contact->alpha, &corner);
+    struct across across = {contact->patch, HAPTABLE_NONE, corner};
+    uint16_t patch = contact->patch;
     vec_zero(normal);
     if (feature == ON_VERTEX) {
         add_vertex_normals(model, fan_begin(model, contact->patch, corner), HAPTABLE_VERTEX_REACH * model->tolerance_m,
                            normal);
         return;
     }
-    add_normal(model, contact->patch, normal);
-    if (feature == ON_EDGE) {
-        struct across across = across_begin(model, contact->patch, corner);
-        for (; across.patch != HAPTABLE_NONE; across_next(model, &across)) add_normal(model, across.patch, normal);
+    if (feature == ON_EDGE) across = across_begin(model, patch, corner);
+    while (patch != HAPTABLE_NONE) {
+        float edge1[3];
+        float edge2[3];
+        float area[3];
+        patch_frame(model, patch, edge1, edge2, area);
+        vec_add_scaled(feature == INSIDE ? 1.0f / (model->tolerance_m * model->tolerance_m)
+                                         : haptable_surface_inverse_length(area),
+                       area, normal);
+        patch = across.patch;
+        if (patch != HAPTABLE_NONE) across_next(model, &across);
     }
 }
 
@@ -215,25 +215,22 @@ static void note_part(float reach2, uint16_t patch, int corner, struct around_ve
     around->corner = corner;
 }
 
-/* Takes what is seen of the fan's patch (see `see`, here without a second load of its edges): on which side of its
- * plane u is; the patch or one of its two edges, where u reaches farther along it. */
+/* Takes what is seen of the fan's patch: on which side of its plane u is; the patch or one of its two edges, where u
+ * reaches farther along it. */
 static void look_at(const struct haptable_model* model, const struct fan* fan, const float u[3], float thin_m,
                     struct around_vertex* around) {
     const float* at_m = model->vertex_m[fan->vertex];
-    const uint16_t end = model->patch[fan->patch][previous_corner(fan->corner)];
-    struct edge one = edge_to(model, model->patch[fan->patch][next_corner(fan->corner)], at_m, u);
-    struct edge two = edge_to(model, end, at_m, u);
-    uint16_t patch = fan->patch;
-    int is_first = 1;
-    int is_last = 1;
-    if (vec_dot(one.along, two.along) < 0.0f) {
-        const struct seen seen = see(model, fan, at_m, thin_m);
-        if (seen.pieces == 2) two = edge_to(model, seen.end[1], at_m, u);
-        patch = seen.patch;
-        is_last = seen.pieces == 1;
-    }
-    for (;;) {
+    const uint16_t* v = model->patch[fan->patch];
+    struct seen seen = {fan->patch, 1, {v[next_corner(fan->corner)], v[previous_corner(fan->corner)], 0}};
+    struct edge one = edge_to(model, seen.end[0], at_m, u);
+    int i;
+    for (i = 0; i < seen.pieces; ++i) {
+        struct edge two = edge_to(model, seen.end[i + 1], at_m, u);
         float normal[3];
+        if (i == 0 && vec_dot(one.along, two.along) < 0.0f) { /* or else it is no sliver */
+            seen = see(model, fan, at_m, thin_m);
+            two = edge_to(model, seen.end[1], at_m, u);
+        }
         vec_cross(one.along, two.along, normal);
         if (side_of_plane(model, normal, u) == HAPTABLE_SIDE_OUTSIDE)
             around->is_over_one = 1;
@@ -241,18 +238,14 @@ static void look_at(const struct haptable_model* model, const struct fan* fan, c
             around->is_under_one = 1;
         if ((one.rise > 0.0f || two.rise > 0.0f) && leads_between(&one, &two)) {
             const float over = vec_dot(normal, u);
-            note_part(vec_dot(u, u) - over * (over / vec_dot(normal, normal)), patch, -1, around);
+            note_part(vec_dot(u, u) - over * (over / vec_dot(normal, normal)), seen.patch, -1, around);
         } else {
-            if (is_first && one.rise > 0.0f)
+            if (i == 0 && one.rise > 0.0f)
                 note_part(one.rise * one.rise / one.length2, fan->patch, previous_corner(fan->corner), around);
-            if (is_last && two.rise > 0.0f)
+            if (i + 1 == seen.pieces && two.rise > 0.0f)
                 note_part(two.rise * two.rise / two.length2, fan->patch, next_corner(fan->corner), around);
         }
-        if (is_last) return;
         one = two;
-        two = edge_to(model, end, at_m, u);
-        is_first = 0;
-        is_last = 1;
     }
 }
 
@@ -268,46 +261,48 @@ static struct around_vertex look_around(const struct haptable_model* model, stru
 /* So far from a vertex, in thin_m, an edge there is asked: patches that are no slivers are apart. */
 #define ALONG_EDGE 64.0f
 
-/* See haptable_surface_side; on an edge of a vertex, opposite to `corner` of the patch, which `vertex` is not at. */
-static enum haptable_side side_of_edge_at(const struct haptable_model* model, uint16_t patch, int corner,
-                                          uint16_t vertex, const float u[3], float thin_m) {
+/* A point of an edge of the vertex, opposite to `corner` of the patch. */
+static void point_along_edge(const struct haptable_model* model, uint16_t patch, int corner, uint16_t vertex,
+                             float thin_m, float at_m[3]) {
     const float* a = model->vertex_m[vertex];
     const int at = corner_of(model, patch, vertex);
     float along[3];
-    float at_m[3];
     float far_away;
     vec_sub(vertex_of(model, patch, 3 - at - corner), a, along);
     far_away = ALONG_EDGE * thin_m * haptable_surface_inverse_length(along);
     vec_copy(a, at_m);
     vec_add_scaled(far_away < 0.5f ? far_away : 0.5f, along, at_m);
-    return side_of_edge(model, patch, corner, at_m, u, thin_m);
 }
 
-/* See haptable_surface_side; on a vertex. Over all planes there, or under all, is over or under whatever part is the
- * nearest. */
-static enum haptable_side side_of_vertex(const struct haptable_model* model, uint16_t patch, int corner,
-                                         const float u[3], float thin_m) {
-    const struct fan fan = fan_begin(model, patch, corner);
-    const struct around_vertex around = look_around(model, fan, u, thin_m);
-    if (!around.is_over_one) return HAPTABLE_SIDE_INSIDE;
-    if (!around.is_under_one) return HAPTABLE_SIDE_OUTSIDE;
-    if (around.patch == HAPTABLE_NONE) {
-        float normal[3] = {0.0f, 0.0f, 0.0f};
-        add_vertex_normals(model, fan, thin_m, normal);
-        return side_of_plane(model, normal, u);
-    }
-    if (around.corner < 0) return side_of_patch(model, around.patch, u);
-    return side_of_edge_at(model, around.patch, around.corner, fan.vertex, u, thin_m);
+/* The mean of the vertex's normals has the sign. */
+static enum haptable_side side_of_mean(const struct haptable_model* model, struct fan fan, const float u[3],
+                                       float thin_m) {
+    float normal[3] = {0.0f, 0.0f, 0.0f};
+    add_vertex_normals(model, fan, thin_m, normal);
+    return side_of_plane(model, normal, u);
 }
 
+/* At a vertex: over all planes there, or under all, is over or under whatever part is the nearest. */
 enum haptable_side haptable_surface_side(const struct haptable_model* model, const struct haptable_contact* contact,
                                          const float u[3]) {
+    float thin_m = HAPTABLE_EDGE_REACH * model->tolerance_m;
+    uint16_t patch = contact->patch;
     int corner = 0;
-    const enum place_on_patch feature = feature_of(contact->alpha, &corner);
-    if (feature == ON_VERTEX)
-        return side_of_vertex(model, contact->patch, corner, u, HAPTABLE_VERTEX_REACH * model->tolerance_m);
-    if (feature == ON_EDGE)
-        return side_of_edge(model, contact->patch, corner, contact->god_object_m, u,
-                            HAPTABLE_EDGE_REACH * model->tolerance_m);
-    return side_of_patch(model, contact->patch, u);
+    enum place_on_patch feature = haptable_patch_feature(contact->alpha, &corner);
+    float at_m[3];
+    vec_copy(contact->god_object_m, at_m);
+    if (feature == ON_VERTEX) {
+        const struct fan fan = fan_begin(model, patch, corner);
+        struct around_vertex around;
+        thin_m = HAPTABLE_VERTEX_REACH * model->tolerance_m;
+        around = look_around(model, fan, u, thin_m);
+        if (!around.is_over_one) return HAPTABLE_SIDE_INSIDE;
+        if (!around.is_under_one) return HAPTABLE_SIDE_OUTSIDE;
+        if (around.patch == HAPTABLE_NONE) return side_of_mean(model, fan, u, thin_m);
+        patch = around.patch;
+        corner = around.corner;
+        feature = corner < 0 ? INSIDE : ON_EDGE;
+        if (feature == ON_EDGE) point_along_edge(model, patch, corner, fan.vertex, thin_m, at_m);
+    }
+    return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m) : side_of_patch(model, patch, u);
 }

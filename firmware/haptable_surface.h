@@ -167,8 +167,9 @@ static inline enum place_on_patch feature_of(const float alpha[3], int* corner) 
 /* 1 / |v|; 0 where v is nothing. A function: where it is asked, digits count more than cycles. */
 float haptable_surface_inverse_length(const float v[3]);
 
-/* The outward direction at the god-object: the patch's normal, the mean of those at an edge, the mean weighted by
- * angles at a vertex. */
+/* The outward direction at the god-object, of any length: the patch's normal, the mean of those at an edge, the mean
+ * weighted by angles at a vertex. Within a patch it is twice the area long, in tolerance_m squared: no root is taken,
+ * and squares of it are floats on a body of any size. */
 void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
                               float normal[3]);
 
