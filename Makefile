@@ -108,19 +108,29 @@ PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptab
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
-# The servo for a browser.
-PAGE_PARTS = $(BUILD)/lib/page/servo.wasm
+# What every page is made of: the servo for a browser, the page's own text, and three.js.
+PAGE_TEXT = $(patsubst host/page/web/%,$(BUILD)/lib/page/%,$(wildcard host/page/web/*))
+PAGE_PARTS = $(BUILD)/lib/page/servo.wasm $(BUILD)/lib/page/three.min.js $(PAGE_TEXT)
 
 # all: every host program (the default)
 .PHONY: all
 all: $(MODULES) $(PROGRAMS)
 
-# demo: install what is missing, build, touch the cube over LCM for a few seconds, draw it, say where the pictures are
+# demo: install what is missing, build, touch the cube over LCM for a few seconds, draw it, make the page that touches the mouse
 .PHONY: demo
-demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
+demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run haptable-view) $(BUILD)/lib/haptable-gmsh.so $(SERVO) $(PAGE_PARTS)
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/mouse.toml
 	@BUILD=$(BUILD) sh scripts/demo.sh
+	@$(MAKE) --no-print-directory touch SCENE=meshes/mouse.toml
+
+# touch: one page that lets a pointer touch a scene's body, in any browser (make touch SCENE=meshes/mouse.toml)
+.PHONY: touch
+touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
+	@$(MAKE) --no-print-directory scene-alone
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
+	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
 
 # test: install what is missing, build and run every test
 .PHONY: test
@@ -340,6 +350,14 @@ $(BUILD)/lib/page/servo.wasm: $(WASM_C) $(WASM_H) | $(BUILD)/setup-touch.stamp
 	$(say) WASM $@
 	@mkdir -p $(@D)
 	$(Q)clang $(WASM_FLAGS) -o $@ $(WASM_C)
+
+$(BUILD)/lib/page/three.min.js: | $(BUILD)/setup-touch.stamp
+	@mkdir -p $(@D)
+	@cp /usr/share/javascript/three/three.min.js $@
+
+$(BUILD)/lib/page/%: host/page/web/%
+	@mkdir -p $(@D)
+	@cp $< $@
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 

@@ -14,8 +14,8 @@ packages_of() {
             liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core gnuplot-nox \
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
-    touch) echo clang lld ;; # the servo as WebAssembly
-    test) echo libgtest-dev clang libclang-rt-14-dev calculix-ccx lld chromium ;;
+    touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws
+    test) echo libgtest-dev clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
     figures) echo ffmpeg ;;

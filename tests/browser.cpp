@@ -133,15 +133,18 @@ bool Browser::wait_until(const std::string& expression, double patience_s) {
 json Browser::command(const std::string& method, const json& parameters) { return call(method, parameters, true); }
 
 void Browser::mouse(const std::string& type, double x, double y, double wheel) {
-    json event{{"type", type}, {"x", x}, {"y", y}};
-    if (type == "mousePressed" || type == "mouseReleased") event.update({{"button", "left"}, {"clickCount", 1}});
-    if (type == "mousePressed" || type == "mouseMoved") event["buttons"] = 1;
+    if (type == "mousePressed") pressed_ = true;
+    if (type == "mouseReleased") pressed_ = false;
+    json event{{"type", type}, {"x", x}, {"y", y}, {"buttons", pressed_ ? 1 : 0}};
+    if (pressed_ || type == "mouseReleased") event.update({{"button", "left"}, {"clickCount", 1}});
     if (type == "mouseWheel") event.update({{"deltaX", 0}, {"deltaY", wheel}});
     command("Input.dispatchMouseEvent", event);
 }
 
-void Browser::key(const std::string& name) {
-    for (const char* type : {"keyDown", "keyUp"}) command("Input.dispatchKeyEvent", {{"type", type}, {"key", name}});
+void Browser::key(const std::string& letter) {
+    for (const char* type : {"keyDown", "keyUp"})
+        command("Input.dispatchKeyEvent",
+                {{"type", type}, {"key", letter}, {"text", type == std::string("keyDown") ? letter : ""}});
 }
 
 std::string Browser::screenshot() {

@@ -34,7 +34,8 @@ public:
     nlohmann::json command(const std::string& method, const nlohmann::json& parameters = nlohmann::json::object());
     /// A pointer event: "mousePressed", "mouseMoved", "mouseReleased", "mouseWheel".
     void mouse(const std::string& type, double x, double y, double wheel = 0.0);
-    void key(const std::string& name);
+    /// A key of one letter.
+    void key(const std::string& letter);
     /// The page as a PNG's bytes.
     std::string screenshot();
 
@@ -51,7 +52,7 @@ private:
     int next_id_ = 0;
     std::string session_, received_;
     std::size_t scanned_ = 0;
-    bool loaded_ = false;
+    bool loaded_ = false, pressed_ = false;
     std::vector<std::string> complaints_, requests_;
 };
 

@@ -279,6 +279,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                                    {"widened", summary.mask.widened},
                                    {"places", summary.mask.places}};
     json["device"] = {{"max_force_n", scene.device.max_force_n},
+                      {"mass_kg", scene.device.mass_kg},
                       {"damping_n_s_per_m", scene.device.damping_n_s_per_m},
                       {"friction_n", scene.device.friction_n},
                       {"encoder_step_m", scene.device.encoder_step_m}};

@@ -15,6 +15,7 @@
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/link/summary.hpp"
+#include "host/page/page.hpp"
 #include "host/view/contact_messages.hpp"
 #include "host/view/output.hpp"
 #include "host/view/painter.hpp"
@@ -27,13 +28,14 @@ using namespace haptable;
 namespace fs = std::filesystem;
 
 struct Options {
-    fs::path folder, out, csv, log;
+    fs::path folder, out, csv, log, page;
     bool lcm = false, mesh = false, vtu = false, json = false, quiet = false;
     FrameChoice choice;
     LiveLimits limits;
     ViewOptions view;
     std::string size = "960x720";
     double range_mm = 0.0;
+    double page_mb = 1e-6 * kPageBytes;
     int samples = 0;  ///< 0: as fits the source
 };
 
@@ -44,7 +46,9 @@ void add_options(CommandLine& app, Options& o) {
     source.option("--log", o.log, "an LCM log (lcm-logger FILE)");
     const Option lcm = source.flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
     source.flag("--mesh", o.mesh, "the rest shape alone");
-    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif").required();
+    const Option page = source.option("--page", o.page, "write one HTML file that lets a pointer touch the body");
+    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif").excludes(page);
+    app.option("--megabytes", o.page_mb, "of a page, at the most").positive().needs(page).show_default();
     app.option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
         .range(1, 1000000)
         .show_default();
@@ -200,7 +204,20 @@ void print(const Report& report, const Options& options) {
     summary.print(options.json, options.quiet);
 }
 
+void make_page(const Options& options, const Tables& tables) {
+    const PageReport report = write_page(tables, options.folder, page_parts(), options.page, 1e6 * options.page_mb);
+    SummaryLines summary;
+    summary.add("page", options.page.string());
+    summary.add("megabytes", 1e-6 * static_cast<double>(report.bytes));
+    summary.add("columns", report.columns);
+    summary.add("column_error", report.column_error);
+    summary.add("modes", fmt::format("{}", fmt::join(report.modes, ", ")));
+    summary.print(options.json, options.quiet);
+}
+
 void view(Options& options) {
+    if (!options.page.empty()) return make_page(options, read_tables(options.folder));
+    if (options.out.empty()) throw BadCommandLine("--out is required");
     parse_size(options.size, options.view);
     options.view.samples = options.samples != 0 ? options.samples : options.lcm ? 1 : 4;
     if (!std::isfinite(options.view.azimuth + options.view.elevation + options.view.zoom + options.range_mm))

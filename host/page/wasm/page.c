@@ -14,6 +14,7 @@ struct page_tick {
     uint32_t state;           /* enum haptable_state */
     int32_t patch, vertex[3]; /* -1 without contact */
     float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+    uint32_t buttons; /* held down: bits of enum haptable_button */
 };
 
 #define PAGE_BYTES 65536u
@@ -92,19 +93,22 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
     for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
 }
 
-static void step(const struct haptable_model* model, const float finger_m[3], struct page_tick* tick) {
+static void step(const struct haptable_model* model, const float finger_m[3], uint32_t buttons,
+                 struct page_tick* tick) {
     struct haptable_output out;
+    haptable_buttons(&servo, buttons);
     haptable_step(model, &servo, finger_m, now_us, &out);
     now_us += HAPTABLE_TICK_US;
     fill(tick, finger_m, &out);
+    tick->buttons = buttons;
 }
 
-/* `count` ticks: fingers [count, 3] in m, one a millisecond. */
+/* `count` ticks: fingers [count, 3] in m, one a millisecond, and the buttons held down [count]; null: none. */
 EXPORT(page_replay)
-void page_replay(const struct haptable_model* model, const float (*finger_m)[3], uint32_t count,
-                 struct page_tick* ticks) {
+void page_replay(const struct haptable_model* model, const float (*finger_m)[3], const uint32_t* buttons,
+                 uint32_t count, struct page_tick* ticks) {
     uint32_t i;
-    for (i = 0; i < count; ++i) step(model, finger_m[i], &ticks[i]);
+    for (i = 0; i < count; ++i) step(model, finger_m[i], buttons ? buttons[i] : 0u, &ticks[i]);
 }
 
 EXPORT(page_hand) struct page_hand* page_hand(void) { return &hand; }
@@ -125,7 +129,7 @@ void page_feel(const struct haptable_model* model, const double from_m[3], const
     for (a = 0; a < 3; ++a) goal_m_s[a] = (to_m[a] - from_m[a]) / (count * tick_s);
     for (i = 0; i < count; ++i) {
         page_hand_encoders(&hand, finger_m);
-        step(model, finger_m, &ticks[i]);
+        step(model, finger_m, 0u, &ticks[i]);
         for (a = 0; a < 3; ++a) force_n[a] = gain * (double)ticks[i].force_n[a];
         page_hand_force(&hand, force_n);
         for (s = 0; s < STEPS_OF_A_TICK; ++s) {

@@ -27,6 +27,7 @@ struct PageTick {
     std::uint32_t state;
     std::int32_t patch, vertex[3];
     float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+    std::uint32_t buttons;
 };
 
 std::filesystem::path module() { return build_folder() / "lib" / "page" / "servo.wasm"; }
@@ -84,11 +85,11 @@ std::vector<PageTick> in_browser(const haptable_model& model, const std::vector<
                 "const wasm = instance.exports, keep = kept(wasm), model = " +
                 js_bytes(model_bytes(model)) + ", path = " + js_bytes(bytes_of(path_m)) +
                 ";const m = wasm.page_model(keep(model), model.length), at = keep(path), count = path.length / 12;"
-                "const out = wasm.page_reserve(104 * count);"
-                "wasm.page_begin(); wasm.page_replay(m, at, count, out);"
-                "return text(new Uint8Array(wasm.memory.buffer, out, 104 * count)); })")
+                "const out = wasm.page_reserve(108 * count);"
+                "wasm.page_begin(); wasm.page_replay(m, at, 0, count, out);"
+                "return text(new Uint8Array(wasm.memory.buffer, out, 108 * count)); })")
             .get<std::string>());
-    static_assert(sizeof(PageTick) == 104);
+    static_assert(sizeof(PageTick) == 108);
     std::vector<PageTick> all(ticks.size() / sizeof(PageTick));
     std::memcpy(all.data(), ticks.data(), all.size() * sizeof(PageTick));
     return all;

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// In which ways a page lets its body be touched: every force and god-object that the tables of a scene hold.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/tables/tables.hpp"
+
+namespace haptable {
+
+/// One way, and the servo's model of it as bytes (codegen/model_bytes.hpp).
+struct PageMode {
+    ForceLaw force;
+    GodObject god_object;
+    double friction;  ///< static; 0: none
+    std::uint64_t hash;
+    std::string model;
+};
+
+/// The scene's own mode first. Then the others of the interpolated force, which all tables hold; of the consistent
+/// one, where the tables hold it or columns of float32, whose L_ij between two touchable nodes are its edges; of the
+/// scene's own; each with both god-objects, without friction and with it (the scene's, or kPageFriction). What the
+/// servo cannot hold of these is left out. Throws Error as build_model does for the scene's own.
+std::vector<PageMode> page_modes(const Tables& tables, const std::filesystem::path& folder);
+
+/// Coulomb's coefficient where the scene names none.
+inline constexpr double kPageFriction = 0.5;
+
+/// The tables with a consistent force whose edges are read from columns.npy of `folder`: L_ij in float32 instead of
+/// double. before: tables.has_columns.
+Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& folder);
+
+}  // namespace haptable

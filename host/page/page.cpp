@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/page/page.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+
+#include "codegen/model.hpp"
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/program.hpp"
+#include "host/device/point_device.hpp"
+#include "host/page/base64.hpp"
+#include "host/page/columns.hpp"
+#include "host/page/modes.hpp"
+#include "host/view/colormap.hpp"
+#include "host/view/surface.hpp"
+
+namespace haptable {
+
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr double kBase64 = 4.0 / 3.0;
+
+/// The binary tables of a page in a row, each at a multiple of 16 bytes, and what tells them apart.
+class Blob {
+public:
+    void add(const std::string& name, std::string_view bytes) {
+        bytes_.resize((bytes_.size() + 15) / 16 * 16, '\0');
+        tables_[name] = {{"offset", bytes_.size()}, {"bytes", bytes.size()}};
+        bytes_ += bytes;
+    }
+    template <typename Row>
+    void add_rows(const std::string& name, const std::vector<Row>& rows) {
+        add(name, {reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(Row)});
+    }
+    const json& tables() const { return tables_; }
+    const std::string& bytes() const { return bytes_; }
+
+private:
+    json tables_ = json::object();
+    std::string bytes_;
+};
+
+std::uint32_t crc_of(const std::string& bytes) {
+    return static_cast<std::uint32_t>(
+        crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<z_size_t>(bytes.size())));
+}
+
+json parse_summary(const fs::path& folder) {
+    const json summary = json::parse(read_file(folder / "summary.json"), nullptr, false);
+    return summary.is_object() ? summary : json::object();
+}
+
+/// Rest shape, patches and their marks.
+void add_surface(const Tables& tables, const PageRows& rows, Blob& blob, json& scene) {
+    const DrawnSurface surface(tables);
+    std::vector<std::int32_t> place(tables.position.size(), -1), row;
+    for (std::size_t r = 0; r < rows.node.size(); ++r)
+        place[static_cast<std::size_t>(rows.node[r])] = static_cast<std::int32_t>(r);
+    for (const std::int32_t node : surface.node_id) row.push_back(place[static_cast<std::size_t>(node)]);
+    std::vector<std::uint8_t> mark;  // 1 touchable, 2 held still, 4 << c crease opposite to corner c
+    for (std::size_t p = 0; p < surface.patches(); ++p) {
+        const auto held = [&](int c) { return surface.row[static_cast<std::size_t>(surface.patch[p][c])] < 0; };
+        const bool fixed = !tables.row_id.empty() && held(0) && held(1) && held(2);
+        unsigned bits = (surface.touchable[p] != 0 ? 1U : 0U) | (fixed ? 2U : 0U);
+        for (std::size_t c = 0; c < 3; ++c) bits |= surface.crease[p][c] != 0 ? 4U << c : 0U;
+        mark.push_back(static_cast<std::uint8_t>(bits));
+    }
+    blob.add_rows("rest", surface.rest_m);
+    blob.add_rows("row", row);
+    blob.add_rows("surface_node", surface.node_id);
+    blob.add_rows("patch", surface.patch);
+    blob.add_rows("normal_of", surface.normal_of);
+    blob.add_rows("mark", mark);
+    scene["surface"] = {{"nodes", surface.nodes()}, {"patches", surface.patches()}, {"normals", surface.normal.size()}};
+}
+
+void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+        const std::string table = fmt::format("model {}", i);
+        blob.add(table, modes[i].model);
+        scene["modes"].push_back({{"force", word(modes[i].force)},
+                                  {"god_object", word(modes[i].god_object)},
+                                  {"friction", modes[i].friction},
+                                  {"hash", fmt::format("{:016x}", modes[i].hash)},
+                                  {"model", table}});
+    }
+}
+
+/// How the mask spreads a load: over columns instead of mesh nodes.
+void add_spread(const Tables& tables, const ServoModel& servo, Blob& blob) {
+    const ComplianceTables& c = tables.compliance;
+    std::vector<std::int32_t> vertex, edge, column(tables.position.size(), -1), spread;
+    for (const std::int32_t node : servo.node) {
+        const auto at = std::lower_bound(c.vertex_id.begin(), c.vertex_id.end(), node);
+        vertex.push_back(static_cast<std::int32_t>(at - c.vertex_id.begin()));
+    }
+    for (const auto& edges : servo.compliance.patch_edge)
+        for (const std::uint16_t e : edges) edge.push_back(static_cast<std::int32_t>(c.vertex_id.size()) + e);
+    for (std::size_t i = 0; i < tables.node_id.size(); ++i)
+        column[static_cast<std::size_t>(tables.node_id[i])] = static_cast<std::int32_t>(i);
+    for (const std::int32_t node : c.spread_node) spread.push_back(column[static_cast<std::size_t>(node)]);
+    blob.add_rows("vertex_control", vertex);
+    blob.add_rows("edge_control", edge);
+    blob.add_rows("spread_begin", c.spread_begin);
+    blob.add_rows("spread_column", spread);
+    blob.add_rows("spread_weight", c.spread_weight);
+}
+
+json hand_of(const Tables& tables, const json& summary) {
+    return {{"mass_kg", summary.value("/device/mass_kg"_json_pointer, Device{}.mass_kg)},
+            {"damping_n_s_per_m", tables.damping_n_s_per_m},
+            {"friction_n", tables.device_friction_n},
+            {"max_force_n", tables.max_force_n},
+            {"encoder_step_m", tables.encoder_step_m},
+            {"stiffness_n_per_m", Hand{}.stiffness_n_per_m},
+            {"hand_damping_n_s_per_m", Hand{}.damping_n_s_per_m}};
+}
+
+std::string colors() {
+    std::string text;
+    for (const Rgb8& color : color_map()) text += fmt::format("{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
+    return text;
+}
+
+/// S of a typical node: the median of the mean of its eigenvalues, N/m.
+double typical_stiffness(const Tables& tables) {
+    std::vector<double> mean;
+    for (const auto& s : tables.stiffness) mean.push_back((s[0] + s[4] + s[8]) / 3.0);
+    if (mean.empty()) return tables.rigid_stiffness_n_per_m;
+    const auto middle = mean.begin() + static_cast<std::ptrdiff_t>(mean.size() / 2);
+    std::nth_element(mean.begin(), middle, mean.end());
+    return *middle;
+}
+
+json describe(const Tables& tables, const fs::path& folder, const ServoModel& servo) {
+    const json summary = parse_summary(folder);
+    json scene{{"name", tables.name},
+               {"scene", tables.scene_file},
+               {"version", kVersion},
+               {"colors", colors()},
+               {"node", servo.node},
+               {"free", servo.free_count},
+               {"hand", hand_of(tables, summary)},
+               {"stiffness_n_per_m", typical_stiffness(tables)}};
+    for (const char* key : {"material", "counts", "small_strain", "element"})
+        if (summary.contains(key)) scene[key] = summary[key];
+    return scene;
+}
+
+/// Text that stands inside of an element of HTML and cannot end it.
+std::string inert(std::string text) {
+    for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.replace(at, 2, "<\\/");
+    return text;
+}
+
+std::string replaced(const std::string& text, const std::map<std::string, std::string>& values) {
+    std::string out;
+    std::size_t done = 0;
+    for (std::size_t at = 0; (at = text.find("{{", done)) != std::string::npos;) {
+        const std::size_t end = text.find("}}", at);
+        const auto value = values.find(text.substr(at + 2, end - at - 2));
+        if (end == std::string::npos || value == values.end()) throw Error("page.html names what there is not");
+        out.append(text, done, at - done).append(value->second);
+        done = end + 2;
+    }
+    return out + text.substr(done);
+}
+
+/// Without columns a page would show a body that nothing moves.
+void require_columns(const Tables& tables, const fs::path& folder) {
+    if (tables.has_columns) return;
+    throw Error(fmt::format(
+        "{}: has no columns.npy, by which a page deforms the body: {}, and make the tables again", folder.string(),
+        tables.has_factor ? "raise tables.column_budget in the scene" : "leave out tables.columns = \"none\""));
+}
+
+}  // namespace
+
+fs::path page_parts() {
+    const fs::path parts = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib" / "page";
+    for (const char* file : {"servo.wasm", "three.min.js", "page.html"})
+        if (!fs::exists(parts / file))
+            throw Error(
+                fmt::format("{}: is not there, and a page is made of it: run make touch", (parts / file).string()));
+    return parts;
+}
+
+PageReport write_page(const Tables& tables, const fs::path& folder, const fs::path& parts, const fs::path& out,
+                      double most_bytes) {
+    require_columns(tables, folder);
+    const ServoModel servo = build_model(tables);
+    const PageRows rows = page_rows(tables);
+    const std::vector<PageMode> modes = page_modes(tables, folder);
+    json scene = describe(tables, folder, servo);
+    Blob blob;
+    add_surface(tables, rows, blob, scene);
+    add_modes(modes, blob, scene);
+    if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);
+
+    std::map<std::string, std::string> text;
+    for (const char* file :
+         {"page.css", "engine.js", "text.js", "data.js", "picture.js", "plot.js", "page.js", "three.min.js"})
+        text[file] = read_file(parts / file);
+    text["wasm"] = to_base64(read_file(parts / "servo.wasm"));
+    const std::string page_html = read_file(parts / "page.html");
+    double others = kBase64 * static_cast<double>(blob.bytes().size()) +
+                    static_cast<double>(page_html.size() + scene.dump().size());
+    for (const auto& [name, value] : text) others += static_cast<double>(value.size());
+    const auto with = [&](std::size_t bytes) {
+        return others + kBase64 * static_cast<double>(bytes * packed_count(rows));
+    };
+    const bool single = !tables.half_columns && with(sizeof(float)) <= most_bytes;
+    if (!single && with(2) > most_bytes)
+        throw Error(
+            fmt::format("the page would be {:.1f} MB, its columns in float16, and {:.1f} MB is the most: give "
+                        "--megabytes {:.0f}, or a coarser mesh",
+                        1e-6 * with(2), 1e-6 * most_bytes, std::ceil(1e-6 * with(2)) + 1.0));
+    const PageColumns columns = pack_columns(tables, folder, rows, single ? Storage::kFloat32 : Storage::kFloat16);
+    blob.add("columns", columns.bytes);
+    scene["columns"] = {{"format", word(columns.format)},
+                        {"columns", rows.columns},
+                        {"rows", rows.node.size()},
+                        {"unit_m_per_n", columns.unit_m_per_n},
+                        {"error", columns.error}};
+    scene["tables"] = blob.tables();
+    scene["bytes"] = blob.bytes().size();
+    scene["crc32"] = crc_of(blob.bytes());
+    text["name"] = tables.name;
+    text["scene"] = inert(scene.dump());
+    text["data"] = to_base64(blob.bytes());
+    const std::string page = replaced(page_html, text);
+    write_file(out, page);
+
+    PageReport report{page.size(), {}, word(columns.format), columns.error};
+    for (const PageMode& mode : modes)
+        report.modes.push_back(
+            fmt::format("{} {}{}", word(mode.force), word(mode.god_object), mode.friction > 0.0 ? " friction" : ""));
+    return report;
+}
+
+}  // namespace haptable

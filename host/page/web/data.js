@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// What the page carries: the scene as JSON, module and tables as base64, checked by length and CRC-32.
+const Data = (() => {
+  'use strict';
+
+  function bytes_of(id) {
+    const raw = atob(document.getElementById(id).textContent.trim());
+    const bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; ++i) bytes[i] = raw.charCodeAt(i);
+    document.getElementById(id).textContent = '';
+    return bytes;
+  }
+
+  // ISO-HDLC, that of zlib.
+  function crc32(bytes) {
+    const table = new Uint32Array(256);
+    for (let n = 0; n < 256; ++n) {
+      let c = n;
+      for (let k = 0; k < 8; ++k) c = c & 1 ? 0xEDB88320 ^ (c >>> 1) : c >>> 1;
+      table[n] = c;
+    }
+    let crc = 0xFFFFFFFF;
+    for (let i = 0; i < bytes.length; ++i) crc = table[(crc ^ bytes[i]) & 255] ^ (crc >>> 8);
+    return (crc ^ 0xFFFFFFFF) >>> 0;
+  }
+
+  // Throws an Error with advice where something is not as it was written.
+  function read() {
+    let scene, data, wasm;
+    try {
+      scene = JSON.parse(document.getElementById('scene').textContent);
+      wasm = bytes_of('wasm');
+      data = bytes_of('data');
+    } catch (error) {
+      throw new Error('its tables cannot be read (' + error.message + ')');
+    }
+    if (data.length !== scene.bytes || crc32(data) !== scene.crc32) throw new Error('its tables are not those that were written');
+    const table = (name, Type) => {
+      const {offset, bytes} = scene.tables[name];
+      return new Type(data.buffer.slice(offset, offset + bytes));
+    };
+    return {scene, wasm: wasm.buffer, data: data.buffer, table};
+  }
+
+  // A servo's CSV or a path: {path [3 n], buttons [n] or null, force [3 n] or null}. Throws an Error that names the line.
+  function parse_csv(text) {
+    const lines = text.replace(/^\uFEFF/, '').split(/\r?\n/);
+    const head = lines[0].split(','), x = head.indexOf('x'), fx = head.indexOf('force_x'), held = head.indexOf('buttons');
+    if (x < 0 || head[x + 1] !== 'y' || head[x + 2] !== 'z') throw new Error('line 1 names no columns x,y,z');
+    while (lines.length > 1 && lines[lines.length - 1] === '') lines.pop();
+    const n = lines.length - 1, path = new Float32Array(3 * n), force = fx < 0 ? null : new Float32Array(3 * n);
+    const buttons = held < 0 ? null : new Uint32Array(n);
+    for (let i = 0; i < n; ++i) {
+      const cell = lines[i + 1].split(',');
+      if (cell.length !== head.length) throw new Error('line ' + (i + 2) + ' has ' + cell.length + ' columns, not ' + head.length);
+      if (buttons) buttons[i] = number(cell[held], i + 2);
+      for (let a = 0; a < 3; ++a) {
+        path[3 * i + a] = number(cell[x + a], i + 2);
+        if (force) force[3 * i + a] = number(cell[fx + a], i + 2);
+      }
+    }
+    if (n === 0) throw new Error('it holds no tick');
+    return {path, buttons, force};
+  }
+
+  function number(cell, line) {
+    if (/^-?nan$/i.test(cell)) return NaN;
+    if (/^-?inf(inity)?$/i.test(cell)) return cell[0] === '-' ? -Infinity : Infinity;
+    const value = Number(cell);
+    if (cell.trim() === '' || Number.isNaN(value)) throw new Error('line ' + line + ': "' + cell.slice(0, 40) + '" is no number');
+    return value;
+  }
+
+  return {read, parse_csv};
+})();

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+// The servo, the hand and equation 8, in a worker (or, where there is none, in the page itself): messages in, messages
+// out. `port` is what has postMessage and onmessage. A tick is a millisecond; time runs by the clock of the machine.
+function haptableEngine(port) {
+  'use strict';
+  const WORDS = 27;                     // of struct page_tick (host/page/wasm/page.c)
+  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, CONTACT = 2;
+  const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
+  const ROOM = 4096;                    // ticks of one call
+  const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
+  const SAMPLE = 5;                     // numbers a tick that the plots get
+
+  let wasm, scene, models = [], mode = 0;
+  let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0, hand_at = 0;
+  let goal = null, goal_before = null, gain = 1;
+  let last_ms = 0, tick = 0, dropped = 0;
+  let latest = new Uint32Array(WORDS);
+  let samples = [], record = null, played = null;
+
+  const floats = (at, n) => new Float32Array(wasm.memory.buffer, at, n);
+  const words = (at, n) => new Uint32Array(wasm.memory.buffer, at, n);
+  const doubles = (at, n) => new Float64Array(wasm.memory.buffer, at, n);
+  const real = (tick_words, at) => new Float32Array(tick_words.buffer, tick_words.byteOffset + 4 * at, 3);
+
+  function reserve(bytes) {
+    const at = wasm.page_reserve(bytes);
+    if (at === 0) throw new Error('the browser gives no memory for ' + Math.ceil(bytes / 1e6) + ' MB of tables');
+    return at;
+  }
+
+  function keep(data, table) {
+    const at = reserve(table.bytes);
+    new Uint8Array(wasm.memory.buffer, at, table.bytes).set(new Uint8Array(data, table.offset, table.bytes));
+    return at;
+  }
+
+  async function open(message) {
+    const module = await WebAssembly.instantiate(message.wasm, {});
+    wasm = module.instance.exports;
+    scene = message.scene;
+    ticks_at = reserve(4 * WORDS * ROOM);
+    path_at = reserve(12 * ROOM);
+    buttons_at = reserve(4 * ROOM);
+    from_at = reserve(24);
+    to_at = reserve(24);
+    hand_at = wasm.page_hand();
+    const table = scene.tables, data = message.data;
+    for (const one of scene.modes) {
+      const at = wasm.page_model(keep(data, table[one.model]), table[one.model].bytes);
+      if (at === 0) throw new Error('the tables of ' + one.model + ' are damaged: make the page again');
+      models.push(at);
+    }
+    if (table.columns) {
+      const at = keep(data, table.columns), half = scene.columns.format === 'float16';
+      wasm.page_columns(scene.columns.columns, scene.columns.rows, scene.columns.unit_m_per_n, half ? 0 : at, half ? at : 0);
+    }
+    if (table.spread_begin)
+      wasm.page_spread(...['vertex_control', 'edge_control', 'spread_begin', 'spread_column', 'spread_weight']
+        .map(name => keep(data, table[name])));
+    choose(0);
+    const hand = scene.hand;
+    doubles(hand_at, 7).set([hand.mass_kg, hand.damping_n_s_per_m, hand.friction_n, hand.max_force_n,
+      hand.encoder_step_m, hand.stiffness_n_per_m, hand.hand_damping_n_s_per_m]);
+    port.postMessage({kind: 'ready'});
+  }
+
+  function choose(index) {
+    mode = index;
+    wasm.page_spreads(scene.modes[mode].force === 'pressure-mask' ? 1 : 0);
+    begin();
+  }
+
+  // A new session: the servo knows no finger, and feels nothing until it comes from outside.
+  function begin() {
+    wasm.page_begin();
+    tick = dropped = 0;
+    samples = [];
+    latest = new Uint32Array(WORDS);
+  }
+
+  // ---- live ---------------------------------------------------------------------------------------------------------
+
+  function advance(now_ms) {
+    let due = Math.floor(now_ms - last_ms);
+    if (due <= 0) return;
+    last_ms += due;
+    if (due > MOST_TICKS) {
+      dropped += due - MOST_TICKS;
+      due = MOST_TICKS;
+    }
+    if (goal === null || played !== null) return;
+    const share = 1 - Math.exp(-due / GOAL_MS), next = goal_before.map((x, a) => x + share * (goal[a] - x));
+    doubles(from_at, 3).set(goal_before);
+    doubles(to_at, 3).set(next);
+    goal_before = next;
+    wasm.page_feel(models[mode], from_at, to_at, gain, due, ticks_at);
+    note(words(ticks_at, WORDS * due), due);
+  }
+
+  function note(made, count) {
+    for (let i = 0; i < count; ++i) sample(made.subarray(WORDS * i, WORDS * (i + 1)));
+    latest = made.slice(WORDS * (count - 1));
+    if (record !== null) record.push(made.slice());
+    tick += count;
+  }
+
+  const length = v => Math.hypot(v[0], v[1], v[2]);
+
+  // state, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
+  function sample(t) {
+    const f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
+    const u = [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
+    const finger_known = t[0] !== 3;
+    samples.push(t[0], length(f), t[0] === CONTACT ? length(u) : 0,
+      finger_known && goal ? Math.hypot(goal[0] - x[0], goal[1] - x[1], goal[2] - x[2]) : 0,
+      t[0] === CONTACT ? -0.5 * (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) : 0);
+  }
+
+  // The hand is somewhere else at once: the servo gets a tick without a position, so that no way there is felt.
+  function place(at) {
+    wasm.page_place(at[0], at[1], at[2]);
+    goal = goal_before = at;
+    floats(path_at, 3).set([NaN, NaN, NaN]);
+    wasm.page_replay(models[mode], path_at, 0, 1, ticks_at);
+    note(words(ticks_at, WORDS), 1);
+  }
+
+  function displacement(tick_words) {
+    if (!scene.columns) return null;
+    words(ticks_at, WORDS).set(tick_words);
+    const at = wasm.page_displace(ticks_at);
+    return floats(at, 3 * scene.columns.rows).slice();
+  }
+
+  function frame() {
+    if (played === null) advance(performance.now());
+    const shown = played === null ? latest : played.ticks.subarray(WORDS * played.at, WORDS * (played.at + 1));
+    const u = displacement(shown), plotted = new Float32Array(samples);
+    samples = [];
+    port.postMessage({
+      kind: 'frame', tick, dropped, mode, state: shown[0], patch: shown[1] | 0, samples: plotted, sample: SAMPLE,
+      finger: real(shown, FINGER).slice(), god: real(shown, GOD).slice(), force: real(shown, FORCE).slice(),
+      alpha: real(shown, ALPHA).slice(),
+      vertex: Int32Array.from(shown.slice(2, 5)), nodal: new Float32Array(shown.slice(17, 26).buffer), goal,
+      recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / WORDS, 0),
+      played: played === null ? -1 : played.at, displacement: u
+    }, u ? [u.buffer] : []);
+  }
+
+  // ---- recorded -----------------------------------------------------------------------------------------------------
+
+  // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
+  function run(path, buttons, in_mode) {
+    const count = path.length / 3, all = new Uint32Array(WORDS * count);
+    wasm.page_begin();
+    for (let begun = 0; begun < count; begun += ROOM) {
+      const now = Math.min(ROOM, count - begun);
+      floats(path_at, 3 * now).set(path.subarray(3 * begun, 3 * (begun + now)));
+      if (buttons) words(buttons_at, now).set(buttons.subarray(begun, begun + now));
+      wasm.page_replay(models[in_mode], path_at, buttons ? buttons_at : 0, now, ticks_at);
+      all.set(words(ticks_at, WORDS * now), WORDS * begun);
+    }
+    begin();
+    return all;
+  }
+
+  // How C prints %.9g, ties to even: a float32 has them at its tenth digit.
+  function nine(x) {
+    if (Number.isNaN(x)) return 'nan';
+    if (!Number.isFinite(x)) return x > 0 ? 'inf' : '-inf';
+    if (x === 0) return Object.is(x, -0) ? '-0' : '0';
+    let [digits, exponent] = Math.abs(x).toExponential(8).split('e');
+    const [exact, power] = Math.abs(x).toExponential(40).split('e');
+    if (/^50*$/.test(exact.slice(10)) && (digits.charCodeAt(9) & 1)) {  // rounded up to an odd digit
+      digits = exact.slice(0, 10);
+      exponent = power;
+    }
+    exponent = Number(exponent);
+    let text = digits.replace('.', '');
+    if (exponent < -4 || exponent >= 9) {
+      const rest = text.slice(1).replace(/0+$/, '');
+      const sign = exponent < 0 ? '-' : '+', size = String(Math.abs(exponent)).padStart(2, '0');
+      text = text[0] + (rest ? '.' + rest : '') + 'e' + sign + size;
+    } else if (exponent < 0) {
+      text = '0.' + '0'.repeat(-exponent - 1) + text.replace(/0+$/, '');
+    } else {
+      const rest = text.slice(exponent + 1).replace(/0+$/, '');
+      text = text.slice(0, exponent + 1) + (rest ? '.' + rest : '');
+    }
+    return (x < 0 ? '-' : '') + text;
+  }
+
+  // The servo's CSV (docs/SPEC.md), byte for byte.
+  function csv(pieces) {
+    const lines = ['tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons'];
+    for (const piece of pieces)
+      for (let i = 0; i < piece.length; i += WORDS) {
+        const t = piece.subarray(i, i + WORDS), three = at => Array.from(real(t, at), nine).join(',');
+        const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
+        lines.push([lines.length - 1, three(FINGER), t[0] === CONTACT ? 1 : 0, nodes.join(','), three(ALPHA),
+          three(GOD), three(FORCE), t[BUTTONS]].join(','));
+      }
+    return lines.join('\n') + '\n';
+  }
+
+  const answers = {
+    open,
+    mode: m => choose(m.index),
+    goal: m => {
+      if (goal === null || m.place) place(m.at);
+      goal = m.at;
+    },
+    hand: m => {
+      gain = m.gain;
+      doubles(hand_at, 7).set([m.stiffness_n_per_m], 5);
+    },
+    frame,
+    begin_record: () => {
+      begin();
+      record = [];
+    },
+    end_record: () => {
+      const pieces = record || [];
+      record = null;
+      port.postMessage({kind: 'recorded', csv: csv(pieces), mode, ticks: pieces.reduce((n, p) => n + p.length / WORDS, 0)});
+    },
+    // For tests and for a file that was dropped: {path, buttons, mode, play}.
+    replay: m => {
+      const ticks = run(m.path, m.buttons, m.mode);
+      const force = new Float32Array(m.path.length), god = new Float32Array(m.path.length);
+      const series = new Float32Array(2 * m.path.length / 3);
+      for (let i = 0; i < m.path.length / 3; ++i) {
+        const t = ticks.subarray(WORDS * i, WORDS * (i + 1)), f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
+        force.set(f, 3 * i);
+        god.set(g, 3 * i);
+        series[2 * i] = length(f);
+        series[2 * i + 1] = t[0] === CONTACT ? length([x[0] - g[0], x[1] - g[1], x[2] - g[2]]) : 0;
+      }
+      if (m.play) played = {ticks, at: 0};
+      port.postMessage({kind: 'replayed', id: m.id, ticks: m.words ? ticks : null, force, god, series,
+        csv: m.csv ? csv([ticks]) : null});
+    },
+    show: m => { if (played) played.at = Math.min(m.at, played.ticks.length / WORDS - 1); },
+    live: () => {
+      played = null;
+      last_ms = performance.now();
+    }
+  };
+
+  const fail = error => port.postMessage({kind: 'error', text: String(error && error.message || error)});
+  port.onmessage = async event => {
+    try {
+      await answers[event.data.kind](event.data);
+    } catch (error) {
+      fail(error);
+    }
+  };
+  last_ms = performance.now();
+  setInterval(() => {
+    try {
+      if (wasm && scene) advance(performance.now());
+    } catch (error) {
+      fail(error);
+    }
+  }, 4);
+}

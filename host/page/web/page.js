@@ -1,0 +1,591 @@
+// SPDX-License-Identifier: MIT
+// The page: pointer and keys in, engine beside it, picture, plots and numbers out.
+(() => {
+  'use strict';
+  const $ = id => document.getElementById(id);
+  const PUSHES_BACK = 60;  // N/m: so stiff a body is felt beside a hand of 200 N/m, and dented all the same
+  const HISTORY_S = 5, CLEARANCE = 0.02, RAMP_S = 0.22;  // of the diagonal; s until a press has its depth
+  const query = new URLSearchParams(location.search || location.hash.slice(1));
+
+  let data, scene, engine, picture, frame = null, mode = 0;
+  let press = null, hover = null, turning = null, pinch = new Map(), awaiting = false, gain = 1;
+  let by_time, by_depth, by_depth_floor, history, replay = null, recording = false;
+  const frames = [];
+  let ready;
+  // For whoever wants to drive the page by a program.
+  const api = window.haptable = {
+    ready: new Promise((resolve, reject) => { ready = {resolve, reject}; }),
+    frame: () => frame,
+    scene: () => scene,
+    picture: () => picture,
+    rate: () => frames.length < 2 ? 0 : 1000 * (frames.length - 1) / (frames[frames.length - 1] - frames[0]),
+    replay: (file, index = 0) => ask('replay', {...file, mode: index, csv: true})
+  };
+  api.ready.catch(() => {});
+
+  // ---- the engine: in a worker, or in the page where the browser gives none -------------------------------------------
+
+  const waiting = new Map();
+  let asked = 0;
+  function ask(kind, message) {
+    const id = ++asked;
+    engine.postMessage({kind, id, ...message});
+    return new Promise(resolve => waiting.set(id, resolve));
+  }
+
+  function start_worker() {
+    const text = $('engine').textContent + '\nhaptableEngine(self);';
+    const url = URL.createObjectURL(new Blob([text], {type: 'text/javascript'}));
+    const worker = new Worker(url);
+    worker.onmessage = event => hear(event.data);
+    worker.onerror = event => {
+      event.preventDefault();
+      if (!frame) engine = start_here();
+      open_engine();
+    };
+    return worker;
+  }
+
+  function start_here() {
+    const script = document.createElement('script');
+    script.textContent = $('engine').textContent;
+    document.head.appendChild(script);
+    const port = {postMessage: message => setTimeout(() => hear(message), 0), onmessage: null};
+    window.haptableEngine(port);
+    api.without_worker = true;
+    return {postMessage: message => setTimeout(() => port.onmessage({data: message}), 0)};
+  }
+
+  function start_engine() {
+    if (query.get('worker') === 'off') return start_here();
+    try {
+      return start_worker();
+    } catch (error) {  // some browsers forbid it to a file
+      return start_here();
+    }
+  }
+
+  const open_engine = () => engine.postMessage({kind: 'open', wasm: data.wasm, data: data.data, scene});
+
+  function hear(message) {
+    if (message.kind === 'ready') begin();
+    if (message.kind === 'frame') show(message);
+    if (message.kind === 'recorded') save(message);
+    if (message.kind === 'error') fail(message.text);
+    if (message.id && waiting.has(message.id)) {
+      waiting.get(message.id)(message);
+      waiting.delete(message.id);
+    }
+  }
+
+  function fail(text) {
+    window.haptableFailed('This page does not work: ' + text + '.', 'Copy the file again, or make it again with haptable-view DIR --page FILE. If it stays so, the browser may be too old: it needs WebAssembly.');
+    ready.reject(new Error(text));
+  }
+
+  // ---- beginning -------------------------------------------------------------------------------------------------------
+
+  document.addEventListener('DOMContentLoaded', () => {
+    if (!$('end')) return;  // said already
+    set_theme(query.get('theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
+    setTimeout(() => {
+      try {
+        data = Data.read();
+      } catch (error) {
+        return fail(error.message);
+      }
+      scene = data.scene;
+      try {
+        picture = new Picture($('stage'), $('picture'), $('overlay'), scene, data.table);
+      } catch (error) {
+        picture = null;
+      }
+      engine = start_engine();
+      open_engine();
+    }, 0);
+  });
+
+  function begin() {
+    history = new History(1000 * HISTORY_S);
+    by_time = new Plot($('by_time'));
+    by_depth = new Plot($('by_depth'));
+    describe();
+    controls();
+    if (picture) pointer();
+    else no_webgl();
+    keys();
+    files();
+    $('loading').remove();
+    if (picture) picture.draw();  // who is told that the page is ready may ask where a point is on it
+    ready.resolve(true);
+    if (query.get('press') === 'middle' && picture) setTimeout(press_middle, 500);  // for a picture without a hand
+    requestAnimationFrame(tick);
+  }
+
+  function no_webgl() {
+    const box = document.createElement('div');
+    box.id = 'failed';
+    box.className = 'beside';
+    box.innerHTML = '<div><h2>This browser gives no WebGL, so the body cannot be drawn.</h2><p>The servo runs all the same: replay a CSV, and its forces are plotted. To see and press the body, allow graphics acceleration in the browser\'s settings, or open the file in another browser.</p></div>';
+    document.getElementById('failed').remove();
+    $('stage').appendChild(box);
+    $('hint').remove();
+    $('legend').remove();
+  }
+
+  function describe() {
+    const counts = scene.counts || {}, material = scene.material || {}, facts = [];
+    if (counts.nodes) facts.push(Text.count(counts.nodes) + ' nodes', Text.count(counts.touchable_patches) + ' touchable patches');
+    if (material.young_pa) facts.push('E ' + Text.si(material.young_pa, 'Pa'), 'ν ' + material.poisson);
+    $('facts').textContent = facts.join(' · ');
+    const columns = scene.columns, half = columns.format === 'float16';
+    $('about').textContent = 'haptable ' + scene.version + ' · the C servo as WebAssembly, a tick a millisecond · tables ' + scene.modes[0].hash +
+      ' · deformation from ' + (half ? 'float16 columns, to ' + columns.error.toExponential(0) : 'float32 columns');
+  }
+
+  // ---- controls --------------------------------------------------------------------------------------------------------
+
+  const WORDS = {'interpolated': 'interpolated (the paper’s)', 'consistent': 'consistent', 'pressure-mask': 'pressure mask', 'nearest': 'nearest', 'least-energy': 'least energy'};
+
+  function options(select, values, words) {
+    select.innerHTML = '';
+    for (const value of values) select.add(new Option(words(value), value));
+    select.disabled = values.length < 2;
+  }
+
+  function controls() {
+    const laws = [...new Set(scene.modes.map(m => m.force))], gods = [...new Set(scene.modes.map(m => m.god_object))];
+    options($('law'), laws, w => WORDS[w]);
+    options($('god'), gods, w => WORDS[w]);
+    for (const id of ['law', 'god', 'friction']) $(id).addEventListener('change', choose);
+    set_mode(0);
+    options($('gain'), [1, 10, 100, 1000, 10000], g => g === 1 ? 'the force itself' : 'the force × ' + Text.count(g));
+    const stiffness = scene.stiffness_n_per_m;
+    gain = 10 ** Math.max(0, Math.min(4, Math.round(Math.log10(PUSHES_BACK / stiffness))));
+    $('gain').value = gain;
+    const most_mm = Number((120 * picture_size()).toPrecision(1));
+    $('depth').max = most_mm;
+    $('depth').value = Math.min(5, 0.5 * most_mm);
+    $('hand').value = Math.log10(scene.hand.stiffness_n_per_m / 20) / 2;
+    for (const id of ['gain', 'depth', 'hand', 'exaggerate']) $(id).addEventListener('input', adjust);
+    $('ghost').addEventListener('change', adjust);
+    $('lines').addEventListener('change', adjust);
+    $('theme').addEventListener('click', () => set_theme(document.documentElement.classList.contains('dark') ? 'light' : 'dark'));
+    $('record').addEventListener('click', record);
+    adjust();
+  }
+
+  const picture_size = () => picture ? picture.size : 0.05;
+
+  function set_mode(index) {
+    mode = index;
+    const chosen = scene.modes[mode];
+    $('law').value = chosen.force;
+    $('god').value = chosen.god_object;
+    $('friction').checked = chosen.friction > 0;
+    const rough = scene.modes.find(m => m.force === chosen.force && m.god_object === chosen.god_object && m.friction > 0);
+    $('friction').disabled = !rough || !scene.modes.some(m => m.force === chosen.force && m.god_object === chosen.god_object && m.friction === 0);
+    $('friction').nextElementSibling.textContent = rough ? 'friction, µ ' + rough.friction : 'friction';
+  }
+
+  function choose() {
+    const fits = (m, rough) => m.force === $('law').value && m.god_object === $('god').value && (m.friction > 0) === rough;
+    let index = scene.modes.findIndex(m => fits(m, $('friction').checked));
+    if (index < 0) index = scene.modes.findIndex(m => m.force === $('law').value && m.god_object === $('god').value);
+    if (index < 0) index = mode;
+    if (recording) record();
+    set_mode(index);
+    engine.postMessage({kind: 'mode', index});
+    if (hover) send_goal(goal_of(), true);
+    history.clear();
+  }
+
+  function adjust() {
+    gain = Number($('gain').value);
+    const stiffness = 20 * 100 ** Number($('hand').value);
+    engine.postMessage({kind: 'hand', gain, stiffness_n_per_m: stiffness});
+    $('hand_is').textContent = Text.digits(stiffness) + ' N/m';
+    $('depth_is').textContent = Number($('depth').value).toFixed(1) + ' mm deep';
+    $('exaggerate_is').textContent = $('exaggerate').value === '1' ? 'true to scale' : '× ' + $('exaggerate').value;
+    if (!picture) return;
+    picture.exaggerate = Number($('exaggerate').value);
+    picture.ghost.visible = $('ghost').checked;
+    picture.material.uniforms.lines.value = $('lines').checked ? 1 : 0;
+    picture.dirty = true;
+  }
+
+  function set_theme(name) {
+    document.documentElement.classList.toggle('dark', name === 'dark');
+    if (picture) picture.dirty = true;
+  }
+
+  // ---- the pointer -----------------------------------------------------------------------------------------------------
+
+  function pointer() {
+    const stage = $('stage');
+    stage.addEventListener('pointerdown', down);
+    stage.addEventListener('pointermove', move);
+    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) stage.addEventListener(end, up);
+    stage.addEventListener('contextmenu', event => event.preventDefault());
+    stage.addEventListener('wheel', wheel, {passive: false});
+  }
+
+  const place_of = event => {
+    const box = $('stage').getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  };
+
+  function down(event) {
+    if (event.target.closest('#player')) return;
+    $('stage').focus({preventScroll: true});
+    const [x, y] = place_of(event), hit = picture.pick(x, y);
+    pinch.set(event.pointerId, [x, y]);
+    try {
+      $('stage').setPointerCapture(event.pointerId);
+    } catch (error) { /* an event that no pointer made */ }
+    if (pinch.size === 2) {
+      let_go();
+      turning = null;
+      return;
+    }
+    if (replay || event.button !== 0 || event.shiftKey || !hit || !hit.touchable) {
+      turning = {id: event.pointerId, x, y};
+      return dress();
+    }
+    press_at(hit, event);
+  }
+
+  function press_at(hit, event) {
+    const far = !hover || Math.hypot(...hit.at_m.map((v, a) => v - hover.at_m[a])) > 0.25 * picture.size;
+    hover = hit;
+    press = {id: event ? event.pointerId : -1, since: performance.now(), pressure: pressure_of(event)};
+    send_goal(goal_of(), far);
+    $('hint').classList.add('away');
+    dress();
+  }
+
+  // A pen says how hard it presses; a mouse and most fingers do not.
+  const pressure_of = event => event && event.pointerType === 'pen' && event.pressure > 0 ? 2 * event.pressure : 1;
+
+  function move(event) {
+    const [x, y] = place_of(event);
+    if (pinch.has(event.pointerId)) {
+      const before = pinch.get(event.pointerId);
+      if (pinch.size === 2) return pinched(event.pointerId, before, [x, y]);
+      pinch.set(event.pointerId, [x, y]);
+    }
+    if (turning && event.pointerId === turning.id) {
+      picture.turn(x - turning.x, y - turning.y);
+      Object.assign(turning, {x, y});
+      return;
+    }
+    if (replay) return;
+    const hit = picture.pick(x, y);
+    if (press && event.pointerId === press.id) {
+      press.pressure = pressure_of(event);
+      hover = hit && hit.touchable ? hit : {...hover, at_m: picture.on_plane(x, y, hover.at_m)};
+      return;
+    }
+    if (!press && event.pointerType !== 'touch') {
+      const begins = !hover && hit && hit.touchable;
+      hover = hit && hit.touchable ? hit : hover;
+      if (hover) send_goal(goal_of(), begins);
+    }
+    $('stage').classList.toggle('on_body', Boolean(hit && hit.touchable));
+  }
+
+  function pinched(id, before, now) {
+    const other = [...pinch].find(([key]) => key !== id)[1];
+    const length = p => Math.hypot(p[0] - other[0], p[1] - other[1]);
+    picture.zoom(length(before) / Math.max(length(now), 1));
+    picture.turn(0.5 * (now[0] - before[0]), 0.5 * (now[1] - before[1]));
+    pinch.set(id, now);
+  }
+
+  function up(event) {
+    pinch.delete(event.pointerId);
+    if (turning && event.pointerId === turning.id) turning = null;
+    if (press && event.pointerId === press.id) let_go();
+    dress();
+  }
+
+  function let_go() {
+    press = null;
+    if (hover) send_goal(goal_of());
+  }
+
+  function dress() {
+    $('stage').classList.toggle('pressing', press !== null);
+    $('stage').classList.toggle('turning', turning !== null);
+  }
+
+  function wheel(event) {
+    event.preventDefault();
+    const notches = Math.max(-3, Math.min(3, event.deltaY / 100));
+    if (press) deeper(-notches);
+    else picture.zoom(1.12 ** notches);
+  }
+
+  function deeper(steps) {
+    const slider = $('depth');
+    slider.value = Math.max(0, Math.min(Number(slider.max), Number(slider.value) + steps * Number(slider.max) / 40));
+    adjust();
+  }
+
+  // Where the hand wants the finger: above the surface, or, pressed, below it.
+  function goal_of() {
+    const above = CLEARANCE * picture.size;
+    if (!press) return hover.at_m.map((v, a) => v + above * hover.normal[a]);
+    const t = Math.min(1, (performance.now() - press.since) / (1e3 * RAMP_S)), share = t * t * t * (10 + t * (-15 + 6 * t));
+    const depth = Math.min(1e-3 * Number($('depth').value) * press.pressure, 2e-3 * Number($('depth').max));
+    return hover.at_m.map((v, a) => v + (above - share * (above + depth)) * hover.normal[a]);
+  }
+
+  function send_goal(at, place = false) {
+    engine.postMessage({kind: 'goal', at, place});
+  }
+
+  function keys() {
+    window.addEventListener('keydown', event => {
+      document.documentElement.classList.add('keys');
+      if (event.ctrlKey || event.metaKey || event.altKey || /SELECT|INPUT/.test(event.target.tagName)) return;
+      const act = {
+        ArrowLeft: () => picture.turn(24, 0), ArrowRight: () => picture.turn(-24, 0), ArrowUp: () => picture.turn(0, 24),
+        ArrowDown: () => picture.turn(0, -24), '+': () => picture.zoom(0.9), '=': () => picture.zoom(0.9), '-': () => picture.zoom(1.1),
+        w: () => deeper(1), s: () => deeper(-1), Home: () => picture.home(), p: press_middle, r: record,
+        l: () => $('theme').click(), '?': () => $('help').showModal()
+      }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!act || (!picture && !/[rl?]/.test(event.key))) return;
+      event.preventDefault();
+      act();
+    });
+  }
+
+  function press_middle() {
+    if (press) return let_go();
+    const hit = picture.pick(0.5 * picture.width, 0.5 * picture.height);
+    if (hit && hit.touchable && !replay) press_at(hit, null);
+  }
+
+  // ---- a picture at a time ---------------------------------------------------------------------------------------------
+
+  function tick(now) {
+    requestAnimationFrame(tick);
+    frames.push(now);
+    if (frames.length > 120) frames.shift();
+    if (press) send_goal(goal_of());
+    if (replay && replay.playing) advance_replay(now);
+    if (!awaiting) {
+      awaiting = true;
+      engine.postMessage({kind: 'frame'});
+    }
+    if (picture) picture.draw();
+    spare(now);
+  }
+
+  // Where pictures come too slowly (no graphics processor), they get coarser: at most to half.
+  function spare(now) {
+    if (!picture || query.get('ratio') || frames.length < 60 || now - (spare.last || 0) < 2000) return;
+    spare.last = now;
+    if (api.rate() < 40) picture.coarser();
+  }
+
+  function show(message) {
+    awaiting = false;
+    frame = message;
+    const n = message.samples.length / message.sample;
+    for (let i = 0; i < n; ++i) {
+      const s = message.samples.subarray(i * message.sample, (i + 1) * message.sample);
+      if (!replay) history.add(s[1], s[2], s[0] === 2 ? 1 : 0);
+    }
+    const now = performance.now();
+    if (picture && changed(message)) picture.show(message, $('colour').value);
+    if (now - (show.last || 0) < 30) return;  // eyes read no faster
+    show.last = now;
+    numbers(message);
+    plots();
+    legend();
+  }
+
+  // Whether it would draw another picture than the last.
+  function changed(message) {
+    const key = message.state + ' ' + message.finger.join() + message.god.join() + message.goal + $('colour').value + $('exaggerate').value;
+    const other = key !== changed.last;
+    changed.last = key;
+    return other;
+  }
+
+  const STATE = ['no finger yet', 'free', 'in contact', 'no position', 'limited', 'fault'];
+
+  function numbers(f) {
+    const size = Math.hypot(...f.force), contact = f.state === 2;
+    const depth = contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
+    const [value, unit] = Text.si(size, 'N').split('\u202f');
+    $('force').innerHTML = '<output>' + value + '</output> <span>' + unit + '</span>';
+    const lines = [
+      ['state', STATE[f.state] || String(f.state)],
+      ['force x y z', contact ? vector(f.force, size, 'N') : '–'],
+      ['depth', contact ? Text.si(depth, 'm') : '–'],
+      ['stiffness felt', contact && depth > 1e-6 ? Text.si(size / depth, 'N/m') : '–'],
+      ['finger, mm', f.state === 1 || contact ? Text.mm(f.finger) : '–'],
+      ['god-object, mm', contact ? Text.mm(f.god) : '–'],
+      ['patch', contact ? String(f.patch) : '–'],
+      ['its nodes', contact ? Array.from(f.vertex, v => scene.node[v]).join('  ') : '–'],
+      ['pictures', Math.round(api.rate()) + ' /s' + (f.dropped > 0 ? ', ' + Text.count(f.dropped) + ' ms lost' : '')]
+    ];
+    $('numbers').innerHTML = lines.map(([name, text]) => '<dt>' + name + '</dt><dd>' + text + '</dd>').join('');
+    if (recording) $('session').textContent = 'recording: ' + (f.recorded / 1000).toFixed(1) + ' s';
+  }
+
+  function vector(v, size, unit) {
+    const [factor, letter] = Text.prefix(size);
+    return Array.from(v, x => (x / factor).toFixed(2)).join('  ') + '\u202f' + letter + unit;
+  }
+
+  function plots() {
+    const floor_m = 1e-3, floor_n = Math.max(scene.stiffness_n_per_m * floor_m, 1e-6);
+    const seconds = replay ? Math.max(0.1, replay.count / 1000) : HISTORY_S;
+    if (replay) return replay_plots(seconds, floor_n, floor_m);
+    draw_by_time(by_time, history, seconds, floor_n);
+    draw_by_depth(by_depth, history, floor_n, floor_m);
+  }
+
+  function legend() {
+    if (!picture) return;
+    const load = $('colour').value === 'load', end = picture.colour_end;
+    const steps = Array.from({length: 9}, (_, i) => '#' + scene.colors.substr(6 * Math.round(i / 8 * 255), 6)).join(',');
+    const key = load + ' ' + end + document.documentElement.className;
+    if (key === legend.last) return;
+    legend.last = key;
+    const part = (color, text) => '<i class="part" style="background:' + color + '"></i><span>' + text + '</span>';
+    const marks = picture.mark, has = bits => marks.some(m => bits(m));
+    $('legend').innerHTML = (load ? 'load on a node' : 'displacement') +
+      '<div class="bar" style="background:linear-gradient(90deg,' + steps + ')"></div><div class="ends"><span>0</span><span>' +
+      (end > 0 ? Text.si(end, load ? 'N' : 'm') : '') + '</span></div><div class="keys">' +
+      '<i style="background:#2563eb"></i><span>finger; ring: your hand</span><i style="background:#f0a020"></i><span>god-object</span>' +
+      '<i style="background:#e4572e"></i><span>force on the finger</span>' +
+      (has(m => m & 2) ? part('repeating-linear-gradient(135deg,#3b4252 0 3px,#717d99 3px 5px)', 'held still') : '') +
+      (has(m => !(m & 3)) ? part('#9aa3b2', 'not touchable') : '') + '</div>';
+  }
+
+  // ---- record and replay -----------------------------------------------------------------------------------------------
+
+  function record() {
+    if (replay) return;
+    recording = !recording;
+    $('record').classList.toggle('on', recording);
+    $('record').textContent = recording ? 'stop and save' : 'record';
+    engine.postMessage({kind: recording ? 'begin_record' : 'end_record'});
+    if (recording) history.clear();
+  }
+
+  function save(message) {
+    const chosen = scene.modes[message.mode];
+    const name = [scene.name, chosen.force, chosen.god_object].concat(chosen.friction > 0 ? ['friction'] : [], chosen.hash).join('-') + '.csv';
+    api.saved = {name, csv: message.csv};
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(new Blob([message.csv], {type: 'text/csv'}));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    $('session').textContent = Text.count(message.ticks) + ' ticks saved as ' + name + '. haptable-view DIR --csv draws it.';
+  }
+
+  function files() {
+    $('replay').addEventListener('click', () => $('file').click());
+    $('file').addEventListener('change', event => read_file(event.target.files[0]));
+    document.addEventListener('dragover', event => event.preventDefault());
+    document.addEventListener('drop', event => {
+      event.preventDefault();
+      read_file(event.dataTransfer.files[0]);
+    });
+    $('play').addEventListener('click', () => set_playing(!replay.playing));
+    $('seek').addEventListener('input', event => {
+      set_playing(false);
+      seek(Number(event.target.value));
+    });
+    $('live').addEventListener('click', end_replay);
+  }
+
+  function read_file(file) {
+    if (!file) return;
+    file.text().then(text => api.play(text, file.name)).catch(error => { $('session').textContent = file.name + ': ' + error.message; });
+    $('file').value = '';
+  }
+
+  // Replays the text of a CSV in the chosen mode; gives how many of its forces are the same, bit for bit.
+  api.play = async (text, name = 'the file') => {
+    const {path, buttons, force} = Data.parse_csv(text);
+    if (recording) record();
+    const answer = await ask('replay', {path, buttons, mode, play: true});
+    const bits = a => new Uint32Array(a.buffer);
+    let same = 0;
+    if (force) {
+      const [a, b] = [bits(force), bits(answer.force)];
+      for (let i = 0; i < path.length; i += 3) same += a[i] === b[i] && a[i + 1] === b[i + 1] && a[i + 2] === b[i + 2] ? 1 : 0;
+    }
+    replay = {count: path.length / 3, at: 0, playing: true, series: answer.series, last: performance.now()};
+    $('seek').max = replay.count - 1;
+    show_player(true);
+    $('hint').classList.add('away');
+    $('session').textContent = name + ': ' + Text.count(replay.count) + ' ticks. ' + (!force ? 'A path: it has no forces to compare.' :
+      same === replay.count ? 'Its forces are the same here, in every bit.' :
+        Text.count(replay.count - same) + ' of its forces are others here: another body, mode or build of the tables.');
+    set_playing(true);
+    return {ticks: replay.count, same: force ? same : null};
+  };
+
+  function show_player(yes) {
+    $('player').hidden = !yes;
+    if (picture) Object.assign(picture, {lifted: yes, dirty: true});
+  }
+
+  function set_playing(yes) {
+    replay.playing = yes;
+    replay.last = performance.now();
+    if (yes && replay.at >= replay.count - 1) replay.at = 0;
+    $('play').textContent = yes ? '❚❚' : '▶';
+  }
+
+  function advance_replay(now) {
+    seek(Math.min(replay.at + Math.max(0, now - replay.last), replay.count - 1));
+    replay.last = now;
+    if (replay.at >= replay.count - 1) set_playing(false);
+  }
+
+  function seek(at) {
+    replay.at = at;
+    $('seek').value = at;
+    $('played').textContent = (at / 1000).toFixed(2) + ' / ' + (replay.count / 1000).toFixed(2) + ' s';
+    engine.postMessage({kind: 'show', at: Math.floor(at)});
+  }
+
+  function end_replay() {
+    replay = null;
+    show_player(false);
+    $('session').textContent = 'A CSV of the servo or of a path, dropped here, is replayed.';
+    engine.postMessage({kind: 'live'});
+    history.clear();
+  }
+
+  function replay_plots(seconds, floor_n, floor_m) {
+    const n = replay.count, series = replay.series, xs = [], ys = [], ds = [];
+    const step = Math.max(1, Math.floor(n / 1500));
+    for (let i = 0; i < n; i += step) {
+      xs.push(i / 1000);
+      ys.push(series[2 * i]);
+      ds.push(series[2 * i + 1]);
+    }
+    const top = Text.round_up(Math.max(floor_n, 1.05 * ys.reduce((a, b) => Math.max(a, b), 0)));
+    const deep = Text.round_up(Math.max(floor_m, 1.02 * ds.reduce((a, b) => Math.max(a, b), 0)));
+    const at = Math.floor(replay.at);
+    let c = by_time.begin();
+    by_time.axes(c, {x_end: seconds, x_label: s => String(Number(s.toPrecision(3))), y_end: top, y_unit: 'N'});
+    by_time.line(c, xs, ys, 'force');
+    by_time.dot(c, at / 1000, series[2 * at], 'force');
+    c = by_depth.begin();
+    by_depth.axes(c, {x_end: deep, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end: top, y_unit: 'N'});
+    by_depth.line(c, ds, ys.map((f, i) => ds[i] > 0 ? f : NaN), 'depth', {alpha: 0.8, width: 1.3});
+    by_depth.dot(c, series[2 * at + 1], series[2 * at], 'depth');
+  }
+})();

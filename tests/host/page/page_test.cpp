@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The page in a browser without a window: opened from the disk, pressed, replayed, damaged.
+#include "host/page/page.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/page/columns.hpp"
+#include "host/page/modes.hpp"
+#include "host/servo/replay.hpp"
+#include "host/target/strokes.hpp"
+#include "host/view/deformation.hpp"
+#include "tests/browser.hpp"
+#include "tests/host/view/cube_tables.hpp"
+#include "tests/loop/helpers.hpp"
+#include "tests/process.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path parts() { return build_folder() / "lib" / "page"; }
+
+std::string missing() {
+    if (!fs::exists(parts() / "servo.wasm") || !fs::exists(parts() / "three.min.js"))
+        return "no " + parts().string() + ": make test makes it";
+    return Browser::missing();
+}
+
+/// A cube's tables, the page made of them, and the servo of both.
+class TouchPage : public testing::Test {
+protected:
+    void SetUp() override {
+        if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+        write_cube_tables(folder / "cube");
+        tables = read_tables(folder / "cube");
+        servo = build_model(tables);
+        model = model_in_memory(tables, servo);
+        for (const std::int32_t node : servo.node) nodes.push_back(static_cast<std::uint32_t>(node));
+        write_page(tables, folder / "cube", parts(), page());
+    }
+    fs::path page() const { return folder / "touch.html"; }
+    std::string url() const { return "file://" + page().string(); }
+
+    /// What the servo's own replay writes of a path.
+    std::string replayed(const std::string& path) {
+        write_file(folder / "in.csv", path);
+        replay({&model, nodes.data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
+        return read_file(folder / "out.csv");
+    }
+
+    static void open(Browser& browser, const std::string& url) {
+        browser.open(url);
+        ASSERT_EQ(browser.evaluate("haptable.ready.then(() => 'ready', error => error.message)"), "ready");
+    }
+    /// No error in the console, and nothing asked for but the file itself.
+    void expect_quiet(const Browser& browser) const {
+        EXPECT_EQ(browser.complaints(), std::vector<std::string>{});
+        for (const std::string& request : browser.requests()) EXPECT_EQ(request.substr(0, url().size()), url());
+    }
+
+    WorkFolder folder;
+    Tables tables;
+    ServoModel servo;
+    haptable_model model{};
+    std::vector<std::uint32_t> nodes;
+};
+
+/// Where the middle of the cube's top is on the page.
+std::array<double, 2> top(Browser& browser) {
+    const auto at = browser.evaluate("haptable.picture().project([0.015, 0.015, 0.03])");
+    return {at.at(0).get<double>(), at.at(1).get<double>()};
+}
+
+void press(Browser& browser, const std::array<double, 2>& at) {
+    browser.mouse("mouseMoved", at[0] - 20, at[1]);
+    browser.mouse("mouseMoved", at[0], at[1]);
+    browser.mouse("mousePressed", at[0], at[1]);
+}
+
+std::string numbers(const std::vector<std::array<float, 3>>& path_m) {
+    std::string text = "x,y,z,buttons\n";
+    for (std::size_t i = 0; i < path_m.size(); ++i)
+        text += fmt::format("{:.9g},{:.9g},{:.9g},{}\n", path_m[i][0], path_m[i][1], path_m[i][2], i / 500 % 8);
+    return text;
+}
+
+// From the disk, without a network: the body is drawn, a press is felt and dents it, letting go frees the finger.
+TEST_F(TouchPage, OpensFromTheDiskAndIsPressed) {
+    Browser browser;
+    open(browser, url());
+    const auto at = top(browser);
+    const auto body = browser.evaluate(fmt::format("haptable.picture().pixel({}, {})", at[0], at[1] + 40));
+    const auto ground = browser.evaluate("haptable.picture().pixel(8, 400)");
+    EXPECT_EQ(body.at(3), 255);
+    EXPECT_EQ(ground.at(3), 0);
+    const std::string rest = browser.screenshot();
+    EXPECT_EQ(rest.substr(1, 3), "PNG");
+
+    press(browser, at);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 2 && haptable.frame().force[2] > 0"));
+    EXPECT_TRUE(browser.wait_until("haptable.frame().displacement.some(u => u < -1e-4)"));
+    EXPECT_NE(browser.screenshot(), rest);
+    browser.mouse("mouseReleased", at[0], at[1]);
+    EXPECT_TRUE(browser.wait_until("haptable.frame().state === 1 && haptable.frame().force[2] === 0"));
+    expect_quiet(browser);
+}
+
+// A drag beside the body turns it, and the wheel brings it nearer.
+TEST_F(TouchPage, TurnsAndZooms) {
+    Browser browser;
+    open(browser, url());
+    const auto before = browser.evaluate("[haptable.picture().azimuth, haptable.picture().distance]");
+    browser.mouse("mousePressed", 30, 400);
+    browser.mouse("mouseMoved", 130, 400);
+    browser.mouse("mouseReleased", 130, 400);
+    browser.mouse("mouseWheel", 400, 400, -100);
+    EXPECT_TRUE(browser.wait_until(fmt::format("haptable.picture().azimuth < {} && haptable.picture().distance < {}",
+                                               before.at(0).get<double>(), before.at(1).get<double>())));
+    EXPECT_EQ(browser.evaluate("haptable.frame().state"), 0);
+}
+
+// What the hand did is saved as the servo's CSV, and the host's replay of it writes the same bytes.
+TEST_F(TouchPage, RecordsWhatTheHostReplays) {
+    Browser browser;
+    open(browser, url());
+    press(browser, top(browser));  // what came before is no part of it
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 2"));
+    browser.key("r");
+    browser.mouse("mouseReleased", top(browser)[0], top(browser)[1]);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+    press(browser, top(browser));
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 2 && haptable.frame().force[2] > 1e-3"));
+    const auto at = top(browser);
+    for (int i = 0; i < 10; ++i) browser.mouse("mouseMoved", at[0] + 4 * i, at[1]);
+    browser.mouse("mouseReleased", at[0] + 36, at[1]);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+    browser.key("r");
+    ASSERT_TRUE(browser.wait_until("haptable.saved"));
+    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
+    write_file(folder / "felt.csv", csv);
+    EXPECT_EQ(replayed(finger_path_of(folder / "felt.csv")), csv);
+    EXPECT_GT(lines_of(csv).size(), 100U);
+    expect_quiet(browser);
+}
+
+// A path of hard strokes, replayed in the page and by the host: the same bytes, in the worker as without one.
+TEST_F(TouchPage, ReplaysTheHostsBits) {
+    const std::string path = numbers(hard_path(tables, 500));
+    const std::string host = replayed(path);
+    Browser browser;
+    for (const char* worker : {"on", "off"}) {
+        open(browser, url() + "?worker=" + worker);
+        EXPECT_EQ(browser.evaluate("Boolean(haptable.without_worker)"), std::string(worker) == "off");
+        browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`); 0");
+        EXPECT_EQ(browser.evaluate("haptable.replay(file, 0).then(done => done.csv)"), host) << worker;
+        const auto same = browser.evaluate("haptable.play(`" + host + "`)");
+        EXPECT_EQ(same.at("same"), same.at("ticks"));
+        expect_quiet(browser);
+    }
+}
+
+// In every mode that the page offers, one that no table of the scene holds among them.
+TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
+    const Tables consistent = consistent_by_columns(tables, folder / "cube");
+    const auto path_m = stroke_path(tables, 50);
+    const std::vector<PageMode> modes = page_modes(tables, folder / "cube");
+    EXPECT_EQ(modes.size(), 8U);
+    Browser browser;
+    open(browser, url());
+    browser.evaluate("globalThis.file = Data.parse_csv(`" + numbers(path_m) + "`); 0");
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+        Tables chosen = modes[i].force == ForceLaw::kConsistent ? consistent : tables;
+        chosen.god_object = modes[i].god_object;
+        chosen.static_friction = chosen.kinetic_friction = modes[i].friction;
+        chosen.release_n_per_ms = chosen.god_object == GodObject::kLeastEnergy ? 0.01 : 0.0;
+        const ServoModel its_servo = build_model(chosen);
+        const haptable_model its = model_in_memory(chosen, its_servo);
+        EXPECT_EQ(its.hash, modes[i].hash);
+        write_file(folder / "in.csv", numbers(path_m));
+        replay({&its, nodes.data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
+        EXPECT_EQ(browser.evaluate(fmt::format("haptable.replay(file, {}).then(done => done.csv)", i)),
+                  read_file(folder / "out.csv"))
+            << i;
+    }
+}
+
+// The surface in the page is the viewer's, to the rounding of its columns.
+TEST_F(TouchPage, DeformsAsTheViewerDoes) {
+    const PageRows rows = page_rows(tables);
+    double most_bytes = kPageBytes;
+    for (const bool half : {false, true}) {
+        const PageReport report = write_page(tables, folder / "cube", parts(), page(), most_bytes);
+        EXPECT_EQ(report.columns, half ? "float16" : "float32");
+        most_bytes = static_cast<double>(report.bytes) - 1e4;  // too little for float32
+        Browser browser;
+        open(browser, url());
+        press(browser, top(browser));
+        ASSERT_TRUE(browser.wait_until("haptable.frame().state === 2 && haptable.frame().force[2] > 1e-3"));
+        const auto frame = browser.evaluate(
+            "(f => ({vertex: Array.from(f.vertex), nodal: Array.from(f.nodal), u: Array.from(f.displacement)}))"
+            "(haptable.frame())");
+        std::vector<NodalForce> loads;
+        double size_n = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            NodalForce load{static_cast<std::int32_t>(nodes[frame.at("vertex").at(c)]), {}};
+            for (std::size_t a = 0; a < 3; ++a) load.force_n[a] = frame.at("nodal").at(3 * c + a).get<float>();
+            for (const float f : load.force_n) size_n += std::abs(static_cast<double>(f));
+            loads.push_back(load);
+        }
+        Deformation deformation(tables, folder / "cube");
+        const std::span<const float> u = deformation.displace(loads);
+        const double largest = cube_compliance({0.015, 0.015, 0.03}, {0.015, 0.015, 0.03}).cwiseAbs().maxCoeff();
+        ASSERT_EQ(frame.at("u").size(), u.size());
+        for (std::size_t r = 0; r < rows.node.size(); ++r) {
+            const auto at = std::find(tables.row_id.begin(), tables.row_id.end(), rows.node[r]) - tables.row_id.begin();
+            for (std::size_t a = 0; a < 3; ++a)
+                EXPECT_WITHIN(std::abs(frame.at("u").at(3 * r + a).get<double>() -
+                                       static_cast<double>(u[3 * static_cast<std::size_t>(at) + a])),
+                              .count = 4, .epsilon = half ? kHalf : kFloat, .size = size_n * largest);
+        }
+    }
+}
+
+// A file that was copied half says so, wherever it ends; one whose tables were changed too.
+TEST_F(TouchPage, SaysWhereItIsDamaged) {
+    const std::string whole = read_file(page());
+    Browser browser;
+    const auto said = [&](const std::string& text) {
+        write_file(page(), text);
+        browser.open(url());
+        EXPECT_TRUE(browser.wait_until("!document.getElementById('failed').hidden"));
+        return browser.evaluate("document.getElementById('failed').innerText").get<std::string>();
+    };
+    const std::size_t data = whole.find("id=\"data\"");
+    for (const std::size_t end : {whole.find("</style>") + 2000, data - 1000, data + 5000, whole.size() - 40})
+        EXPECT_NE(said(whole.substr(0, end)).find("This file is cut off."), std::string::npos) << end;
+    std::string changed = whole;
+    changed[data + 3000] = changed[data + 3000] == 'A' ? 'B' : 'A';
+    EXPECT_NE(said(changed).find("its tables are not those that were written"), std::string::npos);
+}
+
+// Without WebGL there is no picture: it says so, and the servo runs all the same.
+TEST_F(TouchPage, SaysThatThereIsNoWebGL) {
+    Browser browser({"--disable-3d-apis"});
+    open(browser, url());
+    EXPECT_TRUE(browser.wait_until("document.body.innerText.includes('This browser gives no WebGL')"));
+    const std::string path = numbers(stroke_path(tables, 5));
+    browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`); 0");
+    EXPECT_EQ(browser.evaluate("haptable.replay(file, 0).then(done => done.csv)"), replayed(path));
+}
+
+// A CSV that is none is told by its line, and the page goes on.
+TEST_F(TouchPage, TellsWhatIsWrongWithACsv) {
+    Browser browser;
+    open(browser, url());
+    const auto error = [&](const std::string& csv) {
+        return browser.evaluate("haptable.play(`" + csv + "`).then(() => '', error => error.message)")
+            .get<std::string>();
+    };
+    EXPECT_NE(error("a,b\n1,2\n").find("line 1"), std::string::npos);
+    EXPECT_NE(error("x,y,z\n0,0,0\n0,0\n").find("line 3"), std::string::npos);
+    EXPECT_NE(error("x,y,z\n0,zero,0\n").find("line 2"), std::string::npos);
+    EXPECT_EQ(error("x,y,z\n0,nan,inf\n0.01,0.01,0.04\n"), "");
+}
+
+class PageProgram : public testing::Test {
+protected:
+    Outcome view(const std::string& words) const {
+        return run(program("haptable-view").string() + " " + words, folder.path());
+    }
+    WorkFolder folder;
+};
+
+// What a wrong folder, a page that is too large, and tables without columns get: one line, and no file.
+TEST_F(PageProgram, SaysWhatItCannotMakeAPageOf) {
+    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    write_cube_tables(folder / "cube");
+    write_cube_tables(folder / "bare", {.columns = "none"});
+    const auto error = [&](const std::string& words) {
+        const Outcome ended = view(words + " --page touch.html");
+        EXPECT_EQ(ended.status, 1) << words;
+        EXPECT_EQ(lines_of(ended.err).size(), 1U) << ended.err;
+        EXPECT_FALSE(fs::exists(folder / "touch.html"));
+        return ended.err;
+    };
+    EXPECT_NE(error("nowhere").find("nowhere/summary.json"), std::string::npos);
+    EXPECT_NE(error("cube --megabytes 0.5").find("--megabytes"), std::string::npos);
+    EXPECT_NE(error("bare").find("columns"), std::string::npos);
+    EXPECT_EQ(view("cube --page touch.html -o pictures").status, 2);
+    EXPECT_EQ(view("cube --mesh").status, 2);
+    EXPECT_EQ(view("cube --page touch.html --quiet").status, 0);
+    EXPECT_TRUE(fs::exists(folder / "touch.html"));
+}
+
+}  // namespace
+}  // namespace haptable::test
