@@ -162,6 +162,23 @@ private:
 
     // ---- inside and outside ----
 
+    /// The last motion was clearly inside midway from where it went in to where it came out; one that only touches an
+    /// edge was not.
+    bool went_through() const {
+        const Solid& solid = touched_.solid;
+        if (solid.sees(last_.x, now_.x)) return false;
+        const auto from_last = [&](const Solid::Entry& entry) { return (entry.point_m - last_.x).norm(); };
+        const std::vector<Solid::Entry> out = solid.entries(now_.x, last_.x, 0.0);
+        for (const Solid::Entry& in : solid.entries(last_.x, now_.x, 0.0)) {
+            double to_m = (now_.x - last_.x).norm();
+            for (const Solid::Entry& one : out)
+                if (from_last(one) > from_last(in)) to_m = std::min(to_m, from_last(one));
+            const Vector3d middle = last_.x + 0.5 * (from_last(in) + to_m) * (now_.x - last_.x).normalized();
+            if (solid.holds(middle) && solid.gap_m(middle) > kClear * size_m_) return true;
+        }
+        return false;
+    }
+
     bool is_clearly_outside() { return !where_.is_inside(now_.x) && where_.is_beyond(now_.x, kClear * size_m_); }
 
     /// The finger is outside and sees the god-object, which lies on the surface within the servo's tolerance. No more
@@ -191,7 +208,7 @@ private:
         is_free_ = is_clearly_outside();
         came_from_outside_ |= is_free_;
         if (was_free && is_free_ && !where_.is_beyond(now_.x, (now_.x - last_.x).norm()))
-            verdict_.passed += touched_.solid.sees(last_.x, now_.x) ? 0 : 1;
+            verdict_.passed += went_through() ? 1 : 0;
         deep_ticks_ = inside && came_from_outside_ && where_.is_beyond(now_.x, kDeep * size_m_) ? deep_ticks_ + 1 : 0;
         if (deep_ticks_ >= kDeepTicks) fault(Fault::kLost);
     }

@@ -42,7 +42,7 @@ struct Verdict {
     bool clamped = false;       ///< met max_force
     // By design (docs/CONTACT.md):
     std::size_t most_behind_ticks = 0;  ///< on end in contact, clearly outside, the god-object out of sight
-    std::size_t passed = 0;             ///< motions of a tick through the body, without contact before and after
+    std::size_t passed = 0;             ///< motions of a tick clearly through the body, no contact before and after
     haptable_counters counters{};
 
     Verdict() { tick.fill(-1); }

@@ -136,6 +136,18 @@ Sides sides_of(const ServoModel& servo) {
     return {{a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}};
 }
 
+/// Straight past the corner that is farthest along (1, 1, 1), by so much of the size under it.
+Stroke across_corner(const ServoModel& servo, float under) {
+    const float size = 0x1p20F * servo.tolerance_m;
+    Eigen::Vector3f corner = Eigen::Vector3f::Constant(-1e9F);
+    for (const auto& x : servo.vertex_m)
+        if (Eigen::Vector3f(x.data()).sum() > corner.sum()) corner = Eigen::Vector3f(x.data());
+    const Eigen::Vector3f middle = corner - under * size * Eigen::Vector3f::Ones();
+    const Eigen::Vector3f way = 0.01F * size * Eigen::Vector3f(1.0F, -1.0F, 0.0F);
+    const Eigen::Vector3f a = middle - way, b = middle + way;
+    return {{a.x(), a.y(), a.z()}, {a.x(), a.y(), a.z()}, {b.x(), b.y(), b.z()}};
+}
+
 TEST(Judge, CountsAMotionThroughABodyAndAGodObjectBehindIt) {
     const TemporaryFolder folder;
     const StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"needle"}, 1000, folder.path());
@@ -153,6 +165,8 @@ TEST(Judge, CountsAMotionThroughABodyAndAGodObjectBehindIt) {
     EXPECT_EQ(judge(touched, through).passed, 1U);
     EXPECT_EQ(judge(touched, back).passed, 2U);
     EXPECT_EQ(judge(touched, through).most_behind_ticks, 0U);
+    EXPECT_EQ(judge(touched, across_corner(body.servo(), 1e-6F)).passed, 0U) << "it only touches the corner";
+    EXPECT_EQ(judge(touched, across_corner(body.servo(), 1e-3F)).passed, 1U);
 }
 
 }  // namespace
