@@ -233,10 +233,10 @@ bench-target: bench-programs
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
 
-# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan" (then: make report)
-PART ?= large masks scale scan
+# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan known elements truth large-strain" (then: make report)
+PART ?= large masks scale scan known elements truth large-strain
 .PHONY: bench-large
-bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-inversion haptable-bench-runs haptable-bench-scan)
+bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-runs haptable-bench-scan)
 	@$(MAKE) --no-print-directory mpi
 	@for part in $(PART); do BUILD=$(BUILD) sh scripts/bench-large.sh $$part $(BUILD)/report/$$part.json || exit 1; done
 

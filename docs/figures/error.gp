@@ -21,7 +21,7 @@ is(b, f, least) = strcol(1) eq b && strcol(4) eq force[f] && (strcol(5) eq "leas
 at(b, f, least) = is(b, f, least) ? scale * column(column_of) : NaN
 best(b) = strcol(1) eq b && strstrt(strcol(12), axis) > 0 ? scale * column(column_of) : NaN
 # Nodes a side, or of all; the elements where they are not linear.
-short(mesh, element) = word(mesh, 1).(element eq "linear" ? "" : " nodal pressure")
+short(mesh, element) = word(mesh, 1).(element eq "linear" ? "" : element eq "quadratic" ? " quadratic" : " nodal pressure")
 array body[4] = ["cube, nu 0.3", "cube, nu 0.49", "mouse", "liver"]
 do for [b=1:4] {
   set title body[b]
