@@ -23,11 +23,16 @@ Eigen::SparseMatrix<double> assemble_elements(const ElementMesh& mesh, Unknowns 
     Lists nodes;
     for (std::size_t t = 0; t < mesh.corner.size(); ++t) nodes.append(nodes_of(mesh, t));
     const auto fill = [&](std::size_t t, Eigen::MatrixXd& k) {
-        const Lame own{own_lambda_pa(mesh.element, mesh.material[t]), mesh.material[t].mu_pa};
-        if (mesh.is_quadratic())
-            k = element_stiffness(ten_nodes_of(mesh, t), own);
+        const auto element = [&](const auto& own) {
+            if (mesh.is_quadratic())
+                k = element_stiffness(ten_nodes_of(mesh, t), own);
+            else
+                k = element_stiffness(tet_geometry(corners_of(mesh, t)), own);
+        };
+        if (const Hooke* law = law_of(mesh, t))
+            element(own_law(mesh, t, *law));
         else
-            k = element_stiffness(tet_geometry(corners_of(mesh, t)), own);
+            element(Lame{own_lambda_pa(mesh.element, mesh.material[t]), mesh.material[t].mu_pa});
     };
     return assemble(nodes, fill, unknown, unknown_count);
 }
@@ -65,6 +70,16 @@ double own_lambda_pa(Element element, const Lame& material) {
     if (element == Element::kLinear) return material.lambda_pa;
     const double share = element == Element::kQuadratic ? 1.5 : 0.5;
     return std::min(material.lambda_pa, share * material.mu_pa);
+}
+
+const Hooke* law_of(const ElementMesh& mesh, std::size_t t) {
+    return mesh.law_of.empty() || mesh.law_of[t] < 0 ? nullptr : &mesh.law[static_cast<std::size_t>(mesh.law_of[t])];
+}
+
+Hooke own_law(const ElementMesh& mesh, std::size_t t, const Hooke& law) {
+    Hooke own = law;
+    own.topLeftCorner<3, 3>().array() -= averaged_lambda_pa(mesh.element, mesh.material[t]);
+    return own;
 }
 
 Corners corners_of(const ElementMesh& mesh, std::size_t t) {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "host/base/modes.hpp"
-#include "host/fem/elasticity.hpp"
+#include "host/fem/hooke.hpp"
 
 namespace haptable {
 
@@ -28,6 +28,10 @@ struct ElementMesh {
     std::span<const Lame> material;                       ///< [T]
     /// [T] of Element::kQuadratic: mesh nodes in the middle of edges 01 12 20 03 13 23
     std::span<const std::array<std::int32_t, 6>> middle = {};
+    /// Laws that are not isotropic, and [T] which of them a tetrahedron has, or -1; empty where none has. Its Lame
+    /// constants are then those of a like isotropic material: they say what it averages (own_law).
+    std::span<const Hooke> law = {};
+    std::span<const std::int32_t> law_of = {};
 
     bool is_quadratic() const { return element == Element::kQuadratic; }
 };
@@ -42,6 +46,12 @@ TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t);
 
 /// lambda_e, which an element keeps for itself; the rest it leaves to the nodes.
 double own_lambda_pa(Element element, const Lame& material);
+
+/// Of tetrahedron t, where it has one: D - (lambda - lambda_e) 1 1^T, without what it leaves to the nodes. With the
+/// bulk modulus kappa of Reuss's average, 1 / (1^T D^-1 1), it is positive definite as long as lambda - lambda_e <
+/// kappa.
+const Hooke* law_of(const ElementMesh& mesh, std::size_t t);
+Hooke own_law(const ElementMesh& mesh, std::size_t t, const Hooke& law);
 
 /// K = A + G^T G, n unknown nodes, m thetas. K is positive definite where the body is held; A and G are much sparser.
 struct StiffnessParts {

@@ -18,6 +18,9 @@ using MiddleNodes = std::array<std::int32_t, 6>;
 /// Three mesh nodes, counter-clockwise seen from outside.
 using Patch = std::array<std::int32_t, 3>;
 
+/// Vectors of a mesh file's elements, by name: [T] each.
+using CellVectors = std::map<std::string, std::vector<Eigen::Vector3d>>;
+
 /// A named group of a mesh file (a Gmsh physical group; groups of one name are one group).
 struct MeshGroup {
     std::vector<std::int32_t> node;  ///< mesh nodes of all its elements, ascending
@@ -31,6 +34,7 @@ struct TetMesh {
     std::vector<Tet> tet;                     ///< [T]
     std::vector<MiddleNodes> middle;          ///< [T]; empty where tetrahedra have their corners only
     std::map<std::string, MeshGroup> group;
+    CellVectors vectors;  ///< those that were asked for
     Eigen::Vector3d origin_m =
         Eigen::Vector3d::Zero();            ///< of position_m, in the file's frame: not 0 where the body was moved
     std::vector<std::uint64_t> tet_number;  ///< [T] in the file, for errors; empty for a generated mesh

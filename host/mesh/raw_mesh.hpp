@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "host/mesh/mesh.hpp"
+
 namespace haptable {
 
 using Tag = std::uint64_t;  ///< a node's or element's number in the file: with gaps, and beyond 2^31
@@ -40,6 +42,7 @@ struct RawMesh {
     std::size_t surface_elements = 0;          ///< of any shape
     std::vector<RawOthers> other;              ///< elements of three dimensions that are no tetrahedra
     std::map<std::string, RawGroup, std::less<>> group;
+    CellVectors vectors;  ///< [T] each
     std::vector<std::string> notes;
 
     void add_other(std::string_view type, Tag tag) {

@@ -62,7 +62,7 @@ bool is_obj(std::string_view text) {
 }
 
 /// What the file holds, by its content; only where the content does not tell (numbers alone) by its name.
-RawMesh read_raw(const fs::path& file) {
+RawMesh read_raw(const fs::path& file, const std::vector<std::string>& vectors) {
     const std::string text = read_whole(file);
     const std::string head = text.substr(0, 4096);
     const std::size_t begin = std::min(head.find_first_not_of(" \t\r\n"), head.size());
@@ -70,8 +70,12 @@ RawMesh read_raw(const fs::path& file) {
     const std::string kind = lower(file.extension().string());
     if (first.starts_with("$MeshFormat") || first.starts_with("$NOD") || first.starts_with("$Comments"))
         return read_with_gmsh(file, text, ".msh");
-    if (first.starts_with("# vtk")) return read_with_gmsh(file, text, ".vtk");
-    if (head.find("<VTKFile") != std::string::npos) return read_vtu(file, text);
+    if (first.starts_with("# vtk")) {
+        RawMesh raw = read_with_gmsh(file, text, ".vtk");
+        raw.vectors = read_vtk_vectors(file, text, vectors);
+        return raw;
+    }
+    if (head.find("<VTKFile") != std::string::npos) return read_vtu(file, text, vectors);
     if (head.find("MeshVersionFormatted") != std::string::npos) return read_with_gmsh(file, text, ".mesh");
     if (head.find("*VERTICES") != std::string::npos) return read_vega(file, text);
     const std::string small = lower(head);
@@ -323,6 +327,18 @@ void map_groups(const RawMesh& raw, const NodeMap& map, TetMesh& mesh) {
     }
 }
 
+/// Names that were asked for: one vector a tetrahedron.
+void take_vectors(const fs::path& file, const RawMesh& raw, const ReadOptions& options, TetMesh& mesh) {
+    for (const std::string& name : options.vectors) {
+        const auto found = raw.vectors.find(name);
+        if (found == raw.vectors.end() || found->second.size() != mesh.tet.size())
+            fail(file, fmt::format("has no vectors \"{}\" of its tetrahedra, which a material's directions are to "
+                                   "follow; give a VTK file with cell data of that name, three components each",
+                                   name));
+        mesh.vectors[name] = found->second;
+    }
+}
+
 TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOptions& options) {
     require_tets(file, raw, options);
     const bool with_middles = takes_middles(raw, options);
@@ -342,6 +358,7 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
         mesh.notes.push_back(
             fmt::format("{}: took {} second-order tetrahedra by their corners", file.string(), raw.second_order));
     map_groups(raw, map, mesh);
+    take_vectors(file, raw, options, mesh);
     if (options.quadratic && !with_middles) add_middles(mesh);
     return mesh;
 }
@@ -349,7 +366,7 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
 }  // namespace
 
 TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
-    const RawMesh raw = read_raw(file);
+    const RawMesh raw = read_raw(file, options.vectors);
     require_triangles(file, raw);
     if (!options.fill.given()) return make_tet_mesh(file, raw, options);
     if (!raw.tet.empty() || !raw.other.empty())

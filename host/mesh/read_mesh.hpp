@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "host/mesh/fill.hpp"
 #include "host/mesh/mesh.hpp"
@@ -14,6 +16,7 @@ struct ReadOptions {
     FillTarget fill;         ///< how to fill a closed surface; belongs to a file without tetrahedra
     WatchFill watch{};       ///< while it is filled
     bool quadratic = false;  ///< tetrahedra are to have nodes in the middle of their edges: the file's or straight ones
+    std::vector<std::string> vectors{};  ///< of cells, VTK's both kinds: names to keep in TetMesh::vectors
 };
 
 /// Reads a tetrahedral mesh whose format its content tells: Gmsh .msh (1, 2.2, 4.1; text or binary), VTK legacy and

@@ -51,7 +51,8 @@ std::string decode_base64(std::string_view text, std::size_t& at, std::size_t mo
 
 class VtuReader {
 public:
-    VtuReader(const std::filesystem::path& file, std::string_view text) : name_(file.string()) {
+    VtuReader(const std::filesystem::path& file, std::string_view text, std::span<const std::string> vectors)
+        : name_(file.string()), wanted_(vectors) {
         // What is appended may be raw bytes, which no parser of XML takes: it is cut off first.
         const std::size_t appended = text.find("<AppendedData");
         std::string xml(text.substr(0, appended));
@@ -96,6 +97,7 @@ private:
             return array(cells.find_child_by_attribute("DataArray", "Name", key), key);
         };
         const std::vector<double> node = named("connectivity"), end = named("offsets"), type = named("types");
+        read_vectors(piece, type);
         if (end.size() != type.size())
             fail(fmt::format("has {} offsets and {} types of cells; save it again", end.size(), type.size()));
         for (std::size_t c = 0, first = 0; c < type.size(); ++c) {
@@ -106,6 +108,22 @@ private:
             if (!(type[c] >= 0.0 && type[c] <= 255.0)) fail(fmt::format("cell {} is of no type: {}", c, type[c]));
             add_cell(static_cast<int>(type[c]), node, first, static_cast<std::size_t>(last), base);
             first = static_cast<std::size_t>(last);
+        }
+    }
+
+    /// Of the tetrahedra among the cells.
+    void read_vectors(const pugi::xml_node& piece, const std::vector<double>& type) {
+        for (const std::string& name : wanted_) {
+            const pugi::xml_node data =
+                piece.child("CellData").find_child_by_attribute("DataArray", "Name", name.c_str());
+            if (!data || data.attribute("NumberOfComponents").as_int(1) != 3) continue;
+            const std::vector<double> value = array(data, name.c_str());
+            if (value.size() != 3 * type.size())
+                fail(fmt::format("has {} numbers in \"{}\" for {} cells; save it again", value.size(), name,
+                                 type.size()));
+            for (std::size_t c = 0; c < type.size(); ++c)
+                if (type[c] == 10.0 || type[c] == 24.0)
+                    raw_.vectors[name].emplace_back(value[3 * c], value[3 * c + 1], value[3 * c + 2]);
         }
     }
 
@@ -251,6 +269,7 @@ private:
     }
 
     std::string name_;
+    std::span<const std::string> wanted_;
     pugi::xml_document xml_;
     std::string_view appended_;
     bool raw_appended_ = false, swap_ = false, wide_ = false, zlib_ = false;
@@ -260,6 +279,8 @@ private:
 
 }  // namespace
 
-RawMesh read_vtu(const std::filesystem::path& file, std::string_view text) { return VtuReader(file, text).read(); }
+RawMesh read_vtu(const std::filesystem::path& file, std::string_view text, std::span<const std::string> vectors) {
+    return VtuReader(file, text, vectors).read();
+}
 
 }  // namespace haptable

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "host/mesh/raw_mesh.hpp"
@@ -30,6 +32,10 @@ RawMesh read_abaqus(const std::filesystem::path& file, std::string_view text);
 /// VegaFEM: *VERTICES, *ELEMENTS, *SET.
 RawMesh read_vega(const std::filesystem::path& file, std::string_view text);
 /// VTK XML, UnstructuredGrid: text, base64, appended; plain or zlib; either byte order.
-RawMesh read_vtu(const std::filesystem::path& file, std::string_view text);
+/// vectors: names of the cells' arrays of three components to keep.
+RawMesh read_vtu(const std::filesystem::path& file, std::string_view text, std::span<const std::string> vectors = {});
+/// The same of a legacy file, by the order of its tetrahedra; names that it lacks are left out.
+CellVectors read_vtk_vectors(const std::filesystem::path& file, std::string_view text,
+                             std::span<const std::string> wanted);
 
 }  // namespace haptable

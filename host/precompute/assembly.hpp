@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "host/fem/elasticity.hpp"
+#include "host/fem/stiffness.hpp"
 #include "host/inverse/stiffness.hpp"
 #include "host/precompute/body.hpp"
 
@@ -12,6 +12,17 @@ namespace haptable {
 
 /// [T] of each tetrahedron: its region's, or the scene's.
 std::vector<Lame> materials_of(const Scene& scene, const Body& body);
+
+/// What the body's elements are made of.
+struct Laws {
+    std::vector<Lame> like;            ///< [T] materials_of()
+    std::vector<Hooke> law;            ///< those that are not isotropic, turned
+    std::vector<std::int32_t> law_of;  ///< [T] or empty: ElementMesh::law_of
+};
+Laws laws_of(const Scene& scene, const Body& body);
+
+/// Body and laws must outlive it.
+ElementMesh element_mesh(const Scene& scene, const Body& body, const Laws& laws);
 
 /// K of the body's free nodes, in the order of body.free_node.
 Stiffness assemble_free(const Scene& scene, const Body& body);

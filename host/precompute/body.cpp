@@ -131,6 +131,12 @@ void number_unknowns(const Flags& fixed, Body& body) {
         if (!body.is_fixed(node)) body.free_surface_node.push_back(node);
 }
 
+Eigen::Vector3d centre_of(const TetMesh& mesh, std::size_t t) {
+    Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+    for (std::int32_t i : mesh.tet[t]) centre_m += 0.25 * mesh.position_m[static_cast<std::size_t>(i)];
+    return centre_m;
+}
+
 /// Tetrahedra of a region: of its group, or with their centre in its box.
 std::vector<std::int32_t> tets_of(const Scene& scene, const Selection& where, const TetMesh& mesh) {
     if (!where.box_m)
@@ -138,9 +144,7 @@ std::vector<std::int32_t> tets_of(const Scene& scene, const Selection& where, co
             .tet;
     std::vector<std::int32_t> tets;
     for (std::size_t t = 0; t < mesh.tet.size(); ++t) {
-        Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-        for (std::int32_t i : mesh.tet[t]) centre_m += 0.25 * mesh.position_m[static_cast<std::size_t>(i)];
-        if (inside(*where.box_m, mesh.origin_m + centre_m)) tets.push_back(static_cast<std::int32_t>(t));
+        if (inside(*where.box_m, mesh.origin_m + centre_of(mesh, t))) tets.push_back(static_cast<std::int32_t>(t));
     }
     if (tets.empty())
         fail(scene, where,
@@ -160,6 +164,47 @@ void mark_regions(const Scene& scene, Body& body) {
                                  t, scene.regions[static_cast<std::size_t>(region)].where.line));
             region = static_cast<std::int32_t>(r);
         }
+}
+
+Eigen::Vector3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+/// Directions 1 and about 2 of one tetrahedron; 2 is 0 where it does not matter. Around an axis they are 0 on it.
+std::array<Eigen::Vector3d, 2> directions_of(const MaterialAxes& axes, const TetMesh& mesh, std::size_t t) {
+    if (axes.around) {
+        const Eigen::Vector3d along = vector_of((*axes.around)[1]).normalized();
+        const Eigen::Vector3d out = mesh.origin_m + centre_of(mesh, t) - vector_of((*axes.around)[0]);
+        return {along.cross(out), along};
+    }
+    const auto pick = [&](std::size_t k) -> Eigen::Vector3d {
+        return axes.field[k].empty() ? vector_of(axes.direction[k]) : mesh.vectors.at(axes.field[k])[t];
+    };
+    return {pick(0), pick(1)};
+}
+
+/// Right-handed, its first column along 1. Without a second direction any does.
+Eigen::Matrix3d frame_of(const std::array<Eigen::Vector3d, 2>& direction) {
+    const Eigen::Vector3d one = direction[0].normalized();
+    const Eigen::Vector3d about = direction[1].isZero(0.0) ? one.unitOrthogonal() : direction[1].normalized();
+    Eigen::Matrix3d frame;
+    frame << one, (about - about.dot(one) * one).normalized(), one.cross(about).normalized();
+    return frame;
+}
+
+void find_axes(const Scene& scene, Body& body) {
+    constexpr double kLeastSine = 1e-6;  // between two directions
+    for (std::size_t t = 0; t < body.mesh.tet.size(); ++t) {
+        const Material& material = scene.material_of(body.region[t]);
+        if (!material.orthotropic) continue;
+        const auto direction = directions_of(material.orthotropic->axes, body.mesh, t);
+        const double sine = direction[0].normalized().cross(direction[1].normalized()).norm();
+        if (!(direction[0].norm() > 0.0) || !(direction[1].isZero(0.0) || sine > kLeastSine))
+            throw Error(fmt::format(
+                "{}:{}: the material has no directions in tetrahedron {} (from 0): they are 0 or parallel there; "
+                "mend the field, or lay the axis where no element's centre is",
+                scene.file.string(), material.orthotropic->axes.line, t));
+        if (body.axes.empty()) body.axes.assign(body.mesh.tet.size(), Eigen::Matrix3d::Identity());
+        body.axes[t] = frame_of(direction);
+    }
 }
 
 /// The corners of the element's face that a patch is, or is a quarter of; ascending.
@@ -250,7 +295,8 @@ TetMesh make_mesh(const MeshSource& source, const WatchFill& watch) {
     const bool quadratic = source.element == Element::kQuadratic;
     const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count};
     if (source.generate != "cube")
-        return read_mesh(source.file, ReadOptions{source.scale_m, source.linearize, fill, watch, quadratic});
+        return read_mesh(source.file,
+                         ReadOptions{source.scale_m, source.linearize, fill, watch, quadratic, source.directions});
     TetMesh mesh = make_cube(source.nodes_per_side, source.side_m);
     if (quadratic) add_middles(mesh);
     return mesh;
@@ -264,6 +310,7 @@ Body make_body(const Scene& scene, TetMesh mesh) {
     require_unfolded(scene, body);
     require_jacobians(scene, body.mesh);
     mark_regions(scene, body);
+    find_axes(scene, body);
     number_unknowns(mark(scene, scene.fixed, "fixed", body.mesh), body);
     find_touchable(scene, body);
     require_touchable(scene, body);

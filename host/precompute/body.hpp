@@ -19,9 +19,11 @@ struct Body {
     std::vector<std::int32_t> free_node;          ///< mesh nodes that may move
     std::vector<std::int32_t> free_surface_node;  ///< those of them on the surface
     std::vector<std::int32_t> region;             ///< [T] the scene's region of each tetrahedron, or -1
-    std::vector<Patch> touch_patch;               ///< [p] in the surface's order
-    std::vector<Quarter> touch_quarter;           ///< [p] of quadratic tetrahedra; else empty
-    std::vector<std::int32_t> touch_node;         ///< [n] free nodes of touchable patches: the tables' order
+    /// [T] directions 1 2 3 of each tetrahedron's material, by columns: of an orthotropic one. Empty where none is.
+    std::vector<Eigen::Matrix3d> axes;
+    std::vector<Patch> touch_patch;        ///< [p] in the surface's order
+    std::vector<Quarter> touch_quarter;    ///< [p] of quadratic tetrahedra; else empty
+    std::vector<std::int32_t> touch_node;  ///< [n] free nodes of touchable patches: the tables' order
 
     bool is_fixed(std::int32_t node) const { return unknown[static_cast<std::size_t>(node)] < 0; }
     std::size_t fixed_count() const { return unknown.size() - free_node.size(); }

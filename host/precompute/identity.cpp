@@ -15,6 +15,10 @@ namespace {
 void add(const Material& material, Hash& hash) {
     hash.add(material.young_pa);
     hash.add(material.poisson);
+    if (!material.orthotropic) return;
+    for (const auto* three :
+         {&material.orthotropic->young_pa, &material.orthotropic->poisson, &material.orthotropic->shear_pa})
+        hash.add(std::span<const double>(*three));
 }
 
 /// Version, mesh, element and fixed nodes.
@@ -32,6 +36,7 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
     hash.add(std::span<const std::int32_t>(body.region));
     add(scene.material, hash);
     for (const Region& region : scene.regions) add(region.material, hash);
+    for (const Eigen::Matrix3d& axes : body.axes) hash.add(std::span<const double>(axes.data(), 9));
 }
 
 }  // namespace

@@ -140,6 +140,7 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
 
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,
                                              const LinearSolver& solver) {
+    if (!body.axes.empty()) return {};  // neo-Hookean bodies are isotropic
     const std::vector<Lame> material = materials_of(scene, body);
     const NeoHooke neo_hooke({scene.mesh.element, body.mesh.position_m, body.mesh.tet, material, body.mesh.middle});
     const std::vector<FingerLoad> fingers = fingers_on(body, masks);

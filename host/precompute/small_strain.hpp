@@ -55,7 +55,8 @@ struct SmallStrain {
     double depth_m(bool friction) const { return friction ? std::min(pressing_m, sideways_m) : pressing_m; }
 };
 
-/// Of a few touchable nodes, or of their masks. None where one of the three depths is infinite.
+/// Of a few touchable nodes, or of their masks. None where one of the three depths is infinite, and of
+/// materials that are not isotropic.
 ///   masks  of the scene; unused without a mask
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,
                                              const LinearSolver& solver);

@@ -90,7 +90,19 @@ std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
 }
 
 nlohmann::ordered_json to_json(const Material& material) {
-    return {{"young_pa", material.young_pa}, {"poisson", material.poisson}};
+    if (!material.orthotropic) return {{"young_pa", material.young_pa}, {"poisson", material.poisson}};
+    const auto& [young_pa, poisson, shear_pa, axes] = *material.orthotropic;
+    return {{"young_pa", young_pa},
+            {"poisson", poisson},
+            {"shear_pa", shear_pa},
+            {"like", {{"young_pa", material.young_pa}, {"poisson", material.poisson}}}};
+}
+
+std::string describe(const Material& material) {
+    if (!material.orthotropic) return fmt::format("{:g} Pa, Poisson's ratio {:g}", material.young_pa, material.poisson);
+    const auto& [e, nu, g, axes] = *material.orthotropic;
+    return fmt::format("orthotropic, E {:g} Pa, nu {:g}, G {:g} Pa", fmt::join(e, " "), fmt::join(nu, " "),
+                       fmt::join(g, " "));
 }
 
 nlohmann::ordered_json regions(const Scene& scene, const Body& body) {
@@ -337,11 +349,11 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     text +=
         fmt::format("  fixed {} nodes; free on the surface {}; touchable: {} free nodes, {} patches\n",
                     body.fixed_count(), body.free_surface_node.size(), body.touch_node.size(), body.touch_patch.size());
+    if (scene.material.orthotropic) text += "  material: " + describe(scene.material) + "\n";
     for (std::size_t r = 0; r < scene.regions.size(); ++r)
-        text += fmt::format("  region of line {}: {} tetrahedra, {:g} Pa, Poisson's ratio {:g}\n",
-                            scene.regions[r].where.line,
+        text += fmt::format("  region of line {}: {} tetrahedra, {}\n", scene.regions[r].where.line,
                             std::count(body.region.begin(), body.region.end(), static_cast<std::int32_t>(r)),
-                            scene.regions[r].material.young_pa, scene.regions[r].material.poisson);
+                            describe(scene.regions[r].material));
     if (scene.contact.mask_radius_m > 0.0)
         text += fmt::format(
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/precompute/vtu.hpp"
 
+#include <fmt/format.h>
+
 #include "host/base/index.hpp"
 #include "host/base/vtu_text.hpp"
 
@@ -36,7 +38,7 @@ std::vector<std::array<std::int32_t, 10>> ten_nodes_of(const TetMesh& mesh) {
     return nodes;
 }
 
-void write_cells(const Body& body, VtuText& out) {
+void write_cells(const Scene& scene, const Body& body, VtuText& out) {
     const std::size_t tets = body.mesh.tet.size(), patches = body.touch_patch.size();
     const bool quadratic = !body.mesh.middle.empty();
     const std::size_t each = quadratic ? 10 : 4;
@@ -48,6 +50,12 @@ void write_cells(const Body& body, VtuText& out) {
     for (std::size_t p = 1; p <= patches; ++p) offset.push_back(each * tets + 3 * p);
     out.section("CellData");
     out.array("UInt8", "touchable_patch", 1, is_patch);
+    for (Eigen::Index k = 0; k < 3 && !body.axes.empty(); ++k) {  // none at a patch, nor where it is isotropic
+        std::vector<Eigen::Vector3d> axis(tets + patches, Eigen::Vector3d::Zero());
+        for (std::size_t t = 0; t < tets; ++t)
+            if (scene.material_of(body.region[t]).orthotropic) axis[t] = body.axes[t].col(k);
+        out.array("Float64", fmt::format("material_axis_{}", k + 1).c_str(), 3, axis);
+    }
     out.section("Cells");
     if (quadratic)
         out.array("Int32", "connectivity", 1, ten_nodes_of(body.mesh), body.touch_patch);
@@ -59,10 +67,10 @@ void write_cells(const Body& body, VtuText& out) {
 
 }  // namespace
 
-std::string to_vtu(const Body& body) {
+std::string to_vtu(const Scene& scene, const Body& body) {
     VtuText out(body.mesh.position_m.size(), body.mesh.tet.size() + body.touch_patch.size());
     write_points(body, out);
-    write_cells(body, out);
+    write_cells(scene, body, out);
     return out.finish();
 }
 

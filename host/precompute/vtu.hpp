@@ -8,7 +8,8 @@
 namespace haptable {
 
 /// The body as VTK XML (UnstructuredGrid, numbers as text), for ParaView. Cells: all tetrahedra, then the touchable
-/// patches. Point data fixed, surface, touchable; cell data touchable_patch: each 0 or 1.
-std::string to_vtu(const Body& body);
+/// patches. Point data fixed, surface, touchable; cell data touchable_patch: each 0 or 1. Of materials that are
+/// not isotropic also their directions, material_axis_1 to 3.
+std::string to_vtu(const Scene& scene, const Body& body);
 
 }  // namespace haptable

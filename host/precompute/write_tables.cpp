@@ -85,7 +85,7 @@ void write_tables(const Scene& scene, const Body& body, Drawing drawing,
         const std::vector<std::int32_t>& rows = rows_of(scene, body);
         write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
     }
-    write_file(folder / "mesh.vtu", to_vtu(body));
+    write_file(folder / "mesh.vtu", to_vtu(scene, body));
 }
 
 void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Matrix3d> l_ij, const fs::path& folder) {

@@ -9,26 +9,22 @@
 #include <vector>
 
 #include "host/base/modes.hpp"
+#include "host/scene/material.hpp"
 
 namespace haptable {
 
 /// [mesh]: either the cube generator or a file; and how its tetrahedra deform.
 struct MeshSource {
     Element element = Element::kLinear;
-    std::string generate;        ///< "cube", or empty where a file is named
-    int nodes_per_side = 5;      ///< of the generated cube, 2 or more
-    double side_m = 0.03;        ///< of the generated cube
-    std::filesystem::path file;  ///< as it can be opened: already relative to the scene's folder
-    double scale_m = 1.0;        ///< metres per unit of the file
-    bool linearize = false;      ///< take second-order tetrahedra by their corners
-    double edge_length_m = 0.0;  ///< mean edge that a closed surface is filled with; 0: not given
-    std::size_t node_count = 0;  ///< nodes that a closed surface is filled with; 0: not given
-};
-
-/// [material]: isotropic and linear.
-struct Material {
-    double young_pa = 0.0;  ///< > 0
-    double poisson = 0.0;   ///< -1 < poisson < 0.5
+    std::string generate;                 ///< "cube", or empty where a file is named
+    int nodes_per_side = 5;               ///< of the generated cube, 2 or more
+    double side_m = 0.03;                 ///< of the generated cube
+    std::filesystem::path file;           ///< as it can be opened: already relative to the scene's folder
+    double scale_m = 1.0;                 ///< metres per unit of the file
+    bool linearize = false;               ///< take second-order tetrahedra by their corners
+    double edge_length_m = 0.0;           ///< mean edge that a closed surface is filled with; 0: not given
+    std::size_t node_count = 0;           ///< nodes that a closed surface is filled with; 0: not given
+    std::vector<std::string> directions;  ///< cell vectors of the file that materials are turned by
 };
 
 /// One [[fixed]], [[touch]] or [[region]] table: a box, or a named group of the mesh file.
@@ -90,6 +86,11 @@ struct Scene {
     ContactOptions contact;
     Device device;
     TableOptions tables;
+
+    /// Of a region, or of the body (-1).
+    const Material& material_of(std::int32_t region) const {
+        return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
+    }
 };
 
 /// Reads and checks a scene. Throws Error "FILE:LINE: key: what is wrong" for a missing file, an unknown key, a wrong

@@ -240,6 +240,56 @@ TEST_F(SceneFile, ContradictionsAndGapsAreErrors) {
     expect_error("box = [-1.0, -1.0, 0.01, 1, 1, 1]", "group = \"\"", 12, "touch.group: is empty");
 }
 
+const std::string kIsotropic = "young = 1000\npoisson = 0.3\n";
+const std::string kOrthotropic =
+    "law = \"orthotropic\"\nyoung = [4e4, 1e4, 1e4]\npoisson = [0.3, 0.3, 0.4]\nshear = [5e3, 5e3, 4e3]\n";
+const std::string kFibre =
+    "law = \"fibre\"\nyoung_along = 4e4\nyoung_across = 1e4\npoisson = 0.3\npoisson_across = 0.4\nshear = 5e3\n";
+
+TEST_F(SceneFile, MaterialsWithDirectionsAreRead) {
+    const auto read_with = [&](const std::string& material) {
+        std::string text = kGood;
+        return read(text.replace(text.find(kIsotropic), kIsotropic.size(), material)).material;
+    };
+    const Material wood = read_with(kOrthotropic + "axes = [[0, 0, 2], [1, 0, 0]]\n");
+    ASSERT_TRUE(wood.orthotropic);
+    EXPECT_EQ(wood.orthotropic->young_pa, (std::array<double, 3>{4e4, 1e4, 1e4}));
+    EXPECT_EQ(wood.orthotropic->poisson, (std::array<double, 3>{0.3, 0.3, 0.4}));
+    EXPECT_EQ(wood.orthotropic->shear_pa, (std::array<double, 3>{5e3, 5e3, 4e3}));
+    EXPECT_EQ(wood.orthotropic->axes.direction[0], (std::array<double, 3>{0, 0, 2}));
+    const Material muscle = read_with(kFibre + "direction = [0, 1, 0]\n");
+    ASSERT_TRUE(muscle.orthotropic);
+    EXPECT_EQ(muscle.orthotropic->shear_pa, (std::array<double, 3>{5e3, 5e3, 1e4 / 2.8}));
+    const Material tube = read_with(kFibre + "around = [[0, 0, 1], [0, 1, 0]]\n");
+    EXPECT_EQ((*tube.orthotropic->axes.around)[1], (std::array<double, 3>{0, 1, 0}));
+    std::string file = kGood;
+    const std::string cube = "generate = \"cube\"\nnodes_per_side = 3\nside = 0.03";
+    file.replace(file.find(cube), cube.size(), "file = \"a.vtu\"");
+    file.replace(file.find(kIsotropic), kIsotropic.size(), kFibre + "direction_field = \"grain\"\n");
+    EXPECT_EQ(read(file).mesh.directions, std::vector<std::string>{"grain"});
+}
+
+TEST_F(SceneFile, AMaterialWithDirectionsThatCannotBeIsAnErrorAtItsLine) {
+    const std::string axes = "axes = [[0, 0, 2], [1, 0, 0]]\n";
+    const auto expect = [&](std::string material, const std::string& from, const std::string& to, int line,
+                            const std::string& part) {
+        material.replace(material.find(from), from.size(), to);
+        expect_error(kIsotropic, material, line, part);
+    };
+    const std::string wood = kOrthotropic + axes, muscle = kFibre + "direction = [0, 1, 0]\n";
+    expect(wood, "[0.3, 0.3", "[2.1, 0.3", 9, "material.poisson: the stiffness is not positive definite: nu12 = 2.1");
+    expect(wood, "[0.3, 0.3", "[1.3, 1.3", 9, "1 - nu12 nu21 - nu23 nu32 - nu31 nu13");
+    expect(wood, "[5e3", "[0", 10, "material.shear: is 0 and must be greater than 0");
+    expect(wood, "[4e4, 1e4, 1e4]", "4e4", 8, "material.young: must be three moduli");
+    expect(wood, "[1, 0, 0]", "[0, 0, 1]", 11, "material.axes: its two directions must not be parallel");
+    expect(wood, axes, "", 6, "material.axes: say how the material lies by one of axes, axes_field and around");
+    expect(wood, "shear = [5e3, 5e3, 4e3]\n", "", 6, "material.shear: is missing; give three moduli, [G12, G13, G23]");
+    expect(wood, "axes = ", "direction = [1, 0, 0]\naxes = ", 11, "does not belong to law = \"orthotropic\"");
+    expect(wood, "\"orthotropic\"", "\"orthotropc\"", 7, "did you mean orthotropic?");
+    expect(muscle, "poisson_across = 0.4", "poisson_across = 1", 11, "material.poisson_across: is 1");
+    expect(muscle, "direction = [0, 1, 0]", "direction = [0, 0, 0]", 13, "is 0, which is no direction");
+}
+
 }  // namespace
 
 }  // namespace haptable
