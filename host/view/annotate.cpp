@@ -174,14 +174,14 @@ void draw_bar(Pen& pen, double range_mm) {
 void draw_label(Pen& pen, const Annotation& annotation) {
     const Eigen::Vector2f &at_px = *annotation.label_px, &direction = annotation.label_direction;
     const std::string& label = annotation.label;
-    constexpr double kGap = 13.0, kHalfHeight = 6.0;
+    constexpr double kGap = 13.0, kHeadGap = 20.0, kHalfHeight = 6.0;
     pen.font(16.0, true);
     const double width = pen.advance(label);
     const bool steep = std::abs(direction.x()) < 0.5F * std::abs(direction.y());
     const bool left = !steep && direction.x() < 0.0F;
-    const double x = at_px.x() / pen.unit() + (left ? -kGap - width : kGap);
-    const double y = at_px.y() / pen.unit() + kHalfHeight;
     const double top = kLabelBelow + (annotation.warning.empty() ? kTitleBase : kWarningBase);
+    const double y = at_px.y() / pen.unit() + kHalfHeight, gap = y < top ? kHeadGap : kGap;  // beside the arrow's head
+    const double x = at_px.x() / pen.unit() + (left ? -gap - width : gap);
     pen.outlined_text(std::clamp(x, 8.0, std::max(8.0, pen.width - width - 8.0)), std::clamp(y, top, pen.height - 50.0),
                       label, kInk);
 }
