@@ -139,6 +139,7 @@ test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
+	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no lcm of PyPI: the test of the Python device skips"
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
 	@BUILD=$(BUILD) sh scripts/test.sh
 
@@ -358,6 +359,13 @@ $(BUILD)/lib/page/three.min.js: | $(BUILD)/setup-touch.stamp
 $(BUILD)/lib/page/%: host/page/web/%
 	@mkdir -p $(@D)
 	@cp $< $@
+
+# PyPI's lcm and our types, for the Python device of docs/LOOP.md.
+$(BUILD)/python/ready: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup-test.stamp
+	$(say) PYTHON $(@D)
+	$(Q)python3 -m venv $(@D) && $(@D)/bin/pip install --quiet --disable-pip-version-check lcm==1.5.3
+	$(Q)lcm-gen -p --ppath $(@D)/types $^
+	@touch $@
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 

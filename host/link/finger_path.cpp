@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/link/finger_path.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -57,27 +58,57 @@ bool to_number(std::string_view text, double& value) {
     return error == std::errc();
 }
 
-/// Takes the field before the next comma off the line; false where there is none, or it is no number.
-template <typename Number, typename Read>
-bool take_field(std::string_view& line, bool is_last, Number& value, Read read) {
-    const std::size_t comma = line.find(',');
-    if ((comma == std::string_view::npos) != is_last || !read(line.substr(0, comma), value)) return false;
-    line.remove_prefix(is_last ? line.size() : comma + 1);
-    return true;
-}
-
-bool to_bits(std::string_view text, std::uint32_t& bits) {
+template <typename Integer>
+bool to_integer(std::string_view text, Integer& value) {
     text = trimmed(text);
     const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, bits);
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
     return stop == end && error == std::errc();
 }
 
-/// Splits at the commas; false unless there is exactly what belongs there.
-bool to_tick(std::string_view line, bool has_buttons, FingerTick& tick) {
+std::vector<std::string_view> split(std::string_view line) {
+    std::vector<std::string_view> fields;
+    for (std::size_t comma = 0; comma != std::string_view::npos; line.remove_prefix(comma + 1)) {
+        comma = line.find(',');
+        fields.push_back(line.substr(0, comma));
+        if (comma == std::string_view::npos) break;
+    }
+    return fields;
+}
+
+/// In which columns what stands; none: -1.
+struct Columns {
+    std::size_t count = 0;  ///< 0: the header is not one of a finger path
+    std::size_t position = 0;
+    std::ptrdiff_t buttons = -1, number = -1;
+};
+
+/// `header` without blanks.
+Columns columns_of(const std::string& header) {
+    if (header == "x,y,z") return {3, 0, -1, -1};
+    if (header == "x,y,z,buttons") return {4, 0, 3, -1};
+    if (!header.starts_with("tick,x,y,z,contact,")) return {};
+    const std::vector<std::string_view> names = split(header);
+    const auto buttons = std::find(names.begin(), names.end(), "buttons");
+    return {names.size(), 1, buttons != names.end() ? buttons - names.begin() : -1, 0};
+}
+
+/// False unless there is exactly what belongs there.
+bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
+    const std::vector<std::string_view> fields = split(line);
+    if (fields.size() != columns.count) return false;
     for (std::size_t i = 0; i < 3; ++i)
-        if (!take_field(line, i == 2 && !has_buttons, tick.position_m[i], to_number)) return false;
-    return !has_buttons || take_field(line, true, tick.buttons, to_bits);
+        if (!to_number(fields[columns.position + i], tick.position_m[i])) return false;
+    const auto is_there = [&](std::ptrdiff_t column, auto& value) {
+        return column < 0 || to_integer(fields[static_cast<std::size_t>(column)], value);
+    };
+    return is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number);
+}
+
+std::string wanted_in(const Columns& columns) {
+    if (columns.number >= 0) return "a line of a servo's CSV";
+    return columns.buttons >= 0 ? "three numbers x,y,z in metres and the buttons' bits"
+                                : "three numbers x,y,z in metres";
 }
 
 bool is_finite(const std::array<double, 3>& position_m) {
@@ -110,17 +141,16 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
     Lines lines(text);
     std::string_view line;
     const std::string header = lines.next(line) ? without_blanks(line) : "";
-    const bool has_buttons = header == "x,y,z,buttons";
-    if (!has_buttons && header != "x,y,z")
+    const Columns columns = columns_of(header);
+    if (columns.count == 0)
         fail(file, 1,
-             "the header is " + excerpt(line) + ": a finger path begins with the line x,y,z, or x,y,z,buttons");
-    const std::string wanted =
-        has_buttons ? "three numbers x,y,z in metres and the buttons' bits" : "three numbers x,y,z in metres";
+             "the header is " + excerpt(line) +
+                 ": a finger path begins with the line x,y,z, or x,y,z,buttons, or as a servo's CSV does");
     std::vector<FingerTick> path;
     while (!lines.only_blank_left() && lines.next(line)) {
         FingerTick tick;
-        if (!to_tick(line, has_buttons, tick))
-            fail(file, lines.number(), excerpt(line) + " is not " + wanted + ": mend or remove the line");
+        if (!to_tick(line, columns, tick))
+            fail(file, lines.number(), excerpt(line) + " is not " + wanted_in(columns) + ": mend or remove the line");
         if (allowed == Positions::finite && !is_finite(tick.position_m))
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
         path.push_back(tick);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick.
+// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; or a servo's
+// own CSV, for its x,y,z and buttons.
 #pragma once
 
 #include <array>
@@ -19,6 +20,7 @@ enum class Positions {
 struct FingerTick {
     std::array<double, 3> position_m{};
     std::uint32_t buttons = 0;  ///< held down: bits of enum haptable_button
+    std::int64_t number = -1;   ///< of a servo's CSV its tick, else -1
 };
 
 /// Reads a path. Throws Error "FILE:LINE: ..." for a wrong header, a row that does not have its numbers, and, with

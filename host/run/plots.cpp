@@ -107,16 +107,49 @@ std::string script_of(const Figure& figure) {
                              figure.name, i, curve.steps ? "steps" : "lines", curve.name);
     }
     return script + fmt::format(
-                        "set terminal svg size 900,300 font 'DejaVu Sans,11' name '{}' background 'white'\n"
+                        "set terminal svg size 900,320 font 'DejaVu Sans,11' name '{}' background 'white'\n"
                         "set output '{}.svg'\nset ylabel '{}' noenhanced\nplot {}\nset output\n",
                         figure.name, figure.name, figure.unit, plots);
 }
 
 constexpr const char* kStyle =
-    "set grid lc rgb '#d0d0d0'\nset xlabel 's'\nset key outside right top\nset yrange [*:*]\n"
+    "set grid lc rgb '#d0d0d0'\nset xlabel 's'\nset key below\nset lmargin 10\nset rmargin 3\nset yrange [*:*]\n"
     "set offsets 0, 0, graph 0.05, graph 0.05\nset linetype 1 lw 1.5 lc rgb '#1f4e9c'\n"
     "set linetype 2 lw 1 lc rgb '#c0392b'\nset linetype 3 lw 1 lc rgb '#2e8b57'\n"
     "set linetype 4 lw 1 lc rgb '#d68910'\n";
+
+/// What the servo's state, as in servo_force, looks like behind the curves.
+struct Band {
+    int servo_state;
+    const char* colour;
+};
+constexpr std::array<Band, 4> kBands{{{0, "#b0b0b0"}, {3, "#e67e22"}, {4, "#f1c40f"}, {5, "#c0392b"}}};
+
+/// Stretches of time in one of these states; those that no eye could part are one.
+std::string bands_of(const Timeline& timeline, double end_s) {
+    std::string script;
+    int object = 0;
+    for (const Band& band : kBands) {
+        double from_s = -1.0, to_s = -1.0;
+        const auto draw = [&] {
+            if (from_s < 0.0) return;
+            script += fmt::format(
+                "set object {} rectangle from {:.6g}, graph 0 to {:.6g}, graph 1 behind fillcolor rgb '{}' fillstyle "
+                "solid 0.25 noborder\n",
+                ++object, from_s, std::max(to_s, from_s + end_s / kColumns), band.colour);
+        };
+        for (const Tick& tick : timeline.ticks) {
+            if (tick.servo_state != band.servo_state) continue;
+            if (from_s < 0.0 || tick.time_s > to_s + 2.0 * end_s / kColumns) {
+                draw();
+                from_s = tick.time_s;
+            }
+            to_s = tick.time_s + 1e-3;
+        }
+        draw();
+    }
+    return script;
+}
 
 /// What gnuplot puts before the <svg> belongs to a file, not to a page.
 std::string svg_alone(const std::string& file) {
@@ -147,7 +180,9 @@ std::vector<std::array<double, 2>> thinned(const std::vector<std::array<double, 
 
 std::vector<Plot> draw_plots(const Timeline& timeline, const std::filesystem::path& scratch) {
     const std::vector<Figure> all = figures(timeline);
-    std::string script = fmt::format("cd '{}'\n{}", scratch.string(), kStyle);
+    const double end_s = timeline.ticks.empty() ? 1.0 : std::max(timeline.ticks.back().time_s, 1e-3);
+    std::string script = fmt::format("cd '{}'\n{}set xrange [0:{:.6g}]\n", scratch.string(), kStyle, end_s);
+    script += bands_of(timeline, end_s);
     for (const Figure& figure : all) script += script_of(figure);
     write_file(scratch / "plots.gp", script);
     Child gnuplot("gnuplot", {"gnuplot", (scratch / "plots.gp").string()});

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A recorded finger path through the servo, with no clock: a tick is a millisecond.
+// A record through the servo, with no clock: time is the record's.
 #pragma once
 
 #include <filesystem>
 
 #include "host/link/statistics.hpp"
+#include "host/servo/recording.hpp"
 #include "host/session/energy.hpp"
 #include "host/session/scene.hpp"
 
@@ -16,8 +17,17 @@ struct ServoReport : ForceReport {
     DurationStatistics step;  ///< of haptable_step alone
 };
 
-/// Steps the servo through every position of `in` and writes its CSV to `out`, whole or not at all.
-ServoReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
-                   bool quiet);
+struct ReplayReport : ServoReport {
+    std::int64_t compared = 0;      ///< ticks whose force the record has
+    std::int64_t other_forces = 0;  ///< of these, whose force is another now, be it in one bit
+    std::int64_t first_other = -1;  ///< number of the first of them
+};
+
+/// Steps the servo through a recording and writes its CSV to `out`, whole or not at all; nothing where `out` is empty.
+ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet);
+
+/// The same with what `in` holds.
+ReplayReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
+                    bool quiet);
 
 }  // namespace haptable

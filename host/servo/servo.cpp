@@ -25,18 +25,24 @@ struct Options {
     std::string in, out, csv, tables;
     SessionEnd end;
     bool no_realtime = false;
+    bool check = false;
     bool json = false;
     bool quiet = false;
 };
 
 void add_options(CommandLine& app, Options& o) {
-    const Option in = app.option("--replay", o.in, "run the finger path IN.csv (x,y,z in metres, one line a ms)");
+    const Option in = app.option("--replay", o.in,
+                                 "run what IN holds: a finger path (x,y,z in metres, one line a ms), a servo's CSV, or "
+                                 "the LCM log of a session");
     const Option out = app.option("--out", o.out, "with --replay: write the servo's CSV here");
     const Option lcm = app.flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
-    in.needs(out).excludes(lcm);
+    in.excludes(lcm);
     out.needs(in);
+    app.flag("--check", o.check, "with --replay of a log: other forces than the log's, be it in one bit, are an error")
+        .needs(in);
     app.option("--tables", o.tables,
-               "with --replay: the tables_hash of the session that recorded IN.csv; other tables are an error")
+               "with --replay: the tables_hash of the session that recorded IN; other tables are an error; \"any\": "
+               "those that a log names need not be this servo's")
         .needs(in);
     app.option("--csv", o.csv, "with --lcm: record the session here, as --replay writes it").needs(lcm);
     app.option("--seconds", o.end.after_s, "with --lcm: end after this time").needs(lcm).positive();
@@ -75,21 +81,47 @@ SummaryLines head(const ServoScene& scene) {
     return summary;
 }
 
-void require_tables(const ServoScene& scene, const Options& o) {
-    if (!o.tables.empty() && o.tables != tables_hash(scene))
-        throw Error(
-            fmt::format("{}: was recorded with the tables {}, and this servo has {}: its forces may be others, be it "
-                        "in the last bit; take the servo of those tables, or leave out --tables",
-                        o.in, o.tables, tables_hash(scene)));
+void require_tables(const ServoScene& scene, const Options& o, std::uint64_t of_log) {
+    std::string wanted = o.tables;
+    if (wanted.empty() && of_log != 0) wanted = fmt::format("{:016x}", of_log);
+    if (wanted.empty() || wanted == "any" || wanted == tables_hash(scene)) return;
+    throw Error(
+        fmt::format("{}: was recorded with the tables {}, and this servo has {}: its forces may be others, be it "
+                    "in the last bit; take the servo of those tables, or {}",
+                    o.in, wanted, tables_hash(scene), o.tables.empty() ? "give --tables any" : "leave out --tables"));
+}
+
+void require_places(const Options& o) {
+    if (o.out.empty() && !o.check) throw Error("--replay: give --out OUT.csv, or --check for a log");
+    std::error_code none;
+    if (!o.out.empty() &&
+        std::filesystem::weakly_canonical(o.in, none) == std::filesystem::weakly_canonical(o.out, none))
+        throw Error(o.out + ": is what --replay reads: give --out another name");
+}
+
+void require_same(const Options& o, const ReplayReport& report) {
+    if (!o.check) return;
+    if (report.compared == 0)
+        throw Error(o.in + ": has no forces to compare with: --check is for the log of a session");
+    if (report.other_forces > 0)
+        throw Error(fmt::format("{}: {} of {} forces are others than the log's, the first at tick {}", o.in,
+                                report.other_forces, report.compared, report.first_other));
 }
 
 void run_replay(const ServoScene& scene, const Options& o) {
     catch_interrupts();
-    require_tables(scene, o);
-    const ServoReport report = replay(scene, o.in, o.out, o.quiet);
+    require_places(o);
+    const Recording recording = read_recording(o.in);
+    require_tables(scene, o, recording.tables_hash);
+    const ReplayReport report = replay(scene, recording, o.out, o.quiet);
     SummaryLines summary = head(scene);
     add_report(report, summary);
+    if (report.compared > 0) {
+        summary.add("compared_forces", report.compared);
+        summary.add("other_forces", report.other_forces);
+    }
     summary.print(o.json, o.quiet);
+    require_same(o, report);
 }
 
 void run_lcm(const ServoScene& scene, const Options& o) {

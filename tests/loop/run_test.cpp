@@ -95,6 +95,12 @@ TEST_F(Run, LeavesAFolderWithAllOfASession) {
     EXPECT_EQ(read_rows(folder / "out/servo.csv").size(), summary()["ticks"]);
     EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/device.json"))["ticks"], summary()["ticks"]);
     EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/servo.json"))["ticks"], summary()["ticks"]);
+    // The log is a regression test: the servo gives the same again.
+    const Outcome again =
+        haptable::test::run((build_folder() / "cube/servo").string() + " --quiet --check --replay " +
+                            (folder / "out/session.lcmlog").string() + " --out " + (folder / "again.csv").string());
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(read_file(folder / "again.csv"), read_file(folder / "out/servo.csv"));
     const std::string page = read_file(folder / "out/report.html");
     for (const char* title : {"Force on the finger", "Depth", "Energy", "Faults so far"})
         EXPECT_NE(page.find(title), std::string::npos) << title;
@@ -185,6 +191,16 @@ TEST_F(Run, ServesATargetInQemu) {
     EXPECT_EQ(summary()["ticks"], 300);
     EXPECT_EQ(summary()["unanswered"], 0);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/to-target"));
+}
+
+TEST_F(Run, AReplayOntoItsOwnInputIsAnError) {
+    write_file(folder / "path.csv", "x,y,z\n0,0,1\n");
+    const Outcome outcome = haptable::test::run((build_folder() / "cube/servo").string() + " --replay " +
+                                                (folder / "path.csv").string() + " --out " + folder.path().string() +
+                                                "/../" + folder.path().filename().string() + "/path.csv");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("is what --replay reads"), std::string::npos) << outcome.err;
+    EXPECT_EQ(read_file(folder / "path.csv"), "x,y,z\n0,0,1\n");
 }
 
 // Away from haptable's folder there is no make: the command is said.

@@ -2,15 +2,18 @@
 // An hour of faults: sessions of a minute of simulated time, each with a mixture by lot, watched at every tick. Linked
 // with the sanitizers (make soak), which count what is allocated.
 #include <fmt/format.h>
-#include <sanitizer/allocator_interface.h>
 
 #include <cmath>
+#include <cstddef>
 
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/link/summary.hpp"
 #include "tests/loop/faulty_session.hpp"
+
+// Of the sanitizers' runtime; gcc 12 brings no header for it.
+extern "C" std::size_t __sanitizer_get_current_allocated_bytes();
 
 namespace haptable::test {
 namespace {

@@ -42,6 +42,22 @@ TEST_F(FingerPathTest, ReadsPositions) {
     EXPECT_EQ(path[1], (std::array<double, 3>{1.0, 2.0, 3.0}));
 }
 
+// Of a servo's CSV what went in, and its ticks, whatever came out; also of one without buttons.
+TEST_F(FingerPathTest, ReadsAServosOwnCsv) {
+    const std::string begin = "tick,x,y,z,contact,force_x";
+    write_file(folder / "path.csv", begin + ",buttons,state\n7,1,2,3,0,9.5,2,1\n9,nan,5,6,1,8.5,0,3\n");
+    const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);
+    ASSERT_EQ(ticks.size(), 2U);
+    EXPECT_EQ(ticks[0].position_m, (std::array<double, 3>{1.0, 2.0, 3.0}));
+    EXPECT_EQ(ticks[0].number, 7);
+    EXPECT_EQ(ticks[0].buttons, 2U);
+    EXPECT_EQ(ticks[1].number, 9);
+    EXPECT_TRUE(std::isnan(ticks[1].position_m[0]));
+    EXPECT_EQ(read(begin + "\n0,1,2,3,0,0\n")[0], (std::array<double, 3>{1.0, 2.0, 3.0}));
+    expect_error_at(begin + "\n0,1,2,3,0,0\n1,1,2,3,0\n", 3);
+    expect_error_at(begin + "\n0.5,1,2,3,0,0\n", 2);
+}
+
 TEST_F(FingerPathTest, ReadsButtonsWhereTheHeaderNamesThem) {
     write_file(folder / "path.csv", "x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
     const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a servo was asked, tick by tick, read from whatever keeps it: a finger path, a servo's own CSV, an LCM log.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace haptable {
+
+struct RecordedTick {
+    std::int64_t number = 0;  ///< seq of the state; of a servo's CSV its tick, of a path its line
+    std::uint32_t time_us = 0;
+    std::array<double, 3> position_m{};
+    std::uint32_t buttons = 0;
+    bool begins = false;  ///< a session, or a device that had let go: what was before is forgotten
+    std::optional<std::array<float, 3>> force_n;  ///< the servo's answer, where the record has it
+};
+
+struct Recording {
+    std::vector<RecordedTick> ticks;
+    std::uint64_t tables_hash = 0;  ///< of the servo that answered; 0: the record does not say
+    std::int64_t damaged = 0;       ///< parts of a log that could not be read
+};
+
+/// Of a log the states that were answered, each once, in the order of their answers; of one without any answer all. In
+/// lockstep they have the times that the servo had; in real time those of the log, which the servo's came near to.
+/// Throws Error for a file that is none of the three.
+Recording read_recording(const std::filesystem::path& file);
+
+}  // namespace haptable
