@@ -69,8 +69,8 @@ static void hold_back(float contact_j, float most_j, const float motion_m[3], st
     if (kept != before) vec_add_scaled((kept - before) / motion2, motion_m, servo->released_n);
 }
 
-/* What may be owed more, J, where the god-object has jumped to a contact that stores E: what the finger would pay, but
- * no more than E in all. Nothing at a first contact: its force comes at once. */
+/* What may be owed more, J, at a contact that stores E: what the finger would pay, but no more than E in all, for what
+ * it pays is known to first order only. Nothing at a first contact: its force comes at once. */
 static float most_owed(const struct haptable_servo* servo, int is_first, const float force_n[3], float contact_j) {
     float u[3];
     float left_j;
@@ -101,7 +101,7 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
         if (!(vec_dot(servo->released_n, servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
         vec_add_scaled(0.5f, change, held);
         contact_j = vec_dot(held, motion_m);
-        most_j = is_first || contact_j >= 0.0f ? 0.0f : -contact_j;
+        most_j = most_owed(servo, is_first, force_n, contact_j);
     }
     shorten(model->release_n, servo->released_n);
     hold_back(contact_j, most_j, motion_m, servo);

@@ -464,6 +464,29 @@ TEST(Faults, AForceThatEndsOnTheSurfaceIsReleased) {
     EXPECT_NEAR(double(force_n[2]), 0.49, 1e-6);
 }
 
+// What the finger pays over a long motion is known to first order: with a force held back that would take it, more than
+// the contact stores must not be owed.
+TEST(Faults, NoMoreIsHeldBackThanIsStored) {
+    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    haptable_model released = *model.get();
+    released.release_n = 0.01F;
+    released.stiffness_limit_n_per_m = 1000.0F;
+    haptable_servo servo;
+    haptable_init(&servo);
+    servo.contact.patch = 0;
+    servo.contact.god_object_m[2] = 0.0F;
+    servo.finger_m[2] = -1e-3F;
+    servo.felt_n[2] = 0.06F;
+    servo.released_n[2] = -0.5F;  // of a force that has ended; now it would push
+    const float motion_m[3] = {0.0F, 0.0F, -1.2e-3F};
+    float force_n[3] = {0.0F, 0.0F, 0.72F};
+    const double stored = 0.5 * 0.72 * 1e-3;
+    haptable_release_slew(&released, &servo, motion_m, force_n);
+    EXPECT_EQ(servo.counters.jumps, 0U);
+    EXPECT_NEAR(double(servo.owed_j), stored, 1e-5 * stored);
+    EXPECT_NEAR(to_vector(servo.released_n).z() * -1.2e-3, stored, 1e-5 * stored);
+}
+
 // ---- real meshes --------------------------------------------------------------------------------------------------
 
 const std::filesystem::path kStrokes = "../shared/contact";
