@@ -126,8 +126,8 @@ demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run
 
 # touch: one page that lets a pointer touch a scene's body, in any browser (make touch SCENE=meshes/mouse.toml)
 .PHONY: touch
-touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so $(SERVO)
-	@$(MAKE) --no-print-directory scene-alone
+touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so
+	@$(MAKE) --no-print-directory scene-alone SCENE_MAKES=summary.json
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
 	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
 	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
@@ -174,13 +174,14 @@ soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 scene: all
 	@$(MAKE) --no-print-directory scene-alone
 
-# The same, without the programs that it does not run.
+# The same, without the programs that it does not run; what of the scene is made.
+SCENE_MAKES ?= servo
 .PHONY: scene-alone
 scene-alone: $(BUILD)/bin/haptable-precompute
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
 	mkdir -p $(BUILD)/$$name && \
 	{ echo $(SCENE) | cmp -s - $(BUILD)/$$name/scene.path || echo $(SCENE) >$(BUILD)/$$name/scene.path; } && \
-	$(MAKE) --no-print-directory $(BUILD)/$$name/servo NAME=$$name
+	$(MAKE) --no-print-directory $(BUILD)/$$name/$(SCENE_MAKES) NAME=$$name
 
 # mpi: haptable-precompute for several machines, with Open MPI and MUMPS
 .PHONY: mpi

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
@@ -360,8 +361,10 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "and the patch's own nodes carry the load\n",
             scene.contact.mask_radius_m, summary.mask.most_nodes, summary.mask.widened, summary.mask.places);
     const ServoStiffness& k = summary.size.stiffness;
-    text += fmt::format("  largest stiffness of any point {:.3g} N/m; the device renders {:.3g} N/m stably{}\n",
-                        k.largest_n_per_m, k.stable_n_per_m,
+    const bool of_held = std::abs(k.largest_n_per_m - scene.contact.rigid_stiffness_n_per_m) <
+                         1e-6 * scene.contact.rigid_stiffness_n_per_m;
+    text += fmt::format("  largest stiffness of any point {:.3g} N/m{}; the device renders {:.3g} N/m stably{}\n",
+                        k.largest_n_per_m, of_held ? " (rigid_stiffness, of held nodes)" : "", k.stable_n_per_m,
                         k.coupling_n_per_m > 0.0
                             ? fmt::format("; with a coupling of {:.3g} N/m in series {:.3g} N/m are felt",
                                           k.coupling_n_per_m, k.felt_n_per_m)

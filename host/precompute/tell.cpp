@@ -9,6 +9,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/precompute/digits.hpp"
 #include "host/precompute/locking.hpp"
+#include "host/precompute/press.hpp"
 
 namespace haptable {
 
@@ -29,7 +30,8 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
         fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
                    summary.identity.model_hash, folder.string());
     else if (!telling.quiet)
-        fmt::print("{}\n  written to {}\n", to_table(scene, body, summary), folder.string());
+        fmt::print("{}\n{}  written to {}\n", to_table(scene, body, summary),
+                   describe(press_stiffness(scene, folder), scene), folder.string());
 }
 
 }  // namespace haptable

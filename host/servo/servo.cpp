@@ -5,12 +5,14 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
+#include "host/servo/poke.hpp"
 #include "host/servo/session.hpp"
 #include "host/session/serve.hpp"
 
@@ -22,7 +24,8 @@ constexpr int kPriority = 50;  // of 1..99: above all normal work, below the ker
 
 struct Options {
     bool lcm = false;
-    std::string in, out, csv, tables;
+    std::string in, out, csv, tables, poke;
+    Poke where;
     SessionEnd end;
     bool no_realtime = false;
     bool check = false;
@@ -36,6 +39,12 @@ void add_options(CommandLine& app, Options& o) {
                                  "the LCM log of a session");
     const Option out = app.option("--out", o.out, "with --replay: write the servo's CSV here");
     const Option lcm = app.flag("--lcm", o.lcm, "join a device over LCM (LCM_DEFAULT_URL is honoured)");
+    const Option push =
+        app.option("--poke", o.poke, "push the finger in at X,Y,Z, in metres, or at the top, and print what it feels");
+    push.excludes(lcm).excludes(in);
+    const auto set = [&o](const std::vector<double>& v) { o.where.direction = Eigen::Vector3d(v[0], v[1], v[2]); };
+    app.numbers("--direction", set, "of --poke [0,0,-1]").delimiter(',').count(3).values_name("X,Y,Z").needs(push);
+    app.option("--depth", o.where.depth_m, "m, of --poke").positive().show_default().needs(push);
     in.excludes(lcm);
     out.needs(in);
     app.flag("--check", o.check, "with --replay of a log: other forces than the log's, be it in one bit, are an error")
@@ -114,6 +123,8 @@ void run_replay(const ServoScene& scene, const Options& o) {
     const Recording recording = read_recording(o.in);
     require_tables(scene, o, recording.tables_hash);
     const ReplayReport report = replay(scene, recording, o.out, o.quiet);
+    if (report.counters.contact_ticks == 0 && !o.quiet)
+        fmt::print(stderr, "servo: note: {} never meets the body: {}\n", o.in, where_it_is(*scene.model));
     SummaryLines summary = head(scene);
     add_report(report, summary);
     if (report.compared > 0) {
@@ -122,6 +133,23 @@ void run_replay(const ServoScene& scene, const Options& o) {
     }
     summary.print(o.json, o.quiet);
     require_same(o, report);
+}
+
+std::string numbers_of(const Eigen::Vector3d& v) { return fmt::format("{:.6g} {:.6g} {:.6g}", v.x(), v.y(), v.z()); }
+
+void run_poke(const ServoScene& scene, Options o) {
+    o.where.at_m = place_of(o.poke, *scene.model);
+    const Poked end = poke(scene, o.where);
+    SummaryLines summary = head(scene);
+    summary.add("at_m", numbers_of(o.where.at_m));
+    summary.add("finger_m", numbers_of(end.finger_m));
+    summary.add("god_object_m", numbers_of(end.god_object_m));
+    summary.add("nodes", fmt::format("{} {} {}", end.node[0], end.node[1], end.node[2]));
+    summary.add("depth_m", end.depth_m);
+    summary.add("force_n", numbers_of(end.force_n));
+    summary.add("force_size_n", end.force_n.norm());
+    summary.add("stiffness_n_per_m", end.force_n.norm() / end.depth_m);
+    summary.print(o.json, o.quiet);
 }
 
 void run_lcm(const ServoScene& scene, const Options& o) {
@@ -151,9 +179,11 @@ int servo_main(int argc, char** argv, const ServoScene& scene) {
     Options options;
     add_options(app, options);
     return run_program(app, argc, argv, [&] {
-        if (!options.lcm && options.in.empty())
-            throw Error("nothing to do: give --lcm, or --replay IN.csv --out OUT.csv");
-        if (options.lcm)
+        if (!options.lcm && options.in.empty() && options.poke.empty())
+            throw Error("nothing to do: give --lcm, --replay IN.csv --out OUT.csv, or --poke X,Y,Z");
+        if (!options.poke.empty())
+            run_poke(scene, options);
+        else if (options.lcm)
             run_lcm(scene, options);
         else
             run_replay(scene, options);
