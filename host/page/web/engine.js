@@ -4,7 +4,7 @@
 function haptableEngine(port) {
   'use strict';
   const WORDS = 27;                     // of struct page_tick (host/page/wasm/page.c)
-  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, CONTACT = 2;
+  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
   const ROOM = 4096;                    // ticks of one call
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
@@ -104,16 +104,18 @@ function haptableEngine(port) {
     tick += count;
   }
 
+  // In contact, be its force limited or not.
+  const touches = t => t[0] === CONTACT || t[0] === LIMITED;
   const length = v => Math.hypot(v[0], v[1], v[2]);
 
-  // state, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
+  // contact or not, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
   function sample(t) {
     const f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
     const u = [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
-    const finger_known = t[0] !== 3;
-    samples.push(t[0], length(f), t[0] === CONTACT ? length(u) : 0,
+    const finger_known = t[0] !== REJECTED;
+    samples.push(touches(t) ? 1 : 0, length(f), touches(t) ? length(u) : 0,
       finger_known && goal ? Math.hypot(goal[0] - x[0], goal[1] - x[1], goal[2] - x[2]) : 0,
-      t[0] === CONTACT ? -0.5 * (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) : 0);
+      touches(t) ? -0.5 * (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) : 0);
   }
 
   // The hand is somewhere else at once: the servo gets a tick without a position, so that no way there is felt.
@@ -138,7 +140,7 @@ function haptableEngine(port) {
     const u = displacement(shown), plotted = new Float32Array(samples);
     samples = [];
     port.postMessage({
-      kind: 'frame', tick, dropped, mode, state: shown[0], patch: shown[1] | 0, samples: plotted, sample: SAMPLE,
+      kind: 'frame', tick, dropped, mode, state: shown[0], contact: touches(shown), patch: shown[1] | 0, samples: plotted, sample: SAMPLE,
       finger: real(shown, FINGER).slice(), god: real(shown, GOD).slice(), force: real(shown, FORCE).slice(),
       alpha: real(shown, ALPHA).slice(),
       vertex: Int32Array.from(shown.slice(2, 5)), nodal: new Float32Array(shown.slice(17, 26).buffer), goal,
@@ -197,7 +199,7 @@ function haptableEngine(port) {
       for (let i = 0; i < piece.length; i += WORDS) {
         const t = piece.subarray(i, i + WORDS), three = at => Array.from(real(t, at), nine).join(',');
         const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
-        lines.push([lines.length - 1, three(FINGER), t[0] === CONTACT ? 1 : 0, nodes.join(','), three(ALPHA),
+        lines.push([lines.length - 1, three(FINGER), touches(t) ? 1 : 0, nodes.join(','), three(ALPHA),
           three(GOD), three(FORCE), t[BUTTONS]].join(','));
       }
     return lines.join('\n') + '\n';
@@ -234,7 +236,7 @@ function haptableEngine(port) {
         force.set(f, 3 * i);
         god.set(g, 3 * i);
         series[2 * i] = length(f);
-        series[2 * i + 1] = t[0] === CONTACT ? length([x[0] - g[0], x[1] - g[1], x[2] - g[2]]) : 0;
+        series[2 * i + 1] = touches(t) ? length([x[0] - g[0], x[1] - g[1], x[2] - g[2]]) : 0;
       }
       if (m.play) played = {ticks, at: 0};
       port.postMessage({kind: 'replayed', id: m.id, ticks: m.words ? ticks : null, force, god, series,

@@ -396,7 +396,7 @@
     const n = message.samples.length / message.sample;
     for (let i = 0; i < n; ++i) {
       const s = message.samples.subarray(i * message.sample, (i + 1) * message.sample);
-      if (!replay) history.add(s[1], s[2], s[0] === 2 ? 1 : 0);
+      if (!replay) history.add(s[1], s[2], s[0]);
     }
     const now = performance.now();
     if (picture && changed(message)) picture.show(message, $('colour').value);
@@ -415,10 +415,10 @@
     return other;
   }
 
-  const STATE = ['no finger yet', 'free', 'in contact', 'no position', 'limited', 'fault'];
+  const STATE = ['no finger yet', 'free', 'in contact', 'no position', 'in contact, limited', 'fault'];
 
   function numbers(f) {
-    const size = Math.hypot(...f.force), contact = f.state === 2;
+    const size = Math.hypot(...f.force), contact = f.contact;
     const depth = contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
     const [value, unit] = Text.si(size, 'N').split('\u202f');
     $('force').innerHTML = '<output>' + value + '</output> <span>' + unit + '</span>';

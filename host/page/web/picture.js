@@ -260,7 +260,7 @@ class Picture {
 
   // A moment of the session (engine.js, "frame"). colour: "displacement" or "load".
   show(frame, colour) {
-    const contact = frame.state === 2;
+    const contact = frame.contact;
     const largest = this.deform(frame.displacement);
     this.fill();
     let value = this.moved, size = largest;
