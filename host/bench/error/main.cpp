@@ -67,9 +67,9 @@ Numbers measure_large_strain(const fs::path& build, Progress& progress) {
     return numbers;
 }
 
-Numbers compare_elements(const fs::path& build, Progress& progress) {
+Numbers compare_elements(const fs::path& known, const fs::path& build, Progress& progress) {
     Numbers numbers("build/bin/haptable-bench-error --elements -o build/report/elements.json");
-    const ElementTables measured = measure_elements(build, progress);
+    const ElementTables measured = measure_elements(known, build, progress);
     numbers.add("elements", measured.worth);
     numbers.add("locking", measured.locking);
     return numbers;
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
         else if (strain)
             numbers = measure_large_strain(build, progress);
         else if (elements)
-            numbers = compare_elements(build, progress);
+            numbers = compare_elements(known, build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();

@@ -142,7 +142,7 @@ std::vector<Place> places_of(const Specimen& specimen) {
     return is_cube(specimen) ? cube_places() : mesh_places(scene, make_mesh(scene.mesh), specimen.finger_radius_m);
 }
 
-std::vector<Truth> solve_truth(const Specimen& specimen) {
+std::vector<Truth> solve_truth(const Specimen& specimen, bool coarser_alone) {
     const Scene& scene = specimen.meshes.front().scene;
     const TetMesh mesh = make_mesh(scene.mesh);
     const std::vector<Place> places = places_of(specimen);
@@ -150,8 +150,9 @@ std::vector<Truth> solve_truth(const Specimen& specimen) {
     for (const Place& place : places) footprints.push_back({place.on_m, specimen.finger_radius_m});
     const auto coarse =
         is_cube(specimen) ? cube_stiffness(scene.material, footprints, 10, 3) : mesh_stiffness(scene, mesh, footprints);
-    const auto fine = is_cube(specimen) ? cube_stiffness(scene.material, footprints, 14, 4)
-                                        : mesh_stiffness(scene, in_eight(mesh), footprints);
+    const auto fine = coarser_alone       ? coarse
+                      : is_cube(specimen) ? cube_stiffness(scene.material, footprints, 14, 4)
+                                          : mesh_stiffness(scene, in_eight(mesh), footprints);
     std::vector<Truth> truths;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const Vector3d& n = places[i].outward;

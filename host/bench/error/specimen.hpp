@@ -48,8 +48,8 @@ std::vector<Specimen> specimens(bool quick, const std::filesystem::path& build);
 /// The places that are pressed, twelve.
 std::vector<Place> places_of(const Specimen& specimen);
 
-/// Solves for the body itself. Minutes.
-std::vector<Truth> solve_truth(const Specimen& specimen);
+/// Solves for the body itself. Minutes; on the coarser mesh alone, which then stands for both, a part of one.
+std::vector<Truth> solve_truth(const Specimen& specimen, bool coarser_alone = false);
 
 /// The truth as a table for numbers.json, and read back from there. Throws Error where a specimen has none.
 NumberTable truth_table(const std::vector<std::pair<std::string, std::vector<Truth>>>& truths);
