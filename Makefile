@@ -235,8 +235,8 @@ bench-target: bench-programs
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
 
-# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan known elements truth large-strain" (then: make report)
-PART ?= large masks scale scan known elements truth large-strain
+# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan known truth large-strain" (then: make report)
+PART ?= large masks scale scan known truth large-strain
 .PHONY: bench-large
 bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-runs haptable-bench-scan)
 	@$(MAKE) --no-print-directory mpi
