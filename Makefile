@@ -169,6 +169,13 @@ soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= $(BUILD)/sanitize/tests/soak/soak
 	@UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 $(BUILD)/sanitize/tests/soak/soak --seconds $(SOAK_SECONDS) --seed $(SEED)
 
+# bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load: four minutes with nothing else on the machine (then: make report)
+.PHONY: bench-realtime
+bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device)
+	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
+	@mkdir -p $(BUILD)/report
+	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) -o $(BUILD)/report/realtime.json
+
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
 scene: all
@@ -427,6 +434,9 @@ $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(BUILD)/host/bench/cube_scene.cpp.o $(REPORT) $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
+
+$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(BUILD)/host/run/child.cpp.o $(LINK) $(SCENES) $(REPORT)
+	$(link) $(LIBS_LINK)
 
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(REPORT) $(MESH)
 	$(link) -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES)
