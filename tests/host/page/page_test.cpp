@@ -128,6 +128,30 @@ TEST_F(TouchPage, TurnsAndZooms) {
     EXPECT_EQ(browser.evaluate("haptable.frame().state"), 0);
 }
 
+// A touch screen: one finger presses, two come nearer.
+TEST_F(TouchPage, IsPressedByAFingerOnTheScreen) {
+    Browser browser;
+    open(browser, url());
+    browser.command("Emulation.setTouchEmulationEnabled", {{"enabled", true}});
+    const auto touch = [&](const std::string& type, const std::vector<std::array<double, 2>>& fingers) {
+        auto points = nlohmann::json::array();
+        for (const auto& at : fingers) points.push_back({{"x", at[0]}, {"y", at[1]}, {"id", points.size()}});
+        browser.command("Input.dispatchTouchEvent", {{"type", type}, {"touchPoints", points}});
+    };
+    const auto at = top(browser);
+    touch("touchStart", {at});
+    EXPECT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0"));
+    touch("touchEnd", {});
+    EXPECT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+    const auto far = browser.evaluate("haptable.picture().distance").get<double>();
+    touch("touchStart", {at, {at[0] + 40, at[1]}});
+    touch("touchMove", {at, {at[0] + 90, at[1]}});
+    touch("touchEnd", {});
+    EXPECT_TRUE(browser.wait_until(fmt::format("haptable.picture().distance < {}", far)));
+    EXPECT_FALSE(browser.evaluate("haptable.frame().contact").get<bool>());
+    expect_quiet(browser);
+}
+
 // What the hand did is saved as the servo's CSV, and the host's replay of it writes the same bytes.
 TEST_F(TouchPage, RecordsWhatTheHostReplays) {
     Browser browser;
