@@ -16,6 +16,7 @@
 #include "host/servo/replay.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
+#include "host/view/loads.hpp"
 #include "tests/browser.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/loop/helpers.hpp"
@@ -91,6 +92,39 @@ std::string numbers(const std::vector<std::array<float, 3>>& path_m) {
     for (std::size_t i = 0; i < path_m.size(); ++i)
         text += fmt::format("{:.9g},{:.9g},{:.9g},{}\n", path_m[i][0], path_m[i][1], path_m[i][2], i / 500 % 8);
     return text;
+}
+
+/// The displacements that the page shows are equation 8 of its loads by the viewer, to the rounding of its columns.
+/// `largest`: of any block of L, m/N.
+void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::path& folder, double epsilon,
+                            double largest) {
+    const auto frame = browser.evaluate(
+        "(f => ({vertex: Array.from(f.vertex, v => haptable.scene().node[v]), nodal: Array.from(f.nodal), u: "
+        "Array.from(f.displacement)}))(haptable.frame())");
+    std::vector<NodalForce> loads;
+    double size_n = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        NodalForce load{frame.at("vertex").at(c).get<std::int32_t>(), {}};
+        for (std::size_t a = 0; a < 3; ++a) load.force_n[a] = frame.at("nodal").at(3 * c + a).get<float>();
+        for (const float f : load.force_n) size_n += std::abs(static_cast<double>(f));
+        loads.push_back(load);
+    }
+    const ContactLoads contact(tables);
+    Deformation deformation(tables, folder);
+    const std::span<const float> u = deformation.displace(contact.spread(loads));
+    const PageRows rows = page_rows(tables);
+    ASSERT_EQ(frame.at("u").size(), u.size());
+    double moved = 0.0;
+    for (std::size_t r = 0; r < rows.node.size(); ++r) {
+        const auto at = std::find(tables.row_id.begin(), tables.row_id.end(), rows.node[r]) - tables.row_id.begin();
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto wanted = static_cast<double>(u[3 * static_cast<std::size_t>(at) + a]);
+            moved = std::max(moved, std::abs(wanted));
+            EXPECT_WITHIN(std::abs(frame.at("u").at(3 * r + a).get<double>() - wanted), .count = 8, .epsilon = epsilon,
+                          .size = size_n * largest);
+        }
+    }
+    EXPECT_GT(moved, 1e-4);
 }
 
 // From the disk, without a network: the body is drawn, a press is felt and dents it, letting go frees the finger.
@@ -219,7 +253,6 @@ TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
 
 // The surface in the page is the viewer's, to the rounding of its columns.
 TEST_F(TouchPage, DeformsAsTheViewerDoes) {
-    const PageRows rows = page_rows(tables);
     double most_bytes = kPageBytes;
     for (const bool half : {false, true}) {
         const PageReport report = write_page(tables, folder / "cube", parts(), page(), most_bytes);
@@ -229,29 +262,37 @@ TEST_F(TouchPage, DeformsAsTheViewerDoes) {
         open(browser, url());
         press(browser, top(browser));
         ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 1e-3"));
-        const auto frame = browser.evaluate(
-            "(f => ({vertex: Array.from(f.vertex), nodal: Array.from(f.nodal), u: Array.from(f.displacement)}))"
-            "(haptable.frame())");
-        std::vector<NodalForce> loads;
-        double size_n = 0.0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            NodalForce load{static_cast<std::int32_t>(nodes[frame.at("vertex").at(c)]), {}};
-            for (std::size_t a = 0; a < 3; ++a) load.force_n[a] = frame.at("nodal").at(3 * c + a).get<float>();
-            for (const float f : load.force_n) size_n += std::abs(static_cast<double>(f));
-            loads.push_back(load);
-        }
-        Deformation deformation(tables, folder / "cube");
-        const std::span<const float> u = deformation.displace(loads);
         const double largest = cube_compliance({0.015, 0.015, 0.03}, {0.015, 0.015, 0.03}).cwiseAbs().maxCoeff();
-        ASSERT_EQ(frame.at("u").size(), u.size());
-        for (std::size_t r = 0; r < rows.node.size(); ++r) {
-            const auto at = std::find(tables.row_id.begin(), tables.row_id.end(), rows.node[r]) - tables.row_id.begin();
-            for (std::size_t a = 0; a < 3; ++a)
-                EXPECT_WITHIN(std::abs(frame.at("u").at(3 * r + a).get<double>() -
-                                       static_cast<double>(u[3 * static_cast<std::size_t>(at) + a])),
-                              .count = 4, .epsilon = half ? kHalf : kFloat, .size = size_n * largest);
-        }
+        expect_viewers_surface(browser, tables, folder / "cube", half ? kHalf : kFloat, largest);
     }
+}
+
+// A mask loads the nodes under it, not the patch's corners alone.
+TEST_F(TouchPage, SpreadsAMaskAsTheViewerDoes) {
+    write_file(folder / "mask.toml", R"(name = "mask"
+[mesh]
+generate = "cube"
+[material]
+young = 1e4
+poisson = 0.3
+[[fixed]]
+box = [-1, -1, -1, 1, 1, 1e-9]
+[contact]
+force = "pressure-mask"
+mask_radius = 0.012
+)");
+    ASSERT_EQ(run(program("haptable-precompute").string() + " mask.toml -o cube-mask --quiet", folder.path()).status,
+              0);
+    const Tables mask = read_tables(folder / "cube-mask");
+    write_page(mask, folder / "cube-mask", parts(), page());
+    Browser browser;
+    open(browser, url());
+    press(browser, top(browser));
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0.01"));
+    double largest = 0.0;
+    for (const auto& s : mask.stiffness) largest = std::max(largest, 3.0 / std::min({s[0], s[4], s[8]}));
+    expect_viewers_surface(browser, mask, folder / "cube-mask", kFloat, largest);
+    expect_quiet(browser);
 }
 
 // A file that was copied half says so, wherever it ends; one whose tables were changed too.
