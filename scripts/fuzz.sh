@@ -11,7 +11,7 @@ seconds=$1
 shift
 readers=${*:-abaqus vega vtu tetgen scene}
 sources="host/base/file.cpp host/base/interrupt.cpp host/mesh/lines.cpp host/mesh/read_abaqus.cpp host/mesh/read_vega.cpp
-    host/mesh/read_vtu.cpp host/mesh/read_tetgen.cpp host/scene/scene.cpp host/scene/material.cpp"
+    host/mesh/read_vtu.cpp host/mesh/read_tetgen.cpp host/scene/*.cpp"
 flags="-std=c++20 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem /usr/include/eigen3"
 command -v clang++ >/dev/null || { echo "fuzz: no clang++: the readers are not fuzzed"; exit 0; }
 mkdir -p "$out/objects"

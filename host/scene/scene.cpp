@@ -638,12 +638,15 @@ std::size_t skip_quoted(std::string_view text, std::size_t at) {
     throw Error(fmt::format("{}:{}: {}", file.string(), line, what));
 }
 
+/// One beyond ASCII.
+bool has_letter(std::string_view text) {
+    return std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; });
+}
+
 /// A text of several lines whose line breaks are escaped: the library asks whether what follows is a blank, which it
 /// cannot tell of letters beyond ASCII.
 bool is_undefined(std::string_view quoted) {
-    const auto is_letter = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
-    return quoted.starts_with("\"\"\"") && quoted.find('\\') != std::string_view::npos &&
-           std::any_of(quoted.begin(), quoted.end(), is_letter);
+    return quoted.starts_with("\"\"\"") && quoted.find('\\') != std::string_view::npos && has_letter(quoted);
 }
 
 /// What TOML does not allow and the library's behaviour is undefined for: control characters anywhere, and letters
@@ -660,6 +663,8 @@ void require_letters(const fs::path& file, std::string_view text) {
             if (is_undefined(text.substr(at, end - at)))
                 fail_at(file, text, at,
                         "a text of several lines with backslashes and letters beyond ASCII; write it on one line");
+            if (text[at] != '#' && end == at + 1 && has_letter(text.substr(end)))
+                fail_at(file, text, at, "a quote in the middle of something, and letters beyond ASCII after it");
             at = end;
         } else if (static_cast<unsigned char>(text[at++]) >= 0x80)
             fail_at(file, text, at,
