@@ -71,6 +71,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
         if (!servo.reads_compliance()) compliance.vertex = compliance.edge = compliance.patch = nullptr;
         model.compliance = servo.compliance.in_memory.get();
     }
+    model.crc = model.check ? haptable_tables_crc(&model) : 0;
     model.hash = hash_of(model, tables, servo);
     return model;
 }

@@ -10,7 +10,8 @@
  * caller owns (struct haptable_servo). There is no other state: two objects run side by side.
  * A step never fails, it degrades: a bad position gives zero force and is counted by name.
  *
- * Trusted: the model (codegen wrote it). Not trusted: every position and every time.
+ * Trusted: the model (codegen wrote it; its CRC tells whether it still is what was written). Not trusted: every
+ * position and every time.
  */
 #ifndef HAPTABLE_H
 #define HAPTABLE_H
@@ -22,7 +23,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 6
+#define HAPTABLE_TABLE_VERSION 7
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -61,6 +62,21 @@ extern "C" {
 
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u
+
+/* After a position that no finger reaches in time, so many plausible ones in a row until they are believed again. */
+#define HAPTABLE_GOOD_TICKS 20
+
+/* Each such position counts for so many ticks, one of which every plausible position takes away; where more than
+ * HAPTABLE_DISTRUST_LIMIT are left, the fourth within a second, the sensor is at fault. */
+#define HAPTABLE_DISTRUST_TICKS 300
+#define HAPTABLE_DISTRUST_LIMIT 1000
+
+/* So many patches a tick are looked at for the one that is nearest to a finger which may be inside (resume). */
+#define HAPTABLE_SEEK_PATCHES 8
+
+/* For haptable_check: all of the tables; and what fits beside a tick. */
+#define HAPTABLE_CHECK_ALL 0xFFFFFFFFu
+#define HAPTABLE_CHECK_BYTES 64u
 
 /* One box of the spatial index, in grid steps from grid_origin_m. The boxes stand in depth-first order: the
  * next box of a query that meets this one is the one after it, of a query that misses it box `skip`. */
@@ -164,6 +180,17 @@ typedef void haptable_energy_fn(const struct haptable_model* model, const struct
 typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]);
 
+/* Whether a position may be believed, elapsed_us after the one before: 1, or 0, counted; then it is servo->finger_m. */
+typedef int haptable_plausible_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                                  const float finger_m[3], uint32_t elapsed_us);
+
+/* Lowers servo->gain so that the force times the gain keeps a limit. before: servo->given_n is the last tick's. */
+typedef void haptable_limit_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                               const float force_n[3]);
+
+/* Goes on with the check of the model's tables, which servo->check holds: see haptable_check. */
+typedef void haptable_check_fn(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes);
+
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
  * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
 #define HAPTABLE_MODEL_FIELDS(VALUE, TABLE, FUNCTION, PART)                                                            \
@@ -197,7 +224,20 @@ typedef void haptable_finish_fn(const struct haptable_model* model, struct hapta
     VALUE(float, kinetic_friction) /* for god_object_friction: > 0 */                                                  \
     FUNCTION(haptable_finish_fn, release, HAPTABLE_FINISHES)                                                           \
     VALUE(float, release_n) /* for release: by how much a force may fall in a tick that lets go */                     \
-    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)
+    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)                                                         \
+    FUNCTION(haptable_god_object_fn, ungrabbed, HAPTABLE_GOD_OBJECTS) /* that god_object_grab holds still */           \
+    FUNCTION(haptable_plausible_fn, plausible, HAPTABLE_PLAUSIBLES)                                                    \
+    VALUE(float, max_motion_m) /* for plausible: the farthest that a finger comes in a tick, > 0 */                    \
+    FUNCTION(haptable_limit_fn, rate, HAPTABLE_LIMITS)                                                                 \
+    VALUE(float, rate_n) /* for rate: by how much the force may rise in a tick, > 0 */                                 \
+    FUNCTION(haptable_limit_fn, mean, HAPTABLE_LIMITS)                                                                 \
+    VALUE(float, mean_limit_n2) /* for mean: what the mean of the squared force stays below, > 0 */                    \
+    VALUE(float, mean_share)    /* for mean: of a tick in the filter's time, (1 + mean_slope) mean_share <= 1 */       \
+    VALUE(float, mean_slope)    /* for mean: 2 (max_force_n^2 / mean_limit_n2 - 1), > 0 */                             \
+    FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
+    VALUE(float, resume_gain) /* for resume: by how much the gain rises in a tick, > 0 */                              \
+    FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
+    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_tables_crc */
 
 struct haptable_model {
     uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
@@ -214,7 +254,13 @@ struct haptable_model {
     X(contact_ticks)      /* of these, with contact */                    \
     X(contacts)           /* contacts begun */                            \
     X(rejected_positions) /* NaN, infinite or absurd finger positions */  \
+    X(implausible)        /* positions that no finger reaches in time */  \
     X(rejected_forces)    /* forces that were not finite: zero given */   \
+    X(limited_ticks)      /* contact_ticks with less than the body's */   \
+    X(rate_limits)        /* of these, where the rise of the force was */ \
+    X(mean_limits)        /* of these, where the mean force was */        \
+    X(faulted)            /* faults that had to be acknowledged */        \
+    X(grabbed_ticks)      /* contact_ticks in which the hand held on */   \
     X(clamped_forces)     /* forces cut to max_force_n */                 \
     X(walk_limits)        /* slides that met HAPTABLE_WALK_STEPS */       \
     X(slide_limits)       /* ticks that met HAPTABLE_SLIDES */            \
@@ -234,10 +280,22 @@ struct haptable_counters {
 };
 
 enum haptable_state {
-    HAPTABLE_SILENT = 0,  /* no position yet, or none for HAPTABLE_SILENCE_US: zero force */
-    HAPTABLE_FREE = 1,    /* finger outside: zero force */
-    HAPTABLE_CONTACT = 2, /* god-object on the surface */
-    HAPTABLE_REJECTED = 3 /* the last position was not one: zero force, contact dropped */
+    HAPTABLE_SILENT = 0,   /* no position yet, or none for HAPTABLE_SILENCE_US: zero force */
+    HAPTABLE_FREE = 1,     /* finger outside: zero force */
+    HAPTABLE_CONTACT = 2,  /* god-object on the surface */
+    HAPTABLE_REJECTED = 3, /* the last position was not one, or is not believed yet: zero force, contact dropped */
+    HAPTABLE_LIMITED = 4,  /* contact, with less force than the body's: gain < 1 */
+    HAPTABLE_FAULTED = 5   /* a fault that waits to be acknowledged, or tables that were not checked: zero force */
+};
+
+/* 1 in the states with contact. */
+static inline int haptable_touches(int state) { return state == HAPTABLE_CONTACT || state == HAPTABLE_LIMITED; }
+
+/* Why a servo is HAPTABLE_FAULTED: bits. They stand until HAPTABLE_BUTTON_ACKNOWLEDGE is pressed. */
+enum haptable_fault {
+    HAPTABLE_FAULT_TABLES = 1,   /* the tables' CRC is wrong, or was not taken yet: this one ends by the next check */
+    HAPTABLE_FAULT_FORCE = 2,    /* a force was not a number */
+    HAPTABLE_FAULT_POSITIONS = 4 /* implausible positions came again and again */
 };
 
 /* What a hand may hold down: bits of haptable_buttons. */
@@ -270,6 +328,14 @@ struct haptable_segment {
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 
+/* How far the check of the tables has come. */
+struct haptable_table_check {
+    uint32_t crc;    /* of what was taken */
+    uint32_t byte;   /* of the field, that comes next */
+    uint8_t field;   /* of the model, that comes next */
+    uint8_t verdict; /* of the last whole check: 0 none yet, 1 well, 2 damaged */
+};
+
 /* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
 struct haptable_servo {
     struct haptable_contact contact;
@@ -286,15 +352,25 @@ struct haptable_servo {
     float released_n[3];           /* what release still adds: of forces that have ended, or are to come up */
     float owed_j;                  /* with release: energy that is stored and not yet paid by the finger; >= 0 */
     float given_n[3];              /* the force of the last tick as it was given */
-    float given_j; /* with passivity: energy given to the user, less what was taken; never far above 0 */
-    uint32_t buttons;              /* held down: enum haptable_button */
-    uint32_t pressed;              /* of them, those that were not held down a tick before */
+    float given_j;           /* with passivity: energy given to the user, less what was taken; never far above 0 */
+    float gain;              /* with limits: of the force, 0..1; falls in a contact, but for resume */
+    float mean_n2;           /* with mean: of the squared force, filtered */
+    float nearest_m2;        /* with resume: of the patches looked at, to the finger */
+    uint16_t nearest_patch;  /* with resume: that one */
+    uint16_t seek_patch;     /* with resume: the next to look at; HAPTABLE_NONE: none is sought */
+    uint16_t distrust_ticks; /* with plausible: HAPTABLE_DISTRUST_TICKS */
+    uint8_t wait_ticks;      /* with plausible: until positions are believed again */
+    uint8_t faults;          /* enum haptable_fault */
+    struct haptable_table_check check;
+    uint32_t buttons; /* held down: enum haptable_button */
+    uint32_t pressed; /* of them, those that were not held down a tick before */
     struct haptable_counters counters;
 };
 
 /* What one tick gives. */
 struct haptable_output {
     uint8_t state;             /* enum haptable_state */
+    uint8_t faults;            /* enum haptable_fault; 0 but in HAPTABLE_FAULTED, HAPTABLE_SILENT */
     uint16_t patch;            /* HAPTABLE_NONE without contact */
     uint16_t vertex[3];        /* of that patch; HAPTABLE_NONE without contact */
     float alpha[3];            /* 0 without contact */
@@ -318,12 +394,22 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
  * dropped. Returns 1 when out was written (the servo fell silent now or earlier), 0 when it is still in time. */
 int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out);
 
+/* Goes on with the check of the tables by so many bytes, at most once through all of them; then their CRC is compared,
+ * and the next call begins anew. A model with a check gives no force before they were once found well: call it with
+ * HAPTABLE_CHECK_ALL before the first tick, and with HAPTABLE_CHECK_BYTES whenever there is time. Tables that are
+ * damaged are HAPTABLE_FAULT_TABLES. cost: see docs/SAFETY.md */
+void haptable_check(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes);
+
+/* CRC-32 (ISO-HDLC) of all values and tables of the model but crc itself, in the order of HAPTABLE_MODEL_FIELDS. */
+uint32_t haptable_tables_crc(const struct haptable_model* model);
+
 /* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
 
 #define HAPTABLE_GOD_OBJECTS(X)         \
     X(haptable_god_object_nearest)      \
     X(haptable_god_object_least_energy) \
-    X(haptable_god_object_friction)
+    X(haptable_god_object_friction)     \
+    X(haptable_god_object_grab)
 #define HAPTABLE_FORCES(X)              \
     X(haptable_force_interpolated)      \
     X(haptable_force_consistent)        \
@@ -338,6 +424,10 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
     X(haptable_energy_consistent_packed) \
     X(haptable_energy_pressure_mask_packed)
 #define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
+#define HAPTABLE_PLAUSIBLES(X) X(haptable_plausible_motion)
+#define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
+#define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
+#define HAPTABLE_CHECKS(X) X(haptable_check_crc)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
 
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
@@ -386,6 +476,30 @@ haptable_finish_fn haptable_release_slew;
 /* passivity: observes the energy that the servo gives over what it took, and damps the finger's motion until it is paid
  * back (Hannaford and Ryu 2002, time domain). */
 haptable_finish_fn haptable_passivity_control;
+
+/* god_object: while HAPTABLE_BUTTON_GRAB is held, the contact point stays where it is on the body: it pulls too, and
+ * does not let go. Otherwise as model->ungrabbed. */
+haptable_god_object_fn haptable_god_object_grab;
+
+/* plausible: no finger is faster than max_motion_m a tick. After one that is, HAPTABLE_GOOD_TICKS plausible positions
+ * come before one is believed. */
+haptable_plausible_fn haptable_plausible_motion;
+
+/* rate: the force rises by no more than rate_n a tick, in any direction: it lies within rate_n of what is between none
+ * and the last. Falling is free. */
+haptable_limit_fn haptable_limit_rate;
+
+/* mean: a filter of first order over the squared force, which heats the motors, stays below mean_limit_n2. From half of
+ * that on the largest force comes down, from max_force_n to the root of mean_limit_n2. */
+haptable_limit_fn haptable_limit_mean;
+
+/* resume: a finger that is inside without having come through the surface (at the start, after silence or a fault) gets
+ * a contact at the nearest patch, with a gain that rises from zero by resume_gain a tick, as does one that a limit has
+ * lowered. Without it contact begins after the finger has left. */
+haptable_god_object_fn haptable_resume_ramp;
+
+/* check: CRC-32 of every value and table. */
+haptable_check_fn haptable_check_crc;
 
 /* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
 haptable_unpack_fn haptable_unpack_float16;

@@ -1,28 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * CRC-32 (ISO-HDLC): remainder of the bytes by x^32 + x^26 + x^23 + ... + 1, reflected, begun and ended with ones
+ * See haptable_frame.h.
  */
 #include "haptable_frame.h"
+
+#include "haptable_crc.h"
 
 #define SYNC_0 0xA5u
 #define SYNC_1 0x5Au
 #define HEAD 8u /* bytes before the payload */
 #define TAIL 4u /* bytes after it */
 
-/* Four bits at a time: a table of 16 words instead of 256. */
-static uint32_t crc_of(const uint8_t* bytes, uint32_t count) {
-    static const uint32_t nibble[16] = {0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
-                                        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
-                                        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu};
-    uint32_t crc = 0xffffffffu;
-    uint32_t i;
-    for (i = 0; i < count; ++i) {
-        crc ^= bytes[i];
-        crc = (crc >> 4) ^ nibble[crc & 15u];
-        crc = (crc >> 4) ^ nibble[crc & 15u];
-    }
-    return ~crc;
-}
+static uint32_t crc_of(const uint8_t* bytes, uint32_t count) { return ~haptable_crc(HAPTABLE_CRC_BEGIN, bytes, count); }
 
 /* ---- numbers, little-endian on every machine ------------------------------------------------------------------- */
 
@@ -122,6 +111,7 @@ int haptable_frame_take_force(const struct haptable_frame* frame, uint64_t* mode
     if (frame->type != HAPTABLE_FRAME_FORCE || frame->length != HAPTABLE_FRAME_FORCE_PAYLOAD) return 0;
     *model_hash = word_at(from) | ((uint64_t)word_at(from + 4) << 32);
     out->state = from[8];
+    out->faults = from[9];
     for (corner = 0; corner < 3; ++corner)
         out->vertex[corner] = (uint16_t)(from[10 + 2 * corner] | (from[11 + 2 * corner] << 8));
     from = take_floats(from + 16, out->force_n);
@@ -163,7 +153,7 @@ uint32_t haptable_frame_write_force(uint32_t sequence, uint64_t model_hash, cons
     to = put_word(to, (uint32_t)model_hash);
     to = put_word(to, (uint32_t)(model_hash >> 32));
     *to++ = out->state;
-    *to++ = 0;
+    *to++ = out->faults;
     for (corner = 0; corner < 3; ++corner) {
         *to++ = (uint8_t)out->vertex[corner];
         *to++ = (uint8_t)(out->vertex[corner] >> 8);

@@ -19,7 +19,7 @@ extern "C" {
 
 #define HAPTABLE_FRAME_PAYLOAD HAPTABLE_FRAME_FORCE_PAYLOAD /* the longest payload, bytes */
 #define HAPTABLE_FRAME_BYTES (12 + HAPTABLE_FRAME_PAYLOAD)  /* the longest frame */
-#define HAPTABLE_FRAME_STATE 1                              /* to the servo: time_us u32, position_m f32[3], buttons u32 */
+#define HAPTABLE_FRAME_STATE 1 /* to the servo: time_us u32, position_m f32[3], buttons u32 */
 #define HAPTABLE_FRAME_STATE_PAYLOAD 20
 #define HAPTABLE_FRAME_FORCE 2 /* from the servo: see haptable_frame_write_force */
 #define HAPTABLE_FRAME_FORCE_PAYLOAD 88

@@ -1,15 +1,20 @@
 /* SPDX-License-Identifier: MIT
  *
- * finger -> checked -> god-object -> force -> checked -> out
+ * finger -> checked -> god-object -> force -> checked -> limited -> out
+ *
+ * States and their transitions: docs/SAFETY.md. What lowers a force acts at once; what raises one are the body, tick by
+ * tick, and the gain of a ramp.
  */
 #include "haptable.h"
 #include "haptable_contact.h"
 #include "haptable_force.h"
+#include "haptable_safety.h"
 #include "haptable_vector.h"
 
 static void put_nothing(uint8_t state, struct haptable_output* out) {
     int corner;
     out->state = state;
+    out->faults = 0;
     out->patch = HAPTABLE_NONE;
     vec_zero(out->alpha);
     vec_zero(out->god_object_m);
@@ -27,6 +32,15 @@ static void drop_contact(struct haptable_servo* servo) {
     vec_zero(servo->released_n);
     servo->owed_j = 0.0f;
     vec_zero(servo->given_n);
+    servo->gain = 1.0f; /* contact begins at the surface, with no force */
+}
+
+/* No force, and no contact to come back to. */
+static void give_nothing(struct haptable_servo* servo, uint8_t state, struct haptable_output* out) {
+    drop_contact(servo);
+    servo->state = state;
+    put_nothing(state, out);
+    out->faults = servo->faults;
 }
 
 /* 1 when the position is a number and within the workspace limit. */
@@ -41,6 +55,7 @@ static void put_contact(const struct haptable_model* model, const struct haptabl
                         struct haptable_output* out) {
     int corner;
     out->state = HAPTABLE_CONTACT;
+    out->faults = 0;
     out->patch = servo->contact.patch;
     vec_copy(servo->contact.alpha, out->alpha);
     vec_copy(servo->contact.god_object_m, out->god_object_m);
@@ -55,6 +70,7 @@ static void gate_force(const struct haptable_model* model, struct haptable_servo
     const float size2 = vec_dot(out->force_n, out->force_n);
     if (!(size2 <= FORCE_LIMIT2)) {
         ++servo->counters.rejected_forces;
+        haptable_fault(servo, HAPTABLE_FAULT_FORCE);
         vec_zero(out->force_n);
         return;
     }
@@ -62,8 +78,11 @@ static void gate_force(const struct haptable_model* model, struct haptable_servo
 }
 
 void haptable_init(struct haptable_servo* servo) {
-    static const struct haptable_servo fresh = {
-        .contact = {.patch = HAPTABLE_NONE}, .state = HAPTABLE_SILENT, .slide_patch = HAPTABLE_NONE};
+    static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE},
+                                                .state = HAPTABLE_SILENT,
+                                                .slide_patch = HAPTABLE_NONE,
+                                                .gain = 1.0f,
+                                                .seek_patch = HAPTABLE_NONE};
     *servo = fresh;
 }
 
@@ -96,46 +115,97 @@ static void finish_force(const struct haptable_model* model, struct haptable_ser
     if (model->release) model->release(model, servo, motion_m, out->force_n);
     if (model->passivity) model->passivity(model, servo, motion_m, out->force_n);
     gate_force(model, servo, out);
-    vec_copy(out->force_n, servo->given_n);
 }
 
-void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
-                   uint32_t now_us, struct haptable_output* out) {
-    const int finishes = model->release || model->passivity;
-    float motion_m[3];
-    ++servo->counters.ticks;
-    servo->position_us = now_us;
+/* What keeps a force below the body's: a gain, which the limits lower. */
+static void limit_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
+    const int touches = servo->contact.patch != HAPTABLE_NONE;
+    if (!touches && vec_dot(out->force_n, out->force_n) == 0.0f) servo->gain = 1.0f; /* the finger has left */
+    if (model->mean) model->mean(model, servo, out->force_n);
+    if (model->rate) model->rate(model, servo, out->force_n);
+    if (!(servo->gain < 1.0f)) return; /* most ticks */
+    out->force_n[0] *= servo->gain;
+    out->force_n[1] *= servo->gain;
+    out->force_n[2] *= servo->gain;
+    if (!touches) return;
+    ++servo->counters.limited_ticks;
+    servo->state = out->state = HAPTABLE_LIMITED;
+}
+
+/* 1 while nothing may be given: a fault stands, or nobody looked at the tables. Pressing the button ends a fault;
+ * tables that were damaged are to be found well first. */
+static int is_faulted(const struct haptable_model* model, struct haptable_servo* servo) {
+    if (servo->faults != 0 && (servo->pressed & HAPTABLE_BUTTON_ACKNOWLEDGE) != 0) {
+        servo->faults = 0;
+        servo->pressed &= ~(uint32_t)HAPTABLE_BUTTON_ACKNOWLEDGE;
+        if (servo->check.verdict == CHECK_DAMAGED) haptable_check_begin(&servo->check);
+    }
+    return servo->faults != 0 || (model->check && servo->check.verdict != CHECK_WELL);
+}
+
+/* 1 where the position is none, or not to be believed: counted. */
+static int is_refused(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                      uint32_t elapsed_us) {
     if (!is_position(model, finger_m)) {
         ++servo->counters.rejected_positions;
-        drop_contact(servo);
-        servo->state = HAPTABLE_REJECTED;
-        put_nothing(HAPTABLE_REJECTED, out);
-        return;
+        return 1;
     }
+    return model->plausible && !model->plausible(model, servo, finger_m, elapsed_us);
+}
+
+/* The contact of this tick, and what the finger did since the last one. */
+static void move(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                 float motion_m[3]) {
     servo->segment.boxes = 0;
+    if (model->resume) model->resume(model, servo, finger_m);
     if (!servo->finger_known) { /* nobody knows how it came here */
         vec_copy(finger_m, servo->segment.to_m);
         servo->segment.unfinished = 0;
     }
     model->god_object(model, servo, finger_m);
-    if (finishes) vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, motion_m);
+    if (model->release || model->passivity)
+        vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, motion_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
     if (servo->undecided_ticks != 0 || servo->fade_ticks != 0) fade_contact(servo);
+}
+
+/* What the contact that there is, or is not, gives before what a model may do to it. */
+static void put_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
     if (servo->contact.patch == HAPTABLE_NONE) {
         servo->state = HAPTABLE_FREE;
         put_nothing(HAPTABLE_FREE, out);
-        vec_copy(finger_m, out->god_object_m);
-        if (finishes) finish_force(model, servo, motion_m, out);
+        vec_copy(servo->finger_m, out->god_object_m);
         return;
     }
     ++servo->counters.contact_ticks;
     servo->state = HAPTABLE_CONTACT;
     put_contact(model, servo, out);
-    model->force(model, &servo->contact, finger_m, out->nodal_force_n, out->force_n);
+    model->force(model, &servo->contact, servo->finger_m, out->nodal_force_n, out->force_n);
     if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
     gate_force(model, servo, out);
-    if (finishes) finish_force(model, servo, motion_m, out);
+}
+
+void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                   uint32_t now_us, struct haptable_output* out) {
+    const uint32_t elapsed_us = now_us - servo->position_us;
+    float motion_m[3];
+    ++servo->counters.ticks;
+    servo->position_us = now_us;
+    if (is_refused(model, servo, finger_m, elapsed_us)) {
+        give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
+        return;
+    }
+    if (is_faulted(model, servo)) {
+        give_nothing(servo, HAPTABLE_FAULTED, out);
+        if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
+        return;
+    }
+    move(model, servo, finger_m, motion_m);
+    put_force(model, servo, out);
+    if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
+    if (model->rate || model->mean || model->resume) limit_force(model, servo, out);
+    vec_copy(out->force_n, servo->given_n);
 }
 
 int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {
@@ -147,5 +217,10 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
         servo->state = HAPTABLE_SILENT;
     }
     put_nothing(HAPTABLE_SILENT, out);
+    out->faults = servo->faults;
     return 1;
+}
+
+void haptable_check(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes) {
+    if (model->check) model->check(model, servo, bytes);
 }

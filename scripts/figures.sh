@@ -19,6 +19,7 @@ plot() {
 # ---- drawings ------------------------------------------------------------------------------------------------------
 
 plot signal-path
+plot states
 
 # From outside to 6 mm under the cube's top.
 printf 'x,y,z\n0.013,0.0165,0.031\n0.0118,0.0172,0.024\n' >"$work/tick.path.csv"

@@ -133,6 +133,7 @@ ElasticBody::ElasticBody(const Cells& cells, const std::string& name, ForceLaw f
 void ElasticBody::load(const Scene& scene) {
     scene_ = scene;
     scene_.tables.columns = ColumnRows::kNone;
+    scene_.device.limits = {};  // it is the body's force that is looked at
     Progress progress(true);
     const auto out = folder_.path() / "out";
     precompute(scene_, out, progress);

@@ -39,7 +39,7 @@ public:
     }
 
     Eigen::Vector3d at() const { return to_vector(finger_m_); }  ///< as the servo saw it, m
-    bool touches() const { return out_.state == HAPTABLE_CONTACT; }
+    bool touches() const { return haptable_touches(out_.state) != 0; }
     Eigen::Vector3d god() const { return to_vector(out_.god_object_m); }  ///< m
     Eigen::Vector3d force() const { return to_vector(out_.force_n); }     ///< N
     /// 1/2 u . f, J, where the force was not cut; 0 without contact.

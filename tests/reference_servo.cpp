@@ -32,6 +32,15 @@ namespace haptable::test::reference {
 #define haptable_unpack_int16 reference_unpack_int16
 #define haptable_release_slew reference_release_slew
 #define haptable_passivity_control reference_passivity_control
+#define haptable_god_object_grab reference_god_object_grab
+#define haptable_plausible_motion reference_plausible_motion
+#define haptable_limit_rate reference_limit_rate
+#define haptable_limit_mean reference_limit_mean
+#define haptable_resume_ramp reference_resume_ramp
+#define haptable_check_crc reference_check_crc
+#define haptable_tables_crc reference_tables_crc
+#define haptable_check reference_check
+#define haptable_touches reference_touches
 #undef HAPTABLE_H
 #define float double
 #define restrict
@@ -88,6 +97,15 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_unpack_int16
 #undef haptable_release_slew
 #undef haptable_passivity_control
+#undef haptable_god_object_grab
+#undef haptable_plausible_motion
+#undef haptable_limit_rate
+#undef haptable_limit_mean
+#undef haptable_resume_ramp
+#undef haptable_check_crc
+#undef haptable_tables_crc
+#undef haptable_check
+#undef haptable_touches
 
 }  // namespace haptable::test::reference
 

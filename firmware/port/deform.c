@@ -21,6 +21,7 @@ int haptable_port_main(void) {
     const int status = haptable_semihosting_files(&in, &out_file);
     if (status != 0) return status;
     haptable_init(&servo_state);
+    haptable_check(&HAPTABLE_MODEL, &servo_state, HAPTABLE_CHECK_ALL);
     for (; haptable_semihosting_read(in, position_m, sizeof position_m) == sizeof position_m;
          now_us += HAPTABLE_TICK_US) {
         struct haptable_output out;

@@ -27,10 +27,12 @@ int haptable_port_main(void) {
     uint32_t next_us;
     haptable_port_init();
     haptable_init(&servo);
+    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);
     next_us = haptable_port_now_us();
     for (;;) {
         struct haptable_output out;
         float finger_m[3];
+        haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_BYTES);
         while ((int32_t)(haptable_port_now_us() - next_us) < 0) {
         }
         next_us += HAPTABLE_TICK_US;

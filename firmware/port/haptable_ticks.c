@@ -63,6 +63,7 @@ void haptable_ticks_replay(const struct haptable_model* model, int in, int out) 
     uint32_t bytes;
     out_file.file = out;
     haptable_init(&servo_state);
+    haptable_check(model, &servo_state, HAPTABLE_CHECK_ALL);
     while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
         uint32_t i;
         for (i = 0; i < bytes / sizeof position_m[0]; ++i, now_us += HAPTABLE_TICK_US) {

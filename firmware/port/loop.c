@@ -35,6 +35,7 @@ static void answer(const struct haptable_frame* frame) {
     last_time_us = state.time_us;
     length = haptable_frame_write_force(frame->sequence, HAPTABLE_MODEL.hash, &output, bytes);
     haptable_line_write(bytes, length);
+    haptable_check(&HAPTABLE_MODEL, &servo_state, HAPTABLE_CHECK_BYTES);
 }
 
 int haptable_port_main(void) {
@@ -42,6 +43,7 @@ int haptable_port_main(void) {
     uint8_t byte;
     if (status != 0) return status;
     haptable_init(&servo_state);
+    haptable_check(&HAPTABLE_MODEL, &servo_state, HAPTABLE_CHECK_ALL);
     haptable_frame_reader_init(&reader);
     while (haptable_line_read(&byte)) {
         struct haptable_frame frame;

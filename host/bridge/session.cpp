@@ -120,11 +120,11 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     const auto finite = [](const float v[3]) {
         return std::all_of(v, v + 3, [](float x) { return std::isfinite(x); });
     };
-    if (output.state > HAPTABLE_REJECTED || !finite(output.force_n) || !finite(output.god_object_m)) return false;
+    if (output.state > HAPTABLE_FAULTED || !finite(output.force_n) || !finite(output.god_object_m)) return false;
     if (!std::all_of(output.nodal_force_n, output.nodal_force_n + 3, finite)) return false;
     const double size_n = std::hypot(output.force_n[0], output.force_n[1], output.force_n[2]);
     if (size_n > 1.001 * double(model.max_force_n)) return false;
-    if (output.state == HAPTABLE_CONTACT) return is_on_a_patch(output);
+    if (haptable_touches(output.state) != 0) return is_on_a_patch(output);
     const bool fades = output.state == HAPTABLE_FREE && (model.release != nullptr || model.passivity != nullptr);
     return fades || size_n <= 0.0;
 }
@@ -143,7 +143,7 @@ bool BridgeSession::is_on_a_patch(const haptable_output& output) const {
 
 void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
     ++report_.ticks;
-    if (output.state == HAPTABLE_CONTACT) ++report_.contact_ticks;
+    if (haptable_touches(output.state) != 0) ++report_.contact_ticks;
     const double us = to_us(now - first_sent_);
     report_.round_trip.add(us);
     longest_us_ = std::max(longest_us_, us);
@@ -182,7 +182,7 @@ void BridgeSession::watch(Clock::time_point now) {
 }
 
 void BridgeSession::publish_status() {
-    Status status(answer_, gate_.owner(Clock::now()), output_.state, longest_us_);
+    Status status(answer_, gate_.owner(Clock::now()), output_, longest_us_);
     report().each(status);
     status.add(report_);
     status.publish(connection_);

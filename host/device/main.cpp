@@ -120,8 +120,10 @@ void run(Options& o) {
     const bool urgent = !o.no_realtime && !o.session.lockstep;
     const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";
     Connection connection;
+    SessionOptions session_options = o.session;
+    session_options.tells = !o.quiet;
     const PointDevice device(scene.device, o.hand, path->at(0.0).position_m);
-    DeviceSession session(device, *path, connection, o.session, record ? &*record : nullptr);
+    DeviceSession session(device, *path, connection, session_options, record ? &*record : nullptr);
     const bool locked = urgent && lock_memory();
     if (!o.quiet)
         fmt::print(stderr, "haptable-device: {} on {}, {}, {}, memory {}\n", scene.name, connection.url(),

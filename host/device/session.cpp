@@ -192,7 +192,9 @@ void DeviceSession::on_force(const servo_force& force) {
     // From now on only this servo: a second one would pull the finger to and fro.
     state_.model_hash = force.model_hash;
     state_.servo = force.servo;
-    if (force.servo_state == servo_force::CONTACT) ++report_.contact_ticks;
+    if (force.servo_state == servo_force::CONTACT || force.servo_state == servo_force::LIMITED) ++report_.contact_ticks;
+    if (const auto event = events_.note(force); event && options_.tells)
+        fmt::print(stderr, "haptable-device: tick {}: {}\n", force.seq, *event);
     answered_ = force.seq;
     asked_ = now - age;
     silent_ = false;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host/device/events.hpp"
 #include "host/device/faults.hpp"
 #include "host/device/faulty_lane.hpp"
 #include "host/device/path.hpp"
@@ -25,6 +26,7 @@ struct SessionOptions {
     bool lockstep = false;        ///< the clock waits for the answer to each state
     double seconds = 0.0;         ///< of real or simulated time; 0: once along the path
     double patience_s = 10.0;     ///< how long the first answer, or any in lockstep, may take; 0: do not wait
+    bool tells = false;           ///< events, on standard error
     std::int64_t model_hash = 0;  ///< of the tables whose servo must answer; 0: the first that does
     FaultPlan faults;             ///< on purpose; none unless asked for
     std::uint64_t seed = 1;       ///< of their dice
@@ -105,6 +107,7 @@ private:
     std::int64_t answered_ = -1;    ///< the newest state that has an answer
     bool silent_ = true;            ///< no answer for 20 ms, or none yet
     int substep_ = 0;               ///< of this tick, as far as it is integrated
+    Events events_;
     DeviceReport report_;
 };
 

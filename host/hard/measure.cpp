@@ -92,6 +92,7 @@ haptable_model HardBody::model(GodObject god_object) const {
     Tables tables = tables_;
     tables.god_object = god_object;
     tables.release_n_per_ms = 0.0;
+    tables.limits = {};
     return model_in_memory(tables, servo_);
 }
 

@@ -2,6 +2,7 @@
 #include "host/link/connection.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -82,7 +83,10 @@ Connection::Connection(const std::string& url) : url_(url) {
     if (lcm_ == nullptr) fail_to_open(url);
     if (!multicast) return;
     try {
-        receiver_.emplace(*multicast, senders());
+        const Senders heard = senders();
+        if (heard == Senders::any)
+            fmt::print(stderr, "HAPTABLE_SENDERS=any: whoever is on the network of {} can move the motors\n", url);
+        receiver_.emplace(*multicast, heard);
     } catch (...) {
         lcm_destroy(lcm_);
         throw;

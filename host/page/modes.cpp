@@ -17,8 +17,11 @@ constexpr double kRelease_n_per_ms = 0.01;  // a scene's default with least ener
 
 PageMode mode_of(const Tables& tables) {
     const ServoModel servo = build_model(tables);
-    const haptable_model model = model_in_memory(tables, servo);
-    return {tables.force, tables.god_object, tables.static_friction, model.hash, model_bytes(model)};
+    const std::uint64_t hash = model_in_memory(tables, servo).hash;
+    Tables unlimited = tables;
+    unlimited.limits = {};  // a page has no motors, and a pointer jumps
+    return {tables.force, tables.god_object, tables.static_friction, hash,
+            model_bytes(model_in_memory(unlimited, servo))};
 }
 
 bool has(const std::vector<PageMode>& modes, const Tables& tables) {

@@ -97,6 +97,12 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
         for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
             hash.add(value);
     hash.add(scene.device.max_force_n);
+    const SafetyLimits& limits = scene.device.limits;
+    if (limits != SafetyLimits())
+        for (const double value :
+             {limits.max_speed_m_s, limits.max_force_rate_n_per_s, limits.mean_force_n, limits.mean_force_time_s,
+              limits.ramp_s, limits.grab ? 1.0 : 0.0, limits.check ? 1.0 : 0.0})
+            hash.add(value);
     hash.add(std::string(word(scene.tables.columns)));
     hash.add(std::string(word(scene.tables.column_precision)));
     hash.add(std::string(word(scene.tables.precision)));

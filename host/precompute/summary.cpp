@@ -244,8 +244,18 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
     if (c.static_friction > 0.0) json["friction"] = {{"static", c.static_friction}, {"kinetic", c.kinetic_friction}};
     if (c.release_n_per_ms > 0.0) json["release_n_per_ms"] = c.release_n_per_ms;
     if (c.passivity) json["passivity"] = true;
+    if (c.grab) json["grab"] = true;
     if (c.auto_coupling) json["coupling"] = "auto";
     if (c.coupling_n_per_m > 0.0) json["coupling"] = c.coupling_n_per_m;
+}
+
+/// Of [device]; what is off is left out.
+void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
+    if (limits.max_speed_m_s > 0.0) json["max_speed_m_s"] = limits.max_speed_m_s;
+    if (limits.max_force_rate_n_per_s > 0.0) json["max_force_rate_n_per_s"] = limits.max_force_rate_n_per_s;
+    if (limits.mean_force_n > 0.0) json["mean_force_n"] = limits.mean_force_n;
+    if (limits.mean_force_n > 0.0) json["mean_force_time_s"] = limits.mean_force_time_s;
+    if (limits.ramp_s > 0.0) json["ramp_s"] = limits.ramp_s;
 }
 
 }  // namespace
@@ -296,12 +306,14 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                       {"damping_n_s_per_m", scene.device.damping_n_s_per_m},
                       {"friction_n", scene.device.friction_n},
                       {"encoder_step_m", scene.device.encoder_step_m}};
+    add_limits(scene.device.limits, json["device"]);
     if (summary.size.stiffness.largest_n_per_m > 0.0)
         json["stiffness"] = {{"largest_n_per_m", summary.size.stiffness.largest_n_per_m},
                              {"stable_n_per_m", summary.size.stiffness.stable_n_per_m},
                              {"coupling_n_per_m", summary.size.stiffness.coupling_n_per_m},
                              {"felt_n_per_m", summary.size.stiffness.felt_n_per_m}};
-    json["tables"] = {{"precision", word(scene.tables.precision)},
+    json["tables"] = {{"check", scene.device.limits.check},
+                      {"precision", word(scene.tables.precision)},
                       {"columns", word(scene.tables.columns)},
                       {"flash_budget", scene.tables.flash_budget}};
     if (!scene.tables.display_rows.empty()) {

@@ -12,7 +12,7 @@ namespace haptable {
 namespace {
 
 const char* word_of(int servo_state) {
-    constexpr std::array kWords{"silent", "free", "contact", "rejected"};
+    constexpr std::array kWords{"silent", "free", "contact", "rejected", "limited", "faulted"};
     if (servo_state < 0) return "no servo";
     return servo_state < static_cast<int>(kWords.size()) ? kWords[static_cast<std::size_t>(servo_state)] : "other";
 }

@@ -83,7 +83,8 @@ private:
             given_j_ +=
                 timeline.ticks[*held_].force_n[axis] * (tick.finger_m[axis] - timeline.ticks[*held_].finger_m[axis]);
         tick.given_j = given_j_;
-        const bool acts = tick.servo_state == servo_force::CONTACT || tick.servo_state == servo_force::FREE;
+        const bool acts = tick.servo_state == servo_force::CONTACT || tick.servo_state == servo_force::LIMITED ||
+                          tick.servo_state == servo_force::FREE;
         held_ = acts ? std::optional(index) : std::nullopt;
     }
 

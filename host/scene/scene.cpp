@@ -139,6 +139,13 @@ public:
         return node->as_boolean()->get();
     }
 
+    /// A number above 0, or 0 for "off".
+    double limit(std::string_view key, double fallback) const {
+        if (!is_text(key)) return positive(key, fallback);
+        if (text(key) != "off") fail(key, fmt::format("is \"{}\": give a number above 0, or \"off\"", text(key)));
+        return 0.0;
+    }
+
     bool is_text(std::string_view key) const { return table_.get(key) != nullptr && table_.get(key)->is_string(); }
 
     std::string text(std::string_view key, std::optional<std::string> fallback = {}) const {
@@ -558,7 +565,7 @@ constexpr double kReleaseOfJumps = 0.01;
 ContactOptions read_contact(const Section& root) {
     const Section section = root.section("contact",
                                          {"force", "god_object", "rigid_stiffness", "mask_radius", "friction",
-                                          "kinetic_friction", "release_slew", "coupling", "passivity"},
+                                          "kinetic_friction", "release_slew", "coupling", "passivity", "grab"},
                                          false);
     ContactOptions contact;
     contact.force = section.one_of<ForceLaw>("force");
@@ -572,25 +579,52 @@ ContactOptions read_contact(const Section& root) {
     const bool jumps = contact.god_object == GodObject::kLeastEnergy;  // from one minimum to another
     contact.release_n_per_ms = section.not_negative("release_slew", jumps ? kReleaseOfJumps : 0.0);
     contact.passivity = section.flag("passivity", false);
+    contact.grab = section.flag("grab", false);
     read_coupling(section, contact);
     return contact;
 }
 
+// Where the scene does not say, what a desktop device and a hand are expected to keep to. A hand moves no faster than
+// HAPTABLE_FAST_SEGMENT_M a tick.
+constexpr double kMaxSpeed = 5.0;        // m/s
+constexpr double kFullForceTime = 0.01;  // s, from none to max_force
+constexpr double kMeanForce = 1.4;       // N: what a PHANToM Premium gives all day by its data sheet
+constexpr double kRampTime = 1.0;        // s
+
+/// max_speed, max_force_rate, mean_force = a number | "off"; force_return = "leaving" | "ramp"
+SafetyLimits read_limits(const Section& section, double max_force_n) {
+    SafetyLimits limits;
+    limits.max_speed_m_s = section.limit("max_speed", kMaxSpeed);
+    limits.max_force_rate_n_per_s = section.limit("max_force_rate", max_force_n / kFullForceTime);
+    limits.mean_force_n = section.limit("mean_force", kMeanForce);
+    limits.mean_force_time_s = section.positive("mean_force_time", limits.mean_force_time_s);
+    const bool ramps = section.choice("force_return", {"leaving", "ramp"}) == "ramp";
+    if (!ramps && section.has("ramp_time"))
+        section.fail("ramp_time", "belongs to force_return = \"ramp\"; remove it or choose that");
+    if (ramps) limits.ramp_s = section.positive("ramp_time", kRampTime);
+    return limits;
+}
+
 Device read_device(const Section& root) {
-    const Section section = root.section("device", {"max_force", "mass", "damping", "friction", "encoder_step"}, false);
+    const Section section =
+        root.section("device",
+                     {"max_force", "mass", "damping", "friction", "encoder_step", "max_speed", "max_force_rate",
+                      "mean_force", "mean_force_time", "force_return", "ramp_time"},
+                     false);
     Device device;
     device.max_force_n = section.positive("max_force", device.max_force_n);
     device.mass_kg = section.positive("mass", device.mass_kg);
     device.damping_n_s_per_m = section.not_negative("damping", device.damping_n_s_per_m);
     device.friction_n = section.not_negative("friction", device.friction_n);
     device.encoder_step_m = section.not_negative("encoder_step", device.encoder_step_m);
+    device.limits = read_limits(section, device.max_force_n);
     return device;
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
     const Section section = root.section("tables",
                                          {"precision", "columns", "column_precision", "column_budget", "flash_budget",
-                                          "display_rows", "display_precision"},
+                                          "display_rows", "display_precision", "check"},
                                          false);
     TableOptions tables;
     tables.precision = section.one_of<Storage>("precision");
@@ -601,6 +635,7 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     if (section.has("flash_budget") && budget <= 0)
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
+    tables.check = section.flag("check", true);
     tables.display_rows = section.nodes("display_rows");
     tables.display_precision = section.one_of<Storage>("display_precision", {Storage::kFloat32, Storage::kInt16});
     if (!tables.display_rows.empty() && tables.columns == ColumnRows::kNone)
@@ -703,6 +738,8 @@ Scene read_scene(const fs::path& file) {
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     scene.device = read_device(root);
+    scene.device.limits.grab = scene.contact.grab;
+    scene.device.limits.check = scene.tables.check;
     scene.tables = read_table_options(root, scene.contact);
     return scene;
 }

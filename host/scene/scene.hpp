@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
 #include "host/scene/material.hpp"
 
@@ -51,6 +52,7 @@ struct ContactOptions {
     double kinetic_friction = 0.0;  ///< at most static_friction
     double release_n_per_ms = 0.0;  ///< how fast a force that ends is brought down; 0: at once
     bool passivity = false;         ///< a passivity observer and controller
+    bool grab = false;              ///< a button holds the contact
     bool auto_coupling = false;     ///< the smallest virtual coupling that the device needs
     double coupling_n_per_m = 0.0;  ///< a virtual coupling in series; 0: none
 };
@@ -62,6 +64,7 @@ struct Device {
     double damping_n_s_per_m = 0.005;
     double friction_n = 0.04;  ///< Coulomb friction
     double encoder_step_m = 3.0e-5;
+    SafetyLimits limits;  ///< none of them; a scene file has its own defaults (SCENE.md)
 };
 
 /// [tables]
@@ -70,6 +73,7 @@ struct TableOptions {
     Storage column_precision = Storage::kFloat32;  ///< float32 | float16
     double column_budget_bytes = 4e9;              ///< larger columns are not written: the viewer solves for each frame
     Storage precision = Storage::kFloat32;         ///< of S in the servo
+    bool check = false;                            ///< the servo takes their CRC; in a scene file true
     std::uintmax_t flash_budget = 0;               ///< most bytes of the servo's tables; 0: no bound
     std::vector<std::int32_t> display_rows;  ///< mesh nodes whose displacement the target computes; none: no such table
     Storage display_precision = Storage::kFloat32;  ///< float32 | int16: of their columns in the firmware

@@ -77,6 +77,7 @@ Poked poke(const ServoScene& scene, const Poke& poke) {
     if (!in.allFinite() || !(in.norm() > 0.5)) throw Error("--direction: give a direction that has a length");
     haptable_servo servo;
     haptable_init(&servo);
+    require_whole_tables(scene, servo);
     haptable_output out{};
     Vector3d finger_m;
     const int ways = static_cast<int>(std::ceil((kClearance_m + poke.depth_m) / kStep_m));
@@ -86,7 +87,7 @@ Poked poke(const ServoScene& scene, const Poke& poke) {
         const std::array<float, 3> finger = to_finger(finger_m.data());
         haptable_step(scene.model, &servo, finger.data(), static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US, &out);
     }
-    if (out.state != HAPTABLE_CONTACT)
+    if (haptable_touches(out.state) == 0)
         throw Error(fmt::format(
             "the poke from ({:.4g} {:.4g} {:.4g}) to ({:.4g} {:.4g} {:.4g}) m ends without contact: {}",
             (poke.at_m - kClearance_m * in).x(), (poke.at_m - kClearance_m * in).y(),

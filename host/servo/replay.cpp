@@ -47,6 +47,7 @@ ReplayReport replay(const ServoScene& scene, const Recording& recording, const s
     ReplayReport report;
     haptable_servo servo;
     haptable_init(&servo);
+    require_whole_tables(scene, servo);
     for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
         const RecordedTick& tick = recording.ticks[i];
         const haptable_output output = step(scene, servo, tick, report);

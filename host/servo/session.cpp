@@ -9,6 +9,9 @@
 
 namespace haptable {
 
+// Of the tables, after each answer: the cube's are gone through in half a second, and a tick is not felt to be longer.
+constexpr std::uint32_t kIdleCheck_bytes = HAPTABLE_CHECK_BYTES;
+
 static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
 
 ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record)
@@ -18,6 +21,7 @@ ServoSession::ServoSession(const ServoScene& scene, Connection& connection, Serv
       answer_(scene, connection),
       gate_(answer_.servo(), answer_.model_hash()) {
     haptable_init(&servo_);
+    require_whole_tables(scene, servo_);
     connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
         on_state(state, received_utime);
     });
@@ -58,6 +62,7 @@ void ServoSession::answer_newest() {
     link_.latency.add(latency_us);
     if (latency_us > static_cast<double>(kTick.count())) ++link_.late_ticks;
     answer_.publish_contact(state, output_);
+    haptable_check(scene_.model, &servo_, kIdleCheck_bytes);
     if (record_ != nullptr) record_->add(state.seq, to_finger(state.position_m), buttons_of(state), output_);
 }
 
@@ -91,7 +96,7 @@ void ServoSession::watch(Clock::time_point now) {
 }
 
 void ServoSession::publish_status() {
-    Status status(answer_, gate_.owner(Clock::now()), servo_.state, longest_step_us_);
+    Status status(answer_, gate_.owner(Clock::now()), output_, longest_step_us_);
 #define HAPTABLE_ADD(name) status(#name, servo_.counters.name);
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD

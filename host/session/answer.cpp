@@ -7,7 +7,8 @@ namespace haptable {
 
 // The message's words for what the firmware says.
 static_assert(servo_force::SILENT == HAPTABLE_SILENT && servo_force::FREE == HAPTABLE_FREE &&
-              servo_force::CONTACT == HAPTABLE_CONTACT && servo_force::REJECTED == HAPTABLE_REJECTED);
+              servo_force::CONTACT == HAPTABLE_CONTACT && servo_force::REJECTED == HAPTABLE_REJECTED &&
+              servo_force::LIMITED == HAPTABLE_LIMITED && servo_force::FAULTED == HAPTABLE_FAULTED);
 
 Answer::Answer(const ServoScene& scene, Connection& connection) : scene_(scene), connection_(connection) {
     force_.servo = contact_.servo = random_session();
@@ -34,6 +35,7 @@ void Answer::publish_force(const device_state& state, const haptable_output& out
     force_.session = force_.owner = state.session;
     std::copy_n(output.force_n, 3, force_.force_n);
     force_.servo_state = static_cast<std::int8_t>(output.state);
+    force_.faults = output.faults;
     connection_.publish(kForceChannel, force_);
 }
 
@@ -44,7 +46,7 @@ void Answer::publish_contact(const device_state& state, const haptable_output& o
     std::copy_n(state.position_m, 3, contact_.finger_m);
     std::copy_n(output.god_object_m, 3, contact_.god_object_m);
     contact_.node.clear();
-    for (std::size_t corner = 0; corner < 3 && output.state == HAPTABLE_CONTACT; ++corner) {
+    for (std::size_t corner = 0; corner < 3 && haptable_touches(output.state) != 0; ++corner) {
         contact_.node.push_back(mesh_node(scene_, output, corner));
         contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
     }

@@ -24,9 +24,9 @@ double stored(const std::array<float, 3>& finger_m, const haptable_output& outpu
 void EnergyAccount::add(const std::array<float, 3>& finger_m, const haptable_output& output) {
     const std::optional<Held> before = std::exchange(last_, std::nullopt);
     stored_j_ = 0.0;
-    if (output.state != HAPTABLE_CONTACT && output.state != HAPTABLE_FREE) return;
+    if (haptable_touches(output.state) == 0 && output.state != HAPTABLE_FREE) return;
     last_ = Held{finger_m, {output.force_n[0], output.force_n[1], output.force_n[2]}};
-    if (output.state == HAPTABLE_CONTACT) stored_j_ = stored(finger_m, output);
+    if (haptable_touches(output.state) != 0) stored_j_ = stored(finger_m, output);
     most_stored_j_ = std::max(most_stored_j_, stored_j_);
     for (std::size_t axis = 0; before && axis < 3; ++axis)
         given_j_ += double{before->force_n[axis]} * (double{finger_m[axis]} - double{before->finger_m[axis]});

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kHeader =
     "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,"
-    "buttons\n";
+    "buttons,state,faults\n";
 
 void append_floats(const float values[3], std::string& text) {
     for (int i = 0; i < 3; ++i) {
@@ -34,12 +34,12 @@ void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, s
                       const haptable_output& out) {
     line_ = std::to_string(tick);
     append_floats(finger_m.data(), line_);
-    fmt::format_to(std::back_inserter(line_), ",{},{},{},{}", out.state == HAPTABLE_CONTACT ? 1 : 0,
-                   mesh_node(scene_, out, 0), mesh_node(scene_, out, 1), mesh_node(scene_, out, 2));
+    fmt::format_to(std::back_inserter(line_), ",{},{},{},{}", haptable_touches(out.state), mesh_node(scene_, out, 0),
+                   mesh_node(scene_, out, 1), mesh_node(scene_, out, 2));
     append_floats(out.alpha, line_);
     append_floats(out.god_object_m, line_);
     append_floats(out.force_n, line_);
-    fmt::format_to(std::back_inserter(line_), ",{}\n", buttons);
+    fmt::format_to(std::back_inserter(line_), ",{},{},{}\n", buttons, out.state, out.faults);
     file_.add(line_);
 }
 

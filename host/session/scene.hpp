@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "firmware/haptable.h"
+#include "host/base/error.hpp"
 
 namespace haptable {
 
@@ -19,6 +21,14 @@ struct ServoScene {
 /// the servo rejects by name.
 inline std::array<float, 3> to_finger(const double position_m[3]) {
     return {static_cast<float>(position_m[0]), static_cast<float>(position_m[1]), static_cast<float>(position_m[2])};
+}
+
+/// The check before the first force. Throws Error where the tables are not what codegen wrote.
+inline void require_whole_tables(const ServoScene& scene, haptable_servo& servo) {
+    haptable_check(scene.model, &servo, HAPTABLE_CHECK_ALL);
+    if ((servo.faults & HAPTABLE_FAULT_TABLES) != 0)
+        throw Error(std::string("the tables of ") + scene.name +
+                    " are damaged (their CRC is wrong): build this servo again");
 }
 
 /// Mesh node of one corner of the patch that the god-object is on; -1 without contact.

@@ -5,12 +5,13 @@
 
 namespace haptable {
 
-Status::Status(const Answer& answer, std::int64_t owner, std::uint8_t servo_state, double longest_us) {
+Status::Status(const Answer& answer, std::int64_t owner, const haptable_output& output, double longest_us) {
     message_.utime = utime_now();
     message_.session = owner;
     message_.servo = answer.servo();
     message_.model_hash = answer.model_hash();
-    message_.servo_state = static_cast<std::int8_t>(servo_state);
+    message_.servo_state = static_cast<std::int8_t>(output.state);
+    message_.faults = output.faults;
     message_.longest_step_us = longest_us;
 }
 

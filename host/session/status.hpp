@@ -15,7 +15,7 @@ namespace haptable {
 class Status {
 public:
     /// `owner`: session of the device that has the servo.
-    Status(const Answer& answer, std::int64_t owner, std::uint8_t servo_state, double longest_us);
+    Status(const Answer& answer, std::int64_t owner, const haptable_output& output, double longest_us);
 
     /// For the lists of counters, which call it with name and value.
     void operator()(std::string name, std::int64_t value);

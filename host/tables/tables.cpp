@@ -86,6 +86,20 @@ Choice choice(const json& section, const char* key, std::optional<Choice> fallba
     return *chosen;
 }
 
+/// What a summary does not name is off.
+SafetyLimits read_limits(const json& summary) {
+    const json &device = summary.at("device"), &contact = summary.at("contact");
+    SafetyLimits limits;
+    limits.max_speed_m_s = device.value("max_speed_m_s", 0.0);
+    limits.max_force_rate_n_per_s = device.value("max_force_rate_n_per_s", 0.0);
+    limits.mean_force_n = device.value("mean_force_n", 0.0);
+    limits.mean_force_time_s = device.value("mean_force_time_s", limits.mean_force_time_s);
+    limits.ramp_s = device.value("ramp_s", 0.0);
+    limits.grab = contact.value("grab", false);
+    limits.check = summary.at("tables").value("check", false);
+    return limits;
+}
+
 void read_summary(const fs::path& path, Tables& tables) {
     try {
         const json summary = json::parse(read_file(path));
@@ -100,6 +114,7 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
         read_options(summary.at("contact"), summary.at("device"), tables);
+        tables.limits = read_limits(summary);
         tables.precision = choice<Storage>(summary.at("tables"), "precision", Storage::kFloat32);
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
@@ -173,6 +188,11 @@ void check_limits(const fs::path& path, const Tables& tables) {
     not_negative("friction.kinetic", tables.kinetic_friction);
     check("friction.static", tables.static_friction, tables.static_friction >= tables.kinetic_friction);
     not_negative("release_n_per_ms", tables.release_n_per_ms);
+    not_negative("max_speed_m_s", tables.limits.max_speed_m_s);
+    not_negative("max_force_rate_n_per_s", tables.limits.max_force_rate_n_per_s);
+    not_negative("mean_force_n", tables.limits.mean_force_n);
+    positive("mean_force_time_s", tables.limits.mean_force_time_s);
+    not_negative("ramp_s", tables.limits.ramp_s);
     not_negative("coupling", tables.coupling_n_per_m);
     not_negative("damping_n_s_per_m", tables.damping_n_s_per_m);
     not_negative("friction_n", tables.device_friction_n);

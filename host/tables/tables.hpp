@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
 
 namespace haptable {
@@ -46,6 +47,7 @@ struct Tables {
     bool auto_coupling = false;
     double coupling_n_per_m = 0.0;  ///< in series; 0: none
     double max_force_n = 0.0;
+    SafetyLimits limits;
     double damping_n_s_per_m = 0.0;  ///< of the device
     double device_friction_n = 0.0;
     double encoder_step_m = 0.0;

@@ -30,7 +30,7 @@ TickCounts count_ticks(const std::vector<std::array<float, 3>>& path_m, const st
     std::vector<std::uint64_t> of[2][2], jumps;  // [contact before][contact after]
     bool before = false;
     for (std::size_t i = 0; i < ticks.size(); ++i) {
-        const bool after = ticks[i].state == HAPTABLE_CONTACT;
+        const bool after = haptable_touches(static_cast<int>(ticks[i].state)) != 0;
         const bool jump = !(before && after) && motion_m(path_m, i) > static_cast<double>(HAPTABLE_FAST_SEGMENT_M);
         (jump ? jumps : of[before ? 1 : 0][after ? 1 : 0]).push_back(ticks[i].instructions);
         before = after;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "codegen/in_memory.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
@@ -24,7 +25,8 @@ constexpr double kInstructionsAMillisecond = 168e3;  // 168 MHz, one instruction
 std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, const Counts& sliding) {
     std::size_t median = 0, worst = 0;
     for (std::size_t i = 1; i < ticks.size(); ++i) {
-        if (ticks[i].state != HAPTABLE_CONTACT || ticks[i - 1].state != HAPTABLE_CONTACT) continue;
+        if (haptable_touches(static_cast<int>(ticks[i].state)) == 0) continue;
+        if (haptable_touches(static_cast<int>(ticks[i - 1].state)) == 0) continue;
         if (ticks[i].instructions == sliding.median) median = i;
         if (ticks[i].instructions == sliding.worst) worst = i;
     }
@@ -46,12 +48,19 @@ Number of_a_millisecond(std::uint64_t instructions) {
 class SceneCounts {
 public:
     explicit SceneCounts(const std::filesystem::path& folder)
-        : tables_(read_tables(folder)), path_m_(stroke_path(tables_, kStrokes)) {
+        : tables_(read_tables(folder)), path_m_(walked(stroke_path(tables_, kStrokes))) {
+        Tables unlimited = tables_;
+        unlimited.limits = {};  // the body's own force, at any jump
+        const ServoModel servo = build_model(unlimited);
+        const haptable_model model = model_in_memory(unlimited, servo);
+        const auto jumping_m = stroke_path(tables_, kStrokes);
         for (const char* target : kTargets) {
             const TargetImage image(folder.parent_path(), folder.filename(), target);
+            const TargetImage measuring(folder.parent_path(), "cube", target);
             if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
             ticks_.push_back(image.replay(path_m_));
-            counts_.push_back(count_ticks(path_m_, ticks_.back()));
+            limited_.push_back(count_ticks(path_m_, ticks_.back()));
+            counts_.push_back(count_ticks(jumping_m, measuring.measure(model, jumping_m)));
             image_.push_back(image);
         }
     }
@@ -62,21 +71,15 @@ public:
                                                                       {"free", &TickCounts::free},
                                                                       {"leaving", &TickCounts::leaving},
                                                                       {"a jump", &TickCounts::jump}};
-        for (const auto& [name, kind] : kinds) {
-            auto& row = table.rows.emplace_back(std::vector<Cell>{fmt::format("{}, {}", tables_.name, name)});
-            std::uint64_t worst = 0;
-            for (const TickCounts& counts : counts_) {
-                row.push_back(cell(counts.*kind));
-                worst = std::max(worst, (counts.*kind).worst);
-            }
-            row.push_back(of_a_millisecond(worst));
-        }
+        for (const auto& [name, kind] : kinds) add_row(name, kind, counts_, table);
+        add_row("sliding, with its limits", &TickCounts::sliding, limited_, table);
+        add_row("free, with its limits", &TickCounts::free, limited_, table);
     }
 
     /// What the sliding ticks would take in cycles, by LLVM's model; no rows where it has none.
     void add_estimates(NumberTable& table) const {
         for (std::size_t k = 0; k < image_.size(); ++k) {
-            const auto [median, worst] = median_and_worst(ticks_[k], counts_[k].sliding);
+            const auto [median, worst] = median_and_worst(ticks_[k], limited_[k].sliding);
             const auto cycles = estimate_cycles(image_[k], path_m_, median);
             const auto most = estimate_cycles(image_[k], path_m_, worst);
             if (cycles && most)
@@ -86,11 +89,23 @@ public:
     }
 
 private:
+    void add_row(const char* name, Counts TickCounts::*kind, const std::vector<TickCounts>& of_targets,
+                 NumberTable& table) const {
+        auto& row = table.rows.emplace_back(std::vector<Cell>{fmt::format("{}, {}", tables_.name, name)});
+        std::uint64_t worst = 0;
+        for (const TickCounts& counts : of_targets) {
+            row.push_back(cell(counts.*kind));
+            worst = std::max(worst, (counts.*kind).worst);
+        }
+        row.push_back(of_a_millisecond(worst));
+    }
+
     Tables tables_;
     std::vector<std::array<float, 3>> path_m_;
     std::vector<TargetImage> image_;
-    std::vector<std::vector<TargetTick>> ticks_;  // [targets]
-    std::vector<TickCounts> counts_;              // [targets]
+    std::vector<std::vector<TargetTick>> ticks_;  // [targets], of the scene's image along path_m_
+    std::vector<TickCounts> limited_;             // [targets], of these
+    std::vector<TickCounts> counts_;              // [targets], without limits, along a path that jumps
 };
 
 }  // namespace

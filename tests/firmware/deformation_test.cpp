@@ -26,13 +26,14 @@ protected:
         tables = read_tables(folder);
         built = build_model(tables);
         model = model_in_memory(tables, built);
-        path_m = stroke_path(tables, 25);
+        path_m = walked(stroke_path(tables, 25));
     }
     /// Calls `each` with every tick's output.
     template <typename Each>
     void run(Each each) const {
         haptable_servo servo;
         haptable_init(&servo);
+        haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
         for (std::size_t i = 0; i < path_m.size(); ++i) {
             haptable_output out;
             haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);

@@ -320,17 +320,24 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     const std::string plain = linked_names(paper.tables(), paper.servo());
     for (const char* name :
          {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
-          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_friction"})
+          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_friction",
+          "haptable_god_object_grab", "haptable_plausible_motion", "haptable_limit_rate", "haptable_limit_mean",
+          "haptable_resume_ramp", "haptable_check_crc"})
         EXPECT_EQ(plain.find(name), std::string::npos) << name;
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
     Tables tables = exact.tables();
     tables.god_object = GodObject::kLeastEnergy;
     tables.release_n_per_ms = 0.1;
+    tables.max_force_n = 8.5;
+    tables.limits.max_force_rate_n_per_s = 850.0;
+    tables.limits.check = true;
     const std::string other = linked_names(tables, exact.servo());
-    for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew"})
+    for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew",
+                             "haptable_limit_rate", "haptable_check_crc"})
         EXPECT_NE(other.find(name), std::string::npos) << name;
-    for (const char* name : {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
-                             "haptable_god_object_friction"})
+    for (const char* name :
+         {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
+          "haptable_god_object_friction", "haptable_plausible_motion", "haptable_limit_mean", "haptable_resume_ramp"})
         EXPECT_EQ(other.find(name), std::string::npos) << name;
 }
 

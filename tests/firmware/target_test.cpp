@@ -30,7 +30,22 @@ protected:
     const TargetImage image{build_folder(), scene, target};
 
     Tables tables() const { return read_tables(build_folder() / scene); }
+    /// What the body's own force takes, at any jump: without the limits, by the image that reads its model.
+    std::vector<TargetTick> unlimited(const std::vector<std::array<float, 3>>& path_m) const {
+        Tables bare = tables();
+        bare.limits = {};
+        const ServoModel built = build_model(bare);
+        return TargetImage(build_folder(), "cube", target).measure(model_in_memory(bare, built), path_m);
+    }
 };
+
+/// The host's servo, ready for its first tick.
+haptable_servo checked(const haptable_model& model) {
+    haptable_servo servo;
+    haptable_init(&servo);
+    haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
+    return servo;
+}
 
 std::string name_of(const testing::TestParamInfo<Place>& info) {
     std::string name = std::get<0>(info.param) + "_" + std::get<1>(info.param);
@@ -49,19 +64,19 @@ bool same_bits(const std::array<float, n>& a, const float* b) {
     return std::memcmp(a.data(), b, sizeof a) == 0;
 }
 
-// Contact, edges, corners, misses, and what is not a position.
+// Contact, edges, corners, misses, what is not a position or not to be believed, and the scene's limits on the force.
 TEST_P(Target, GivesTheBitsOfTheHost) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const Tables host_tables = tables();
-    auto path_m = stroke_path(host_tables, 100);
+    auto path_m = walked(stroke_path(host_tables, 100));
     path_m[700] = {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F};
     path_m[1500] = {0.0F, -std::numeric_limits<float>::infinity(), 0.0F};
     path_m[2300] = {0.0F, 0.0F, 1e30F};
+    path_m[3000][2] += 0.025F;
     const std::vector<TargetTick> ticks = image.replay(path_m);
     const ServoModel built = build_model(host_tables);
     const haptable_model model = model_in_memory(host_tables, built);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo servo = checked(model);
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out;
         haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
@@ -73,6 +88,7 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     }
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
     EXPECT_EQ(servo.counters.rejected_positions, 3U);
+    EXPECT_EQ(servo.counters.implausible, 2U);
 }
 
 // Garbage, damaged and repeated frames on the line: every whole state is answered with the force of the host's servo,
@@ -80,7 +96,7 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
 TEST_P(Target, AnswersFramesThroughGarbage) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const Tables host_tables = tables();
-    const auto path_m = stroke_path(host_tables, 20);
+    const auto path_m = walked(stroke_path(host_tables, 20));
     std::mt19937 random(1);
     std::string line;
     std::uint8_t bytes[HAPTABLE_FRAME_BYTES];
@@ -100,8 +116,7 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
     line.append(HAPTABLE_FRAME_BYTES, '\0');  // an end that a false begin cannot cover
     const ServoModel built = build_model(host_tables);
     const haptable_model model = model_in_memory(host_tables, built);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo servo = checked(model);
     haptable_output out{};
     haptable_frame_reader reader;
     haptable_frame_reader_init(&reader);
@@ -132,7 +147,7 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
 TEST_P(Target, AnEstimatedSlidingTickTakesFewerCyclesThanThePapers) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     if (target != "cortex-m4" && target != "cortex-m7") return;  // LLVM has no model of the others
-    const auto path_m = stroke_path(tables(), 10);
+    const auto path_m = walked(stroke_path(tables(), 10));
     const std::vector<TargetTick> ticks = image.replay(path_m);
     const std::uint64_t median = count_ticks(path_m, ticks).sliding.median;
     std::size_t tick = 1;
@@ -165,9 +180,10 @@ Reference reference_of(const std::string& scene, const std::string& target) {
 TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const Mode paper{ForceLaw::kInterpolated, GodObject::kNearest, ""};
-    const Tables host_tables = tables();
+    Tables host_tables = tables();
+    host_tables.limits = {};
     const auto path_m = stroke_path(host_tables, 250);
-    const std::vector<TargetTick> ticks = image.replay(path_m);
+    const std::vector<TargetTick> ticks = unlimited(path_m);
     const ServoModel built = build_model(host_tables);
     const haptable_model model = model_in_memory(host_tables, built);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
@@ -198,7 +214,7 @@ TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
 TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const auto path_m = stroke_path(tables(), 100);
-    const TickCounts counts = count_ticks(path_m, image.replay(path_m));
+    const TickCounts counts = count_ticks(path_m, unlimited(path_m));
     // What instructions.txt wants, for whoever announces a change: --gtest_output=xml.
     RecordProperty("instructions", scene + " " + target + " " + std::to_string(counts.sliding.median) + " " +
                                        std::to_string(counts.sliding.worst) + " " +
@@ -213,6 +229,18 @@ TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     EXPECT_LE(counts.jump.worst, limit(r.jump_worst));
     EXPECT_LT(counts.sliding.median, 1500U);
     EXPECT_LT(counts.sliding.worst, 12000U);
+}
+
+// What the scene's limits, all but grab and ramp, add to a tick: they do not know the body.
+TEST_P(Target, LimitsAddFewInstructions) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const auto path_m = walked(stroke_path(tables(), 100));
+    const TickCounts with = count_ticks(path_m, image.replay(path_m)), bare = count_ticks(path_m, unlimited(path_m));
+    RecordProperty("limits", scene + " " + target + " " + std::to_string(with.sliding.median) + " " +
+                                 std::to_string(bare.sliding.median));
+    EXPECT_LE(with.sliding.median, bare.sliding.median + 120);
+    EXPECT_LE(with.sliding.worst, bare.sliding.worst + 400);
+    EXPECT_LE(with.free.median, bare.free.median + 120);
 }
 
 }  // namespace

@@ -199,6 +199,7 @@ TEST_P(ElementLoop, TheDrawnSurfaceMeetsTheFinger) {
     Deformation deformation(tables, in);
     haptable_servo state;
     haptable_init(&state);
+    haptable_check(&model, &state, HAPTABLE_CHECK_ALL);
     haptable_output out{};
     int checked = 0;
     for (int tick = 0; tick < 400; ++tick) {

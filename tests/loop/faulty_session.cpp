@@ -61,7 +61,8 @@ private:
         // The servo cuts in float32.
         if (!(servo_force_n_ <= limit_n_ * (1.0 + 1e-6)))
             complain(force.seq, fmt::format("the servo gives {} N, the limit is {}", servo_force_n_, limit_n_));
-        if (force.servo_state != servo_force::CONTACT && servo_force_n_ > 0.0)
+        if (force.servo_state != servo_force::CONTACT && force.servo_state != servo_force::LIMITED &&
+            servo_force_n_ > 0.0)
             complain(force.seq, fmt::format("{} N in state {}", servo_force_n_, force.servo_state));
     }
 

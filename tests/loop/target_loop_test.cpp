@@ -189,7 +189,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const ServoModel built = build_model(tables);
     const haptable_model model = model_in_memory(tables, built);
     const std::vector<std::uint32_t> node(built.node.begin(), built.node.end());
-    const auto path_m = stroke_path(tables, 100);
+    const auto path_m = walked(stroke_path(tables, 100));
     const Pipes near, far;  // bridge to relay, relay to image
     const Process image(
         {"sh", "scripts/qemu.sh", "cortex-m7", elf("cortex-m7", "loop"), far.to_target(), far.from_target()});
@@ -203,6 +203,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
                                       [&](const servo_force& force, std::int64_t) { forces.push_back(force); });
     haptable_servo servo;
     haptable_init(&servo);
+    haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
     Noise noise;
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(50);
     std::size_t tick = 0;

@@ -15,6 +15,7 @@ struct page_tick {
     int32_t patch, vertex[3]; /* -1 without contact */
     float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
     uint32_t buttons; /* held down: bits of enum haptable_button */
+    uint32_t faults;  /* bits of enum haptable_fault */
 };
 
 #define PAGE_BYTES 65536u
@@ -97,10 +98,12 @@ static void step(const struct haptable_model* model, const float finger_m[3], ui
                  struct page_tick* tick) {
     struct haptable_output out;
     haptable_buttons(&servo, buttons);
+    if (servo.counters.ticks == 0) haptable_check(model, &servo, HAPTABLE_CHECK_ALL);
     haptable_step(model, &servo, finger_m, now_us, &out);
     now_us += HAPTABLE_TICK_US;
     fill(tick, finger_m, &out);
     tick->buttons = buttons;
+    tick->faults = out.faults;
 }
 
 /* `count` ticks: fingers [count, 3] in m, one a millisecond, and the buttons held down [count]; null: none. */
@@ -170,7 +173,7 @@ EXPORT(page_displace) const float* page_displace(const struct page_tick* tick) {
     int c;
     if (!displacement_m) return 0;
     page_deform_clear(&columns, displacement_m);
-    if (tick->state != HAPTABLE_CONTACT) return displacement_m;
+    if (!haptable_touches(tick->state)) return displacement_m;
     if (is_spread) {
         const uint16_t vertex[3] = {(uint16_t)tick->vertex[0], (uint16_t)tick->vertex[1], (uint16_t)tick->vertex[2]};
         page_deform_add_spread(&columns, &spread, vertex, (uint16_t)tick->patch, tick->nodal_force_n, displacement_m);

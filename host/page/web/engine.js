@@ -3,8 +3,8 @@
 // out. `port` is what has postMessage and onmessage. A tick is a millisecond; time runs by the clock of the machine.
 function haptableEngine(port) {
   'use strict';
-  const WORDS = 27;                     // of struct page_tick (host/page/wasm/page.c)
-  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, CONTACT = 2, REJECTED = 3, LIMITED = 4;
+  const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c)
+  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
   const ROOM = 4096;                    // ticks of one call
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
@@ -194,13 +194,13 @@ function haptableEngine(port) {
 
   // The servo's CSV (docs/SPEC.md), byte for byte.
   function csv(pieces) {
-    const lines = ['tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons'];
+    const lines = ['tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults'];
     for (const piece of pieces)
       for (let i = 0; i < piece.length; i += WORDS) {
         const t = piece.subarray(i, i + WORDS), three = at => Array.from(real(t, at), nine).join(',');
         const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
         lines.push([lines.length - 1, three(FINGER), touches(t) ? 1 : 0, nodes.join(','), three(ALPHA),
-          three(GOD), three(FORCE), t[BUTTONS]].join(','));
+          three(GOD), three(FORCE), t[BUTTONS], t[0], t[FAULTS]].join(','));
       }
     return lines.join('\n') + '\n';
   }

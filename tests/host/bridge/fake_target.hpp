@@ -111,6 +111,7 @@ class FakeTarget {
 public:
     FakeTarget(const haptable_model* model, const Line& line) : model_(model), line_(line) {
         haptable_init(&servo_);
+        haptable_check(model_, &servo_, HAPTABLE_CHECK_ALL);
         haptable_frame_reader_init(&reader_);
     }
 

@@ -153,7 +153,7 @@ TEST_F(BridgeSessionTest, GatesForces) {
     faults.emplace_back([](haptable_output& o) { o.alpha[1] = 0.5F; });
     faults.emplace_back([](haptable_output& o) { o.alpha[1] = std::nanf(""); });
     faults.emplace_back([](haptable_output& o) { o.state = 200; });
-    for (const std::uint8_t state : {HAPTABLE_SILENT, HAPTABLE_FREE, HAPTABLE_REJECTED})
+    for (const std::uint8_t state : {HAPTABLE_SILENT, HAPTABLE_FREE, HAPTABLE_REJECTED, HAPTABLE_FAULTED})
         faults.emplace_back([state](haptable_output& o) {
             o.state = state;
             o.force_n[2] = 0.1F;

@@ -27,7 +27,7 @@ struct PageTick {
     std::uint32_t state;
     std::int32_t patch, vertex[3];
     float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
-    std::uint32_t buttons;
+    std::uint32_t buttons, faults;
 };
 
 std::filesystem::path module() { return build_folder() / "lib" / "page" / "servo.wasm"; }
@@ -85,11 +85,11 @@ std::vector<PageTick> in_browser(const haptable_model& model, const std::vector<
                 "const wasm = instance.exports, keep = kept(wasm), model = " +
                 js_bytes(model_bytes(model)) + ", path = " + js_bytes(bytes_of(path_m)) +
                 ";const m = wasm.page_model(keep(model), model.length), at = keep(path), count = path.length / 12;"
-                "const out = wasm.page_reserve(108 * count);"
+                "const out = wasm.page_reserve(112 * count);"
                 "wasm.page_begin(); wasm.page_replay(m, at, 0, count, out);"
-                "return text(new Uint8Array(wasm.memory.buffer, out, 108 * count)); })")
+                "return text(new Uint8Array(wasm.memory.buffer, out, 112 * count)); })")
             .get<std::string>());
-    static_assert(sizeof(PageTick) == 108);
+    static_assert(sizeof(PageTick) == 112);
     std::vector<PageTick> all(ticks.size() / sizeof(PageTick));
     std::memcpy(all.data(), ticks.data(), all.size() * sizeof(PageTick));
     return all;
@@ -183,8 +183,8 @@ TEST(ModelInBrowser, IsRefusedWhereItIsDamaged) {
     EXPECT_FALSE(opens(whole.substr(0, whole.size() / 2)));
     EXPECT_FALSE(opens(whole + "more"));
     std::string other = whole;
-    const std::size_t passivity = other.size() - 4;  // the last field
-    other[passivity] = 77;
+    const std::size_t check = other.size() - 8;  // the last function, before the last value
+    other[check] = 77;
     EXPECT_FALSE(opens(other));
 }
 

@@ -70,6 +70,27 @@ TEST_F(SceneFile, ValuesAreRead) {
     EXPECT_EQ(scene.contact.rigid_stiffness_n_per_m, ContactOptions().rigid_stiffness_n_per_m);
 }
 
+// On unless switched off by name; the rise of the force goes by the largest.
+TEST_F(SceneFile, LimitsAreOnUnlessTheyAreSwitchedOff) {
+    const SafetyLimits limits = read(kGood).device.limits;
+    EXPECT_EQ(limits.max_speed_m_s, 5.0);
+    EXPECT_EQ(limits.max_force_rate_n_per_s, 3.0 / 0.01);
+    EXPECT_EQ(limits.mean_force_n, 1.4);
+    EXPECT_EQ(limits.ramp_s, 0.0);
+    EXPECT_FALSE(limits.grab);
+    EXPECT_TRUE(limits.check);
+    std::string text = kGood;
+    text.replace(text.find("max_force = 3.0"), 15,
+                 "max_speed = \"off\"\nmax_force_rate = \"off\"\nmean_force = \"off\"\nforce_return = \"ramp\"\n"
+                 "ramp_time = 0.5");
+    text.replace(text.find("[device]"), 8, "grab = true\n[device]");
+    const SafetyLimits off = read(text + "check = false\n").device.limits;
+    EXPECT_EQ(off, (SafetyLimits{0.0, 0.0, 0.0, 30.0, 0.5, true, false}));
+    expect_error("max_force", "max_speed = \"none\"\nmax_force", 16, "device.max_speed: is \"none\": give a number");
+    expect_error("max_force", "max_force_rate = 0\nmax_force", 16, "device.max_force_rate");
+    expect_error("max_force", "ramp_time = 1.0\nmax_force", 16, "device.ramp_time: belongs to");
+}
+
 TEST_F(SceneFile, AMarkOfUtf8IsSkippedAndUtf16IsNamed) {
     EXPECT_EQ(read("\xEF\xBB\xBF" + kGood).mesh.nodes_per_side, 3);
     try {

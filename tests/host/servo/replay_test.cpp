@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kHeader =
     "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,"
-    "buttons";
+    "buttons,state,faults";
 
 class ReplayTest : public testing::Test {
 protected:
@@ -58,7 +58,7 @@ TEST_F(ReplayTest, WritesWhatTheServoGives) {
         haptable_output out;
         haptable_step(box.scene().model, &servo, finger.data(), static_cast<std::uint32_t>(i * 1000), &out);
         const std::vector<double>& row = rows[i];
-        ASSERT_EQ(row.size(), 18U);
+        ASSERT_EQ(row.size(), 20U);
         EXPECT_EQ(row[0], static_cast<double>(i));
         EXPECT_EQ(row[4], out.state == HAPTABLE_CONTACT ? 1.0 : 0.0);
         for (std::size_t a = 0; a < 3; ++a) {
@@ -115,8 +115,8 @@ TEST_F(ReplayTest, RejectsBadPositionsAndGoesOn) {
     EXPECT_EQ(report.counters.contact_ticks, 2U);
     const std::vector<std::string> lines = lines_of(read_file(folder / "out.csv"));
     ASSERT_EQ(lines.size(), 9U);
-    EXPECT_EQ(lines[3], "2,nan,0,0,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0");
-    EXPECT_EQ(lines[4], "3,0,-inf,0,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0");
+    EXPECT_EQ(lines[3], "2,nan,0,0,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0,3,0");
+    EXPECT_EQ(lines[4], "3,0,-inf,0,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0,3,0");
 }
 
 TEST_F(ReplayTest, WritesNothingForABadPath) {

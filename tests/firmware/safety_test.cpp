@@ -1,0 +1,521 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The servo's state machine (docs/SAFETY.md): what is not believed, what is limited, what latches, what a grab holds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "codegen/modes.hpp"
+#include "tests/bodies.hpp"
+#include "tests/finger.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTick_s = 1e-3;
+
+/// A box's model with limits, and a finger on it.
+class Guarded {
+public:
+    explicit Guarded(const SafetyLimits& limits, GodObject god_object = GodObject::kNearest)
+        : box_(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.001, god_object), model_(*box_.get()) {
+        Tables tables = box_.tables();
+        tables.limits = limits;
+        set_modes(tables, model_);
+        model_.crc = haptable_tables_crc(&model_);
+        haptable_init(&servo);
+        haptable_check(&model_, &servo, HAPTABLE_CHECK_ALL);
+    }
+
+    const haptable_output& to(const Vector3d& x, std::uint32_t buttons = 0, std::uint32_t after_us = 1000) {
+        const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+        finger_m = to_vector(finger);
+        before_n = to_vector(out.force_n);
+        haptable_buttons(&servo, buttons);
+        haptable_step(&model_, &servo, finger, now_us += after_us, &out);
+        return out;
+    }
+    /// Down onto the top, to a depth in m, over some ticks.
+    void press(double depth, int ticks = 10) {
+        for (int i = 0; i <= ticks; ++i) to(at(-0.001 + i * (depth + 0.001) / ticks));
+    }
+    /// Over the top's middle, so deep in it.
+    static Vector3d at(double depth) { return {0.0131, 0.0172, 0.030 - depth}; }
+    double force() const { return to_vector(out.force_n).norm(); }
+    haptable_model& model() { return model_; }
+    const TestModel& box() const { return box_; }
+
+    haptable_servo servo{};
+    haptable_output out{};
+    std::uint32_t now_us = 0;
+    Vector3d finger_m = Vector3d::Zero(), before_n = Vector3d::Zero();
+
+private:
+    TestModel box_;
+    haptable_model model_;
+};
+
+/// How far a force is from what lies between none and the one before it.
+double rise_n(const Vector3d& before, const Vector3d& now) {
+    const double size2 = before.squaredNorm();
+    const double part = size2 > 0.0 ? std::clamp(now.dot(before) / size2, 0.0, 1.0) : 0.0;
+    return (now - part * before).norm();
+}
+
+SafetyLimits speed_limit() {
+    SafetyLimits limits;
+    limits.max_speed_m_s = 5.0;
+    return limits;
+}
+
+SafetyLimits rate_limit(double n_per_s) {
+    SafetyLimits limits;
+    limits.max_force_rate_n_per_s = n_per_s;
+    return limits;
+}
+
+// ---- what is not believed -------------------------------------------------------------------------------------------
+
+TEST(Plausible, AGlitchOfTheEncoderGivesNoForceAndContactBeginsAnewAfterGoodTicks) {
+    Guarded servo(speed_limit());
+    servo.press(0.001);
+    ASSERT_EQ(servo.out.state, HAPTABLE_CONTACT);
+    servo.to(Guarded::at(0.026));
+    EXPECT_EQ(servo.out.state, HAPTABLE_REJECTED);
+    EXPECT_EQ(servo.force(), 0.0);
+    for (int tick = 0; tick <= HAPTABLE_GOOD_TICKS; ++tick) {  // the way back is the second one
+        servo.to(Guarded::at(0.001));
+        EXPECT_EQ(servo.out.state, HAPTABLE_REJECTED) << tick;
+        EXPECT_EQ(servo.force(), 0.0);
+    }
+    EXPECT_EQ(servo.servo.counters.implausible, 2U);
+    servo.to(Guarded::at(0.001));
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE) << "it is inside, but nobody knows how it came there";
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT);
+    EXPECT_EQ(servo.servo.counters.faulted, 0U);
+}
+
+TEST(Plausible, AFingerHasTheTimeBetweenTwoPositions) {
+    Guarded servo(speed_limit());
+    servo.to(Guarded::at(-0.009));
+    servo.to(Guarded::at(-0.0041));
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE) << "4.9 m/s";
+    servo.to(Guarded::at(0.004), 0, 2000);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT) << "8.1 mm in 2 ms";
+    servo.to(Guarded::at(-0.0012));
+    EXPECT_EQ(servo.out.state, HAPTABLE_REJECTED) << "5.2 m/s";
+}
+
+// Two glitches within a second: there and back, twice.
+TEST(Plausible, ASensorThatGlitchesAgainAndAgainIsAFaultThatLatches) {
+    Guarded servo(speed_limit());
+    for (const double depth : {0.001, 0.021, 0.001}) servo.to(Guarded::at(depth));
+    for (int tick = 0; tick < 30; ++tick) servo.to(Guarded::at(0.001));
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE);
+    for (const double depth : {0.021, 0.001}) servo.to(Guarded::at(depth));
+    for (int tick = 0; tick < 3000; ++tick) servo.to(Guarded::at(-0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED) << "a button that is held down from before acknowledges nothing";
+    EXPECT_EQ(int{servo.out.faults}, HAPTABLE_FAULT_POSITIONS);
+    haptable_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED) << "silence acknowledges nothing";
+    EXPECT_EQ(servo.force(), 0.0);
+    servo.to(Guarded::at(0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT);
+    EXPECT_EQ(servo.servo.counters.faulted, 1U);
+}
+
+TEST(Plausible, AForceThatIsNoNumberLatches) {
+    Guarded servo((SafetyLimits()));
+    std::vector<std::array<float, 6>> stiffness(servo.box().servo().stiffness_n_per_m);
+    servo.press(0.001);
+    for (auto& block : stiffness) block.fill(std::numeric_limits<float>::quiet_NaN());
+    servo.model().stiffness_n_per_m = reinterpret_cast<const haptable_float6*>(stiffness.data());
+    servo.to(Guarded::at(0.001));
+    EXPECT_EQ(servo.force(), 0.0);
+    servo.to(Guarded::at(0.001));
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED);
+    EXPECT_EQ(int{servo.out.faults}, HAPTABLE_FAULT_FORCE);
+}
+
+// ---- what is limited ------------------------------------------------------------------------------------------------
+
+TEST(ForceRate, NoForceRisesFasterAndAllFallAtOnce) {
+    Guarded servo(rate_limit(100.0)), bare((SafetyLimits()));
+    for (Guarded* each : {&servo, &bare}) {
+        each->to(Guarded::at(-0.0001));
+        each->to(Guarded::at(0.004));
+    }
+    ASSERT_GT(bare.force(), 0.15) << "or nothing is limited";
+    EXPECT_EQ(servo.out.state, HAPTABLE_LIMITED);
+    for (int tick = 1; tick < 200; ++tick) {
+        ASSERT_WITHIN(rise_n(servo.before_n, to_vector(servo.out.force_n)) - 0.1, .count = 64, .epsilon = kFloat,
+                      .size = servo.force() + 0.1)
+            << tick;
+        servo.to(Guarded::at(0.004 + 2e-5 * tick));
+    }
+    EXPECT_GT(servo.servo.counters.rate_limits, 0U);
+    EXPECT_EQ(servo.servo.counters.limited_ticks, 200U);
+    servo.to(Guarded::at(-0.001));
+    EXPECT_EQ(servo.force(), 0.0);
+    servo.press(0.0004, 40);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT) << "after leaving the whole force is there again";
+}
+
+// A stroke that turns about: the force that was is no part of one in the other direction.
+TEST(ForceRate, HoldsInEveryDirection) {
+    Guarded servo(rate_limit(50.0));
+    servo.press(0.002, 100);
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal(0.0, 0.004);
+    for (int tick = 0; tick < 2000; ++tick) {
+        servo.to({0.015 + normal(random), 0.015 + normal(random), 0.0275 + 0.5 * normal(random)});
+        ASSERT_WITHIN(rise_n(servo.before_n, to_vector(servo.out.force_n)) - 0.05, .count = 64, .epsilon = kFloat,
+                      .size = servo.force() + 0.05)
+            << tick;
+    }
+    EXPECT_GT(servo.servo.counters.rate_limits, 100U);
+}
+
+// What the limit held back was not paid for, and is not given back: pressed fast, and lifted slowly.
+TEST(ForceRate, GivesNoMoreEnergyThanWasPutIn) {
+    Guarded servo(rate_limit(50.0));
+    double given_j = 0.0, taken_j = 0.0;
+    const auto go = [&](double depth) {
+        const Vector3d before_m = servo.finger_m, held_n = to_vector(servo.out.force_n);
+        servo.to(Guarded::at(depth));
+        const double work_j = held_n.dot(servo.finger_m - before_m);
+        (work_j > 0.0 ? given_j : taken_j) += std::abs(work_j);
+    };
+    servo.to(Guarded::at(0.0));
+    for (int tick = 1; tick <= 8; ++tick) go(0.0005 * tick);
+    ASSERT_EQ(servo.out.state, HAPTABLE_LIMITED);
+    for (int tick = 0; tick < 100; ++tick) go(0.004);
+    for (int tick = 1; tick <= 4000; ++tick) go(0.004 - 1e-6 * tick);
+    // A force that is held over a tick of the way in is half a tick's rise too small on the average.
+    const double sampled_j = 0.5 * 0.0005 * (8 * 0.05);
+    EXPECT_GT(given_j, 1e-5);
+    EXPECT_LT(given_j, taken_j + sampled_j);
+}
+
+TEST(MeanForce, StaysBelowItsLimit) {
+    SafetyLimits limits;
+    limits.mean_force_n = 0.2;
+    limits.mean_force_time_s = 4.0;
+    Guarded servo(limits);
+    servo.press(0.004, 100);
+    const double first_n = servo.force();
+    ASSERT_GT(first_n, 0.3);
+    double mean_n2 = 0.0;
+    for (int tick = 0; tick < 20000; ++tick) {
+        servo.to(Guarded::at(0.004 + 0.002 * std::sin(1e-3 * tick)));
+        mean_n2 += kTick_s / limits.mean_force_time_s * (servo.force() * servo.force() - mean_n2);
+        ASSERT_LE(mean_n2, 0.2 * 0.2 * (1.0 + 1e-3)) << tick;
+        if (tick == 20) {
+            EXPECT_GT(servo.force(), 0.9 * first_n) << "for a moment more may be given";
+        }
+    }
+    EXPECT_LE(servo.force(), 0.2 * (1.0 + 1e-3));
+    EXPECT_GT(servo.force(), 0.05);
+    EXPECT_EQ(servo.out.state, HAPTABLE_LIMITED);
+    EXPECT_GT(servo.servo.counters.mean_limits, 0U);
+}
+
+// ---- how a force comes back -----------------------------------------------------------------------------------------
+
+TEST(ForceReturn, AfterLeavingWhereTheSceneSaysSo) {
+    Guarded servo((SafetyLimits()));
+    for (int tick = 0; tick < 1000; ++tick) {
+        servo.to(Guarded::at(0.002));
+        ASSERT_EQ(servo.force(), 0.0);
+    }
+    servo.press(0.002);
+    EXPECT_GT(servo.force(), 0.0);
+}
+
+TEST(ForceReturn, ByARampAtAStartInsideAndAfterSilence) {
+    SafetyLimits limits;
+    limits.ramp_s = 0.1;
+    Guarded servo(limits), pressed((SafetyLimits()));
+    pressed.press(0.002, 100);
+    for (int round = 0; round < 2; ++round) {
+        int ticks = 0;
+        for (double before_n = 0.0; servo.out.state != HAPTABLE_CONTACT; ++ticks) {
+            servo.to(Guarded::at(0.002));
+            ASSERT_LT(ticks, 200);
+            EXPECT_GE(servo.force(), before_n);
+            EXPECT_LE(servo.force() - before_n, 1.001 * pressed.force() * kTick_s / limits.ramp_s);
+            before_n = servo.force();
+        }
+        EXPECT_GE(ticks, 100);
+        EXPECT_WITHIN(std::abs(servo.force() - pressed.force()), .count = 64, .epsilon = kFloat, .condition = 15.0,
+                      .size = pressed.force());
+        ASSERT_EQ(haptable_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out), 1);
+        EXPECT_EQ(servo.force(), 0.0);
+    }
+}
+
+TEST(ForceReturn, NoRampForAFingerThatIsOutside) {
+    SafetyLimits limits;
+    limits.ramp_s = 0.1;
+    for (const Vector3d& x : {Vector3d(0.0131, 0.0172, 0.0301), Vector3d(-0.001, 0.015, 0.015),
+                              Vector3d(0.0301, 0.0301, 0.0301), Vector3d(0.2, 0.1, -0.3)}) {
+        Guarded servo(limits);
+        for (int tick = 0; tick < 300; ++tick) {
+            servo.to(x);
+            ASSERT_EQ(servo.out.state, HAPTABLE_FREE);
+            ASSERT_EQ(servo.force(), 0.0);
+        }
+    }
+}
+
+// ---- the tables -----------------------------------------------------------------------------------------------------
+
+SafetyLimits check_only() {
+    SafetyLimits limits;
+    limits.check = true;
+    return limits;
+}
+
+TEST(TableCheck, NoForceBeforeItWasMade) {
+    Guarded servo(check_only());
+    haptable_init(&servo.servo);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED);
+    EXPECT_EQ(int{servo.out.faults}, HAPTABLE_FAULT_TABLES);
+    haptable_check(&servo.model(), &servo.servo, HAPTABLE_CHECK_ALL);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT) << "nothing was found that a user would have to acknowledge";
+}
+
+// The tables' bits, by the servo's own struct and through its pointers.
+TEST(TableCheck, NoticesEveryFlippedBit) {
+    Guarded servo(check_only());
+    haptable_model& model = servo.model();
+    struct Block {
+        void* at;
+        std::size_t bytes;
+    };
+    const auto block = [](const void* at, std::size_t bytes) { return Block{const_cast<void*>(at), bytes}; };
+    const std::vector<Block> blocks{block(model.vertex_m, sizeof *model.vertex_m * model.vertex_count),
+                                    block(model.stiffness_n_per_m, sizeof *model.stiffness_n_per_m * model.free_count),
+                                    block(model.patch, sizeof *model.patch * model.patch_count),
+                                    block(model.neighbour, sizeof *model.neighbour * model.patch_count),
+                                    block(model.box, sizeof *model.box * model.box_count),
+                                    block(&model.max_force_n, sizeof model.max_force_n),
+                                    block(&model.rigid_stiffness_n_per_m, sizeof(float)),
+                                    block(&model.crc, sizeof model.crc)};
+    std::size_t all = 0;
+    for (const Block& b : blocks) all += b.bytes;
+    std::mt19937 random(1);
+    for (int flip = 0; flip < 300; ++flip) {
+        std::size_t byte = std::uniform_int_distribution<std::size_t>(0, all - 1)(random);
+        const unsigned bit = random() % 8U;
+        std::size_t in = 0;
+        while (byte >= blocks[in].bytes) byte -= blocks[in++].bytes;
+        auto* at = static_cast<unsigned char*>(blocks[in].at) + byte;
+        *at = static_cast<unsigned char>(*at ^ (1U << bit));
+        haptable_init(&servo.servo);
+        haptable_check(&model, &servo.servo, HAPTABLE_CHECK_ALL);
+        EXPECT_EQ(servo.servo.faults, HAPTABLE_FAULT_TABLES) << "table " << in << ", byte " << byte << ", bit " << bit;
+        *at = static_cast<unsigned char>(*at ^ (1U << bit));
+    }
+}
+
+TEST(TableCheck, GoesOnInSlicesAndLatches) {
+    Guarded servo(check_only());
+    haptable_model& model = servo.model();
+    std::vector<std::array<float, 6>> stiffness(servo.box().servo().stiffness_n_per_m);
+    servo.press(0.001);
+    ASSERT_EQ(servo.out.state, HAPTABLE_CONTACT);
+    stiffness[7][3] = std::nextafter(stiffness[7][3], 1e9F);
+    const haptable_float6* whole = model.stiffness_n_per_m;
+    model.stiffness_n_per_m = reinterpret_cast<const haptable_float6*>(stiffness.data());
+    const auto slices = [&] {
+        int slice = 0;
+        for (; slice < 1000 && servo.servo.faults == 0; ++slice)
+            haptable_check(&model, &servo.servo, HAPTABLE_CHECK_BYTES);
+        return slice;
+    };
+    EXPECT_LT(slices(), 1000);
+    servo.to(Guarded::at(0.001));
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED);
+    EXPECT_EQ(servo.force(), 0.0);
+    servo.to(Guarded::at(0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED) << "they are damaged still";
+    EXPECT_LT(slices(), 1000);
+    model.stiffness_n_per_m = whole;
+    servo.to(Guarded::at(0.001));
+    servo.to(Guarded::at(0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
+    haptable_check(&model, &servo.servo, HAPTABLE_CHECK_ALL);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT);
+}
+
+// ---- the grab -------------------------------------------------------------------------------------------------------
+
+class Grab : public testing::TestWithParam<GodObject> {};
+INSTANTIATE_TEST_SUITE_P(GodObjects, Grab, testing::Values(GodObject::kNearest, GodObject::kLeastEnergy),
+                         [](const auto& of) { return of.param == GodObject::kNearest ? "nearest" : "energy"; });
+
+TEST_P(Grab, HoldsThePointAndPullsUntilItIsReleased) {
+    SafetyLimits limits;
+    limits.grab = true;
+    Guarded servo(limits, GetParam());
+    servo.to(Guarded::at(-0.001), HAPTABLE_BUTTON_GRAB);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE) << "there is nothing to hold";
+    servo.press(0.001);
+    const Vector3d held = to_vector(servo.out.god_object_m);
+    for (int tick = 1; tick <= 40; ++tick) {
+        const Vector3d aside(1e-4 * tick, 0.0, 0.0);
+        servo.to(Guarded::at(0.001 - 1e-4 * tick) + aside, HAPTABLE_BUTTON_GRAB);
+        ASSERT_EQ(servo.out.state, HAPTABLE_CONTACT) << tick;
+        ASSERT_EQ(to_vector(servo.out.god_object_m), held);
+        Vector3d wanted = Vector3d::Zero();
+        for (int c = 0; c < 3; ++c)
+            wanted -=
+                double(servo.out.alpha[c]) * (servo.box().stiffness(servo.out.vertex[c]) * (servo.finger_m - held));
+        ASSERT_WITHIN((to_vector(servo.out.force_n) - wanted).norm(), .count = 64, .epsilon = kFloat, .condition = 30.0,
+                      .size = wanted.norm() + 0.01);
+    }
+    EXPECT_LT(servo.out.force_n[2], -0.05F) << "it pulls down";
+    EXPECT_EQ(servo.servo.counters.grabbed_ticks, 40U);
+    servo.to(servo.finger_m);
+    EXPECT_EQ(servo.out.state, HAPTABLE_FREE);
+    EXPECT_EQ(servo.force(), 0.0);
+    servo.press(0.001);
+    EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT);
+}
+
+// A god-object of least energy hands its load to the force: that is to be of this finger, not of the last one.
+TEST(GrabOfACompliance, PullsTwiceAsHardTwiceAsFar) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
+    Tables tables = body.tables();
+    tables.god_object = GodObject::kLeastEnergy;
+    tables.release_n_per_ms = 0.0;
+    tables.limits = {};
+    tables.limits.grab = true;
+    haptable_model model = body.model(GodObject::kLeastEnergy);
+    set_modes(tables, model);
+    haptable_servo servo{};
+    haptable_output out{};
+    haptable_init(&servo);
+    const auto to = [&](double z, std::uint32_t buttons) {
+        const float finger[3] = {0.0131F, 0.0142F, float(z)};
+        haptable_buttons(&servo, buttons);
+        haptable_step(&model, &servo, finger, 0, &out);
+        return to_vector(out.force_n);
+    };
+    to(0.0305, 0);
+    to(0.0299, 0);
+    ASSERT_EQ(out.state, HAPTABLE_CONTACT);
+    const double god_z = double(out.god_object_m[2]);
+    const Vector3d once = to(god_z + 0.001, HAPTABLE_BUTTON_GRAB), twice = to(god_z + 0.002, HAPTABLE_BUTTON_GRAB);
+    ASSERT_EQ(out.state, HAPTABLE_CONTACT);
+    EXPECT_LT(once.z(), -0.05);
+    // The finger's heights above the god-object are differences of positions thirty times as large.
+    EXPECT_WITHIN((twice - 2.0 * once).norm(), .count = 32, .epsilon = kFloat, .condition = 30.0, .size = twice.norm());
+}
+
+// ---- everything at once ---------------------------------------------------------------------------------------------
+
+/// What happens to one servo, by seed.
+class Mixture {
+public:
+    Mixture(Guarded& servo, std::mt19937& random) : servo_(servo), random_(random) {}
+
+    void run(int ticks) {
+        x_ = Vector3d(uniform(-0.002, 0.032), uniform(-0.002, 0.032), uniform(0.02, 0.035));
+        v_ = Vector3d(uniform(-1e-3, 1e-3), uniform(-1e-3, 1e-3), uniform(-1e-3, 1e-3));
+        for (int tick = 0; tick < ticks && !testing::Test::HasFailure(); ++tick) once();
+    }
+
+private:
+    double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+    std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(random_() % n); }
+    bool one_in(std::uint32_t n) { return below(n) == 0; }
+
+    void once() {
+        if (one_in(8)) v_ = Vector3d(uniform(-2e-3, 2e-3), uniform(-2e-3, 2e-3), uniform(-2e-3, 2e-3));
+        x_ += v_;
+        if (one_in(40)) x_ = Vector3d(uniform(-0.01, 0.04), uniform(-0.01, 0.04), uniform(-0.01, 0.04));
+        if (one_in(5)) buttons_ = below(8);
+        if (one_in(25)) return silence();
+        Vector3d seen = x_;
+        if (one_in(30)) seen[static_cast<Eigen::Index>(random_() % 3U)] += one_in(2) ? 0.025 : -0.025;
+        if (one_in(40)) seen[static_cast<Eigen::Index>(random_() % 3U)] = bad();
+        servo_.to(seen, buttons_, one_in(10) ? below(30000) : 1000U);
+        judge();
+    }
+    double bad() {
+        const double bad[] = {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e30, 2.0};
+        return bad[random_() % 5U];
+    }
+    void silence() {
+        servo_.before_n = to_vector(servo_.out.force_n);
+        servo_.now_us += 500U * below(50);
+        if (haptable_watch(&servo_.servo, servo_.now_us, &servo_.out) != 0) {
+            EXPECT_EQ(servo_.out.state, HAPTABLE_SILENT);
+            EXPECT_EQ(servo_.force(), 0.0);
+        } else {
+            EXPECT_LT(servo_.now_us - servo_.servo.position_us, HAPTABLE_SILENCE_US);
+        }
+    }
+    void judge() {
+        const Vector3d force_n = to_vector(servo_.out.force_n);
+        const double rate_n = double(servo_.model().rate_n), most_n = double(servo_.model().max_force_n);
+        EXPECT_WITHIN(rise_n(servo_.before_n, force_n) - rate_n, .count = 64, .epsilon = kFloat,
+                      .size = force_n.norm() + rate_n);
+        EXPECT_WITHIN(force_n.norm() - most_n, .count = 64, .epsilon = kFloat, .size = most_n);
+        if (haptable_touches(servo_.out.state) == 0) {
+            EXPECT_EQ(force_n.norm(), 0.0) << "state " << int{servo_.out.state};
+        }
+        EXPECT_EQ(servo_.out.faults != 0, servo_.out.state == HAPTABLE_FAULTED);
+    }
+
+    Guarded& servo_;
+    std::mt19937& random_;
+    Vector3d x_ = Vector3d::Zero(), v_ = Vector3d::Zero();
+    std::uint32_t buttons_ = 0;
+};
+
+// No step up beyond the limit, no force above the largest, none in a state that has none, none after silence.
+TEST(StateMachine, KeepsItsLimitsInAHundredThousandRandomSequences) {
+    SafetyLimits limits{5.0, 400.0, 1.4, 5.0, 0.05, true, true};
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+        for (const double ramp_s : {0.0, 0.05}) {
+            limits.ramp_s = ramp_s;
+            Guarded servo(limits, god_object);
+            std::mt19937 random(1);
+            haptable_counters seen{};
+            for (int sequence = 0; sequence < 25000 && !HasFailure(); ++sequence) {
+                if (random() % 4U == 0) {  // a new servo; the others go on from where they are
+                    haptable_init(&servo.servo);
+                    haptable_check(&servo.model(), &servo.servo, HAPTABLE_CHECK_ALL);
+                    servo.out = {};
+                }
+                Mixture(servo, random).run(40);
+                seen.limited_ticks = std::max(seen.limited_ticks, servo.servo.counters.limited_ticks);
+                seen.faulted = std::max(seen.faulted, servo.servo.counters.faulted);
+                seen.grabbed_ticks = std::max(seen.grabbed_ticks, servo.servo.counters.grabbed_ticks);
+                seen.rate_limits = std::max(seen.rate_limits, servo.servo.counters.rate_limits);
+                seen.silences = std::max(seen.silences, servo.servo.counters.silences);
+            }
+            EXPECT_GT(seen.limited_ticks, 0U);
+            EXPECT_GT(seen.faulted, 0U);
+            EXPECT_GT(seen.grabbed_ticks, 0U);
+            EXPECT_GT(seen.rate_limits, 0U);
+            EXPECT_GT(seen.silences, 0U);
+        }
+}
+
+}  // namespace
+}  // namespace haptable::test
