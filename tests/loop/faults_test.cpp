@@ -4,6 +4,7 @@
 #include <malloc.h>
 
 #include "tests/loop/faulty_session.hpp"
+#include "tests/loop/limited_box.hpp"
 
 namespace haptable::test {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 class FaultySession : public testing::Test {
 protected:
     Watched run(const std::string& faults, double seconds = 3.5, std::uint64_t seed = 1) {
-        const Watched watched = run_faulty_session(box, parse_faults(faults), seed, seconds);
+        const Watched watched = run_faulty_session(box.scene(), parse_faults(faults), seed, seconds);
         EXPECT_EQ(watched.violation, "") << faults;
         return watched;
     }
@@ -24,7 +25,7 @@ TEST_F(FaultySession, OfAnyMixtureHarmNobody) {
     std::int64_t felt = 0, silences = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         const FaultPlan plan = random_faults(seed);
-        const Watched watched = run_faulty_session(box, plan, seed, 2.0);
+        const Watched watched = run_faulty_session(box.scene(), plan, seed, 2.0);
         EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
         felt += watched.felt_ticks;
         silences += watched.silences;
@@ -35,7 +36,7 @@ TEST_F(FaultySession, OfAnyMixtureHarmNobody) {
 }
 
 TEST_F(FaultySession, NoneGiveTheSessionWithoutThem) {
-    const Watched plain = run_faulty_session(box, FaultPlan{}, 1, 2.0);
+    const Watched plain = run_faulty_session(box.scene(), FaultPlan{}, 1, 2.0);
     EXPECT_EQ(plain.violation, "");
     EXPECT_EQ(plain.device.missed, 0);
     EXPECT_GT(plain.felt_ticks, 800);
@@ -48,6 +49,23 @@ TEST_F(FaultySession, OfTheSameSeedAreTheSame) {
     EXPECT_EQ(one.device.missed, same.device.missed);
     EXPECT_EQ(one.device.largest_force_n, same.device.largest_force_n);
     EXPECT_NE(one.forces, other.forces);
+}
+
+// The same under every limit of a scene: no step up, faults that latch, a force that comes back by a ramp.
+TEST_F(FaultySession, OfAnyMixtureUnderEveryLimitRisesSlowly) {
+    const LimitedBox limited;
+    std::int64_t felt = 0, held_down = 0, faulted = 0;
+    for (std::uint64_t seed = 1001; seed <= 1100; ++seed) {
+        const FaultPlan plan = random_faults(seed);
+        const Watched watched = run_faulty_session(limited.scene(), plan, seed, 2.0);
+        EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
+        felt += watched.felt_ticks;
+        held_down += watched.limited;
+        faulted += watched.faulted;
+    }
+    EXPECT_GT(felt, 100 * 100);
+    EXPECT_GT(held_down, 1000);
+    EXPECT_GT(faulted, 100);
 }
 
 // Each does what its name says.
@@ -81,7 +99,7 @@ TEST_F(FaultySession, GoneAndBackIsSilenceOnBothSides) {
 
 // A state and an answer that come twice change nothing.
 TEST_F(FaultySession, DoubledMessagesAreNoTicks) {
-    const Watched watched = run("double=0.5"), plain = run_faulty_session(box, FaultPlan{}, 1, 3.5);
+    const Watched watched = run("double=0.5"), plain = run_faulty_session(box.scene(), FaultPlan{}, 1, 3.5);
     EXPECT_EQ(watched.device.missed, 0);
     EXPECT_EQ(watched.felt_ticks, plain.felt_ticks);
     EXPECT_EQ(watched.device.largest_force_n, plain.device.largest_force_n);
@@ -102,7 +120,7 @@ TEST_F(FaultySession, TakeNoMemory) {
     };
     const FaultPlan plan =
         parse_faults("drop=0.01,double=0.05,reorder=0.05,corrupt=0.01,jitter=5ms,jump=0.001,gone=0.001,nan=0.001");
-    EXPECT_EQ(run_faulty_session(box, plan, 3, 20.0, look).violation, "");
+    EXPECT_EQ(run_faulty_session(box.scene(), plan, 3, 20.0, look).violation, "");
     ASSERT_GT(half, 0U);
     // A byte a tick would be 10,000.
     EXPECT_LT(end, half + 5000);

@@ -15,14 +15,37 @@ namespace {
 
 constexpr Clock::duration kSilence = std::chrono::milliseconds(20);
 
+/// The hand presses the button that acknowledges for a tenth of each second.
+class Acknowledging : public Path {
+public:
+    explicit Acknowledging(std::unique_ptr<Path> path) : path_(std::move(path)) {}
+    double duration_s() const override { return path_->duration_s(); }
+    HandGoal at(double time_s) const override {
+        HandGoal goal = path_->at(time_s);
+        if (std::fmod(time_s, 1.0) < 0.1) goal.buttons |= HAPTABLE_BUTTON_ACKNOWLEDGE;
+        return goal;
+    }
+
+private:
+    std::unique_ptr<Path> path_;
+};
+
+/// From f to the nearest of what is between none and `last`.
+double rise_from(const Eigen::Vector3d& last_n, const Eigen::Vector3d& force_n) {
+    const double square = last_n.squaredNorm();
+    const double share = square > 0.0 ? std::clamp(force_n.dot(last_n) / square, 0.0, 1.0) : 0.0;
+    return (force_n - share * last_n).norm();
+}
+
 class WatchedSession {
 public:
-    WatchedSession(const SoftBox& box, const FaultPlan& plan, std::uint64_t seed, double seconds,
+    WatchedSession(const ServoScene& scene, const FaultPlan& plan, std::uint64_t seed, double seconds,
                    const std::function<void(std::int64_t)>& each_tick)
-        : limit_n_(box.scene().model->max_force_n),
+        : model_(*scene.model),
+          limit_n_(scene.model->max_force_n),
           connection_("memq://"),
-          servo_(box.scene(), connection_, nullptr),
-          path_(scripted_path("poke,drag,circle", PathOptions{})),
+          servo_(scene, connection_, nullptr),
+          path_(std::make_unique<Acknowledging>(scripted_path("poke,drag,circle", PathOptions{}))),
           each_tick_(each_tick) {
         time_.also([this] { return std::min(servo_.watch_at(), next_status_); },
                    [this](Clock::time_point now) { work(now); });
@@ -64,6 +87,13 @@ private:
         if (force.servo_state != servo_force::CONTACT && force.servo_state != servo_force::LIMITED &&
             servo_force_n_ > 0.0)
             complain(force.seq, fmt::format("{} N in state {}", servo_force_n_, force.servo_state));
+        const Eigen::Vector3d force_n(force.force_n);
+        const double rise_n = rise_from(last_force_n_, force_n);
+        if (model_.rate != nullptr && rise_n > model_.rate_n + limit_n_ * 1e-6)
+            complain(force.seq, fmt::format("the force rises by {} N, the limit is {}", rise_n, model_.rate_n));
+        last_force_n_ = force_n;
+        watched_.limited += force.servo_state == servo_force::LIMITED ? 1 : 0;
+        watched_.faulted += force.servo_state == servo_force::FAULTED ? 1 : 0;
     }
 
     void see(const DeviceRow& row) {
@@ -80,6 +110,7 @@ private:
     }
 
     SimulatedTime time_;
+    const haptable_model& model_;
     double limit_n_;
     Connection connection_;
     ServoSession servo_;
@@ -87,15 +118,16 @@ private:
     std::function<void(std::int64_t)> each_tick_;
     SessionOptions options_;
     Clock::time_point next_status_ = Clock::now() + kStatusPeriod;
-    double servo_force_n_ = 0.0;  ///< of the last message
+    double servo_force_n_ = 0.0;                              ///< of the last message
+    Eigen::Vector3d last_force_n_ = Eigen::Vector3d::Zero();  ///< the same
     Watched watched_;
 };
 
 }  // namespace
 
-Watched run_faulty_session(const SoftBox& box, const FaultPlan& plan, std::uint64_t seed, double seconds,
+Watched run_faulty_session(const ServoScene& scene, const FaultPlan& plan, std::uint64_t seed, double seconds,
                            const std::function<void(std::int64_t)>& each_tick) {
-    return WatchedSession(box, plan, seed, seconds, each_tick).run();
+    return WatchedSession(scene, plan, seed, seconds, each_tick).run();
 }
 
 }  // namespace haptable::test

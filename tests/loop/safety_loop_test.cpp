@@ -5,32 +5,14 @@
 
 #include <cmath>
 
-#include "codegen/modes.hpp"
 #include "host/base/error.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/servo/replay.hpp"
 #include "host/servo/session.hpp"
-#include "tests/loop/helpers.hpp"
+#include "tests/loop/limited_box.hpp"
 
 namespace haptable::test {
 namespace {
-
-/// The soft box with every limit.
-class LimitedBox {
-public:
-    LimitedBox() {
-        Tables tables = box_.model().tables();
-        tables.limits = {5.0, 200.0, 0.3, 5.0, 0.05, true, true};
-        set_modes(tables, model_);
-        model_.crc = haptable_tables_crc(&model_);
-    }
-    ServoScene scene() const { return {&model_, box_.scene().node, "box"}; }
-    haptable_model& model() { return model_; }
-
-private:
-    SoftBox box_;
-    haptable_model model_ = *box_.scene().model;
-};
 
 /// Down, along, a glitch of the encoder, a grab that pulls, and out.
 FingerTick tick_of(int tick) {

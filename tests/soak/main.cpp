@@ -11,6 +11,7 @@
 #include "host/base/progress.hpp"
 #include "host/link/summary.hpp"
 #include "tests/loop/faulty_session.hpp"
+#include "tests/loop/limited_box.hpp"
 
 // Of the sanitizers' runtime; gcc 12 brings no header for it.
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();
@@ -36,12 +37,12 @@ struct Soaked {
     std::size_t largest_growth_bytes = 0;
 };
 
-void soak_one(const SoftBox& box, std::uint64_t seed, double seconds, Progress& progress, double done,
+void soak_one(const ServoScene& scene, std::uint64_t seed, double seconds, Progress& progress, double done,
               double share_of_a_tick, Soaked& soaked) {
     const FaultPlan plan = random_faults(seed);
     const auto last = static_cast<std::int64_t>(std::ceil(seconds * 1000.0 - 1e-6)) - 1;
     std::size_t settled_bytes = 0, end_bytes = 0;
-    const Watched watched = run_faulty_session(box, plan, seed, seconds, [&](std::int64_t tick) {
+    const Watched watched = run_faulty_session(scene, plan, seed, seconds, [&](std::int64_t tick) {
         if (tick == kSettled_ticks) settled_bytes = __sanitizer_get_current_allocated_bytes();
         if (tick == last) end_bytes = __sanitizer_get_current_allocated_bytes();
         if (tick % 1000 == 0)
@@ -63,13 +64,16 @@ void soak_one(const SoftBox& box, std::uint64_t seed, double seconds, Progress& 
         soaked.largest_growth_bytes = std::max(soaked.largest_growth_bytes, end_bytes - settled_bytes);
 }
 
+/// By turns without limits beside max_force, and with all of them.
 void soak(const Options& o) {
     const SoftBox box;
+    const LimitedBox limited;
     Progress progress(o.quiet);
     progress.stage("soak");
     Soaked soaked;
     for (double begun_s = 0.0; begun_s < o.seconds - 1e-9; begun_s += kSession_s)
-        soak_one(box, o.seed + static_cast<std::uint64_t>(soaked.sessions), std::min(kSession_s, o.seconds - begun_s),
+        soak_one(soaked.sessions % 2 == 0 ? box.scene() : limited.scene(),
+                 o.seed + static_cast<std::uint64_t>(soaked.sessions), std::min(kSession_s, o.seconds - begun_s),
                  progress, begun_s / o.seconds, 1e-3 / o.seconds, soaked);
     progress.clear();
     SummaryLines summary;
