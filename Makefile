@@ -78,6 +78,7 @@ LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES
 LIBS_STROKES    = $(LIBS_PRECOMPUTE) -lgmp -lmpfr
 LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)
+LIBS_DEVICE     = -lwebsockets $(LIBS_LINK)
 LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 
 # What reads meshes by Gmsh and CGAL is loaded where a mesh asks for it, from lib/ beside the program's folder.
@@ -139,7 +140,7 @@ test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
-	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no lcm of PyPI: the test of the Python device skips"
+	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no packages of PyPI: the tests that speak with Python clients skip"
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
 	@BUILD=$(BUILD) sh scripts/test.sh
 
@@ -213,7 +214,7 @@ MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
-bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-error haptable-contact haptable-hard haptable-report) $(if $(QUICK),,bench-programs)
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-error haptable-contact haptable-hard haptable-report) $(if $(QUICK),,bench-programs)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick
@@ -224,6 +225,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-error haptable-co
 	@$(BUILD)/bin/haptable-bench-error --build $(BUILD)/error -o $(MEASURED)/error.json $(if $(QUICK),--quick)
 	$(call bench_step,45,hard cases)
 	@$(BUILD)/bin/haptable-hard --build $(BUILD)/hard -o $(MEASURED)/hard.json
+	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
 	$(call bench_step,50,what contact feels like)
 	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
 	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
@@ -368,11 +370,11 @@ $(BUILD)/lib/page/%: host/page/web/%
 	@mkdir -p $(@D)
 	@cp $< $@
 
-# PyPI's lcm and our types, for the Python device of docs/LOOP.md.
-$(BUILD)/python/ready: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup-test.stamp
+# What speaks to our programs in tests and is not ours, with our types for the Python device of docs/LOOP.md.
+$(BUILD)/python/ready: scripts/python.sh $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup-test.stamp
 	$(say) PYTHON $(@D)
-	$(Q)python3 -m venv $(@D) && $(@D)/bin/pip install --quiet --disable-pip-version-check lcm==1.5.3
-	$(Q)lcm-gen -p --ppath $(@D)/types $^
+	$(Q)sh scripts/python.sh $(@D)
+	$(Q)lcm-gen -p --ppath $(@D)/types $(filter %.lcm,$^)
 	@touch $@
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
@@ -397,7 +399,7 @@ $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
-	$(link) $(LIBS_LINK)
+	$(link) $(LIBS_DEVICE)
 
 $(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
 	$(link) $(LIBS_LINK)
@@ -441,11 +443,14 @@ $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(REPORT) $(MESH)
 	$(link) -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES)
 
+$(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(REPORT) $(DEVICE) $(CODEGEN)
+	$(link) $(LIBS_DEVICE)
+
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) | $(MODULES)
-	$(link) -lgtest_main -lgtest $(LIBS_VIEW) $(LIBS_STROKES)
+	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
 	$(link) -lgtest $(LIBS_LINK)

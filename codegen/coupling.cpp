@@ -74,15 +74,6 @@ double largest_of_vertices(const ServoModel& model) {
     return largest;
 }
 
-/// A spring K that is sampled every T and held gives at most K s^2 / 2 over a motion s of one tick; the device's
-/// damping b takes b s^2 / T (Colgate and Schenkel 1997: K < 2 b / T) and its Coulomb friction c |s|; an encoder step D
-/// hides motions up to D (Diolaiti, Niemeyer, Barbagli and Salisbury 2006: K < 2 c / D). Together, for motions up to v
-/// T:
-double stable_stiffness(const Tables& tables) {
-    const double motion_m = std::max(tables.encoder_step_m, kSpeed_m_s * kPeriod_s);
-    return 2.0 * tables.damping_n_s_per_m / kPeriod_s + 2.0 * tables.device_friction_n / motion_m;
-}
-
 void put_in_series(double compliance_m_per_n, ServoModel& model) {
     const Matrix3d more = compliance_m_per_n * Matrix3d::Identity();
     for (Block& s : model.stiffness_n_per_m) s = packed_again((symmetric(s).inverse() + more).inverse());
@@ -93,6 +84,17 @@ void put_in_series(double compliance_m_per_n, ServoModel& model) {
 }
 
 }  // namespace
+
+// A spring K that is sampled every T, held, and felt d later gives at most K (T/2 + d) v^2 a second at a speed v; the
+// device's damping b takes b v^2 (Colgate and Schenkel 1997: K < 2 b / T; with a delay Gil, Sanchez, Hulin, Preusche
+// and Hirzinger 2009: K < b / (T/2 + d)) and its Coulomb friction c v; an encoder step D hides motions up to D
+// (Diolaiti, Niemeyer, Barbagli and Salisbury 2006: K < 2 c / D). Together, for motions up to v T; a body of stiffness
+// S feels motion scale x force scale x S stiff to the hand:
+double stable_stiffness(const Tables& tables) {
+    const double motion_m = std::max(tables.encoder_step_m, kSpeed_m_s * kPeriod_s);
+    const double takes_n_s_per_m = tables.damping_n_s_per_m + tables.device_friction_n * kPeriod_s / motion_m;
+    return takes_n_s_per_m / (kPeriod_s / 2.0 + tables.device_delay_s) / (tables.motion_scale * tables.force_scale);
+}
 
 void couple(const Tables& tables, ServoModel& model) {
     const auto largest = [&] {

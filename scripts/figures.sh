@@ -20,6 +20,7 @@ plot() {
 
 plot signal-path
 plot states
+plot device-frames
 
 # From outside to 6 mm under the cube's top.
 printf 'x,y,z\n0.013,0.0165,0.031\n0.0118,0.0172,0.024\n' >"$work/tick.path.csv"

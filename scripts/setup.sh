@@ -11,7 +11,7 @@ packages_of() {
     demo) # haptable-precompute, -device, -view and the servo of a scene
         echo g++ make iproute2 \
             libeigen3-dev libsuitesparse-dev libopenblas-dev libxxhash-dev libgmsh-dev libpugixml-dev \
-            liblcm-dev liblcm-bin libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core gnuplot-nox \
+            liblcm-dev liblcm-bin libwebsockets-dev libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core gnuplot-nox \
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws

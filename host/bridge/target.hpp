@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "firmware/haptable_frame.h"
-#include "host/bridge/line.hpp"
+#include "host/link/line.hpp"
 
 namespace haptable {
 

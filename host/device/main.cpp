@@ -9,10 +9,13 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
+#include "host/device/drivers.hpp"
 #include "host/device/session.hpp"
+#include "host/device/simulated_driver.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
+#include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {
@@ -22,9 +25,10 @@ namespace {
 constexpr int kPriority = 49;  // just below the servo's: its answer is what we wait for
 
 struct Options {
-    std::string scene, faults, path = "poke", csv;
+    std::string scene, faults, path = "poke", csv, device, hand_name = "default", press, driver = "simulated";
+    DriverOptions real;
     PathOptions geometry;
-    Hand hand;
+    double hand_stiffness_n_per_m = -1.0, hand_damping_n_s_per_m = -1.0;  ///< less than 0: as the hand of that name
     SessionOptions session;
     bool no_realtime = false;
     bool json = false;
@@ -53,13 +57,23 @@ void add_path_options(CommandLine& app, Options& o) {
     length("--clearance", o.geometry.clearance_m, "m, of the start above the surface");
     length("--hold", o.geometry.hold_s, "s, that a poke stays down");
     app.option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement").positive().show_default();
-    length("--hand-stiffness", o.hand.stiffness_n_per_m, "N/m, of the hand that holds the device");
-    length("--hand-damping", o.hand.damping_n_s_per_m, "N s/m, of that hand");
+    app.option("--hand", o.hand_name, "that holds the device: default, soft or stiff").show_default();
+    app.option("--hand-stiffness", o.hand_stiffness_n_per_m, "N/m, of that hand [200]").non_negative();
+    app.option("--hand-damping", o.hand_damping_n_s_per_m, "N s/m, of that hand [5]").non_negative();
+    app.option("--press", o.press,
+               "buttons that the hand holds, BUTTON:FROM:TO in seconds, several with commas between "
+               "them: clutch:0.5:0.8");
 }
 
 void add_options(CommandLine& app, Options& o) {
     app.option("SCENE", o.scene, "the scene file: its [device] gives mass, friction, encoder and force limit")
         .required();
+    app.option("--driver", o.driver, "simulated, or a real device: inverse3, hapi, falcon (docs/DRIVERS.md)")
+        .show_default();
+    app.option("--port", o.real.port, "of hapi and falcon: its serial port, such as /dev/ttyACM0");
+    app.option("--url", o.real.url, "of inverse3: Haply's service").show_default();
+    app.option("--hardware", o.real.hardware, "of hapi: 3 for the plastic 2diy, 2 for the metal one").show_default();
+    app.option("--device", o.device, "what is simulated, by a name of docs/DEVICES.md, such as touch [the scene's]");
     add_path_options(app, o);
     app.flag("--lockstep", o.session.lockstep,
              "the clock waits for every answer: deterministic, and faster than real time");
@@ -84,9 +98,40 @@ std::unique_ptr<Path> make_path(const Options& o) {
     return scripted_path(o.path, o.geometry);
 }
 
-SummaryLines summarise(const DeviceReport& report, const Scene& scene, const Connection& connection) {
+Device device_of(const Options& o, const Scene& scene) {
+    if (o.device.empty()) return scene.device;
+    if (const DeviceModel* model = find_device_model(o.device)) return device_of(*model);
+    std::string known;
+    for (const DeviceModel& model : device_models()) known += (known.empty() ? "" : ", ") + std::string(model.name);
+    throw Error(fmt::format("--device: there is no {}; there are {}", o.device, known));
+}
+
+Hand hand_of(const Options& o) {
+    Hand hand = hand_named(o.hand_name);
+    if (o.hand_stiffness_n_per_m >= 0.0) hand.stiffness_n_per_m = o.hand_stiffness_n_per_m;
+    if (o.hand_damping_n_s_per_m >= 0.0) hand.damping_n_s_per_m = o.hand_damping_n_s_per_m;
+    return hand;
+}
+
+std::unique_ptr<Driver> make_driver(const Options& o, const Scene& scene, const Device& device, const Path& path) {
+    const DeviceMapping mapping(scene.device_map);
+    if (o.driver == "simulated")
+        return std::make_unique<SimulatedDriver>(
+            PointDevice(device, hand_of(o), mapping.to_device(path.at(0.0).position_m)), path, mapping,
+            presses_of(o.press));
+    if (o.session.lockstep) throw Error("--lockstep: a real device does not wait: leave it out, or --driver");
+    DriverOptions real = o.real;
+    real.max_force_n = device.max_force_n;
+    return open_driver(o.driver, real);
+}
+
+SummaryLines summarise(const Options& o, const DeviceReport& report, const Scene& scene, const Device& device,
+                       const Driver& driver, const Connection& connection) {
     SummaryLines summary;
     summary.add("scene", scene.name);
+    summary.add("driver", o.driver);
+    summary.add("device", device.model);
+    for (const Counter& counter : driver.counters()) summary.add(counter.name, counter.value);
     summary.add("url", connection.url());
     summary.add("ticks", report.ticks);
     summary.add("missed", report.missed);
@@ -98,6 +143,7 @@ SummaryLines summarise(const DeviceReport& report, const Scene& scene, const Con
     summary.add("refused_answers", report.refused_answers);
     summary.add("stale_answers", report.stale_answers);
     summary.add("contact_ticks", report.contact_ticks);
+    summary.add("clutched_ticks", report.clutched_ticks);
     summary.add("latency_mean_us", report.latency.mean_us());
     summary.add("latency_p999_us", report.latency.quantile_us(0.999));
     summary.add("latency_max_us", report.latency.max_us());
@@ -113,6 +159,8 @@ void run(Options& o) {
     catch_interrupts();
     const Scene scene = read_scene(o.scene);
     if (!o.faults.empty()) o.session.faults = parse_faults(o.faults);
+    const Device device = device_of(o, scene);
+    o.session.map = scene.device_map;
     const std::unique_ptr<Path> path = make_path(o);
     std::optional<DeviceRecord> record;
     if (!o.csv.empty()) record.emplace(o.csv).keep();
@@ -122,15 +170,16 @@ void run(Options& o) {
     Connection connection;
     SessionOptions session_options = o.session;
     session_options.tells = !o.quiet;
-    const PointDevice device(scene.device, o.hand, path->at(0.0).position_m);
-    DeviceSession session(device, *path, connection, session_options, record ? &*record : nullptr);
+    const std::unique_ptr<Driver> driver = make_driver(o, scene, device, *path);
+    DeviceSession session(*driver, connection, session_options, record ? &*record : nullptr);
     const bool locked = urgent && lock_memory();
     if (!o.quiet)
-        fmt::print(stderr, "haptable-device: {} on {}, {}, {}, memory {}\n", scene.name, connection.url(),
-                   o.session.lockstep ? "lockstep" : "real time", priority, locked ? "locked" : "not locked");
+        fmt::print(stderr, "haptable-device: {} {} at {} on {}, {}, {}, memory {}\n", device.model, o.driver,
+                   scene.name, connection.url(), o.session.lockstep ? "lockstep" : "real time", priority,
+                   locked ? "locked" : "not locked");
     const DeviceReport report = session.run();
     if (record) record->finish();
-    summarise(report, scene, connection).print(o.json, o.quiet);
+    summarise(o, report, scene, device, *driver, connection).print(o.json, o.quiet);
 }
 
 }  // namespace

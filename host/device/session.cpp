@@ -8,16 +8,16 @@
 #include <cerrno>
 #include <cmath>
 #include <ctime>
+#include <limits>
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/device/simulated_driver.hpp"
 
 namespace haptable {
 
 namespace {
 
-// 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
-constexpr int kSubsteps = 20;
 constexpr double kTick_s = 1e-3;
 constexpr std::int64_t kFlush_ticks = 100;
 
@@ -41,16 +41,31 @@ void sleep_until(Clock::time_point deadline) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
 }
 
-std::int64_t to_ticks(double seconds) { return static_cast<std::int64_t>(std::ceil(seconds / kTick_s - 1e-6)); }
+/// 0 s: until it is interrupted.
+std::int64_t to_ticks(double seconds) {
+    if (!(seconds > 0.0)) return std::numeric_limits<std::int64_t>::max();
+    return static_cast<std::int64_t>(std::ceil(seconds / kTick_s - 1e-6));
+}
 
 }  // namespace
 
 DeviceSession::DeviceSession(const PointDevice& device, const Path& path, Connection& connection,
                              const SessionOptions& options, DeviceRecord* record)
-    : device_(device), path_(path), connection_(connection), options_(options), record_(record) {
+    : DeviceSession(std::make_unique<SimulatedDriver>(device, path, DeviceMapping(options.map)), connection, options,
+                    record) {}
+
+DeviceSession::DeviceSession(std::unique_ptr<Driver> driver, Connection& connection, const SessionOptions& options,
+                             DeviceRecord* record)
+    : DeviceSession(*driver, connection, options, record) {
+    own_ = std::move(driver);
+}
+
+DeviceSession::DeviceSession(Driver& driver, Connection& connection, const SessionOptions& options,
+                             DeviceRecord* record)
+    : driver_(driver), connection_(connection), options_(options), mapping_(options.map), record_(record) {
     if (options_.lockstep && !(options_.patience_s > 0.0))
         throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
-    reading_m_.fill(device_.encoder_m());
+    reading_m_.fill(mapping_.to_body(driver_.read(0).position_m));
     state_.session = random_session();
     state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
@@ -75,7 +90,7 @@ void DeviceSession::begin_faults() {
 
 DeviceReport DeviceSession::run() {
     const Clock::time_point begin = Clock::now();
-    const std::int64_t ticks = to_ticks(options_.seconds > 0.0 ? options_.seconds : path_.duration_s());
+    const std::int64_t ticks = to_ticks(options_.seconds > 0.0 ? options_.seconds : driver_.duration_s());
     Clock::time_point next = begin;
     for (std::int64_t tick = 0; tick < ticks && !interrupted(); ++tick) {
         begin_tick(tick);
@@ -97,16 +112,16 @@ DeviceReport DeviceSession::run() {
     return report_;
 }
 
-HandGoal DeviceSession::goal(double time_s) const {
-    const double duration_s = path_.duration_s();
-    // Longer than the path: along it again. Its very end belongs to it.
-    return path_.at(time_s > duration_s ? std::fmod(time_s, duration_s) : time_s);
-}
-
 void DeviceSession::begin_tick(std::int64_t tick) {
-    const double time_s = static_cast<double>(tick) * kTick_s;
-    const HandGoal hand = goal(time_s);
-    row_ = {tick, device_.encoder_m(), device_.velocity_m_s(), hand.position_m, device_.force_n(), answered_};
+    const Reading reading = driver_.read(tick);
+    const Eigen::Vector3d goal_m = mapping_.to_body(reading.goal_m);
+    mapping_.follow(reading.position_m, (reading.buttons & kClutchButton) != 0, kTick_s);
+    if (mapping_.share() < 1.0) {
+        ++report_.clutched_ticks;
+        feel(body_force_n_);  // the ramp goes on though no answer comes
+    }
+    row_ = {tick,   mapping_.finger_m(),     mapping_.velocity_to_body(reading.velocity_m_s),
+            goal_m, Eigen::Vector3d::Zero(), answered_};
     if (faults_) row_.encoder_m = faults_->device.see(row_.encoder_m, Clock::now());
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
     const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
@@ -114,10 +129,9 @@ void DeviceSession::begin_tick(std::int64_t tick) {
     state_.utime = options_.lockstep ? tick * kTick.count() : utime_now();
     if (faults_) state_.utime = faults_->device.clock(state_.utime);
     state_.seq = tick;
-    state_.buttons = static_cast<std::int32_t>(hand.buttons);
+    state_.buttons = reading.buttons;
     Eigen::Map<Eigen::Vector3d>(state_.position_m) = row_.encoder_m;
     Eigen::Map<Eigen::Vector3d>(state_.velocity_m_s) = velocity_m_s;
-    substep_ = 0;
     ++report_.ticks;
     publish();
 }
@@ -178,7 +192,7 @@ void DeviceSession::on_force(const servo_force& force) {
     if (!is_for_us(force) || force.seq < 0 || force.seq > state_.seq || force.seq < answered_) return;
     if (force.seq == answered_) {
         // The second answer to a state is none, but for a servo's last word.
-        if (force.servo_state == servo_force::SILENT) device_.set_force(Eigen::Vector3d::Zero());
+        if (force.servo_state == servo_force::SILENT) feel(Eigen::Vector3d::Zero());
         return;
     }
     const Clock::time_point now = Clock::now();
@@ -200,16 +214,15 @@ void DeviceSession::on_force(const servo_force& force) {
     silent_ = false;
     // Until it came the old force acted. In lockstep an answer takes no time.
     const Clock::time_point begun = published_[static_cast<std::size_t>(state_.seq) % kKept_ticks];
-    if (!options_.lockstep) integrate_to(static_cast<int>(to_us(now - begun) / 1000.0 * kSubsteps));
-    device_.set_force(Eigen::Vector3d(force.force_n));
-    report_.largest_force_n = std::max(report_.largest_force_n, device_.force_n().norm());
+    if (!options_.lockstep) driver_.advance(row_.tick, to_us(now - begun) / 1000.0);
+    feel(Eigen::Vector3d(force.force_n));
+    report_.largest_force_n = std::max(report_.largest_force_n, driver_.force_n().norm());
 }
 
-void DeviceSession::integrate_to(int substep) {
-    const double step_s = kTick_s / kSubsteps;
-    const double begin_s = static_cast<double>(row_.tick) * kTick_s;
-    for (; substep_ < std::min(substep, kSubsteps); ++substep_)
-        device_.advance(goal(begin_s + (substep_ + 0.5) * step_s), step_s);
+/// A force of the body's, as the clutch lets it through.
+void DeviceSession::feel(const Eigen::Vector3d& body_n) {
+    body_force_n_ = body_n;
+    driver_.set_force(mapping_.to_motors(body_n));
 }
 
 void DeviceSession::wait_for_answer() {
@@ -242,8 +255,8 @@ void DeviceSession::end_tick() {
     if (answered_ < state_.seq) ++report_.missed;
     drop_stale_force();
     if (!silent_ && !options_.lockstep) report_.force_age.add(to_us(Clock::now() - asked_));
-    integrate_to(kSubsteps);
-    row_.force_n = device_.force_n();
+    driver_.advance(row_.tick, 1.0);
+    row_.force_n = mapping_.turned_to_body(driver_.force_n());
     if (options_.watch) options_.watch(row_);
     if (record_ == nullptr) return;
     record_->add(row_);
@@ -255,7 +268,7 @@ void DeviceSession::drop_stale_force() {
     if (silent_ || options_.lockstep || Clock::now() - asked_ < kSilence) return;
     silent_ = true;
     ++report_.silences;
-    device_.set_force(Eigen::Vector3d::Zero());
+    feel(Eigen::Vector3d::Zero());
     first_ = state_.seq + 1;
     let_go();
 }

@@ -5,13 +5,16 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/device/driver.hpp"
 #include "host/device/events.hpp"
 #include "host/device/faults.hpp"
 #include "host/device/faulty_lane.hpp"
+#include "host/device/mapping.hpp"
 #include "host/device/path.hpp"
 #include "host/device/point_device.hpp"
 #include "host/device/record.hpp"
@@ -31,6 +34,7 @@ struct SessionOptions {
     FaultPlan faults;             ///< on purpose; none unless asked for
     std::uint64_t seed = 1;       ///< of their dice
     std::function<void(const DeviceRow&)> watch;  ///< called at the end of each tick; may be empty
+    DeviceMap map;                                ///< from the device to the body
 };
 
 struct DeviceReport {
@@ -43,6 +47,7 @@ struct DeviceReport {
     std::int64_t refused_answers = 0;       ///< of a servo that belongs to another device
     std::int64_t stale_answers = 0;         ///< older than 20 ms: as if none had come
     std::int64_t contact_ticks = 0;         ///< answers with contact
+    std::int64_t clutched_ticks = 0;        ///< with the clutch held, or outside of the workspace
     std::int64_t silences = 0;              ///< times the force was dropped because the servo had fallen silent
     double largest_force_n = 0.0;           ///< that the motors gave
     DurationStatistics latency;             ///< from publishing a state to its answer, however late
@@ -54,6 +59,8 @@ struct DeviceReport {
 class DeviceSession {
 public:
     /// Subscribes to the servo's forces. `record` may be null.
+    DeviceSession(Driver& driver, Connection& connection, const SessionOptions& options, DeviceRecord* record);
+    /// With a simulated device on that path of the body's.
     DeviceSession(const PointDevice& device, const Path& path, Connection& connection, const SessionOptions& options,
                   DeviceRecord* record);
     DeviceSession(const DeviceSession&) = delete;
@@ -67,6 +74,7 @@ private:
     void begin_faults();
     bool handle_until(Clock::time_point deadline);
     void deliver();
+    void feel(const Eigen::Vector3d& body_n);
     bool is_for_us(const servo_force& force);
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
     void let_go();
@@ -76,8 +84,8 @@ private:
     void wait_until(Clock::time_point next);
     void end_tick();
     void drop_stale_force();
-    void integrate_to(int substep);
-    HandGoal goal(double time_s) const;
+    DeviceSession(std::unique_ptr<Driver> driver, Connection& connection, const SessionOptions& options,
+                  DeviceRecord* record);
     void publish();
 
     // The velocity is what a driver makes of its encoders: their way over a window of 10 ms.
@@ -85,10 +93,11 @@ private:
     // Publication times that are kept, 4 s of them: an answer that is later yet is as late as the oldest.
     static constexpr std::size_t kKept_ticks = 4096;
 
-    PointDevice device_;
-    const Path& path_;
+    std::unique_ptr<Driver> own_;  ///< null where the driver is another's
+    Driver& driver_;
     Connection& connection_;
     SessionOptions options_;
+    DeviceMapping mapping_;
     DeviceRecord* record_;
     /// What stands between this session and its servo, where faults are asked for.
     struct Faults {
@@ -97,8 +106,9 @@ private:
         bool gone = false;  ///< in this tick
     };
     std::optional<Faults> faults_;
-    device_state state_{};  ///< of this tick
-    DeviceRow row_;         ///< of this tick
+    Eigen::Vector3d body_force_n_ = Eigen::Vector3d::Zero();  ///< of the newest answer
+    device_state state_{};                                    ///< of this tick
+    DeviceRow row_;                                           ///< of this tick
     std::array<Eigen::Vector3d, kWindow_ticks> reading_m_;
     std::vector<Clock::time_point> published_ = std::vector<Clock::time_point>(kKept_ticks);
     Clock::time_point asked_{};     ///< when the state was published that the force answers
@@ -106,7 +116,6 @@ private:
     std::int64_t first_ = 0;        ///< whose answer is taken: after silence the next one
     std::int64_t answered_ = -1;    ///< the newest state that has an answer
     bool silent_ = true;            ///< no answer for 20 ms, or none yet
-    int substep_ = 0;               ///< of this tick, as far as it is integrated
     Events events_;
     DeviceReport report_;
 };

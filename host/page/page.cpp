@@ -118,7 +118,7 @@ void add_spread(const Tables& tables, const ServoModel& servo, Blob& blob) {
 }
 
 json hand_of(const Tables& tables, const json& summary) {
-    return {{"mass_kg", summary.value("/device/mass_kg"_json_pointer, Device{}.mass_kg)},
+    return {{"mass_kg", summary.value("/device/mass_kg"_json_pointer, Device{}.mass_kg[0])},
             {"damping_n_s_per_m", tables.damping_n_s_per_m},
             {"friction_n", tables.device_friction_n},
             {"max_force_n", tables.max_force_n},

@@ -96,8 +96,13 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     if (c.auto_coupling)
         for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
             hash.add(value);
-    hash.add(scene.device.max_force_n);
-    const SafetyLimits& limits = scene.device.limits;
+    // What the stability limit follows besides, where there is any: the hash of a scene without them is what it was.
+    const double scale = scene.device_map.motion_scale * scene.device_map.force_scale;
+    const double delay_s = whole_delay_s(scene.device);
+    if (scale != 1.0 || delay_s != 0.0)
+        for (double value : {scale, delay_s}) hash.add(value);
+    hash.add(servo_force_limit_n(scene));
+    const SafetyLimits limits = servo_limits(scene);
     if (limits != SafetyLimits())
         for (const double value :
              {limits.max_speed_m_s, limits.max_force_rate_n_per_s, limits.mean_force_n, limits.mean_force_time_s,

@@ -301,12 +301,16 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                                    {"product_flops", summary.mask.product_flops},
                                    {"widened", summary.mask.widened},
                                    {"places", summary.mask.places}};
-    json["device"] = {{"max_force_n", scene.device.max_force_n},
-                      {"mass_kg", scene.device.mass_kg},
+    const std::array<double, 3>& mass_kg = scene.device.mass_kg;
+    json["device"] = {{"max_force_n", servo_force_limit_n(scene)},
+                      {"mass_kg", (mass_kg[0] + mass_kg[1] + mass_kg[2]) / 3.0},
                       {"damping_n_s_per_m", scene.device.damping_n_s_per_m},
                       {"friction_n", scene.device.friction_n},
-                      {"encoder_step_m", scene.device.encoder_step_m}};
-    add_limits(scene.device.limits, json["device"]);
+                      {"encoder_step_m", scene.device.encoder_step_m},
+                      {"delay_s", whole_delay_s(scene.device)},
+                      {"motion_scale", scene.device_map.motion_scale},
+                      {"force_scale", scene.device_map.force_scale}};
+    add_limits(servo_limits(scene), json["device"]);
     if (summary.size.stiffness.largest_n_per_m > 0.0)
         json["stiffness"] = {{"largest_n_per_m", summary.size.stiffness.largest_n_per_m},
                              {"stable_n_per_m", summary.size.stiffness.stable_n_per_m},

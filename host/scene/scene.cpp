@@ -12,10 +12,12 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
+#include <numbers>
 #include <string_view>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/scene/device_models.hpp"
 
 namespace haptable {
 
@@ -36,6 +38,9 @@ constexpr std::int64_t kFewestNodes = 20;
 // Diamond has 1.2e12 Pa; beyond these bounds the tables leave the range of float32.
 constexpr double kSoftest_pa = 1e-3;
 constexpr double kStiffest_pa = 1e15;
+
+// Of a device's force: as old as the watchdogs let it be.
+constexpr double kMostDelay_s = 0.02;
 
 /// Levenshtein's distance: the fewest letters to insert, remove or change.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -214,16 +219,19 @@ public:
         return nodes;
     }
 
+    std::array<double, 3> three(std::string_view key, const std::array<double, 3>& fallback) const {
+        return has(key) ? list<3>(key, "three numbers: x y z") : fallback;
+    }
+
+    /// The number three times, or three of them.
+    std::array<double, 3> one_or_three(std::string_view key, const std::array<double, 3>& fallback) const {
+        if (!has(key) || table_.get(key)->is_array()) return three(key, fallback);
+        const double value = number(key);
+        return {value, value, value};
+    }
+
     std::array<double, 6> box(std::string_view key) const {
-        const toml::array* list = table_.get_as<toml::array>(key);
-        if (list == nullptr || list->size() != 6) fail(key, "must be six numbers: xmin ymin zmin xmax ymax zmax (m)");
-        std::array<double, 6> box_m{};
-        for (std::size_t c = 0; c < 6; ++c) {
-            const std::optional<double> value = (*list)[c].value<double>();
-            if (!value || (*list)[c].is_boolean() || !std::isfinite(*value))
-                fail(key, fmt::format("entry {} must be a finite number", c));
-            box_m[c] = *value;
-        }
+        const std::array<double, 6> box_m = list<6>(key, "six numbers: xmin ymin zmin xmax ymax zmax (m)");
         for (std::size_t c = 0; c < 3; ++c)
             if (box_m[c] > box_m[c + 3])
                 fail(key, fmt::format("{}min {} is greater than {}max {}; swap them", "xyz"[c], box_m[c], "xyz"[c],
@@ -280,6 +288,20 @@ private:
         if (list == nullptr || list->size() != count || values.size() != count)
             fail(key, fmt::format("must be {}", example));
         return values;
+    }
+
+    template <std::size_t Count>
+    std::array<double, Count> list(std::string_view key, const char* what) const {
+        const toml::array* list = table_.get_as<toml::array>(key);
+        if (list == nullptr || list->size() != Count) fail(key, fmt::format("must be {}", what));
+        std::array<double, Count> numbers{};
+        for (std::size_t c = 0; c < Count; ++c) {
+            const std::optional<double> value = (*list)[c].value<double>();
+            if (!value || (*list)[c].is_boolean() || !std::isfinite(*value))
+                fail(key, fmt::format("entry {} must be a finite number", c));
+            numbers[c] = *value;
+        }
+        return numbers;
     }
 
     std::string full(std::string_view key) const {
@@ -588,15 +610,14 @@ ContactOptions read_contact(const Section& root) {
 // HAPTABLE_FAST_SEGMENT_M a tick.
 constexpr double kMaxSpeed = 5.0;        // m/s
 constexpr double kFullForceTime = 0.01;  // s, from none to max_force
-constexpr double kMeanForce = 1.4;       // N: what a PHANToM Premium gives all day by its data sheet
 constexpr double kRampTime = 1.0;        // s
 
 /// max_speed, max_force_rate, mean_force = a number | "off"; force_return = "leaving" | "ramp"
-SafetyLimits read_limits(const Section& section, double max_force_n) {
+SafetyLimits read_limits(const Section& section, const Device& device) {
     SafetyLimits limits;
     limits.max_speed_m_s = section.limit("max_speed", kMaxSpeed);
-    limits.max_force_rate_n_per_s = section.limit("max_force_rate", max_force_n / kFullForceTime);
-    limits.mean_force_n = section.limit("mean_force", kMeanForce);
+    limits.max_force_rate_n_per_s = section.limit("max_force_rate", device.max_force_n / kFullForceTime);
+    limits.mean_force_n = section.limit("mean_force", device.continuous_force_n);
     limits.mean_force_time_s = section.positive("mean_force_time", limits.mean_force_time_s);
     const bool ramps = section.choice("force_return", {"leaving", "ramp"}) == "ramp";
     if (!ramps && section.has("ramp_time"))
@@ -605,20 +626,37 @@ SafetyLimits read_limits(const Section& section, double max_force_n) {
     return limits;
 }
 
-Device read_device(const Section& root) {
-    const Section section =
-        root.section("device",
-                     {"max_force", "mass", "damping", "friction", "encoder_step", "max_speed", "max_force_rate",
-                      "mean_force", "mean_force_time", "force_return", "ramp_time"},
-                     false);
-    Device device;
+/// The model's figures where the scene gives none.
+Device read_device(const Section& section) {
+    Names names;
+    for (const DeviceModel& model : device_models()) names.emplace_back(model.name);
+    Device device = device_of(*find_device_model(section.choice("model", names)));
     device.max_force_n = section.positive("max_force", device.max_force_n);
-    device.mass_kg = section.positive("mass", device.mass_kg);
+    device.mass_kg = section.one_or_three("mass", device.mass_kg);
+    for (const double mass_kg : device.mass_kg)
+        if (!(mass_kg > 0.0)) section.fail("mass", fmt::format("is {} and must be greater than 0", mass_kg));
     device.damping_n_s_per_m = section.not_negative("damping", device.damping_n_s_per_m);
     device.friction_n = section.not_negative("friction", device.friction_n);
     device.encoder_step_m = section.not_negative("encoder_step", device.encoder_step_m);
-    device.limits = read_limits(section, device.max_force_n);
+    device.bandwidth_hz = section.not_negative("bandwidth", device.bandwidth_hz);
+    device.delay_s = section.not_negative("delay", device.delay_s);
+    if (device.delay_s > kMostDelay_s)
+        section.fail("delay", fmt::format("is {} s, and a servo takes what is {} s old for silence", device.delay_s,
+                                          kMostDelay_s));
+    device.limits = read_limits(section, device);
     return device;
+}
+
+DeviceMap read_device_map(const Section& section) {
+    DeviceMap map;
+    map.position_m = section.three("position", map.position_m);
+    map.rotation_deg = section.three("rotation", map.rotation_deg);
+    map.left_handed = section.choice("handedness", {"right", "left"}) == "left";
+    map.motion_scale = section.positive("motion_scale", map.motion_scale);
+    map.force_scale = section.positive("force_scale", map.force_scale);
+    map.ramp_s = section.not_negative("clutch_ramp", map.ramp_s);
+    if (section.has("workspace")) map.workspace_m = section.box("workspace");
+    return map;
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
@@ -723,6 +761,21 @@ toml::table parse(const fs::path& file) {
 
 }  // namespace
 
+double servo_force_limit_n(const Scene& scene) { return scene.device.max_force_n / scene.device_map.force_scale; }
+
+double whole_delay_s(const Device& device) {
+    const double lag_s = device.bandwidth_hz > 0.0 ? 1.0 / (2.0 * std::numbers::pi * device.bandwidth_hz) : 0.0;
+    return device.delay_s + lag_s;
+}
+
+SafetyLimits servo_limits(const Scene& scene) {
+    SafetyLimits limits = scene.device.limits;
+    limits.max_speed_m_s *= scene.device_map.motion_scale;
+    limits.max_force_rate_n_per_s /= scene.device_map.force_scale;
+    limits.mean_force_n /= scene.device_map.force_scale;
+    return limits;
+}
+
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
     const Section root(file, "", table,
@@ -737,10 +790,17 @@ Scene read_scene(const fs::path& file) {
     scene.fixed = read_fixed(root);
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
-    scene.device = read_device(root);
+    const Section device = root.section(
+        "device",
+        {"model",     "max_force", "mass",           "damping",    "friction",        "encoder_step", "bandwidth",
+         "delay",     "position",  "rotation",       "handedness", "motion_scale",    "force_scale",  "clutch_ramp",
+         "workspace", "max_speed", "max_force_rate", "mean_force", "mean_force_time", "force_return", "ramp_time"},
+        false);
+    scene.device = read_device(device);
+    scene.device_map = read_device_map(device);
     scene.device.limits.grab = scene.contact.grab;
-    scene.device.limits.check = scene.tables.check;
     scene.tables = read_table_options(root, scene.contact);
+    scene.device.limits.check = scene.tables.check;
     return scene;
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
+#include "host/scene/device.hpp"
 #include "host/scene/material.hpp"
 
 namespace haptable {
@@ -57,16 +57,6 @@ struct ContactOptions {
     double coupling_n_per_m = 0.0;  ///< a virtual coupling in series; 0: none
 };
 
-/// [device]: a PHANToM-like point device. SPEC.md cites where the defaults come from.
-struct Device {
-    double max_force_n = 8.5;
-    double mass_kg = 0.075;
-    double damping_n_s_per_m = 0.005;
-    double friction_n = 0.04;  ///< Coulomb friction
-    double encoder_step_m = 3.0e-5;
-    SafetyLimits limits;  ///< none of them; a scene file has its own defaults (SCENE.md)
-};
-
 /// [tables]
 struct TableOptions {
     ColumnRows columns = ColumnRows::kSurface;
@@ -89,6 +79,7 @@ struct Scene {
     std::vector<Selection> touch;  ///< empty: the whole surface but inner cavities
     ContactOptions contact;
     Device device;
+    DeviceMap device_map;
     TableOptions tables;
 
     /// Of a region, or of the body (-1).
@@ -96,6 +87,15 @@ struct Scene {
         return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
     }
 };
+
+/// Where the servo cuts a force of the body's, so that the motors meet their limit and no more.
+double servo_force_limit_n(const Scene& scene);
+
+/// The device's limits, which are of the hand's motion and force, as the servo meets them at the body.
+SafetyLimits servo_limits(const Scene& scene);
+
+/// Of a force until the motors give it: on its way, and behind their lag.
+double whole_delay_s(const Device& device);
 
 /// Reads and checks a scene. Throws Error "FILE:LINE: key: what is wrong" for a missing file, an unknown key, a wrong
 /// type or an impossible value. The mesh file itself is not opened.

@@ -73,6 +73,9 @@ void read_options(const json& contact, const json& device, Tables& tables) {
     tables.damping_n_s_per_m = device.value("damping_n_s_per_m", 0.0);
     tables.device_friction_n = device.value("friction_n", 0.0);
     tables.encoder_step_m = device.value("encoder_step_m", 0.0);
+    tables.device_delay_s = device.value("delay_s", 0.0);
+    tables.motion_scale = device.value("motion_scale", 1.0);
+    tables.force_scale = device.value("force_scale", 1.0);
 }
 
 /// The choice that the summary names.
@@ -197,6 +200,9 @@ void check_limits(const fs::path& path, const Tables& tables) {
     not_negative("damping_n_s_per_m", tables.damping_n_s_per_m);
     not_negative("friction_n", tables.device_friction_n);
     not_negative("encoder_step_m", tables.encoder_step_m);
+    not_negative("delay_s", tables.device_delay_s);
+    positive("motion_scale", tables.motion_scale);
+    positive("force_scale", tables.force_scale);
 }
 
 /// By the pivots of its symmetric part.

@@ -45,12 +45,15 @@ struct Tables {
     double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
     bool passivity = false;
     bool auto_coupling = false;
-    double coupling_n_per_m = 0.0;  ///< in series; 0: none
-    double max_force_n = 0.0;
-    SafetyLimits limits;
+    double coupling_n_per_m = 0.0;   ///< in series; 0: none
+    double max_force_n = 0.0;        ///< where the servo cuts: the device's by the force scale
+    SafetyLimits limits;             ///< by the scales as well
     double damping_n_s_per_m = 0.0;  ///< of the device
     double device_friction_n = 0.0;
     double encoder_step_m = 0.0;
+    double device_delay_s = 0.0;                    ///< of a force on its way to the motors, their lag with it
+    double motion_scale = 1.0;                      ///< of the body's motion over the hand's
+    double force_scale = 1.0;                       ///< of the hand's force over the body's
     std::vector<std::int32_t> display_rows;         ///< mesh nodes whose displacement the target computes
     Storage display_precision = Storage::kFloat32;  ///< float32 | int16
     bool has_columns = false;                       ///< columns.npy

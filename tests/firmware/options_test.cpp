@@ -297,6 +297,22 @@ TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
     }
 }
 
+// A body feels motion scale x force scale as stiff to the hand, and a force that comes late gives more energy.
+TEST(Coupling, TheLimitFollowsTheScalesAndTheDelay) {
+    Scene scene = cube_scene(4, 0.3);
+    scene.device_map.motion_scale = 0.5;
+    scene.device_map.force_scale = 8.0;
+    scene.device.delay_s = 1e-3;
+    scene.contact.auto_coupling = true;
+    const ElasticBody body(scene, ForceLaw::kConsistent, 0.0);
+    const ServoStiffness& k = body.servo().stiffness;
+    const double stable_n_per_m = (0.005 + 0.04 / 0.5) / (0.5e-3 + 1e-3) / 4.0;
+    EXPECT_WITHIN(std::abs(k.stable_n_per_m - stable_n_per_m), .count = 16, .size = stable_n_per_m);
+    EXPECT_GT(k.largest_n_per_m, k.stable_n_per_m) << "the test must need a coupling";
+    EXPECT_WITHIN(k.felt_n_per_m / k.stable_n_per_m - 1.0, .count = 64, .epsilon = kFloat);
+    EXPECT_WITHIN(std::abs(body.model().max_force_n - 8.5 / 8.0), .count = 4, .epsilon = kFloat, .size = 8.5 / 8.0);
+}
+
 /// Names that the linker keeps of the firmware and one model.
 std::string linked_names(const Tables& tables, const ServoModel& servo) {
     const TemporaryFolder folder;

@@ -31,7 +31,7 @@ TEST(PythonDevice, OfThePageFeelsTheServo) {
     const std::string url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
     const std::filesystem::path python = std::filesystem::absolute(build_folder()) / "python";
     const std::string servo = (build_folder() / "cube/servo").string();
-    if (!std::filesystem::exists(python / "ready")) GTEST_SKIP() << "PyPI's lcm is not there: make test installs it";
+    if (!std::filesystem::exists(python / "ready")) GTEST_SKIP() << "the packages of PyPI are not there: make test installs them";
     if (!std::filesystem::exists(servo)) GTEST_SKIP() << servo << " is not built: make scene";
     try {
         const Connection connection(url);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "firmware/haptable_frame.h"
-#include "host/bridge/line.hpp"
+#include "host/link/line.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/error.hpp"
+#include "host/scene/device_models.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -41,7 +43,7 @@ double oscillation_error(double step_s) {
     const int steps = static_cast<int>(std::lround(0.4 / step_s));
     for (int i = 1; i <= steps; ++i) {
         point.advance(at_rest(Vector3d::Zero()), step_s);
-        const double exact = free_oscillation(0.01, device.mass_kg, 200.0, 1.5, i * step_s);
+        const double exact = free_oscillation(0.01, device.mass_kg[0], 200.0, 1.5, i * step_s);
         worst = std::max(worst, std::abs(point.position_m().x() - exact) / 0.01);
     }
     return worst;
@@ -49,7 +51,7 @@ double oscillation_error(double step_s) {
 
 TEST(PointDevice, OscillatesAndDecaysAsTheClosedFormSays) {
     // The trapezoid rule's phase falls behind by (w h)^2 / 12 of the way w t that it went.
-    const double w = std::sqrt(200.0 / Device().mass_kg), phase = std::pow(w * kStep_s, 2) / 12.0 * w * 0.4;
+    const double w = std::sqrt(200.0 / Device().mass_kg[0]), phase = std::pow(w * kStep_s, 2) / 12.0 * w * 0.4;
     EXPECT_WITHIN(oscillation_error(kStep_s), .count = 3, .epsilon = phase);
 }
 
@@ -90,10 +92,10 @@ TEST(PointDevice, FrictionBrakesEvenlyAndAgainstTheMotion) {
     const double v0 = point.velocity_m_s().norm();
     // 2,000 steps of one rounded size are added up.
     const Bound added{.count = 4.0 * 2000.0, .size = v0};
-    EXPECT_WITHIN(std::abs(v0 - (5.0 - 0.04) / device.mass_kg * 0.1), added);
+    EXPECT_WITHIN(std::abs(v0 - (5.0 - 0.04) / device.mass_kg[0] * 0.1), added);
     point.set_force(Vector3d::Zero());
     for (int i = 0; i < 2000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
-    EXPECT_WITHIN(std::abs(point.velocity_m_s().norm() - v0 + 0.04 / device.mass_kg * 0.1), added);
+    EXPECT_WITHIN(std::abs(point.velocity_m_s().norm() - v0 + 0.04 / device.mass_kg[0] * 0.1), added);
     EXPECT_WITHIN(std::abs(point.velocity_m_s().x() / point.velocity_m_s().y() - 0.75), added.times(1.0 / v0));
 }
 
@@ -149,6 +151,130 @@ TEST(PointDevice, EncodersReadTheirGrid) {
     EXPECT_WITHIN((point.encoder_m() - Vector3d(3e-5, 6e-5, -6e-5)).norm(), .count = 4, .size = 6e-5);
     device.encoder_step_m = 0.0;
     EXPECT_EQ(PointDevice(device, Hand{}, Vector3d(0.1, 0.2, 0.3)).encoder_m(), Vector3d(0.1, 0.2, 0.3));
+}
+
+// The equation of the midpoint rule itself, with another mass along each axis: a_i w_i + f w_i/|w| = r_i.
+TEST(PointDevice, MassesOfItsOwnAlongEachAxisKeepTheEquation) {
+    Device device = device_with(0.3, 0.01);
+    device.mass_kg = {0.05, 0.2, 1.5};
+    const Hand hand{300.0, 2.0};
+    PointDevice point(device, hand, Vector3d(0.02, -0.01, 0.005));
+    point.set_force(Vector3d(0.4, -1.0, 2.0));
+    const Vector3d mass(device.mass_kg.data());
+    for (int i = 0; i < 400; ++i) {
+        const Vector3d x = point.position_m(), v = point.velocity_m_s();
+        point.advance(at_rest(Vector3d::Zero()), kStep_s);
+        const Vector3d w = 0.5 * (v + point.velocity_m_s()), middle = x + 0.5 * kStep_s * w;
+        ASSERT_GT(w.norm(), 0.0);
+        const Vector3d forces = -hand.stiffness_n_per_m * middle - (hand.damping_n_s_per_m + 0.01) * w -
+                                0.3 / w.norm() * w + point.force_n();
+        const Vector3d inertia = mass.cwiseProduct(point.velocity_m_s() - v) / kStep_s;
+        // Terms of up to 6 N and of m v / h; Newton's steps end at 1e-15 of the speed.
+        const double size = 12.0 + 4.0 * mass.cwiseProduct(v.cwiseAbs()).maxCoeff() / kStep_s;
+        ASSERT_WITHIN((forces - inertia).norm(), .count = 64, .size = size) << "step " << i;
+    }
+}
+
+TEST(PointDevice, EnergyNeverGrowsWithMassesOfItsOwn) {
+    Device device = device_with(0.04, 0.0);
+    device.mass_kg = {0.02, 0.3, 5.0};
+    PointDevice point(device, Hand{200.0, 0.0}, Vector3d(0.02, -0.01, 0.03));
+    double energy = point.energy_j(Vector3d::Zero());
+    for (int i = 0; i < 20000; ++i) {
+        point.advance(at_rest(Vector3d::Zero()), kStep_s);
+        const double now = point.energy_j(Vector3d::Zero());
+        ASSERT_WITHIN(now - energy, .count = 64, .size = energy);
+        energy = now;
+    }
+}
+
+// a(t) = F (1 - exp(-2 pi f t)): exact at every step.
+TEST(PointDevice, MotorsComeUpWithTheirLag) {
+    Device device;
+    device.bandwidth_hz = 100.0;
+    PointDevice point(device, Hand{}, Vector3d::Zero());
+    point.set_force(Vector3d(0.0, 0.0, 2.0));
+    for (int i = 1; i <= 200; ++i) {
+        point.advance(at_rest(Vector3d::Zero()), kStep_s);
+        const double exact = 2.0 * (1.0 - std::exp(-2.0 * M_PI * 100.0 * i * kStep_s));
+        EXPECT_WITHIN(std::abs(point.acting_n().z() - exact), .count = 8.0 + i, .size = 2.0);
+    }
+}
+
+TEST(PointDevice, AForceActsAfterItsDelay) {
+    Device device;
+    device.delay_s = 2e-3;
+    PointDevice point(device, Hand{}, Vector3d::Zero());
+    for (int i = 0; i < 100; ++i) {
+        if (i % 20 == 0) point.set_force(Vector3d(1.0 + i / 20, 0.0, 0.0));
+        point.advance(at_rest(Vector3d::Zero()), kStep_s);
+        EXPECT_EQ(point.acting_n().x(), i < 40 ? 0.0 : 1.0 + (i - 40) / 20) << i;
+    }
+}
+
+// What nothing balances hangs on the hand: m g / k below where it is held.
+TEST(PointDevice, ItsWeightHangsOnTheHand) {
+    for (const double share : {0.0, 0.5, 1.0}) {
+        Device device = device_with(0.0, 0.005);
+        device.unbalanced = share;
+        device.up = {0.0, 1.0, 0.0};
+        PointDevice point(device, Hand{200.0, 5.0}, Vector3d::Zero());
+        for (int i = 0; i < 40000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+        const Vector3d sagged(0.0, -share * 0.075 * 9.80665 / 200.0, 0.0);
+        EXPECT_WITHIN((point.position_m() - sagged).norm(), .epsilon = 1e-12) << share;
+    }
+}
+
+TEST(PointDevice, StopsAtItsReach) {
+    Device device = device_with(0.0, 0.0);
+    device.reach_m = {0.1, 0.0, 0.04};
+    PointDevice point(device, Hand{0.0, 0.0}, Vector3d::Zero());
+    point.set_force(Vector3d(1.0, 1.0, -1.0));
+    for (int i = 0; i < 10000; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    EXPECT_EQ(point.position_m().x(), 0.05);
+    EXPECT_EQ(point.position_m().z(), -0.02);
+    EXPECT_EQ(point.velocity_m_s().x(), 0.0);
+    EXPECT_GT(point.position_m().y(), 1.0) << "that axis is endless";
+    point.set_force(Vector3d(-1.0, 0.0, 0.0));
+    for (int i = 0; i < 100; ++i) point.advance(at_rest(Vector3d::Zero()), kStep_s);
+    EXPECT_LT(point.position_m().x(), 0.05) << "a stop holds in one direction only";
+}
+
+TEST(DeviceModels, TheDefaultIsTodaysDevice) {
+    const Device named = device_of(device_models().front()), today;
+    EXPECT_EQ(named.model, today.model);
+    EXPECT_EQ(named.max_force_n, today.max_force_n);
+    EXPECT_EQ(named.mass_kg, today.mass_kg);
+    EXPECT_EQ(named.damping_n_s_per_m, today.damping_n_s_per_m);
+    EXPECT_EQ(named.friction_n, today.friction_n);
+    EXPECT_EQ(named.encoder_step_m, today.encoder_step_m);
+    EXPECT_EQ(named.bandwidth_hz, 0.0);
+    EXPECT_EQ(named.delay_s, 0.0);
+    EXPECT_EQ(named.unbalanced, 0.0);
+    EXPECT_EQ(named.reach_m, today.reach_m);
+}
+
+TEST(DeviceModels, EveryFigureHasASource) {
+    for (const DeviceModel& model : device_models()) {
+        EXPECT_EQ(find_device_model(model.name), &model) << "two of one name";
+        for (const Figure& figure :
+             {model.max_force_n, model.continuous_force_n, model.mass_kg, model.friction_n, model.damping_n_s_per_m,
+              model.encoder_step_m, model.bandwidth_hz, model.delay_s, model.unbalanced}) {
+            EXPECT_FALSE(std::string(figure.source).empty()) << model.name;
+            EXPECT_GE(figure.value, 0.0) << model.name;
+        }
+        EXPECT_LE(model.continuous_force_n.value, model.max_force_n.value) << model.name;
+        EXPECT_GT(model.mass_kg.value, 0.0) << model.name;
+        EXPECT_EQ(Vector3d(model.up.data()).norm(), 1.0) << model.name;
+    }
+    EXPECT_EQ(find_device_model("phantasm"), nullptr);
+}
+
+TEST(Hands, HaveNames) {
+    EXPECT_EQ(hand_named("default").stiffness_n_per_m, Hand().stiffness_n_per_m);
+    EXPECT_LT(hand_named("soft").stiffness_n_per_m, hand_named("default").stiffness_n_per_m);
+    EXPECT_GT(hand_named("stiff").stiffness_n_per_m, hand_named("default").stiffness_n_per_m);
+    EXPECT_THROW(hand_named("third"), Error);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "host/base/error.hpp"
+#include "host/device/simulated_driver.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/tolerance.hpp"
 
@@ -307,6 +308,75 @@ TEST_F(DeviceSessionTest, RealTimeNeedsNoServoWithoutPatience) {
     EXPECT_EQ(report.silences, 0);
     options.lockstep = true;
     EXPECT_THROW(run(options), Error);
+}
+
+// A Touch-like frame, half the motion and twice the force: the wall is met where the body has it, and the hand feels
+// 1/2 x 2 x 300 N/m along its own axis.
+TEST_F(DeviceSessionTest, ADeviceOfAnotherFrameMeetsTheSameWall) {
+    SessionOptions options = lockstep();
+    options.map.position_m = {0.0, 0.0, 0.02};
+    options.map.rotation_deg = {90.0, 0.0, 0.0};
+    options.map.motion_scale = 0.5;
+    options.map.force_scale = 2.0;
+    partner(push_up);
+    const auto path = scripted_path("poke", PathOptions{});
+    const DeviceMapping mapping(options.map);
+    SimulatedDriver driver(PointDevice(Device{}, Hand{}, mapping.to_device(path->at(0.0).position_m)), *path, mapping);
+    DeviceRecord record(folder / "device.csv");
+    DeviceSession session(driver, connection, options, &record);
+    const DeviceReport report = session.run();
+    record.finish();
+    // 10 mm of the hand's way beyond the wall: 200 x 300 / 500 x 10 mm.
+    EXPECT_WITHIN(std::abs(report.largest_force_n - 1.2), .epsilon = 0.05);
+    const auto rows = read_rows(folder / "device.csv");
+    ASSERT_EQ(rows.size(), 800U);
+    EXPECT_WITHIN(std::abs(rows[0][3] - 0.04), .epsilon = Device().encoder_step_m) << "the path is the body's";
+    const auto& deep = rows[400];
+    EXPECT_WITHIN(std::abs(deep[12] - 2.0 * 300.0 * (0.03 - deep[3])), .count = 64, .size = 1.2)
+        << "the motors' force in the body's axes, of the finger in the body's coordinates";
+    EXPECT_WITHIN(std::abs(deep[10]) + std::abs(deep[11]), .count = 64, .size = 1.2);
+}
+
+// Held down on the wall, the clutch pressed for 0.15 s while the hand goes on: no step of the finger, of the force no
+// more than the ramp's and what the finger itself makes.
+TEST_F(DeviceSessionTest, TheClutchBringsTheForceDownAndBackWithoutAStep) {
+    SessionOptions options = lockstep();
+    options.map.ramp_s = 0.05;
+    std::vector<device_state> states;
+    partner([&](const device_state& state, servo_force& force) {
+        states.push_back(state);
+        return push_up(state, force);
+    });
+    const auto path = scripted_path("poke", PathOptions{});
+    SimulatedDriver driver(PointDevice(Device{}, Hand{}, path->at(0.0).position_m), *path, DeviceMapping(options.map),
+                           presses_of("clutch:0.35:0.5"));
+    DeviceRecord record(folder / "device.csv");
+    DeviceSession session(driver, connection, options, &record);
+    const DeviceReport report = session.run();
+    record.finish();
+    const auto rows = read_rows(folder / "device.csv");
+    // From the clutch on until the ramp is whole again; the tick in which it is whole does not count.
+    EXPECT_EQ(report.clutched_ticks, 150 + 49);
+    EXPECT_GT(rows[349][12], 0.5);
+    EXPECT_EQ(rows[420][12], 0.0);
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        EXPECT_LT(std::abs(rows[i][3] - rows[i - 1][3]), 1.5e-4) << "the peak of a movement at 50 mm/s, " << i;
+        EXPECT_LT(std::abs(rows[i][12] - rows[i - 1][12]), 0.7 / 50.0 + 300.0 * 1.5e-4) << i;
+    }
+    EXPECT_EQ(rows[360][3], rows[499][3]) << "the finger stays";
+    EXPECT_EQ(states[460].velocity_m_s[2], 0.0);
+}
+
+TEST(Presses, AreTextsOfButtonsAndTimes) {
+    const std::vector<Press> presses = presses_of("clutch:0.5:0.8,grab:1:2");
+    ASSERT_EQ(presses.size(), 2U);
+    EXPECT_EQ(presses[0].button, kClutchButton);
+    EXPECT_EQ(presses[0].to_s, 0.8);
+    EXPECT_EQ(presses[1].button, kGrabButton);
+    EXPECT_TRUE(presses_of("").empty());
+    for (const char* wrong :
+         {"clutch", "clutch:1", "clutch:2:1", "clutch:1:x", "horn:1:2", "clutch:1:2:3", ",grab:1:2"})
+        EXPECT_THROW(presses_of(wrong), Error) << wrong;
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ constexpr double kStep_s = 1e-3 / 20;
 
 page_hand same_as(const Device& device, const Hand& hand) {
     page_hand page{};
-    page.mass_kg = device.mass_kg;
+    page.mass_kg = device.mass_kg[0];  // the same along every axis
     page.damping_n_s_per_m = device.damping_n_s_per_m;
     page.friction_n = device.friction_n;
     page.max_force_n = device.max_force_n;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "tests/temporary_folder.hpp"
@@ -89,6 +91,51 @@ TEST_F(SceneFile, LimitsAreOnUnlessTheyAreSwitchedOff) {
     expect_error("max_force", "max_speed = \"none\"\nmax_force", 16, "device.max_speed: is \"none\": give a number");
     expect_error("max_force", "max_force_rate = 0\nmax_force", 16, "device.max_force_rate");
     expect_error("max_force", "ramp_time = 1.0\nmax_force", 16, "device.ramp_time: belongs to");
+}
+
+TEST_F(SceneFile, ADeviceByItsNameAndItsPlace) {
+    std::string text = kGood;
+    const std::string device = "max_force = 3.0";
+    text.replace(text.find(device), device.size(),
+                 "model = \"touch\"\nmass = [0.1, 0.2, 0.3]\ndelay = 0.002\nbandwidth = 50\n"
+                 "position = [0.0, 0.1, 0.2]\nrotation = [90, 0, 0]\nhandedness = \"left\"\nmotion_scale = 0.5\n"
+                 "force_scale = 2\nclutch_ramp = 0.2\nworkspace = [-1, -1, -1, 1, 1, 1]");
+    const Scene scene = read(text);
+    EXPECT_EQ(scene.device.max_force_n, 3.3);
+    EXPECT_EQ(scene.device.friction_n, 0.26);
+    EXPECT_EQ(scene.device.mass_kg, (std::array<double, 3>{0.1, 0.2, 0.3}));
+    EXPECT_EQ(scene.device_map.position_m, (std::array<double, 3>{0.0, 0.1, 0.2}));
+    EXPECT_EQ(scene.device_map.rotation_deg[0], 90.0);
+    EXPECT_TRUE(scene.device_map.left_handed);
+    EXPECT_EQ(scene.device_map.ramp_s, 0.2);
+    EXPECT_EQ(scene.device_map.workspace_m->at(4), 1.0);
+    EXPECT_EQ(servo_force_limit_n(scene), 3.3 / 2.0) << "the motors meet their limit where the servo cuts";
+    EXPECT_EQ(scene.device.limits.mean_force_n, 0.88) << "what the Touch gives all day";
+    EXPECT_EQ(servo_limits(scene).mean_force_n, 0.88 / 2.0);
+    EXPECT_EQ(servo_limits(scene).max_force_rate_n_per_s, 330.0 / 2.0);
+    EXPECT_EQ(servo_limits(scene).max_speed_m_s, 5.0 * 0.5);
+    EXPECT_EQ(whole_delay_s(scene.device), 0.002 + 1.0 / (2.0 * M_PI * 50.0));
+    EXPECT_EQ(read(kGood).device.mass_kg, Device().mass_kg);
+    EXPECT_EQ(read(kGood).device_map.motion_scale, 1.0);
+}
+
+TEST_F(SceneFile, ADeviceThatCannotBeIsAnErrorAtItsLine) {
+    const std::string device = "max_force = 3.0";
+    const auto expect = [&](const std::string& wrong, const std::string& part) {
+        expect_error(device, "damping = 0\n" + wrong, 17, part);
+    };
+    expect("model = \"tuoch\"", "did you mean touch?");
+    expect("motion_scale = 0", "device.motion_scale: is 0");
+    expect("force_scale = -1", "greater than 0");
+    expect("position = [0, 0]", "must be three numbers: x y z");
+    expect("position = [0, 0, inf]", "entry 2 must be a finite number");
+    expect("rotation = 90", "must be three numbers: x y z");
+    expect("handedness = \"both\"", "\"both\" is not known");
+    expect("workspace = [1, 0, 0, 0, 1, 1]", "xmin 1 is greater than xmax 0");
+    expect("mass = [1, 1, 0]", "is 0 and must be greater than 0");
+    expect("delay = 0.03", "silence");
+    expect("clutches = 1", "unknown key");
+    expect("clutch_ramp = -0.1", "must not be less than 0");
 }
 
 TEST_F(SceneFile, AMarkOfUtf8IsSkippedAndUtf16IsNamed) {

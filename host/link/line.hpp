@@ -11,10 +11,13 @@
 
 namespace haptable {
 
+/// Of a serial port: those that termios knows, or whatever its divider makes.
+enum class Speeds { standard, any };
+
 class Line {
 public:
     /// A tty (raw, 8N1, `baud` bits a second, for us alone) or a Unix socket. Throws Error that names the path.
-    static Line open(const std::filesystem::path& path, unsigned baud);
+    static Line open(const std::filesystem::path& path, unsigned baud, Speeds speeds = Speeds::standard);
     /// Two named pipes. They may wait for their partner: opening does not.
     static Line pipes(const std::filesystem::path& to_target, const std::filesystem::path& from_target);
     /// A program of the shell whose standard input and output are the line. It ends with this object.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/bridge/line.hpp"
+#include "host/link/line.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "host/base/error.hpp"
+#include "host/link/baud.hpp"
 
 namespace haptable {
 
@@ -53,9 +54,9 @@ speed_t speed_of(unsigned baud) {
 }
 
 /// Raw bytes, 8N1, no flow control, whoever had the port before; without HUPCL, which resets some boards at our end.
-void make_raw(int fd, const std::string& name, unsigned baud) {
+void make_raw(int fd, const std::string& name, unsigned baud, Speeds speeds) {
     termios port{};
-    const speed_t speed = speed_of(baud);
+    const speed_t speed = speeds == Speeds::any ? B38400 : speed_of(baud);
     if (tcgetattr(fd, &port) != 0) fail(name, ": is it a serial port?");
     cfmakeraw(&port);
     port.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | HUPCL);
@@ -68,6 +69,8 @@ void make_raw(int fd, const std::string& name, unsigned baud) {
     if (tcsetattr(fd, TCSANOW, &port) != 0 || tcgetattr(fd, &got) != 0) fail(name, ": is it a serial port?");
     if (cfgetospeed(&got) != speed || (got.c_cflag & (CSIZE | PARENB)) != CS8)
         throw Error(fmt::format("{}: does not take {} baud, 8N1: another --baud", name, baud));
+    if (speeds == Speeds::any && !set_any_baud(fd, baud))
+        throw Error(fmt::format("{}: does not take {} baud: does its driver divide freely?", name, baud));
     tcflush(fd, TCIOFLUSH);
 }
 
@@ -140,7 +143,7 @@ Line::~Line() {
     if (child_ > 0) stop(child_);
 }
 
-Line Line::open(const std::filesystem::path& path, unsigned baud) {
+Line Line::open(const std::filesystem::path& path, unsigned baud, Speeds speeds) {
     struct stat status {};
     if (stat(path.c_str(), &status) != 0) fail(path, ": is the microcontroller plugged in? ls /dev/tty*");
     if (S_ISSOCK(status.st_mode)) {
@@ -152,7 +155,7 @@ Line Line::open(const std::filesystem::path& path, unsigned baud) {
     Line line(path, fd, fd);
     line.is_port_ = true;
     make_ours(fd, path);
-    make_raw(fd, path, baud);
+    make_raw(fd, path, baud, speeds);
     return line;
 }
 
