@@ -20,9 +20,11 @@ double averaged_lambda_pa(Element element, const Lame& material) {
 }
 
 Eigen::SparseMatrix<double> assemble_elements(const ElementMesh& mesh, Unknowns unknown, std::int32_t unknown_count) {
-    Lists nodes;
-    for (std::size_t t = 0; t < mesh.corner.size(); ++t) nodes.append(nodes_of(mesh, t));
     const auto fill = [&](std::size_t t, Eigen::MatrixXd& k) {
+        if (t >= mesh.corner.size()) {
+            k = layer_stiffness(mesh.position_m, mesh.face[t - mesh.corner.size()]);
+            return;
+        }
         const auto element = [&](const auto& own) {
             if (mesh.is_quadratic())
                 k = element_stiffness(ten_nodes_of(mesh, t), own);
@@ -34,7 +36,7 @@ Eigen::SparseMatrix<double> assemble_elements(const ElementMesh& mesh, Unknowns 
         else
             element(Lame{own_lambda_pa(mesh.element, mesh.material[t]), mesh.material[t].mu_pa});
     };
-    return assemble(nodes, fill, unknown, unknown_count);
+    return assemble(node_lists(mesh), fill, unknown, unknown_count);
 }
 
 /// Row by row what the elements leave to the nodes.
@@ -92,6 +94,13 @@ std::vector<std::int32_t> nodes_of(const ElementMesh& mesh, std::size_t t) {
     std::vector<std::int32_t> nodes(mesh.corner[t].begin(), mesh.corner[t].end());
     if (mesh.is_quadratic()) nodes.insert(nodes.end(), mesh.middle[t].begin(), mesh.middle[t].end());
     return nodes;
+}
+
+Lists node_lists(const ElementMesh& mesh) {
+    Lists lists;
+    for (std::size_t t = 0; t < mesh.corner.size(); ++t) lists.append(nodes_of(mesh, t));
+    for (const LayeredFace& face : mesh.face) lists.append(nodes_of(face));
+    return lists;
 }
 
 TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t) {

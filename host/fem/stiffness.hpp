@@ -16,7 +16,9 @@
 #include <vector>
 
 #include "host/base/modes.hpp"
+#include "host/fem/face_layer.hpp"
 #include "host/fem/hooke.hpp"
+#include "host/fem/lists.hpp"
 
 namespace haptable {
 
@@ -32,12 +34,16 @@ struct ElementMesh {
     /// constants are then those of a like isotropic material: they say what it averages (own_law).
     std::span<const Hooke> law = {};
     std::span<const std::int32_t> law_of = {};
+    std::span<const LayeredFace> face = {};  ///< of tetrahedra, with membranes and beds
 
     bool is_quadratic() const { return element == Element::kQuadratic; }
 };
 
 /// All nodes of tetrahedron t: 4, or 10.
 std::vector<std::int32_t> nodes_of(const ElementMesh& mesh, std::size_t t);
+
+/// The nodes of all small matrices: of the tetrahedra, then of the layered faces.
+Lists node_lists(const ElementMesh& mesh);
 
 /// Of tetrahedron t.
 Corners corners_of(const ElementMesh& mesh, std::size_t t);

@@ -29,13 +29,14 @@ Laws laws_of(const Scene& scene, const Body& body) {
 
 ElementMesh element_mesh(const Scene& scene, const Body& body, const Laws& laws) {
     return {scene.mesh.element, body.mesh.position_m, body.mesh.tet, laws.like, body.mesh.middle,
-            laws.law,           laws.law_of};
+            laws.law,           laws.law_of,          body.layered};
 }
 
-Stiffness assemble_free(const Scene& scene, const Body& body) {
+Stiffness assemble_free(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& also) {
     const Laws laws = laws_of(scene, body);
     StiffnessParts parts = assemble_stiffness(element_mesh(scene, body, laws), body.unknown,
                                               static_cast<std::int32_t>(body.free_node.size()));
+    if (also.size() > 0) parts.a += also;
     for (std::int32_t& node : parts.node) node = body.unknown[static_cast<std::size_t>(node)];
     return {parts.a, parts.g, std::move(parts.node)};
 }

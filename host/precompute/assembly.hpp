@@ -25,6 +25,7 @@ Laws laws_of(const Scene& scene, const Body& body);
 ElementMesh element_mesh(const Scene& scene, const Body& body, const Laws& laws);
 
 /// K of the body's free nodes, in the order of body.free_node.
-Stiffness assemble_free(const Scene& scene, const Body& body);
+///   also  added to it, of the same nodes: nothing, or what stress does
+Stiffness assemble_free(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& also = {});
 
 }  // namespace haptable

@@ -215,6 +215,57 @@ Patch corners_of_face(const Surface& surface, std::size_t p) {
     return corners;
 }
 
+/// Faces of the surface: patches, or what four of them are quarters of.
+std::vector<LayeredFace> faces_of(const Surface& surface) {
+    std::vector<LayeredFace> faces;
+    for (const QuadraticFace& face : surface.face) faces.push_back({face, 6, {}});
+    if (!surface.face.empty()) return faces;
+    for (const Patch& patch : surface.patch) {
+        LayeredFace& face = faces.emplace_back();
+        std::copy(patch.begin(), patch.end(), face.node.begin());
+    }
+    return faces;
+}
+
+Patch sorted_corners(const std::int32_t* corner) {
+    Patch corners{corner[0], corner[1], corner[2]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+}
+
+/// Adds a layer to the faces that are triangles of its group, or whose nodes it all holds.
+void add_layer(const Scene& scene, const Body& body, const Selection& where, const char* key, const Layer& layer,
+               std::vector<LayeredFace>& faces) {
+    std::set<Patch> triangles;
+    if (const auto group = body.mesh.group.find(where.group); !where.box_m && group != body.mesh.group.end())
+        for (const Patch& triangle : group->second.triangle) triangles.insert(sorted_corners(triangle.data()));
+    const Flags held = triangles.empty() ? mark(scene, {where}, key, body.mesh) : Flags();
+    bool any = false;
+    for (LayeredFace& face : faces) {
+        const auto nodes = nodes_of(face);
+        const auto is_held = [&](std::int32_t i) { return held[static_cast<std::size_t>(i)] != 0; };
+        if (triangles.empty() ? !std::all_of(nodes.begin(), nodes.end(), is_held)
+                              : !triangles.contains(sorted_corners(face.node.data())))
+            continue;
+        face.layer += layer;
+        any = true;
+    }
+    if (!any)
+        fail(scene, where,
+             fmt::format("{}: no face of the surface has all its nodes in it; make the box or group larger", key));
+}
+
+void find_layers(const Scene& scene, Body& body) {
+    if (scene.membranes.empty() && scene.beds.empty()) return;
+    std::vector<LayeredFace> faces = faces_of(body.surface);
+    for (const Membrane& m : scene.membranes)
+        add_layer(scene, body, m.where, "membrane", Layer::membrane(m.thickness_m, m.young_pa, m.poisson), faces);
+    for (const Bed& b : scene.beds)
+        add_layer(scene, body, b.where, "bed", Layer::bed(b.normal_n_per_m3, b.tangential_n_per_m3), faces);
+    for (const LayeredFace& face : faces)
+        if (face.layer.has_membrane() || face.layer.has_bed()) body.layered.push_back(face);
+}
+
 /// Marks the patches of one [[touch]]: those that are triangles of its group, or whose nodes it all holds.
 void mark_patches(const Body& body, const Shells& shells, const Flags& node, const MeshGroup* group, bool cavities,
                   Flags& touch) {
@@ -311,6 +362,7 @@ Body make_body(const Scene& scene, TetMesh mesh) {
     require_jacobians(scene, body.mesh);
     mark_regions(scene, body);
     find_axes(scene, body);
+    find_layers(scene, body);
     number_unknowns(mark(scene, scene.fixed, "fixed", body.mesh), body);
     find_touchable(scene, body);
     require_touchable(scene, body);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "host/fem/face_layer.hpp"
 #include "host/mesh/fill.hpp"
 #include "host/mesh/mesh.hpp"
 #include "host/mesh/surface.hpp"
@@ -21,6 +22,7 @@ struct Body {
     std::vector<std::int32_t> region;             ///< [T] the scene's region of each tetrahedron, or -1
     /// [T] directions 1 2 3 of each tetrahedron's material, by columns: of an orthotropic one. Empty where none is.
     std::vector<Eigen::Matrix3d> axes;
+    std::vector<LayeredFace> layered;      ///< faces of the surface with membranes and beds, in its order
     std::vector<Patch> touch_patch;        ///< [p] in the surface's order
     std::vector<Quarter> touch_quarter;    ///< [p] of quadratic tetrahedra; else empty
     std::vector<std::int32_t> touch_node;  ///< [n] free nodes of touchable patches: the tables' order

@@ -37,6 +37,16 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
     add(scene.material, hash);
     for (const Region& region : scene.regions) add(region.material, hash);
     for (const Eigen::Matrix3d& axes : body.axes) hash.add(std::span<const double>(axes.data(), 9));
+    for (const LayeredFace& face : body.layered) {
+        const Layer& l = face.layer;
+        hash.add(nodes_of(face));
+        for (double value : {l.lambda_n_per_m, l.mu_n_per_m, l.normal_n_per_m3, l.tangential_n_per_m3}) hash.add(value);
+    }
+    if (!scene.gravity) return;
+    hash.add(std::string(scene.gravity->prestress ? "gravity with prestress" : "gravity"));
+    hash.add(std::span<const double>(scene.gravity->acceleration_m_per_s2));
+    hash.add(scene.gravity->density_kg_per_m3);
+    for (std::size_t r = 0; r < scene.regions.size(); ++r) hash.add(scene.density_of(static_cast<std::int32_t>(r)));
 }
 
 }  // namespace

@@ -8,8 +8,10 @@
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
+#include "host/inverse/factor.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
+#include "host/precompute/assembly.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/precompute/tell.hpp"
 #include "host/precompute/under_constrained.hpp"
@@ -53,19 +55,29 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
     return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
 }
 
-void print_check(const Audit& audit, const std::vector<Support>& supports, const Options& options) {
+void print_check(const Audit& audit, const std::vector<Support>& supports, const Options& options,
+                 const std::optional<GravityFacts>& gravity = {}) {
     if (options.telling.json) {
-        fmt::print("{}", to_json(audit, supports));
+        fmt::print("{}", to_json(audit, supports, gravity));
     } else if (!options.telling.quiet) {
         fmt::print("{}", to_table(audit));
         for (std::size_t k = 0; k < supports.size(); ++k)
-            fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes fixed, {}\n", k + 1, supports[k].nodes,
+            fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes fixed, {}{}\n", k + 1, supports[k].nodes,
                        supports[k].tets, supports[k].fixed_nodes,
+                       supports[k].bed_faces > 0 ? fmt::format("{} faces on a bed, ", supports[k].bed_faces) : "",
                        supports[k].is_constrained ? "constrained" : "UNDER-CONSTRAINED");
     }
 }
 
-/// The mesh is judged and nothing is computed: the table first, then the first reason to refuse it.
+/// What the body's own weight does: one factorisation.
+GravityFacts weigh(const Scene& scene, const Body& body) {
+    const Factor factor(assemble_free(scene, body));
+    const std::vector<Eigen::Vector3d> sag_m = find_sag(scene, body, factor);
+    return judge_gravity(scene, body, {}, factor, sag_m, prestress_of(scene, body, sag_m));
+}
+
+/// The mesh is judged and, but for a body's weight, nothing is computed: the table first, then the first reason to
+/// refuse it.
 void check(const Scene& scene, const Options& options) {
     TetMesh mesh = make_mesh(scene.mesh);
     const Audit audit = audit_mesh(mesh);
@@ -81,7 +93,12 @@ void check(const Scene& scene, const Options& options) {
         throw;
     }
     say(options.telling, "warning", locking_warnings(scene, body.mesh));
-    print_check(audit, find_supports(body, under_constrained), options);
+    std::optional<GravityFacts> gravity;
+    if (scene.gravity && under_constrained.empty()) gravity = weigh(scene, body);
+    say(options.telling, "warning", gravity_warnings(scene, gravity));
+    print_check(audit, find_supports(body, under_constrained), options, gravity);
+    if (gravity && !options.telling.json && !options.telling.quiet) fmt::print("{}", describe(scene, *gravity));
+    if (gravity && scene.gravity->prestress) require_unbuckled(scene, *gravity);
     if (!under_constrained.empty())
         throw Error(
             fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(under_constrained, body)));

@@ -190,18 +190,37 @@ std::pair<ColumnSummary, double> make_columns(const Run& run, const Identity& id
     return {summary, difference};
 }
 
+/// K and its factor, where there is room for all that follows.
+void factorize(const Run& run, const Stiffness& k, Summary& summary) {
+    run.clock.begin("analysis");
+    summary.memory = foresee(run, k);
+    run.clock.begin("factor");
+    summary.inverse.factor = run.inverse.factorize(k, run.progress);
+    summary.inverse.checks.smallest_pivot_ratio =
+        require_pivots(run.scene, run.body, k, run.inverse, summary.inverse.factor);
+}
+
+/// The body under its own weight. With prestress K becomes that of the loaded body, and is factorised again.
+void settle(const Run& run, Stiffness& k, Summary& summary) {
+    run.clock.begin("gravity");
+    summary.sag_m = find_sag(run.scene, run.body, run.inverse);
+    const Eigen::SparseMatrix<double> k_sigma = prestress_of(run.scene, run.body, summary.sag_m);
+    summary.inverse.gravity = judge_gravity(run.scene, run.body, run.plan.masks, run.inverse, summary.sag_m, k_sigma);
+    if (!run.scene.gravity->prestress) return;
+    require_unbuckled(run.scene, *summary.inverse.gravity);
+    k = assemble_free(run.scene, run.body, k_sigma);
+    factorize(run, k, summary);
+}
+
 /// What is missing of L. Returns S_i of all nodes; edges, masks and columns go into files.
 Matrices compute(const Run& run, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     Checks& checks = summary.inverse.checks;
-    // 4. K of the free nodes, and its factor where there is room for all that follows.
+    // 4. K of the free nodes, and its factor; again where the body's own weight changes it.
     clock.begin("assembly");
     Stiffness k = assemble_free(scene, body);
-    clock.begin("analysis");
-    summary.memory = foresee(run, k);
-    clock.begin("factor");
-    summary.inverse.factor = inverse.factorize(k, progress);
-    checks.smallest_pivot_ratio = require_pivots(scene, body, k, inverse, summary.inverse.factor);
+    factorize(run, k, summary);
+    if (scene.gravity) settle(run, k, summary);
     // 5. Checks that need K, which can go then.
     clock.begin("condition");
     checks.condition_estimate = estimate_condition(k, inverse);
@@ -257,6 +276,7 @@ Matrices take_over(const Run& run, Summary& summary) {
         for (const char* file : kFactorFiles) fs::copy_file(folder / file, beside / file);
     Matrices stiffness;
     for (std::int32_t place : plan.block_place) stiffness.push_back(plan.earlier.stiffness(place));
+    if (scene.gravity) summary.sag_m = read_sag(folder);
     summary.reused = {true, plan.node.size(), plan.reused_columns()};
     return stiffness;
 }
@@ -265,7 +285,7 @@ Matrices take_over(const Run& run, Summary& summary) {
 void write(const Run& run, const Matrices& stiffness_n_per_m, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
-    write_tables(scene, body, plan.drawing, stiffness_n_per_m, beside);
+    write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
     write_file(beside / "summary.json", to_json(scene, body, summary));
     clock.begin("codegen");
     summary.size = generate_model(beside);

@@ -62,21 +62,6 @@ Vector3d outward_at(const Body& body, std::int32_t node) {
     return normal.normalized();
 }
 
-std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
-    std::vector<FingerLoad> fingers;
-    const std::size_t count = std::min(kPlaces, body.touch_node.size());
-    for (std::size_t k = 0; k < count; ++k) {
-        const std::int32_t node = body.touch_node[(2 * k + 1) * body.touch_node.size() / (2 * count)];
-        NodeWeights load{{node}, {1.0}};
-        if (!masks.vertex.empty()) {
-            const auto at = std::lower_bound(masks.vertex_id.begin(), masks.vertex_id.end(), node);
-            load = masks.vertex[static_cast<std::size_t>(at - masks.vertex_id.begin())];
-        }
-        fingers.push_back({load, outward_at(body, node)});
-    }
-    return fingers;
-}
-
 double median_depth(std::span<const Departure> all) {
     std::vector<double> depth;
     for (const Departure& one : all) depth.push_back(one.depth_m(SmallStrain::kShare));
@@ -96,6 +81,21 @@ std::vector<Departure> worst_of_four(const std::vector<Departure>& sideways) {
 }
 
 }  // namespace
+
+std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
+    std::vector<FingerLoad> fingers;
+    const std::size_t count = std::min(kPlaces, body.touch_node.size());
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::int32_t node = body.touch_node[(2 * k + 1) * body.touch_node.size() / (2 * count)];
+        NodeWeights load{{node}, {1.0}};
+        if (!masks.vertex.empty()) {
+            const auto at = std::lower_bound(masks.vertex_id.begin(), masks.vertex_id.end(), node);
+            load = masks.vertex[static_cast<std::size_t>(at - masks.vertex_id.begin())];
+        }
+        fingers.push_back({load, outward_at(body, node)});
+    }
+    return fingers;
+}
 
 double Departure::depth_m(double share) const {
     double least = std::numeric_limits<double>::infinity();
@@ -140,7 +140,10 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
 
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,
                                              const LinearSolver& solver) {
-    if (!body.axes.empty()) return {};  // neo-Hookean bodies are isotropic
+    const bool has_skin = std::any_of(body.layered.begin(), body.layered.end(),
+                                      [](const LayeredFace& face) { return face.layer.has_membrane(); });
+    // A neo-Hookean body is isotropic, has no skin and is not loaded before it is touched.
+    if (!body.axes.empty() || has_skin || (scene.gravity && scene.gravity->prestress)) return {};
     const std::vector<Lame> material = materials_of(scene, body);
     const NeoHooke neo_hooke({scene.mesh.element, body.mesh.position_m, body.mesh.tet, material, body.mesh.middle});
     const std::vector<FingerLoad> fingers = fingers_on(body, masks);

@@ -34,6 +34,9 @@ struct FingerLoad {
     Eigen::Vector3d outward;
 };
 
+/// A few of a body's touchable nodes, or their masks.
+std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks);
+
 /// Ways that a finger moves: into the body, out of it with the surface held, and along it (the worst of four).
 enum class Way { kPressing, kPulling, kSideways };
 using Departures = std::array<std::vector<Departure>, 3>;  ///< by way: [fingers], sideways [4 fingers]
@@ -56,7 +59,7 @@ struct SmallStrain {
 };
 
 /// Of a few touchable nodes, or of their masks. None where one of the three depths is infinite, and of
-/// materials that are not isotropic.
+/// materials that are not isotropic, with membranes or with prestress.
 ///   masks  of the scene; unused without a mask
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,
                                              const LinearSolver& solver);

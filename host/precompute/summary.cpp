@@ -90,6 +90,37 @@ std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
                        json.at("sideways_m")};
 }
 
+nlohmann::ordered_json to_json(const GravityFacts& facts) {
+    return {{"weight_n", facts.weight_n},
+            {"largest_sag_m", facts.largest_sag_m},
+            {"lowest_node", facts.lowest_node},
+            {"force_change", facts.force_change},
+            {"load_factor", facts.load_factor}};
+}
+
+std::optional<GravityFacts> read_gravity(const nlohmann::json& json) {
+    if (!json.contains("gravity")) return {};
+    const nlohmann::json& g = json["gravity"];
+    return GravityFacts{g.at("weight_n"), g.at("largest_sag_m"), g.at("lowest_node"), g.at("force_change"),
+                        g.at("load_factor")};
+}
+
+/// Faces with membranes and with beds, and their area.
+nlohmann::ordered_json layers(const Body& body) {
+    nlohmann::ordered_json json;
+    for (const auto& [name, is] : {std::pair{"membranes", &Layer::has_membrane}, {"beds", &Layer::has_bed}}) {
+        std::size_t faces = 0;
+        double area_m2 = 0.0;
+        for (const LayeredFace& face : body.layered) {
+            if (!(face.layer.*is)()) continue;
+            ++faces;
+            area_m2 += area_of(body.mesh.position_m, face);
+        }
+        if (faces > 0) json[name] = {{"faces", faces}, {"area_m2", area_m2}};
+    }
+    return json;
+}
+
 nlohmann::ordered_json to_json(const Material& material) {
     if (!material.orthotropic) return {{"young_pa", material.young_pa}, {"poisson", material.poisson}};
     const auto& [young_pa, poisson, shear_pa, axes] = *material.orthotropic;
@@ -203,7 +234,8 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
         old->value("program", "") != program_hash())
         return {};
     EarlierSummary earlier;
-    auto& [factor, blocks, columns, checks, small_strain] = earlier.inverse;
+    auto& [factor, blocks, columns, checks, small_strain, gravity] = earlier.inverse;
+    gravity = read_gravity(*old);
     const nlohmann::json& json = *old;
     json.at("tolerance").get_to(earlier.tolerance);
     json.at("column_tolerance").get_to(earlier.column_tolerance);
@@ -235,6 +267,7 @@ nlohmann::ordered_json to_json(const std::vector<Support>& supports) {
         list.push_back({{"nodes", support.nodes},
                         {"tetrahedra", support.tets},
                         {"held_nodes", support.fixed_nodes},
+                        {"bed_faces", support.bed_faces},
                         {"held", support.is_constrained}});
     return list;
 }
@@ -260,8 +293,16 @@ void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
 
 }  // namespace
 
-std::string to_json(const Audit& audit, const std::vector<Support>& supports) {
+std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
+    std::vector<std::string> warnings = digit_warnings(scene, summary);
+    for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity)) warnings.push_back(warning);
+    return warnings;
+}
+
+std::string to_json(const Audit& audit, const std::vector<Support>& supports,
+                    const std::optional<GravityFacts>& gravity) {
     nlohmann::ordered_json json = to_json(audit);
+    if (gravity) json["gravity"] = to_json(*gravity);
     if (!supports.empty()) json["body"] = to_json(supports);
     return json.dump(2) + "\n";
 }
@@ -272,7 +313,7 @@ std::vector<std::string> kept_warnings(const std::filesystem::path& folder) {
 }
 
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    const auto& [factor, blocks, columns, checks, small_strain] = summary.inverse;
+    const auto& [factor, blocks, columns, checks, small_strain, gravity] = summary.inverse;
     nlohmann::ordered_json json = to_json(scene, summary.identity);
     json["tables_hash"] = fmt::format("{:016x}", summary.size.tables_hash);
     json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
@@ -287,6 +328,8 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["mesh"]["body"] = to_json(summary.supports);
     json["element"] = {{"name", word(scene.mesh.element)}, {"expected_locking", expected_locking(scene, body.mesh)}};
     json["material"] = to_json(scene.material);
+    if (!body.layered.empty()) json["layers"] = layers(body);
+    if (gravity) json["gravity"] = to_json(*gravity);
     if (!scene.regions.empty()) json["regions"] = regions(scene, body);
     json["contact"] = {{"force", word(scene.contact.force)},
                        {"god_object", word(scene.contact.god_object)},
@@ -355,7 +398,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["time_s"] = by_name(summary.stages, &StageCost::time_s);
     json["cpu_s"] = by_name(summary.stages, &StageCost::cpu_s);
     json["notes"] = body.mesh.notes;
-    json["warnings"] = digit_warnings(scene, summary);
+    json["warnings"] = run_warnings(scene, summary);
     return json.dump(2) + "\n";
 }
 
@@ -371,6 +414,11 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
         text += fmt::format("  region of line {}: {} tetrahedra, {}\n", scene.regions[r].where.line,
                             std::count(body.region.begin(), body.region.end(), static_cast<std::int32_t>(r)),
                             describe(scene.regions[r].material));
+    const nlohmann::ordered_json carried = layers(body);
+    for (const auto& [name, layer] : carried.items())
+        text += fmt::format("  {}: {} faces, {:.3g} m^2\n", name, layer["faces"].get<std::size_t>(),
+                            layer["area_m2"].get<double>());
+    if (summary.inverse.gravity) text += describe(scene, *summary.inverse.gravity);
     if (scene.contact.mask_radius_m > 0.0)
         text += fmt::format(
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "

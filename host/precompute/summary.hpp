@@ -10,6 +10,7 @@
 #include "codegen/codegen.hpp"
 #include "host/inverse/inverse.hpp"
 #include "host/mesh/audit.hpp"
+#include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
@@ -46,6 +47,7 @@ struct InverseSummary {
     ColumnSummary columns;
     Checks checks;
     std::optional<SmallStrain> small_strain;
+    std::optional<GravityFacts> gravity;  ///< of a scene with [gravity]
 };
 
 /// The pressure mask's tables.
@@ -77,6 +79,7 @@ struct Summary {
     MemoryNeed memory;              ///< foreseen
     InverseSummary inverse;
     MaskSummary mask;
+    std::vector<Eigen::Vector3d> sag_m;  ///< [N] under the body's own weight; empty without [gravity]
     Reused reused;
     std::vector<ProcessCost> processes;  ///< where there are many
     ModelSize size;                      ///< of the servo's tables
@@ -99,10 +102,14 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const I
 std::string name_of(Precision precision);
 
 /// The text that --check prints: the audit and, in "body", what fixes each body, where that is known.
-std::string to_json(const Audit& audit, const std::vector<Support>& supports);
+std::string to_json(const Audit& audit, const std::vector<Support>& supports,
+                    const std::optional<GravityFacts>& gravity = {});
 
 /// The text of summary.json.
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary);
+
+/// Digits of the force that are lost, and what the body's weight does to it.
+std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary);
 
 /// The warnings of the run that made this folder, as its summary.json keeps them.
 std::vector<std::string> kept_warnings(const std::filesystem::path& folder);

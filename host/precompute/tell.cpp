@@ -23,7 +23,7 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
     say(telling, "note", body.mesh.notes);
     say(telling, "warning", warnings_of(summary.audit));
     say(telling, "warning", locking_warnings(scene, body.mesh));
-    say(telling, "warning", unchanged ? kept_warnings(folder) : digit_warnings(scene, summary));
+    say(telling, "warning", unchanged ? kept_warnings(folder) : run_warnings(scene, summary));
     if (telling.json)
         fmt::print("{}", unchanged ? read_file(folder / "summary.json") : to_json(scene, body, summary));
     else if (unchanged && !telling.quiet)

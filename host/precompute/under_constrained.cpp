@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// v_p(x) = t_p + w_p x (x - c):  v_p(x) = v_q(x) where parts p, q share node x,  v_p(x) = 0 where x is fixed
+// v_p(x) = t_p + w_p x (x - c):  v_p(x) = v_q(x) where parts p, q share node x,  v_p(x) = 0 where x is fixed,
+//   n . v_p(x) = 0, P v_p(x) = 0 where x is on a bed that resists it
 //
 // A tetrahedron without strain moves rigidly, and two that share a face move alike. So the null space of the
 // reduced K is the null space of these conditions on the rigid motions (t_p, w_p) of the face-connected parts: a
@@ -57,6 +58,8 @@ std::vector<std::int32_t> find_adrift(const Body& body) {
     std::vector<char> tied(of_node.size(), 0);
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(of_node.size()); ++i)
         if (body.is_fixed(i)) tied[of_node[static_cast<std::size_t>(i)]] = 1;
+    for (const LayeredFace& face : body.layered)
+        if (face.layer.has_bed()) tied[of_node[static_cast<std::size_t>(face.node[0])]] = 1;
     std::vector<std::int32_t> adrift;
     for (std::int32_t i : body.free_node)
         if (!tied[of_node[static_cast<std::size_t>(i)]]) adrift.push_back(i);
@@ -87,6 +90,29 @@ private:
     double size_m_ = 1.0;
 };
 
+/// A bed's conditions, at the corners of its faces: n . v = 0 or P v = 0, as a square matrix.
+Eigen::Matrix3d bed_square(const Body& body, const LayeredFace& face) {
+    const auto at = [&](std::size_t c) { return body.mesh.position_m[static_cast<std::size_t>(face.node[c])]; };
+    const Eigen::Vector3d n = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+    Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+    if (face.layer.normal_n_per_m3 > 0.0) square += n * n.transpose();
+    if (face.layer.tangential_n_per_m3 > 0.0) square += Eigen::Matrix3d::Identity() - n * n.transpose();
+    return square;
+}
+
+void add_beds(const Body& body, const Parts& parts, const RigidMotion& motion, Eigen::MatrixXd& gram) {
+    for (const LayeredFace& face : body.layered) {
+        if (!face.layer.has_bed()) continue;
+        const Eigen::Matrix3d square = bed_square(body, face);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Eigen::Matrix<double, 3, 6> v = motion.at(face.node[c]);
+            const Eigen::Index p =
+                6 * static_cast<Eigen::Index>(parts.of_node[static_cast<std::size_t>(face.node[c])].front());
+            gram.block<6, 6>(p, p) += v.transpose() * square * v;
+        }
+    }
+}
+
 /// C^T C of all conditions C (t_p, w_p) = 0.
 Eigen::MatrixXd gram_matrix(const Body& body, const Parts& parts, const RigidMotion& motion) {
     const Eigen::Index size = 6 * static_cast<Eigen::Index>(parts.count);
@@ -107,6 +133,7 @@ Eigen::MatrixXd gram_matrix(const Body& body, const Parts& parts, const RigidMot
             gram.block<6, 6>(q, p) -= square;
         }
     }
+    add_beds(body, parts, motion, gram);
     return gram;
 }
 
@@ -140,6 +167,7 @@ std::vector<Support> find_supports(const Body& body, const std::vector<std::int3
         of(i).fixed_nodes += body.is_fixed(i) ? 1 : 0;
     }
     for (const Tet& tet : body.mesh.tet) ++of(tet[0]).tets;
+    for (const LayeredFace& face : body.layered) of(face.node[0]).bed_faces += face.layer.has_bed() ? 1 : 0;
     for (std::int32_t i : under_constrained) of(i).is_constrained = false;
     return supports;
 }
@@ -174,7 +202,7 @@ std::string describe_under_constrained(const std::vector<std::int32_t>& nodes, c
     const auto first = nodes.begin();
     return fmt::format(
         "{} of {} nodes are under-constrained (mesh nodes {}{}, in the box {}), so that K is singular; fix "
-        "at least three of them that are not on one line, by [[fixed]]",
+        "at least three of them that are not on one line, by [[fixed]], or lay it on a [[bed]]",
         nodes.size(), body.mesh.position_m.size(), fmt::join(first, first + static_cast<std::ptrdiff_t>(shown), ", "),
         shown < nodes.size() ? ", ..." : "", describe(box_m));
 }

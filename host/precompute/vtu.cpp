@@ -18,7 +18,16 @@ Flags flags_of(const std::vector<std::int32_t>& nodes, std::size_t node_count) {
     return flags;
 }
 
-void write_points(const Body& body, VtuText& out) {
+/// Nodes of faces whose layer is such a one.
+Flags flags_where(const Body& body, bool (Layer::*is)() const) {
+    Flags flags(body.mesh.position_m.size(), 0);
+    for (const LayeredFace& face : body.layered)
+        for (std::int32_t node : nodes_of(face))
+            if ((face.layer.*is)()) flags[at(node)] = 1;
+    return flags;
+}
+
+void write_points(const Body& body, std::span<const Eigen::Vector3d> sag_m, VtuText& out) {
     const std::size_t node_count = body.mesh.position_m.size();
     Flags fixed(node_count, 1);
     for (std::int32_t node : body.free_node) fixed[at(node)] = 0;
@@ -26,6 +35,11 @@ void write_points(const Body& body, VtuText& out) {
     out.array("UInt8", "fixed", 1, fixed);
     out.array("UInt8", "surface", 1, flags_of(body.surface.node, node_count));
     out.array("UInt8", "touchable", 1, flags_of(body.touch_node, node_count));
+    if (!body.layered.empty()) {
+        out.array("UInt8", "membrane", 1, flags_where(body, &Layer::has_membrane));
+        out.array("UInt8", "bed", 1, flags_where(body, &Layer::has_bed));
+    }
+    if (!sag_m.empty()) out.array("Float64", "sag", 3, sag_m);
     out.section("Points");
     out.array("Float64", "Points", 3, body.mesh.position_m);
 }
@@ -67,9 +81,9 @@ void write_cells(const Scene& scene, const Body& body, VtuText& out) {
 
 }  // namespace
 
-std::string to_vtu(const Scene& scene, const Body& body) {
+std::string to_vtu(const Scene& scene, const Body& body, std::span<const Eigen::Vector3d> sag_m) {
     VtuText out(body.mesh.position_m.size(), body.mesh.tet.size() + body.touch_patch.size());
-    write_points(body, out);
+    write_points(body, sag_m, out);
     write_cells(scene, body, out);
     return out.finish();
 }

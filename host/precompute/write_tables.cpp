@@ -64,10 +64,19 @@ void write_mask_weights(const Masks& masks, const fs::path& folder) {
 
 /// Files that a scene may do without; old ones must go.
 std::vector<std::string> optional_files() {
-    std::vector<std::string> files{"columns.npy",          "row_id.npy",       "edge_id.npy",
-                                   "edge_compliance.npy",  "vertex_id.npy",    "vertex_compliance.npy",
-                                   "patch_compliance.npy", "spread_begin.npy", "spread_node.npy",
-                                   "spread_weight.npy",    "display.h",        "display.c"};
+    std::vector<std::string> files{"columns.npy",
+                                   "row_id.npy",
+                                   "edge_id.npy",
+                                   "edge_compliance.npy",
+                                   "vertex_id.npy",
+                                   "vertex_compliance.npy",
+                                   "patch_compliance.npy",
+                                   "spread_begin.npy",
+                                   "spread_node.npy",
+                                   "spread_weight.npy",
+                                   "display.h",
+                                   "display.c",
+                                   "sag.npy"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
 }
@@ -75,8 +84,12 @@ std::vector<std::string> optional_files() {
 }  // namespace
 
 void write_tables(const Scene& scene, const Body& body, Drawing drawing,
-                  const std::vector<Eigen::Matrix3d>& stiffness_n_per_m, const fs::path& folder) {
-    write_position(folder / "position.npy", body.mesh.position_m);
+                  const std::vector<Eigen::Matrix3d>& stiffness_n_per_m, std::span<const Eigen::Vector3d> sag_m,
+                  const fs::path& folder) {
+    std::vector<Eigen::Vector3d> position_m = body.mesh.position_m;
+    for (std::size_t i = 0; i < sag_m.size(); ++i) position_m[i] += sag_m[i];
+    write_position(folder / "position.npy", position_m);
+    if (!sag_m.empty()) write_position(folder / "sag.npy", {sag_m.begin(), sag_m.end()});
     write_rows(folder / "surface.npy", body.surface.patch);
     write_rows(folder / "patch.npy", body.touch_patch);
     write_npy<std::int32_t>(folder / "node_id.npy", {body.touch_node.size()}, body.touch_node);
@@ -85,7 +98,15 @@ void write_tables(const Scene& scene, const Body& body, Drawing drawing,
         const std::vector<std::int32_t>& rows = rows_of(scene, body);
         write_npy<std::int32_t>(folder / "row_id.npy", {rows.size()}, rows);
     }
-    write_file(folder / "mesh.vtu", to_vtu(scene, body));
+    write_file(folder / "mesh.vtu", to_vtu(scene, body, sag_m));
+}
+
+std::vector<Eigen::Vector3d> read_sag(const fs::path& folder) {
+    const MappedNpy<double> file(folder / "sag.npy");
+    std::vector<Eigen::Vector3d> sag_m;
+    for (std::size_t k = 0; k + 2 < file.values().size(); k += 3)
+        sag_m.emplace_back(file.values()[k], file.values()[k + 1], file.values()[k + 2]);
+    return sag_m;
 }
 
 void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Matrix3d> l_ij, const fs::path& folder) {

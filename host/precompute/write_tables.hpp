@@ -7,9 +7,14 @@
 
 namespace haptable {
 
-/// What every scene has. stiffness_n_per_m: [n] S_i
+/// What every scene has. stiffness_n_per_m: [n] S_i; sag_m: [N], or empty without [gravity]. The surface that is
+/// touched and drawn is the one that has sagged.
 void write_tables(const Scene& scene, const Body& body, Drawing drawing,
-                  const std::vector<Eigen::Matrix3d>& stiffness_n_per_m, const std::filesystem::path& folder);
+                  const std::vector<Eigen::Matrix3d>& stiffness_n_per_m, std::span<const Eigen::Vector3d> sag_m,
+                  const std::filesystem::path& folder);
+
+/// sag.npy of an earlier run, [N] m.
+std::vector<Eigen::Vector3d> read_sag(const std::filesystem::path& folder);
 
 /// L_ij of every touchable edge; 0 where an end is fixed. l_ij: of coupled_edges()
 void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Matrix3d> l_ij,

@@ -541,9 +541,53 @@ std::vector<Selection> read_touch(const Section& root) {
 
 std::vector<Region> read_regions(const Section& root, Element element) {
     std::vector<Region> regions;
-    for (const Section& section : root.sections("region", material_keys({"box", "group"})))
+    for (const Section& section : root.sections("region", material_keys({"box", "group", "density"}))) {
         regions.push_back({read_selection(section), read_material(section, element)});
+        if (!section.has("density")) continue;
+        if (!root.has("gravity")) section.fail("density", "belongs to a scene with [gravity]; add that table");
+        regions.back().density_kg_per_m3 = section.positive("density");
+    }
     return regions;
+}
+
+std::vector<Membrane> read_membranes(const Section& root) {
+    std::vector<Membrane> membranes;
+    for (const Section& section : root.sections("membrane", {"box", "group", "thickness", "young", "poisson"})) {
+        Membrane membrane{read_selection(section), section.positive("thickness"),
+                          read_modulus(section, "young", section.number("young")), section.number("poisson")};
+        if (!(membrane.poisson > -1.0 && membrane.poisson <= 0.5))
+            section.fail("poisson", fmt::format("is {} and must lie above -1 and be at most 0.5", membrane.poisson));
+        membranes.push_back(membrane);
+    }
+    return membranes;
+}
+
+std::vector<Bed> read_beds(const Section& root) {
+    std::vector<Bed> beds;
+    for (const Section& section : root.sections("bed", {"box", "group", "normal", "tangential"})) {
+        beds.push_back(
+            {read_selection(section), section.not_negative("normal", 0.0), section.not_negative("tangential", 0.0)});
+        if (!(beds.back().normal_n_per_m3 + beds.back().tangential_n_per_m3 > 0.0))
+            section.fail("normal", "give normal or tangential, in N/m^3, greater than 0");
+    }
+    return beds;
+}
+
+std::optional<Gravity> read_gravity(const Section& root) {
+    if (!root.has("gravity")) return {};
+    const Section section = root.section("gravity", {"density", "direction", "acceleration", "prestress"}, true);
+    Gravity gravity;
+    gravity.density_kg_per_m3 = section.positive("density");
+    gravity.prestress = section.flag("prestress", false);
+    Vector direction{0.0, 0.0, -1.0};
+    if (section.has("direction")) {
+        const std::vector<double> v = section.numbers("direction", 3, "a direction, [0, 0, -1]");
+        std::copy(v.begin(), v.end(), direction.begin());
+        require_directions(section, "direction", direction, nullptr);
+    }
+    const double scale = section.positive("acceleration", 9.81) / std::sqrt(dot(direction, direction));
+    for (std::size_t c = 0; c < 3; ++c) gravity.acceleration_m_per_s2[c] = scale * direction[c];
+    return gravity;
 }
 
 /// Cell vectors that any material is turned by: what the mesh's reader must keep.
@@ -779,7 +823,8 @@ SafetyLimits servo_limits(const Scene& scene) {
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
     const Section root(file, "", table,
-                       {"name", "mesh", "material", "region", "fixed", "touch", "contact", "device", "tables"});
+                       {"name", "mesh", "material", "region", "fixed", "membrane", "bed", "gravity", "touch", "contact",
+                        "device", "tables"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
@@ -788,6 +833,9 @@ Scene read_scene(const fs::path& file) {
     scene.regions = read_regions(root, scene.mesh.element);
     collect_directions(scene);
     scene.fixed = read_fixed(root);
+    scene.membranes = read_membranes(root);
+    scene.beds = read_beds(root);
+    scene.gravity = read_gravity(root);
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     const Section device = root.section(

@@ -40,6 +40,29 @@ struct Selection {
 struct Region {
     Selection where;
     Material material;
+    std::optional<double> density_kg_per_m3 = {};  ///< as [gravity] where it is not given
+};
+
+/// [[membrane]]: faces of the surface that a skin covers, in plane stress; it does not bend.
+struct Membrane {
+    Selection where;
+    double thickness_m = 0.0;
+    double young_pa = 0.0;
+    double poisson = 0.0;  ///< -1 < poisson <= 0.5
+};
+
+/// [[bed]]: faces of the surface that rest on springs to the ground (Winkler's), N/m for each m^2.
+struct Bed {
+    Selection where;
+    double normal_n_per_m3 = 0.0;
+    double tangential_n_per_m3 = 0.0;
+};
+
+/// [gravity]: what the body's own weight does.
+struct Gravity {
+    double density_kg_per_m3 = 0.0;  ///< of what no region holds
+    std::array<double, 3> acceleration_m_per_s2{};
+    bool prestress = false;  ///< the stress of the weight stiffens or softens the body
 };
 
 /// [contact]
@@ -76,6 +99,9 @@ struct Scene {
     Material material;  ///< of what no region holds
     std::vector<Region> regions;
     std::vector<Selection> fixed;
+    std::vector<Membrane> membranes;  ///< they add where they share a face, and so do beds
+    std::vector<Bed> beds;
+    std::optional<Gravity> gravity;
     std::vector<Selection> touch;  ///< empty: the whole surface but inner cavities
     ContactOptions contact;
     Device device;
@@ -85,6 +111,12 @@ struct Scene {
     /// Of a region, or of the body (-1).
     const Material& material_of(std::int32_t region) const {
         return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
+    }
+    /// With [gravity].
+    double density_of(std::int32_t region) const {
+        return region < 0
+                   ? gravity->density_kg_per_m3
+                   : regions[static_cast<std::size_t>(region)].density_kg_per_m3.value_or(gravity->density_kg_per_m3);
     }
 };
 

@@ -36,7 +36,7 @@ std::string step_of(const Deck& deck, const NodalForces& load) {
     std::string text = fmt::format("*STEP{}\n*STATIC\n*CLOAD, OP=NEW\n", deck.large_strain ? ", NLGEOM, INC=200" : "");
     for (const auto& [node, force] : load)
         for (int c = 0; c < 3; ++c) text += fmt::format("{},{},{:.13g}\n", node + 1, c + 1, force[c]);
-    return text + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";  // the last increment alone
+    return text + deck.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";  // the last increment alone
 }
 
 std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
@@ -51,8 +51,11 @@ std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
         for (std::int32_t node : deck.element[e]) text += fmt::format(",{}", node + 1);
         text += "\n";
     }
-    text += "*NSET, NSET=HELD\n" + list_of(deck.held) + "*MATERIAL, NAME=BODY\n" + material_of(deck) +
-            "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY\n*BOUNDARY\nHELD,1,3\n";
+    text += "*NSET, NSET=HELD\n" + list_of(deck.held) +
+            (deck.sections.empty()
+                 ? "*MATERIAL, NAME=BODY\n" + material_of(deck) + "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY\n"
+                 : deck.sections) +
+            (deck.held.empty() ? "" : "*BOUNDARY\nHELD,1,3\n");
     for (const NodalForces& load : loads) text += step_of(deck, load);
     return text;
 }

@@ -23,6 +23,8 @@ struct Deck {
     std::vector<std::int32_t> held;
     Material material;
     bool large_strain = false;  ///< neo-Hookean, geometry as it deforms
+    /// CalculiX's own cards, in mm, N and MPa: in place of the material and its section, and for each load besides it.
+    std::string sections = {}, loads = {};
 };
 
 /// Of nodes whose place among the unknowns is -1.

@@ -137,6 +137,41 @@ TEST_P(Mpi, QuadraticTetrahedraToo) {
     }
 }
 
+// K is factorised twice: of the body without its weight, and under it.
+TEST_P(Mpi, FibresMembranesBedsAndWeightToo) {
+    const std::string scene = R"(name = "cube"
+[mesh]
+generate = "cube"
+nodes_per_side = 5
+element = "average-nodal-pressure"
+[material]
+law = "fibre"
+young_along = 4e4
+young_across = 1e4
+poisson = 0.4
+poisson_across = 0.5
+shear = 5e3
+direction = [0.6, 0.0, 0.8]
+[[membrane]]
+box = [-1, -1, 0.0299, 1, 1, 1]
+thickness = 1e-4
+young = 1e6
+poisson = 0.3
+[[bed]]
+box = [-1, -1, -1, 1, 1, 0]
+normal = 1e6
+tangential = 5e5
+[gravity]
+density = 1100
+prestress = true
+)";
+    ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
+    // The bed is softer than the cube that is held: ten times its bound.
+    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5).times(10.0));
+    EXPECT_WITHIN(difference<double>(one("sag.npy"), many("sag.npy")), blocks(5).times(10.0));
+    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
+}
+
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
     const auto summary = [&] { return nlohmann::json::parse(read_file(many("summary.json"))); };
     const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";

@@ -358,6 +358,39 @@ TEST_F(SceneFile, AMaterialWithDirectionsThatCannotBeIsAnErrorAtItsLine) {
     expect(muscle, "direction = [0, 1, 0]", "direction = [0, 0, 0]", 13, "is 0, which is no direction");
 }
 
+TEST_F(SceneFile, MembranesBedsAndGravityAreRead) {
+    const Scene scene = read(kGood +
+                             "[[membrane]]\nbox = [-1, -1, 0.02, 1, 1, 1]\nthickness = 1e-4\nyoung = 1e6\npoisson = "
+                             "0.5\n[[bed]]\ngroup = \"back\"\nnormal = 1e5\n[gravity]\ndensity = 1060\ndirection = "
+                             "[0, 3, 4]\n[[region]]\ngroup = \"a\"\nyoung = 1e3\npoisson = 0.2\ndensity = 900\n");
+    ASSERT_EQ(scene.membranes.size(), 1U);
+    EXPECT_EQ(scene.membranes[0].thickness_m, 1e-4);
+    EXPECT_EQ(scene.membranes[0].poisson, 0.5);
+    ASSERT_EQ(scene.beds.size(), 1U);
+    EXPECT_EQ(scene.beds[0].normal_n_per_m3, 1e5);
+    EXPECT_EQ(scene.beds[0].tangential_n_per_m3, 0.0);
+    ASSERT_TRUE(scene.gravity);
+    EXPECT_NEAR(scene.gravity->acceleration_m_per_s2[2], 0.8 * 9.81, 1e-12);
+    EXPECT_EQ(scene.density_of(-1), 1060.0);
+    EXPECT_EQ(scene.density_of(0), 900.0);
+    EXPECT_FALSE(scene.gravity->prestress);
+}
+
+TEST_F(SceneFile, MembranesBedsAndGravityThatCannotBeAreErrorsAtTheirLine) {
+    const std::string end = "columns = \"none\"\n";
+    const auto expect = [&](const std::string& more, int line, const std::string& part) {
+        expect_error(end, end + more, line, part);
+    };
+    const std::string top = "[[membrane]]\nbox = [-1, -1, 0.02, 1, 1, 1]\n";
+    expect(top + "young = 1e6\npoisson = 0.3\n", 19, "membrane.thickness: is missing");
+    expect(top + "thickness = 1e-4\nyoung = 1e6\npoisson = 0.51\n", 23, "membrane.poisson: is 0.51");
+    expect("[[bed]]\nbox = [-1, -1, -1, 1, 1, 0]\n", 19, "bed.normal: give normal or tangential, in N/m^3");
+    expect("[[bed]]\nnormal = 1e5\n", 19, "bed.box: give either a box or a group");
+    expect("[gravity]\ndirection = [0, 0, -1]\n", 19, "gravity.density: is missing");
+    expect("[gravity]\ndensity = 1e3\ndirection = [0, 0, 0]\n", 21, "is 0, which is no direction");
+    expect("[[region]]\ngroup = \"a\"\nyoung = 1e3\npoisson = 0.2\ndensity = 900\n", 23, "add that table");
+}
+
 }  // namespace
 
 }  // namespace haptable
