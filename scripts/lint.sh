@@ -44,7 +44,7 @@ arrow host/servo host/base host/link host/session host/servo firmware/haptable.h
 arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
-arrow host/device host/base host/link host/scene host/device haptable/
+arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h

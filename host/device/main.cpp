@@ -2,6 +2,7 @@
 // haptable-device: a simulated haptic device, held by a simulated hand, over LCM.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "host/device/drivers.hpp"
 #include "host/device/session.hpp"
 #include "host/device/simulated_driver.hpp"
+#include "host/device/touchable.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
@@ -26,8 +28,10 @@ constexpr int kPriority = 49;  // just below the servo's: its answer is what we 
 
 struct Options {
     std::string scene, faults, path = "poke", csv, device, hand_name = "default", press, driver = "simulated";
+    std::filesystem::path tables;  ///< folder; empty: build/<name> above this program's own
     DriverOptions real;
     PathOptions geometry;
+    std::optional<Eigen::Vector3d> at_m, direction;                       ///< empty: of this scene's surface
     double hand_stiffness_n_per_m = -1.0, hand_damping_n_s_per_m = -1.0;  ///< less than 0: as the hand of that name
     SessionOptions session;
     bool no_realtime = false;
@@ -35,8 +39,9 @@ struct Options {
     bool quiet = false;
 };
 
-/// An option of three numbers with commas between them.
-void add_vector(CommandLine& app, const std::string& name, Eigen::Vector3d& value, const std::string& text) {
+/// An option of three numbers with commas between them. Vector: Eigen's, or an optional one.
+template <typename Vector>
+void add_vector(CommandLine& app, const std::string& name, Vector& value, const std::string& text) {
     const auto set = [&value](const std::vector<double>& v) { value = Eigen::Vector3d(v[0], v[1], v[2]); };
     app.numbers(name, set, text).delimiter(',').count(3).values_name("X,Y,Z");
 }
@@ -46,8 +51,10 @@ void add_path_options(CommandLine& app, Options& o) {
                "where the hand goes: poke, drag, circle, several with commas between them, "
                "or FILE.csv (x,y,z in metres, one line a ms)")
         .show_default();
-    add_vector(app, "--at", o.geometry.at_m, "m, where the surface is touched [0.015,0.015,0.030]");
-    add_vector(app, "--direction", o.geometry.direction, "into the body [0,0,-1]");
+    add_vector(app, "--at", o.at_m,
+               "m, where the surface is touched [the touchable surface nearest to its top's centre]");
+    add_vector(app, "--direction", o.direction, "into the body [0,0,-1, or inwards where that is not under the top]");
+    app.option("--tables", o.tables, "folder of this scene's tables, which tell where the body is [build/<name>]");
     add_vector(app, "--along", o.geometry.along, "of the drag [the axis that lies flattest]");
     const auto length = [&app](const char* name, double& value, const char* text) {
         app.option(name, value, text).non_negative().show_default();
@@ -92,10 +99,56 @@ void add_options(CommandLine& app, Options& o) {
     app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
+bool is_recorded(const Options& o) { return std::filesystem::path(o.path).extension() == ".csv"; }
+
+std::filesystem::path tables_folder(const Options& o, const Scene& scene) {
+    if (!o.tables.empty()) return o.tables;
+    return std::filesystem::proximate(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path()) /
+           scene.name;
+}
+
+/// Nothing where the tables are not needed and there are none.
+std::optional<Touchable> find_body(const Options& o, const Scene& scene) {
+    const std::filesystem::path folder = tables_folder(o, scene);
+    if (std::filesystem::exists(folder / "patch.npy")) return read_touchable(folder);
+    const bool must = !o.tables.empty() || !(o.at_m || is_recorded(o));
+    if (must)
+        throw Error(
+            fmt::format("{}: has no tables that tell where {} may be touched: make them (make scene), name "
+                        "their folder with --tables, or give --at X,Y,Z",
+                        folder.string(), scene.name));
+    return {};
+}
+
+/// Without --at: this scene's touchable surface, and says so.
+void choose_place(Options& o, const std::optional<Touchable>& body) {
+    if (o.at_m) o.geometry.at_m = *o.at_m;
+    if (o.direction) o.geometry.direction = *o.direction;
+    if (o.at_m || is_recorded(o)) return;
+    const TouchPlace place = top_of(*body);
+    o.geometry.at_m = place.at_m;
+    if (!o.direction) o.geometry.direction = place.direction;
+    const auto &at = o.geometry.at_m, &in = o.geometry.direction;
+    if (!o.quiet)
+        fmt::print(stderr,
+                   "haptable-device: presses at {:.4g},{:.4g},{:.4g} m, {}, along {:.3g},{:.3g},{:.3g} (--at, "
+                   "--direction)\n",
+                   at.x(), at.y(), at.z(),
+                   place.is_under_top ? "the touchable surface under the centre of its top"
+                                      : "the touchable point nearest to the centre of the top",
+                   in.x(), in.y(), in.z());
+}
+
 std::unique_ptr<Path> make_path(const Options& o) {
-    const std::filesystem::path file = o.path;
-    if (file.extension() == ".csv") return recorded_path(read_finger_ticks(file, Positions::finite));
+    if (is_recorded(o)) return recorded_path(read_finger_ticks(o.path, Positions::finite));
     return scripted_path(o.path, o.geometry);
+}
+
+/// A path that missed the body is seldom meant.
+void tell_of_miss(const Options& o, const DeviceReport& report, const std::optional<Touchable>& body) {
+    if (o.quiet || report.contact_ticks > 0 || report.latency.count() == 0) return;  // no servo: no miss
+    fmt::print(stderr, "haptable-device: the finger never met the body{}\n",
+               body ? ": " + where_it_is(*body) : ", and no tables tell where it is (--tables)");
 }
 
 Device device_of(const Options& o, const Scene& scene) {
@@ -126,7 +179,7 @@ std::unique_ptr<Driver> make_driver(const Options& o, const Scene& scene, const 
 }
 
 SummaryLines summarise(const Options& o, const DeviceReport& report, const Scene& scene, const Device& device,
-                       const Driver& driver, const Connection& connection) {
+                       const Driver& driver, const Connection& connection, const std::optional<Touchable>& body) {
     SummaryLines summary;
     summary.add("scene", scene.name);
     summary.add("driver", o.driver);
@@ -143,6 +196,7 @@ SummaryLines summarise(const Options& o, const DeviceReport& report, const Scene
     summary.add("refused_answers", report.refused_answers);
     summary.add("stale_answers", report.stale_answers);
     summary.add("contact_ticks", report.contact_ticks);
+    if (report.contact_ticks == 0 && report.latency.count() > 0 && body) summary.add("never_met", where_it_is(*body));
     summary.add("clutched_ticks", report.clutched_ticks);
     summary.add("latency_mean_us", report.latency.mean_us());
     summary.add("latency_p999_us", report.latency.quantile_us(0.999));
@@ -161,6 +215,8 @@ void run(Options& o) {
     if (!o.faults.empty()) o.session.faults = parse_faults(o.faults);
     const Device device = device_of(o, scene);
     o.session.map = scene.device_map;
+    const std::optional<Touchable> body = find_body(o, scene);
+    choose_place(o, body);
     const std::unique_ptr<Path> path = make_path(o);
     std::optional<DeviceRecord> record;
     if (!o.csv.empty()) record.emplace(o.csv).keep();
@@ -179,7 +235,8 @@ void run(Options& o) {
                    locked ? "locked" : "not locked");
     const DeviceReport report = session.run();
     if (record) record->finish();
-    summarise(o, report, scene, device, *driver, connection).print(o.json, o.quiet);
+    tell_of_miss(o, report, body);
+    summarise(o, report, scene, device, *driver, connection, body).print(o.json, o.quiet);
 }
 
 }  // namespace

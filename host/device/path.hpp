@@ -13,7 +13,8 @@
 
 namespace haptable {
 
-/// The geometry of a scripted path. The defaults suit the paper's cube: its top's centre, pressed down.
+/// The geometry of a scripted path. The defaults suit the paper's cube: its top's centre, pressed down; haptable-device
+/// takes the place from the scene's tables (touchable.hpp).
 struct PathOptions {
     Eigen::Vector3d at_m{0.015, 0.015, 0.030};        ///< where the surface is touched
     Eigen::Vector3d direction{0.0, 0.0, -1.0};        ///< into the body; any length but zero

@@ -291,6 +291,27 @@ void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
     if (limits.ramp_s > 0.0) json["ramp_s"] = limits.ramp_s;
 }
 
+bool is_same(double a, double b) { return std::abs(a - b) < 1e-6 * std::abs(b); }
+
+/// The stiffness of held nodes is the scene's choice, not the body's: it is named apart.
+std::string stiffness_line(const Scene& scene, const ServoStiffness& k, const PressStiffness& press) {
+    const double held_n_per_m = scene.contact.rigid_stiffness_n_per_m;
+    const bool by_held = k.largest_n_per_m > press.largest_n_per_m && is_same(k.largest_n_per_m, held_n_per_m);
+    std::string more;
+    if (k.coupling_n_per_m > 0.0)
+        more = fmt::format("; with a coupling of {:.3g} N/m in series {:.3g} N/m are felt", k.coupling_n_per_m,
+                           k.felt_n_per_m);
+    else if (by_held && k.stable_n_per_m < held_n_per_m && k.stable_n_per_m > press.largest_n_per_m)
+        more = fmt::format(": for held nodes take rigid_stiffness = {:.2g} or coupling = \"auto\" in [contact]",
+                           0.9 * k.stable_n_per_m);
+    else if (k.largest_n_per_m > k.stable_n_per_m)
+        more = ": consider coupling = \"auto\" in [contact]";
+    const double free_n_per_m = by_held ? press.largest_n_per_m : k.largest_n_per_m;
+    return fmt::format("  largest stiffness of a free point {:.3g} N/m{}; the device renders {:.3g} N/m stably{}\n",
+                       free_n_per_m, by_held ? fmt::format(", of held nodes {:g} (rigid_stiffness)", held_n_per_m) : "",
+                       k.stable_n_per_m, more);
+}
+
 }  // namespace
 
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
@@ -402,7 +423,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     return json.dump(2) + "\n";
 }
 
-std::string to_table(const Scene& scene, const Body& body, const Summary& summary) {
+std::string to_table(const Scene& scene, const Body& body, const Summary& summary, const PressStiffness& press) {
     std::string text = fmt::format("{} (model {:016x}, tables {:016x})\n", scene.name, summary.identity.model_hash,
                                    summary.size.tables_hash) +
                        to_table(summary.audit);
@@ -424,16 +445,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
             "and the patch's own nodes carry the load\n",
             scene.contact.mask_radius_m, summary.mask.most_nodes, summary.mask.widened, summary.mask.places);
-    const ServoStiffness& k = summary.size.stiffness;
-    const bool of_held = std::abs(k.largest_n_per_m - scene.contact.rigid_stiffness_n_per_m) <
-                         1e-6 * scene.contact.rigid_stiffness_n_per_m;
-    text += fmt::format("  largest stiffness of any point {:.3g} N/m{}; the device renders {:.3g} N/m stably{}\n",
-                        k.largest_n_per_m, of_held ? " (rigid_stiffness, of held nodes)" : "", k.stable_n_per_m,
-                        k.coupling_n_per_m > 0.0
-                            ? fmt::format("; with a coupling of {:.3g} N/m in series {:.3g} N/m are felt",
-                                          k.coupling_n_per_m, k.felt_n_per_m)
-                        : k.largest_n_per_m > k.stable_n_per_m ? ": consider coupling = \"auto\" in [contact]"
-                                                               : "");
+    text += stiffness_line(scene, summary.size.stiffness, press);
     if (const auto& s = summary.inverse.small_strain)
         text += fmt::format(
             "  small strain: the force is within {:.0f} % of a rubber's to {:.2g} m deep; pulling {:.2g}, sideways "

@@ -12,6 +12,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
+#include "host/precompute/press.hpp"
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
 #include "host/precompute/under_constrained.hpp"
@@ -114,7 +115,7 @@ std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary
 /// The warnings of the run that made this folder, as its summary.json keeps them.
 std::vector<std::string> kept_warnings(const std::filesystem::path& folder);
 
-/// A short table for people: counts, checks, bytes by table, time by stage.
-std::string to_table(const Scene& scene, const Body& body, const Summary& summary);
+/// A short table for people: counts, checks, bytes by table, time by stage. press: of the same tables.
+std::string to_table(const Scene& scene, const Body& body, const Summary& summary, const PressStiffness& press);
 
 }  // namespace haptable

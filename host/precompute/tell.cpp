@@ -29,9 +29,11 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
     else if (unchanged && !telling.quiet)
         fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
                    summary.identity.model_hash, folder.string());
-    else if (!telling.quiet)
-        fmt::print("{}\n{}  written to {}\n", to_table(scene, body, summary),
-                   describe(press_stiffness(scene, folder), scene), folder.string());
+    else if (!telling.quiet) {
+        const PressStiffness press = press_stiffness(scene, folder);
+        fmt::print("{}\n{}  written to {}\n", to_table(scene, body, summary, press), describe(press, scene),
+                   folder.string());
+    }
 }
 
 }  // namespace haptable

@@ -76,6 +76,12 @@ private:
         return draw_plots(timeline, scratch.path());
     }
 
+    /// Of the device's summary: where the body is that the finger never met.
+    std::string never_met() const {
+        const auto device = nlohmann::json::parse(outcome_.device_summary, nullptr, false);
+        return device.is_object() ? device.value("never_met", std::string()) : std::string();
+    }
+
     SummaryLines summarise(const Timeline& timeline, const std::string& scene) const {
         SummaryLines summary;
         summary.add("scene", scene);
@@ -86,6 +92,7 @@ private:
         summary.add("unanswered",
                     static_cast<std::int64_t>(std::count_if(timeline.ticks.begin(), timeline.ticks.end(), unanswered)));
         add_largest(timeline, summary);
+        if (const std::string where = never_met(); !where.empty()) summary.add("never_met", where);
         summary.add("damaged_messages", timeline.damaged);
         summary.add("wall_s", outcome_.wall_s);
         summary.add("trouble", note_.empty() ? "none" : note_);

@@ -106,6 +106,19 @@ TEST_F(Run, LeavesAFolderWithAllOfASession) {
         EXPECT_NE(page.find(title), std::string::npos) << title;
 }
 
+// The summary says where the body is that the finger never met.
+TEST_F(Run, SaysThatTheFingerNeverMetTheBody) {
+    for (const char* at : {"0.1,0.1,0.1", "0.015,0.015,0.03"}) {
+        Process process(command({"--path", "poke", "--draw", "nothing", "--lockstep", "--quiet", "--", "--at", at}),
+                        place());
+        ASSERT_EQ(process.wait_for_exit(), 0) << said();
+        const bool misses = at[3] == '1';
+        EXPECT_EQ(summary().value("never_met", ""),
+                  misses ? "the touchable surface lies in (0 0 0) to (0.03 0.03 0.03) m" : "");
+        EXPECT_EQ(summary()["contact_ticks"] == 0, misses);
+    }
+}
+
 // In real time, between programs: the report shows what the device was made to do.
 TEST_F(Run, ShowsFaultsThatWereAskedFor) {
     Process process(

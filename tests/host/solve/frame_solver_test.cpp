@@ -39,7 +39,7 @@ TEST_F(Frames, OverTheBudgetTheViewerSolvesAndSeesTheSame) {
     run(1e9, columns_);
     const Result result = run(1000.0, solves_);
     EXPECT_EQ(result.summary.identity.drawing, "solves");
-    EXPECT_NE(to_table(Scene(), result.body, result.summary).find("column_budget"), std::string::npos);
+    EXPECT_NE(to_table(Scene(), result.body, result.summary, {}).find("column_budget"), std::string::npos);
     EXPECT_FALSE(fs::exists(solves_ / "columns.npy"));
     const Tables with = read_tables(columns_), without = read_tables(solves_);
     EXPECT_TRUE(with.has_columns && !with.has_factor && !without.has_columns && without.has_factor);
