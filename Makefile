@@ -74,7 +74,7 @@ STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $
 BENCH      = $(call objects,host/bench) $(REPORT) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt -lxxhash
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES)
+LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz $(LIBS_BASE)
 LIBS_STROKES    = $(LIBS_PRECOMPUTE) -lgmp -lmpfr
 LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)
@@ -84,10 +84,10 @@ LIBS_VIEW       = -lOSMesa -lcairo -lpng -lz -lopenblas $(LIBS_LINK)
 # What reads meshes by Gmsh and CGAL is loaded where a mesh asks for it, from lib/ beside the program's folder.
 MODULES = $(BUILD)/lib/haptable-cgal.so $(BUILD)/lib/haptable-gmsh.so
 IN_MODULES = $(patsubst %,$(BUILD)/%.o,$(wildcard host/mesh/*/*.cpp))
-FIND_MODULES = -Wl,-rpath,'$$ORIGIN/../lib'
 
-# Equation 8 is a long product: it wants the widest instructions that this machine has.
-$(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 -march=native
+# Equation 8 is a long product: it wants the widest instructions that this machine has (NATIVE=: those that all have).
+NATIVE ?= -march=native
+$(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 $(NATIVE)
 
 # Not -I: MPI's headers are not ours to warn about.
 $(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/host/mpi/%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
@@ -129,13 +129,13 @@ demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run
 .PHONY: touch
 touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so
 	@$(MAKE) --no-print-directory scene-alone SCENE_MAKES=summary.json
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
 	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
 	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
 
 # test: install what is missing, build and run every test
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS)
+test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS) library
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
@@ -186,9 +186,9 @@ scene: all
 SCENE_MAKES ?= servo
 .PHONY: scene-alone
 scene-alone: $(BUILD)/bin/haptable-precompute
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
 	mkdir -p $(BUILD)/$$name && \
-	{ echo $(SCENE) | cmp -s - $(BUILD)/$$name/scene.path || echo $(SCENE) >$(BUILD)/$$name/scene.path; } && \
+	{ echo '$(SCENE)' | cmp -s - $(BUILD)/$$name/scene.path || echo '$(SCENE)' >$(BUILD)/$$name/scene.path; } && \
 	$(MAKE) --no-print-directory $(BUILD)/$$name/$(SCENE_MAKES) NAME=$$name
 
 # mpi: haptable-precompute for several machines, with Open MPI and MUMPS
@@ -288,15 +288,20 @@ format: $(BUILD)/setup-lint.stamp
 .PHONY: setup
 setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lint)
 
-# clean: remove everything that was made
+# clean: remove what was made, but not people's tables
 .PHONY: clean
 clean:
+	@sh scripts/clean.sh $(BUILD)
+
+# distclean: remove everything that was made, tables too
+.PHONY: distclean
+distclean:
 	rm -rf $(BUILD)
 
 # help: this list
 .PHONY: help
 help:
-	@sed -n 's/^# \([a-z-]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
+	@sed -n 's/^# \([a-z-]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk packaging/*.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 # `make V=1` prints whole commands.
 Q = $(if $(V),,@)
@@ -441,7 +446,7 @@ $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(
 	$(link) $(LIBS_LINK)
 
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(REPORT) $(MESH)
-	$(link) -lpugixml -lz $(LIBS_BASE) $(FIND_MODULES)
+	$(link) -lpugixml -lz $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(REPORT) $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
@@ -449,7 +454,7 @@ $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(RE
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) | $(MODULES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) $(call objects,host/library) | $(MODULES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
@@ -459,8 +464,10 @@ $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/fau
 ifdef NAME
 HERE = $(BUILD)/$(NAME)
 
-$(HERE)/summary.json: $(SCENE) $(HERE)/scene.path $(BUILD)/bin/haptable-precompute
-	$(Q)$(BUILD)/bin/haptable-precompute $(SCENE) -o $(HERE) --depfile $(HERE)/scene.d
+# Blanks in a scene's path, as make reads them in a list of files.
+blank := $() $()
+$(HERE)/summary.json: $(subst $(blank),\$(blank),$(SCENE)) $(HERE)/scene.path $(BUILD)/bin/haptable-precompute
+	$(Q)$(BUILD)/bin/haptable-precompute '$(SCENE)' -o $(HERE) --depfile $(HERE)/scene.d
 
 $(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
 	$(say) C $(HERE)/model.c
@@ -477,6 +484,7 @@ $(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
 endif
 
 include firmware/firmware.mk
+include packaging/install.mk
 
 # Not of the folders in it that are builds of their own.
 -include $(shell find $(BUILD) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)

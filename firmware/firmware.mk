@@ -51,7 +51,7 @@ TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl
 firmware: $(BUILD)/setup-cross.stamp
 	@$(if $(CORE_$(TARGET)),,echo "TARGET=$(TARGET) is none of: $(TARGETS)" >&2; exit 1)
 	@$(MAKE) --no-print-directory scene
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
@@ -59,7 +59,7 @@ firmware: $(BUILD)/setup-cross.stamp
 AGAINST ?= main
 .PHONY: firmware-diff
 firmware-diff: firmware
-	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' SCENE=$(SCENE) TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
+	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' 'SCENE=$(SCENE)' TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
 
 # misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
 .PHONY: misra
@@ -72,9 +72,9 @@ BAUD ?= 1000000
 LOOP_SECONDS ?= 10
 .PHONY: loop
 loop: firmware
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name $(SCENE)) && \
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
 	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
-	sh scripts/loop.sh $$name $(SCENE) $(TARGET)
+	sh scripts/loop.sh $$name '$(SCENE)' $(TARGET)
 
 # The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images

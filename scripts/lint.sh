@@ -48,6 +48,7 @@ arrow host/device host/base host/link host/scene host/tables host/device haptabl
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
+arrow host/library host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
 arrow host/view host/base host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/

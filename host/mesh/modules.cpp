@@ -5,15 +5,19 @@
 #include <fmt/format.h>
 
 #include "host/base/error.hpp"
+#include "host/base/installed.hpp"
 
 namespace haptable {
 
 void* find_in_module(const std::filesystem::path& file, const char* module, const char* function) {
-    // The linker was given the folder: lib/ beside the program's own (the Makefile's MODULES).
-    void* loaded = dlopen(fmt::format("{}.so", module).c_str(), RTLD_LAZY | RTLD_LOCAL);
+    const std::filesystem::path part = find_part(fmt::format("{}.so", module));
+    if (part.empty())
+        throw Error(fmt::format("{}: reading it needs {}.so, which is not in {}: run make", file.string(), module,
+                                (program_folder().parent_path() / "lib").string()));
+    void* loaded = dlopen(part.c_str(), RTLD_LAZY | RTLD_LOCAL);
     void* address = loaded != nullptr ? dlsym(loaded, function) : nullptr;
     if (address == nullptr)
-        throw Error(fmt::format("{}: reading it needs lib/{}.so ({}); run make", file.string(), module, dlerror()));
+        throw Error(fmt::format("{}: reading it needs {} ({}); run make", file.string(), part.string(), dlerror()));
     return address;
 }
 

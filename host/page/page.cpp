@@ -14,6 +14,7 @@
 #include "codegen/model.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/installed.hpp"
 #include "host/base/program.hpp"
 #include "host/device/point_device.hpp"
 #include "host/page/base64.hpp"
@@ -188,7 +189,8 @@ void require_columns(const Tables& tables, const fs::path& folder) {
 }  // namespace
 
 fs::path page_parts() {
-    const fs::path parts = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib" / "page";
+    const fs::path found = find_part("page");
+    const fs::path parts = found.empty() ? program_folder().parent_path() / "lib/page" : found;
     for (const char* file : {"servo.wasm", "three.min.js", "page.html"})
         if (!fs::exists(parts / file))
             throw Error(

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/base/installed.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/run/child.hpp"
 
@@ -33,11 +34,9 @@ std::string words_of(const std::vector<std::string>& words) {
     return words.front() == "scene-alone" ? "scene " + words.back() : fmt::format("{}", fmt::join(words, " "));
 }
 
-/// In haptable's own folder, `make` knows best whether anything is to be done.
-void make(const std::vector<std::string>& words, bool quiet) {
-    std::vector<std::string> command{"make", "--no-print-directory"};
-    command.insert(command.end(), words.begin(), words.end());
-    Child child("make", command);
+/// Runs it in sight, unless `quiet`.
+void run_maker(const std::string& name, const std::vector<std::string>& command, bool quiet) {
+    Child child(name, command);
     std::size_t told = 0;
     while (!child.has_ended()) {
         stop_if_interrupted();
@@ -46,6 +45,22 @@ void make(const std::vector<std::string>& words, bool quiet) {
         told = child.out().size();
     }
     if (!child.is_well()) throw Error(child.how_it_ended());
+}
+
+/// In haptable's own folder, `make` knows best whether anything is to be done.
+void make(const std::vector<std::string>& words, bool quiet) {
+    std::vector<std::string> command{"make", "--no-print-directory"};
+    command.insert(command.end(), words.begin(), words.end());
+    run_maker("make", command, quiet);
+}
+
+/// What makes a servo where the programs are installed; it is not in a build.
+fs::path builder() { return program_folder() / "haptable-build"; }
+
+void build_installed(const fs::path& scene_file, const fs::path& folder, bool quiet) {
+    std::vector<std::string> command{builder().string(), scene_file.string(), "-o", folder.string()};
+    if (quiet) command.emplace_back("--quiet");
+    run_maker("haptable-build", command, quiet);
 }
 
 void require(const fs::path& file, const fs::path& scene_file, const fs::path& build,
@@ -65,9 +80,16 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
 
 Places find_places(const fs::path& scene_file, const std::string& name, const std::string& target, bool quiet) {
     Places places;
-    places.programs = fs::read_symlink("/proc/self/exe").parent_path();
-    places.build = fs::proximate(places.programs.parent_path());
+    places.programs = program_folder();
+    const bool installed = fs::exists(builder());
+    places.build = installed ? fs::path("build") : fs::proximate(places.programs.parent_path());
     places.scene = places.build / name;
+    if (installed && !target.empty())
+        throw Error("--target: runs in haptable's source folder, not where it is installed");
+    if (installed) {
+        if (!is_newer(places.scene / "servo", scene_file)) build_installed(scene_file, places.scene, quiet);
+        return places;
+    }
     const std::string scene = "SCENE=" + scene_file.string();
     require(places.scene / "servo", scene_file, places.build, {"scene-alone", scene}, quiet);
     if (target.empty()) return places;

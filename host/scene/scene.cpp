@@ -317,6 +317,12 @@ private:
     const toml::table& table_;
 };
 
+/// Folders that make fills beside those of the scenes.
+constexpr std::string_view kTaken[] = {"against",  "bin",     "codegen", "contact", "demo",  "error",  "figures",
+                                       "firmware", "fuzz",    "hard",    "host",    "large", "lcm",    "lib",
+                                       "masks",    "package", "pic",     "python",  "quick", "report", "sanitize",
+                                       "scan",     "strokes", "tests",   "tidy"};
+
 /// The name is a folder's, a C identifier's (after codegen has mended it) and a message's.
 std::string read_name(const Section& root) {
     const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
@@ -324,6 +330,8 @@ std::string read_name(const Section& root) {
     std::string name = root.text("name");
     if (name.empty() || name.size() > 64 || !letter(name[0]) || !std::all_of(name.begin(), name.end(), inner))
         root.fail("name", "must be a letter and then at most 63 letters, digits, '_' and '-'");
+    if (std::find(std::begin(kTaken), std::end(kTaken), name) != std::end(kTaken))
+        root.fail("name", fmt::format("\"{}\" is a folder of the build itself: choose another", name));
     return name;
 }
 

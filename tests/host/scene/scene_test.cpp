@@ -7,6 +7,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -57,6 +58,18 @@ protected:
     const test::TemporaryFolder folder_;
     const std::filesystem::path path_ = folder_.path() / "scene.toml";
 };
+
+TEST_F(SceneFile, IsNotCalledAsAFolderOfTheBuild) {
+    expect_error("name = \"a\"", "name = \"tests\"", 1, "\"tests\" is a folder of the build itself");
+    // As it is now, but for what haptable-precompute wrote.
+    for (const auto& entry : std::filesystem::directory_iterator(test::build_folder())) {
+        const std::filesystem::path& path = entry.path();
+        if (!entry.is_directory() || path.has_extension()) continue;
+        if (std::filesystem::exists(path / "summary.json") || std::filesystem::exists(path / "scene.path")) continue;
+        const std::string name = "name = \"" + path.filename().string() + "\"";
+        EXPECT_THROW(read(name + kGood.substr(kGood.find('\n'))), Error) << name;
+    }
+}
 
 TEST_F(SceneFile, ValuesAreRead) {
     const Scene scene = read(kGood);

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/installed.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+fs::path program_folder() { return fs::read_symlink("/proc/self/exe").parent_path(); }
+
+fs::path find_part(const std::string& name) {
+    const fs::path above = program_folder().parent_path();
+    for (const char* folder : {"lib/haptable", "share/haptable", "lib"})
+        if (const fs::path part = above / folder / name; fs::exists(part)) return part;
+    return {};
+}
+
+}  // namespace haptable

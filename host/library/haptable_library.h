@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * libhaptable: the folder of a scene, loaded and touched at run time: the servo of haptable without code generation.
+ *
+ *   object   the tables that haptable-precompute wrote: read once, then const; any number of fingers may touch it
+ *   finger   one servo on an object, with a state of its own: one thread at a time
+ *   touch    what one tick gives: force, nodes, god-object
+ *
+ * The servo is the firmware's, compiled into the library: the same positions at the same times give the same bits as
+ * build/NAME/servo. SI units: metres, newtons, joules, microseconds; indices 0-based; nodes are mesh nodes.
+ *
+ * A function that may fail returns NULL or -1, and haptable_library_error tells the calling thread why. */
+#ifndef HAPTABLE_LIBRARY_H
+#define HAPTABLE_LIBRARY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Of this header. haptable_library_version() of a library that can be used is the same; the number changes with the
+ * library's soname. */
+#define HAPTABLE_LIBRARY_VERSION 1
+
+#define HAPTABLE_LIBRARY_API __attribute__((visibility("default")))
+
+struct haptable_object;
+struct haptable_finger;
+
+enum haptable_touch_state {
+    HAPTABLE_TOUCH_SILENT = 0,   /* no position yet, or none for 20 ms: zero force */
+    HAPTABLE_TOUCH_FREE = 1,     /* outside: zero force */
+    HAPTABLE_TOUCH_CONTACT = 2,  /* the god-object is on the surface */
+    HAPTABLE_TOUCH_REJECTED = 3, /* the position is none, or is not believed: zero force */
+    HAPTABLE_TOUCH_LIMITED = 4,  /* contact, with less force than the body's */
+    HAPTABLE_TOUCH_FAULTED = 5   /* a fault waits to be acknowledged: zero force */
+};
+
+/* Bits of haptable_finger_buttons. */
+enum haptable_touch_button {
+    HAPTABLE_TOUCH_GRAB = 2,       /* the contact holds the finger, where the scene has [contact] grab */
+    HAPTABLE_TOUCH_ACKNOWLEDGE = 4 /* a fault that waits for the user is over */
+};
+
+/* What one tick gives: 92 bytes without padding. */
+struct haptable_touch {
+    uint32_t state;            /* enum haptable_touch_state */
+    uint32_t faults;           /* bits: 1 tables, 2 force, 4 positions */
+    int32_t node[3];           /* of the patch that the god-object is on; -1 without contact */
+    float alpha[3];            /* its area coordinates there; 0 without contact */
+    float god_object_m[3];     /* the finger itself without contact; 0 where it was rejected */
+    float force_n[3];          /* what the user feels (eq. 12), at most the scene's max_force */
+    float nodal_force_n[3][3]; /* on node[0 .. 2] (eq. 10), not cut: what deforms the body */
+};
+
+/* J. */
+struct haptable_touch_energy {
+    double stored_j;      /* in the body now: 1/2 u . f */
+    double most_stored_j; /* the largest of it so far */
+    double given_j;       /* to the user so far, less what was taken */
+    double most_given_j;  /* the largest of it so far */
+};
+
+/* What an object is. The arrays are the object's, and live as long as it does. */
+struct haptable_object_facts {
+    const char* name;        /* of the scene */
+    uint64_t tables_hash;    /* of summary.json: messages and logs carry it */
+    float max_force_n;       /* where the servo cuts */
+    float stiffness_n_per_m; /* the largest of any point, as felt */
+    uint32_t node_count;     /* mesh nodes */
+    uint32_t surface_count;  /* patches of the surface */
+    uint32_t patch_count;    /* of these, touchable ones */
+    uint32_t row_count;      /* mesh nodes whose displacement is kept; 0: columns = "none" */
+    const double (*rest_m)[3];
+    const int32_t (*surface)[3]; /* mesh nodes, counter-clockwise from outside */
+    const int32_t (*patch)[3];   /* the touchable ones */
+    const int32_t* row_node;     /* mesh node of each row, ascending */
+};
+
+HAPTABLE_LIBRARY_API uint32_t haptable_library_version(void);
+
+/* One line: why the last call of this thread that failed did. "" where none has. */
+HAPTABLE_LIBRARY_API const char* haptable_library_error(void);
+
+/* Reads a folder that haptable-precompute wrote. Every file is checked by its hash in summary.json, and the servo's
+ * tables, built again, by their tables_hash. tables_hash: those that are wanted; 0: whichever. NULL where it fails. */
+HAPTABLE_LIBRARY_API struct haptable_object* haptable_object_load(const char* folder, uint64_t tables_hash);
+
+/* Fingers on it keep it as long as they need it. NULL is allowed. */
+HAPTABLE_LIBRARY_API void haptable_object_free(struct haptable_object* object);
+
+HAPTABLE_LIBRARY_API struct haptable_object_facts haptable_object_describe(const struct haptable_object* object);
+
+/* Displacements under the load of a touch (equation 8), m: of the rows row[0 .. count - 1], or, where row is NULL, of
+ * all, count being row_count. Zero without contact. Float32; any number of threads. -1 where there are no columns or a
+ * number is wrong; then nothing is written. cost: 3 loads (a mask: its nodes) of 18 flops a row. */
+HAPTABLE_LIBRARY_API int haptable_object_deform(const struct haptable_object* object,
+                                                const struct haptable_touch* touch, const uint32_t* row, size_t count,
+                                                float (*displacement_m)[3]);
+
+/* A servo without contact, its tables checked. NULL where it fails. */
+HAPTABLE_LIBRARY_API struct haptable_finger* haptable_finger_new(const struct haptable_object* object);
+HAPTABLE_LIBRARY_API void haptable_finger_free(struct haptable_finger* finger);
+
+/* One tick, to be called every millisecond: a position in, a force out. now_us may wrap. Cannot fail: what is wrong
+ * with a position is in touch->state and in the counters. */
+HAPTABLE_LIBRARY_API void haptable_finger_step(struct haptable_finger* finger, const float position_m[3],
+                                               uint32_t now_us, struct haptable_touch* touch);
+
+/* Where no position came: 1, and zero force, when that lasts for 20 ms; 0 while it is in time, touch untouched. */
+HAPTABLE_LIBRARY_API int haptable_finger_watch(struct haptable_finger* finger, uint32_t now_us,
+                                               struct haptable_touch* touch);
+
+/* Held down from the next tick on: bits of enum haptable_touch_button. */
+HAPTABLE_LIBRARY_API void haptable_finger_buttons(struct haptable_finger* finger, uint32_t buttons);
+
+/* `count` ticks, one a millisecond from begin_us on: as many calls of haptable_finger_step. */
+HAPTABLE_LIBRARY_API void haptable_finger_replay(struct haptable_finger* finger, const float (*position_m)[3],
+                                                 size_t count, uint32_t begin_us, struct haptable_touch* touch);
+
+HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_finger_energy(const struct haptable_finger* finger);
+
+/* What a servo counts, by number: 0 .. haptable_library_counters() - 1. NULL beyond. */
+HAPTABLE_LIBRARY_API uint32_t haptable_library_counters(void);
+HAPTABLE_LIBRARY_API const char* haptable_library_counter_name(uint32_t counter);
+HAPTABLE_LIBRARY_API uint32_t haptable_finger_counter(const struct haptable_finger* finger, uint32_t counter);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

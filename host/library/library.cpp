@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The C side of the library: no exception leaves it.
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "host/base/error.hpp"
+#include "host/library/handles.hpp"
+#include "host/library/haptable_library.h"
+
+namespace haptable {
+
+namespace {
+
+static_assert(sizeof(haptable_touch) == 92);
+static_assert(int{HAPTABLE_TOUCH_SILENT} == HAPTABLE_SILENT && int{HAPTABLE_TOUCH_FREE} == HAPTABLE_FREE &&
+              int{HAPTABLE_TOUCH_CONTACT} == HAPTABLE_CONTACT && int{HAPTABLE_TOUCH_REJECTED} == HAPTABLE_REJECTED &&
+              int{HAPTABLE_TOUCH_LIMITED} == HAPTABLE_LIMITED && int{HAPTABLE_TOUCH_FAULTED} == HAPTABLE_FAULTED);
+static_assert(int{HAPTABLE_TOUCH_GRAB} == HAPTABLE_BUTTON_GRAB &&
+              int{HAPTABLE_TOUCH_ACKNOWLEDGE} == HAPTABLE_BUTTON_ACKNOWLEDGE);
+
+thread_local std::string last_error;
+
+/// What `work` returns, or `failed`, and why.
+template <typename Work, typename Value>
+Value guarded(Value failed, Work work) noexcept {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        last_error.assign("out of memory");
+    } catch (const std::exception& error) {
+        try {
+            last_error = error.what();
+        } catch (...) {
+            last_error.clear();
+        }
+    }
+    return failed;
+}
+
+#define HAPTABLE_COUNTER_NAME(name) #name,
+constexpr const char* kCounter[] = {HAPTABLE_COUNTERS(HAPTABLE_COUNTER_NAME)};
+#undef HAPTABLE_COUNTER_NAME
+
+haptable_touch to_touch(const LoadedObject& object, const haptable_output& out) {
+    haptable_touch touch{};
+    touch.state = out.state;
+    touch.faults = out.faults;
+    for (std::size_t c = 0; c < 3; ++c) touch.node[c] = object.node_of(out.vertex[c]);
+    std::copy_n(out.alpha, 3, touch.alpha);
+    std::copy_n(out.god_object_m, 3, touch.god_object_m);
+    std::copy_n(out.force_n, 3, touch.force_n);
+    std::copy_n(&out.nodal_force_n[0][0], 9, &touch.nodal_force_n[0][0]);
+    return touch;
+}
+
+/// What a touch loads; nothing without contact. Throws Error for nodes that are none of the mesh's.
+std::vector<NodalForce> loads_of(const haptable_touch& touch, std::size_t node_count) {
+    std::vector<NodalForce> loads;
+    if (haptable_touches(static_cast<int>(touch.state)) == 0) return loads;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (touch.node[c] < 0 || static_cast<std::size_t>(touch.node[c]) >= node_count)
+            throw Error("the touch is of another object: it names node " + std::to_string(touch.node[c]));
+        loads.push_back({touch.node[c], std::to_array(touch.nodal_force_n[c])});
+    }
+    return loads;
+}
+
+}  // namespace
+
+}  // namespace haptable
+
+using haptable::guarded;
+
+std::uint32_t haptable_library_version(void) { return HAPTABLE_LIBRARY_VERSION; }
+
+const char* haptable_library_error(void) { return haptable::last_error.c_str(); }
+
+haptable_object* haptable_object_load(const char* folder, std::uint64_t tables_hash) {
+    return guarded(static_cast<haptable_object*>(nullptr), [&] {
+        return new haptable_object{std::make_shared<const haptable::LoadedObject>(folder, tables_hash)};
+    });
+}
+
+void haptable_object_free(haptable_object* object) { delete object; }
+
+haptable_object_facts haptable_object_describe(const haptable_object* object) {
+    const haptable::LoadedObject& loaded = *object->loaded;
+    const haptable::Tables& tables = loaded.tables();
+    haptable_object_facts facts{};
+    facts.name = tables.name.c_str();
+    facts.tables_hash = loaded.model().hash;
+    facts.max_force_n = loaded.model().max_force_n;
+    facts.stiffness_n_per_m = loaded.model().stiffness_limit_n_per_m;
+    facts.node_count = static_cast<std::uint32_t>(tables.position.size());
+    facts.surface_count = static_cast<std::uint32_t>(tables.surface.size());
+    facts.patch_count = static_cast<std::uint32_t>(tables.patch.size());
+    facts.row_count = static_cast<std::uint32_t>(loaded.rows());
+    // std::array<T, 3> has the layout of T[3].
+    facts.rest_m = reinterpret_cast<const double(*)[3]>(tables.position.data());
+    facts.surface = reinterpret_cast<const std::int32_t(*)[3]>(tables.surface.data());
+    facts.patch = reinterpret_cast<const std::int32_t(*)[3]>(tables.patch.data());
+    facts.row_node = tables.row_id.data();
+    return facts;
+}
+
+int haptable_object_deform(const haptable_object* object, const haptable_touch* touch, const std::uint32_t* row,
+                           std::size_t count, float (*displacement_m)[3]) {
+    return guarded(-1, [&] {
+        const haptable::LoadedObject& loaded = *object->loaded;
+        if (row == nullptr && count != loaded.rows())
+            throw haptable::Error("there are " + std::to_string(loaded.rows()) + " rows, not " + std::to_string(count));
+        if (row != nullptr && count == 0) return 0;
+        const auto rows = row == nullptr ? std::span<const std::uint32_t>() : std::span(row, count);
+        loaded.deform(haptable::loads_of(*touch, loaded.tables().position.size()), rows,
+                      {&displacement_m[0][0], 3 * count});
+        return 0;
+    });
+}
+
+haptable_finger* haptable_finger_new(const haptable_object* object) {
+    return guarded(static_cast<haptable_finger*>(nullptr), [&] {
+        auto* finger = new haptable_finger{object->loaded, {}, {}};
+        haptable_init(&finger->servo);
+        haptable_check(&finger->loaded->model(), &finger->servo, HAPTABLE_CHECK_ALL);
+        return finger;
+    });
+}
+
+void haptable_finger_free(haptable_finger* finger) { delete finger; }
+
+void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
+                          haptable_touch* touch) {
+    haptable_output out;
+    haptable_step(&finger->loaded->model(), &finger->servo, position_m, now_us, &out);
+    finger->energy.add({position_m[0], position_m[1], position_m[2]}, out);
+    *touch = haptable::to_touch(*finger->loaded, out);
+}
+
+int haptable_finger_watch(haptable_finger* finger, std::uint32_t now_us, haptable_touch* touch) {
+    haptable_output out;
+    if (haptable_watch(&finger->servo, now_us, &out) == 0) return 0;
+    finger->energy.add({}, out);
+    *touch = haptable::to_touch(*finger->loaded, out);
+    return 1;
+}
+
+void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) {
+    haptable_buttons(&finger->servo, buttons);
+}
+
+void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3], std::size_t count,
+                            std::uint32_t begin_us, haptable_touch* touch) {
+    for (std::size_t i = 0; i < count; ++i)
+        haptable_finger_step(finger, position_m[i], begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US,
+                             &touch[i]);
+}
+
+haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
+    const haptable::EnergyAccount& energy = finger->energy;
+    return {energy.stored_j(), energy.most_stored_j(), energy.given_j(), energy.most_given_j()};
+}
+
+std::uint32_t haptable_library_counters(void) { return static_cast<std::uint32_t>(std::size(haptable::kCounter)); }
+
+const char* haptable_library_counter_name(std::uint32_t counter) {
+    return counter < haptable_library_counters() ? haptable::kCounter[counter] : nullptr;
+}
+
+std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32_t counter) {
+    const haptable_counters& c = finger->servo.counters;
+#define HAPTABLE_COUNTER_VALUE(name) c.name,
+    const std::uint32_t values[] = {HAPTABLE_COUNTERS(HAPTABLE_COUNTER_VALUE)};
+#undef HAPTABLE_COUNTER_VALUE
+    return counter < std::size(values) ? values[counter] : 0;
+}

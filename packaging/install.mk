@@ -1,0 +1,62 @@
+# haptable on a system: programs, what they read, and what others build on. Included by the Makefile.
+#
+#   programs, modules, pages, firmware sources -> PREFIX, each file listed in PREFIX/share/haptable/installed.txt
+
+PREFIX ?= /usr/local
+DESTDIR ?=
+# Of libraries that others link: Debian's packages have it elsewhere.
+LIBDIR ?= $(PREFIX)/lib
+LIBRARY = $(BUILD)/lib/libhaptable.so.1
+INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run)
+MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUILD)/package/man/haptable-build.1
+
+# install: programs, manuals, libraries and sources into DESTDIR/PREFIX (make install PREFIX=$HOME/.local)
+.PHONY: install
+install: $(INSTALLED) $(MODULES) $(PAGE_PARTS) $(BUILD)/lib/libhaptable-servo.a $(LIBRARY) $(MANUAL)
+	@BUILD=$(BUILD) sh packaging/install.sh '$(DESTDIR)' '$(PREFIX)' '$(LIBDIR)'
+
+# uninstall: remove what make install put there
+.PHONY: uninstall
+uninstall:
+	@sh packaging/uninstall.sh '$(DESTDIR)' '$(PREFIX)'
+
+# The servo of any scene, but for its tables: haptable-build links it.
+$(BUILD)/lib/libhaptable-servo.a: $(SERVO)
+	$(say) AR $@
+	@mkdir -p $(@D)
+	@rm -f $@
+	$(Q)ar rcsD $@ $(sort $^)
+
+# Of what each program says of itself.
+manual = @mkdir -p $(@D); help2man --no-info --include packaging/man.txt --name "$$(sh packaging/purpose.sh $(1))" --output $@ $(1)
+
+$(BUILD)/package/man/%.1: $(BUILD)/bin/% packaging/man.txt packaging/purpose.sh | $(BUILD)/setup-package.stamp
+	$(say) MAN $@
+	$(call manual,$<)
+
+$(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.txt $(BUILD)/bin/haptable-precompute | $(BUILD)/setup-package.stamp
+	$(say) MAN $@
+	@mkdir -p $(BUILD)/package/bin && cp packaging/haptable-build $(BUILD)/package/bin/ && cp $(BUILD)/bin/haptable-precompute $(BUILD)/package/bin/
+	$(call manual,$(BUILD)/package/bin/haptable-build)
+
+# The library: the firmware and codegen's tables in memory, for others to link. Compiled again, as such objects must be.
+.PHONY: library
+library: $(LIBRARY)
+LIBRARY_PARTS = $(wildcard host/library/*.cpp host/tables/*.cpp firmware/*.c) host/base/file.cpp host/base/hash.cpp \
+    host/session/energy.cpp host/link/summary.cpp host/view/loads.cpp \
+    $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
+SHARED = -fPIC -fvisibility=hidden -ffunction-sections -fdata-sections
+
+$(BUILD)/pic/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES)
+	$(say) C++ $<
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CXXFLAGS) $(SHARED) -c $< -o $@
+
+$(BUILD)/pic/%.c.o: %.c | $(BUILD)/setup.stamp
+	$(say) C $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CFLAGS) $(SHARED) -c $< -o $@
+
+$(LIBRARY): $(patsubst %,$(BUILD)/pic/%.o,$(LIBRARY_PARTS)) host/library/exports.map
+	$(link) -shared -Wl,-soname,$(@F) -Wl,--version-script=host/library/exports.map -Wl,-z,defs -Wl,--gc-sections $(LIBS_BASE)
+	@ln -sf $(@F) $(@D)/libhaptable.so

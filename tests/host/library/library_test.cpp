@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The library beside what codegen writes: the same bits, in every mode. And equation 8, hashes, and what is refused.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "host/base/file.hpp"
+#include "host/library/haptable_library.h"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+#include "host/view/deformation.hpp"
+#include "host/view/loads.hpp"
+#include "tests/process.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FreeObject {
+    void operator()(haptable_object* object) const { haptable_object_free(object); }
+};
+struct FreeFinger {
+    void operator()(haptable_finger* finger) const { haptable_finger_free(finger); }
+};
+using Object = std::unique_ptr<haptable_object, FreeObject>;
+using Finger = std::unique_ptr<haptable_finger, FreeFinger>;
+
+/// The scene of a mode, as people write it.
+std::string scene_text(const Mode& mode, const std::string& precision) {
+    std::string text = read_file("meshes/cube.toml");
+    const std::size_t contact = text.find("[contact]"), device = text.find("[device]");
+    std::string chosen = fmt::format("[contact]\nforce = \"{}\"\ngod_object = \"{}\"\nrigid_stiffness = 1000.0\n",
+                                     word(mode.force), word(mode.god_object));
+    if (mode.force == ForceLaw::kPressureMask) chosen += "mask_radius = 0.012\n";
+    if (mode.more == "friction") chosen += "friction = 0.5\nkinetic_friction = 0.4\n";
+    if (mode.more == "passivity") chosen += "passivity = true\nrelease_slew = 0.05\n";
+    text.replace(contact, device - contact, chosen + "\n");
+    const std::string stored = "precision = \"";
+    const std::size_t at = text.find(stored) + stored.size();
+    return text.replace(at, text.find('"', at) - at, precision);
+}
+
+/// What both programs are: a file of positions in, struct haptable_touch out.
+constexpr const char* kMain =
+    "#include <stdio.h>\n"
+    "int main(int argc, char** argv) {\n"
+    "    FILE* in = fopen(argv[argc - 1], \"rb\");\n"
+    "    struct haptable_touch touch;\n"
+    "    float x[3];\n"
+    "    uint32_t us = 0;\n"
+    "    if (!in || begin(argv[1]) != 0) return 1;\n"
+    "    for (; fread(x, sizeof x, 1, in) == 1; us += 1000) {\n"
+    "        tick(x, us, &touch);\n"
+    "        fwrite(&touch, sizeof touch, 1, stdout);\n"
+    "    }\n"
+    "    return 0;\n"
+    "}\n";
+
+constexpr const char* kOfLibrary =
+    "#include \"haptable_library.h\"\n"
+    "static struct haptable_finger* finger;\n"
+    "static int begin(const char* folder) {\n"
+    "    struct haptable_object* object = haptable_object_load(folder, 0);\n"
+    "    finger = object ? haptable_finger_new(object) : 0;\n"
+    "    haptable_object_free(object);\n"  // the finger keeps it
+    "    return finger == 0;\n"
+    "}\n"
+    "static void tick(const float x[3], uint32_t us, struct haptable_touch* touch) {\n"
+    "    haptable_finger_step(finger, x, us, touch);\n"
+    "}\n";
+
+constexpr const char* kOfGenerated =
+    "#include <string.h>\n"
+    "#include \"haptable_library.h\"\n"
+    "#include \"model.h\"\n"
+    "static struct haptable_servo servo;\n"
+    "static int begin(const char* folder) {\n"
+    "    (void)folder;\n"
+    "    haptable_init(&servo);\n"
+    "    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);\n"
+    "    return 0;\n"
+    "}\n"
+    "static void tick(const float x[3], uint32_t us, struct haptable_touch* touch) {\n"
+    "    struct haptable_output out;\n"
+    "    int c;\n"
+    "    haptable_step(&HAPTABLE_MODEL, &servo, x, us, &out);\n"
+    "    touch->state = out.state;\n"
+    "    touch->faults = out.faults;\n"
+    "    for (c = 0; c < 3; ++c)\n"
+    "        touch->node[c] = out.vertex[c] == HAPTABLE_NONE ? -1 : (int32_t)HAPTABLE_MODEL_NODE[out.vertex[c]];\n"
+    "    memcpy(touch->alpha, out.alpha, sizeof out.alpha);\n"
+    "    memcpy(touch->god_object_m, out.god_object_m, sizeof out.god_object_m);\n"
+    "    memcpy(touch->force_n, out.force_n, sizeof out.force_n);\n"
+    "    memcpy(touch->nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n);\n"
+    "}\n";
+
+std::string lib() { return fs::absolute(build_folder() / "lib").string(); }
+
+class Library : public testing::Test {
+protected:
+    void SetUp() override {
+        if (!fs::exists(lib() + "/libhaptable.so.1")) GTEST_SKIP() << "libhaptable.so.1 is not built: make library";
+    }
+    /// Tables and C of a scene in `folder_`/tables.
+    void precompute(const std::string& scene) const {
+        write_file(folder_.path() / "scene.toml", scene);
+        const Outcome made =
+            run(program("haptable-precompute").string() + " --quiet scene.toml -o tables", folder_.path());
+        ASSERT_EQ(made.status, 0) << made.err;
+    }
+    void compile(const std::string& name, const std::string& text, const std::string& with) const {
+        write_file(folder_.path() / (name + ".c"), text + kMain);
+        const Outcome compiled =
+            run(fmt::format(
+                    "gcc -std=c99 -O2 -ffp-contract=off -I{0}/host/library -I{0}/firmware -Itables {1}.c {2} -o {1}",
+                    fs::current_path().string(), name, with),
+                folder_.path());
+        ASSERT_EQ(compiled.status, 0) << compiled.err;
+    }
+    std::string touches_of(const std::string& name) const {
+        const Outcome felt = run("./" + name + " tables path", folder_.path());
+        EXPECT_EQ(felt.status, 0) << felt.err;
+        return felt.out;
+    }
+    void write_path(const std::vector<std::array<float, 3>>& path_m) const {
+        write_file(folder_.path() / "path", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * 12});
+    }
+    void expect_same_bits(const Mode& mode, const std::string& precision) const {
+        SCOPED_TRACE(mode.name() + " " + precision);
+        ASSERT_NO_FATAL_FAILURE(precompute(scene_text(mode, precision)));
+        compile("generated", kOfGenerated, "tables/model.c " + fs::absolute(build_folder()).string() + "/firmware/*.o");
+        compile("loaded", kOfLibrary, "-L" + lib() + " -lhaptable -Wl,-rpath," + lib());
+        const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(folder_.path() / "tables"), 100);
+        write_path(path_m);
+        const std::string loaded = touches_of("loaded"), generated = touches_of("generated");
+        ASSERT_EQ(loaded.size(), path_m.size() * sizeof(haptable_touch));
+        EXPECT_EQ(loaded == generated, true) << "other bits";
+        std::size_t contacts = 0;
+        for (std::size_t i = 0; i < loaded.size(); i += sizeof(haptable_touch))
+            contacts += loaded[i] == HAPTABLE_TOUCH_CONTACT;
+        EXPECT_GT(contacts, path_m.size() / 4);
+    }
+
+    const TemporaryFolder folder_;
+};
+
+TEST_F(Library, HasTheBitsOfTheGeneratedServoInEveryMode) {
+    for (const Mode& mode : every_mode()) ASSERT_NO_FATAL_FAILURE(expect_same_bits(mode, "float32"));
+}
+
+TEST_F(Library, HasTheBitsOfPackedTables) {
+    for (const char* precision : {"float16", "int16"})
+        ASSERT_NO_FATAL_FAILURE(expect_same_bits({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, precision));
+}
+
+TEST_F(Library, ExportsItsOwnNamesAlone) {
+    const Outcome names = run("nm -D --defined-only " + lib() + "/libhaptable.so.1 | awk '$2 != \"A\" { print $3 }'");
+    ASSERT_EQ(names.status, 0);
+    EXPECT_NE(names.out.find("haptable_finger_step@@HAPTABLE_1\n"), std::string::npos);
+    const Outcome others =
+        run("nm -D --defined-only " + lib() +
+            "/libhaptable.so.1 | grep -vE ' (A HAPTABLE_1|T haptable_(library|object|finger)_[a-z_]*@@HAPTABLE_1)$'");
+    EXPECT_EQ(others.out, "");
+}
+
+TEST_F(Library, DeformsByEquation8) {
+    for (const char* columns : {"", "column_precision = \"float16\"\n"}) {
+        ASSERT_NO_FATAL_FAILURE(
+            precompute(scene_text({ForceLaw::kPressureMask, GodObject::kNearest, ""}, "float32") + columns));
+        const fs::path tables_folder = folder_.path() / "tables";
+        const Object object(haptable_object_load(tables_folder.c_str(), 0));
+        ASSERT_NE(object, nullptr) << haptable_library_error();
+        const Finger finger(haptable_finger_new(object.get()));
+        haptable_touch touch;
+        for (std::uint32_t tick = 0; tick < 60; ++tick) {
+            const float position_m[3] = {0.014F, 0.016F, 0.032F - 1e-4F * static_cast<float>(tick)};
+            haptable_finger_step(finger.get(), position_m, 1000 * tick, &touch);
+        }
+        ASSERT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_CONTACT});
+
+        const Tables tables = read_tables(tables_folder);
+        const ContactLoads loads(tables);
+        Deformation deformation(tables, tables_folder);
+        std::vector<NodalForce> on_patch;
+        for (std::size_t c = 0; c < 3; ++c) on_patch.push_back({touch.node[c], std::to_array(touch.nodal_force_n[c])});
+        const std::vector<NodalForce> spread = loads.spread(on_patch);
+        const std::span<const float> expected = deformation.displace(spread);
+        const std::size_t rows = tables.row_id.size();
+        std::vector<std::array<float, 3>> u(rows);
+        auto* const out = reinterpret_cast<float(*)[3]>(u.data());
+        ASSERT_EQ(haptable_object_deform(object.get(), &touch, nullptr, rows, out), 0) << haptable_library_error();
+        float largest_m = 0.0F, error_m = 0.0F;
+        for (std::size_t i = 0; i < 3 * rows; ++i) {
+            largest_m = std::max(largest_m, std::abs(expected[i]));
+            error_m = std::max(error_m, std::abs(expected[i] - u[i / 3][i % 3]));
+        }
+        EXPECT_GT(largest_m, 1e-3F);
+        // Both round each product and sum of 3 of every load once; the loads of a mask do not cancel.
+        EXPECT_WITHIN(error_m, .count = 2.0 * std::sqrt(6.0 * static_cast<double>(spread.size())), .epsilon = kFloat,
+                      .size = 2.0 * static_cast<double>(largest_m));
+
+        const std::uint32_t chosen[] = {static_cast<std::uint32_t>(rows - 1), 7};
+        std::array<std::array<float, 3>, 2> two{};
+        ASSERT_EQ(haptable_object_deform(object.get(), &touch, chosen, 2, reinterpret_cast<float(*)[3]>(two.data())),
+                  0);
+        EXPECT_EQ(two[0], u[rows - 1]);
+        EXPECT_EQ(two[1], u[7]);
+        const std::uint32_t none = static_cast<std::uint32_t>(rows);
+        EXPECT_EQ(haptable_object_deform(object.get(), &touch, &none, 1, out), -1);
+        EXPECT_EQ(haptable_library_error(), fmt::format("there is no row {}: {} has {}", rows, tables.name, rows));
+    }
+}
+
+TEST_F(Library, RefusesTablesThatWereChanged) {
+    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
+    const fs::path tables = folder_.path() / "tables";
+    const Object object(haptable_object_load(tables.c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    const std::uint64_t hash = haptable_object_describe(object.get()).tables_hash;
+    EXPECT_NE(Object(haptable_object_load(tables.c_str(), hash)), nullptr);
+    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), hash + 1)), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("that are wanted"), std::string::npos);
+    EXPECT_EQ(Object(haptable_object_load("no/such/folder", 0)), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("no/such/folder/summary.json"), std::string::npos);
+
+    for (const char* file : {"stiffness.npy", "columns.npy"}) {
+        const std::string before = read_file(tables / file);
+        std::string after = before;
+        after.back() = static_cast<char>(after.back() ^ 1);
+        write_file(tables / file, after);
+        EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr) << file;
+        EXPECT_NE(std::string(haptable_library_error()).find(file), std::string::npos) << haptable_library_error();
+        write_file(tables / file, before);
+    }
+    // An option that is of no file but of the tables.
+    const std::string summary = read_file(tables / "summary.json");
+    std::string other = summary;
+    const std::size_t at = other.find("\"max_force_n\": 8.5");
+    ASSERT_NE(at, std::string::npos);
+    write_file(tables / "summary.json", other.replace(at, 18, "\"max_force_n\": 9.5"));
+    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("not its tables_hash"), std::string::npos);
+}
+
+TEST_F(Library, ReplayIsManySteps) {
+    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
+    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
+    const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(folder_.path() / "tables"), 50);
+    std::vector<haptable_touch> at_once(path_m.size()), singly(path_m.size());
+    const Finger one(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
+    haptable_finger_replay(one.get(), reinterpret_cast<const float(*)[3]>(path_m.data()), path_m.size(), 5000,
+                           at_once.data());
+    for (std::size_t i = 0; i < path_m.size(); ++i)
+        haptable_finger_step(other.get(), path_m[i].data(), 5000 + 1000 * static_cast<std::uint32_t>(i), &singly[i]);
+    EXPECT_EQ(std::memcmp(at_once.data(), singly.data(), path_m.size() * sizeof(haptable_touch)), 0);
+    EXPECT_EQ(haptable_finger_energy(one.get()).given_j, haptable_finger_energy(other.get()).given_j);
+    EXPECT_GT(haptable_finger_energy(one.get()).most_stored_j, 0.0);
+    ASSERT_STREQ(haptable_library_counter_name(0), "ticks");
+    EXPECT_EQ(haptable_finger_counter(one.get(), 0), path_m.size());
+    EXPECT_EQ(haptable_library_counter_name(haptable_library_counters()), nullptr);
+    // Without a position for 20 ms the force ends.
+    const auto last_us = 5000 + 1000 * static_cast<std::uint32_t>(path_m.size() - 1);
+    haptable_touch touch{};
+    EXPECT_EQ(haptable_finger_watch(one.get(), last_us + 19'000, &touch), 0);
+    EXPECT_EQ(haptable_finger_watch(one.get(), last_us + 20'000, &touch), 1);
+    EXPECT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_SILENT});
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// make install into an empty root, and then without the source tree: scene, servo, page, manuals, exit codes, and away.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+
+#include "host/base/file.hpp"
+#include "tests/process.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Files of a folder, and of those below it.
+std::size_t count_files(const fs::path& folder) {
+    std::size_t count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) count += entry.is_directory() ? 0 : 1;
+    return count;
+}
+
+class Installed : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        root_ = std::make_unique<TemporaryFolder>();
+        made_ =
+            run("make -s install DESTDIR=" + root_->path().string() + " PREFIX=/usr BUILD=" + build_folder().string());
+    }
+    static void TearDownTestSuite() { root_.reset(); }
+
+    void SetUp() override {
+        ASSERT_EQ(made_.status, 0) << made_.err;
+        fs::create_directory(work_ / "my scenes");
+        fs::copy_file("meshes/cube.toml", work_ / "my scenes/a cube.toml");
+    }
+
+    /// A command of the shell in an empty folder, with the installed programs on the PATH.
+    Outcome in_shell(const std::string& command) const {
+        return run("PATH=" + usr().string() + "/bin:$PATH; " + command, work_);
+    }
+    static fs::path usr() { return root_->path() / "usr"; }
+
+    static inline std::unique_ptr<TemporaryFolder> root_;
+    static inline Outcome made_;
+    const TemporaryFolder folder_;
+    const fs::path work_ = folder_.path();
+};
+
+TEST_F(Installed, BuildsAServoWithTheBitsOfTheSourceTrees) {
+    const Outcome built = in_shell("haptable-build 'my scenes/a cube.toml'");
+    ASSERT_EQ(built.status, 0) << built.err;
+    std::ofstream(work_ / "path.csv") << "x,y,z\n0.015,0.015,0.031\n0.0151,0.0152,0.028\n0.017,0.012,0.026\n";
+    ASSERT_EQ(in_shell("build/cube/servo --quiet --replay path.csv --out felt.csv").status, 0);
+    const std::string ours = fs::absolute(build_folder() / "cube/servo").string();
+    ASSERT_EQ(in_shell(ours + " --quiet --replay path.csv --out expected.csv").status, 0);
+    EXPECT_EQ(read_file(work_ / "felt.csv"), read_file(work_ / "expected.csv"));
+    const auto made = fs::last_write_time(work_ / "build/cube/servo");
+    ASSERT_EQ(in_shell("haptable-build 'my scenes/a cube.toml'").status, 0);
+    EXPECT_EQ(fs::last_write_time(work_ / "build/cube/servo"), made) << "made twice";
+}
+
+TEST_F(Installed, FindsItsModulesAndThePartsOfAPage) {
+    ASSERT_EQ(
+        in_shell("haptable-precompute --check --quiet " + (usr() / "share/haptable/meshes/mouse.toml").string()).status,
+        0);
+    ASSERT_EQ(in_shell("haptable-precompute --quiet 'my scenes/a cube.toml' -o cube").status, 0);
+    const Outcome page = in_shell("haptable-view cube --page touch.html --quiet");
+    ASSERT_EQ(page.status, 0) << page.err;
+    EXPECT_EQ(read_file(work_ / "touch.html").rfind("<!", 0), 0U);
+}
+
+TEST_F(Installed, StatusTellsWhoIsWrong) {
+    for (const std::string name : {"build", "precompute", "codegen", "device", "view", "bridge", "run"}) {
+        const std::string command = "haptable-" + name;
+        EXPECT_EQ(in_shell(command + " --version").status, 0) << name;
+        EXPECT_EQ(in_shell(command + " --no-such-option").status, 2) << name;
+        const Outcome none = in_shell(command + " none.toml -o out");
+        EXPECT_TRUE(none.status == 1 || (none.status == 2 && name != "build" && name != "precompute")) << name;
+        const std::string version = in_shell(command + " --version").out;
+        EXPECT_EQ(version.rfind(command + " ", 0), 0U) << version;
+        const std::string manual = (usr() / "share/man/man1" / (command + ".1.gz")).string();
+        EXPECT_NE(in_shell("zcat " + manual).out.find(".SH \"EXIT STATUS\""), std::string::npos) << name;
+    }
+}
+
+/// What a user types for an example, the library found by its prefix alone.
+TEST_F(Installed, CompilesTheExamplesByPkgConfigAndByCMake) {
+    ASSERT_EQ(in_shell("haptable-precompute --quiet 'my scenes/a cube.toml' -o cube").status, 0);
+    const std::string found = "export PKG_CONFIG_SYSROOT_DIR=" + root_->path().string() +
+                              " PKG_CONFIG_PATH=" + (usr() / "lib/pkgconfig").string() +
+                              " LD_LIBRARY_PATH=" + (usr() / "lib").string() + " CMAKE_PREFIX_PATH=" + usr().string() +
+                              "; cp -r " + (usr() / "share/doc/haptable/examples").string() + " .; ";
+    const Outcome c = in_shell(
+        found + "gcc -Wall -Werror -pedantic examples/touch.c $(pkg-config --cflags --libs haptable) -o c && ./c cube");
+    EXPECT_EQ(c.status, 0) << c.err;
+    const Outcome cpp = in_shell(
+        found +
+        "g++ -std=c++17 -Wall -Werror examples/touch.cpp $(pkg-config --cflags --libs haptable) -o cpp && ./cpp cube");
+    EXPECT_EQ(cpp.status, 0) << cpp.err;
+    write_file(work_ / "CMakeLists.txt",
+               "cmake_minimum_required(VERSION 3.16)\nproject(touch C)\nfind_package(haptable 0.1 REQUIRED)\n"
+               "add_executable(touch examples/touch.c)\ntarget_link_libraries(touch PRIVATE haptable::haptable)\n");
+    const Outcome cmake =
+        in_shell(found + "cmake -S . -B out >/dev/null && cmake --build out >/dev/null && out/touch cube");
+    EXPECT_EQ(cmake.status, 0) << cmake.err;
+    EXPECT_EQ(cmake.out, c.out);
+    // 3.9 mm below the top: what the servo of the source tree says of that path.
+    std::ofstream path(work_ / "path.csv");
+    path << "x,y,z\n";
+    for (int tick = 0; tick < 60; ++tick)
+        path << fmt::format("0.015,0.015,{:.9g}\n", 0.032F - 1e-4F * static_cast<float>(tick));
+    path.close();
+    const Outcome servo =
+        in_shell(fs::absolute(build_folder() / "cube/servo").string() +
+                 " --quiet --replay path.csv --out felt.csv && "
+                 "tail -n 1 felt.csv | awk -F, '{ printf \"%.4g N on nodes %d %d %d\", $17, $6, $7, $8 }'");
+    EXPECT_NE(c.out.find(servo.out), std::string::npos) << c.out << servo.out << servo.err;
+    EXPECT_EQ(cpp.out.rfind("node ", 0), 0U) << cpp.out;
+}
+
+TEST_F(Installed, BashCompletesOptions) {
+    const std::string script = (usr() / "share/bash-completion/completions/haptable-view").string();
+    const Outcome view = in_shell("bash -c '. " + script +
+                                  "; COMP_WORDS=(haptable-view --v); COMP_CWORD=1; _haptable haptable-view; "
+                                  "echo ${COMPREPLY[@]}'");
+    EXPECT_EQ(view.out, "--vtu --version\n");
+}
+
+TEST_F(Installed, GoesWithoutAResidue) {
+    const TemporaryFolder root;
+    const std::string where = " DESTDIR=" + root.path().string() + " PREFIX=/opt BUILD=" + build_folder().string();
+    ASSERT_EQ(run("make -s install" + where).status, 0);
+    ASSERT_GT(count_files(root.path()), 100U);
+    std::ofstream(root.path() / "opt/share/haptable/mine") << "not haptable's\n";
+    ASSERT_EQ(run("make -s uninstall" + where).status, 0);
+    EXPECT_EQ(count_files(root.path()), 1U);
+    EXPECT_TRUE(fs::exists(root.path() / "opt/share/haptable/mine"));
+    EXPECT_FALSE(fs::exists(root.path() / "opt/bin"));
+}
+
+TEST(Clean, KeepsTablesAndFinishedColumns) {
+    const TemporaryFolder folder;
+    const fs::path build = folder.path() / "build";
+    for (const char* file :
+         {"bin/haptable-view", "cube/summary.json", "cube/node_id.npy", "cube/model.c", "cube/servo", "cube/model.c.o",
+          "cube/firmware/rv32/loop.elf", "liver.columns/0.npy", "report/bench.json"}) {
+        fs::create_directories((build / file).parent_path());
+        std::ofstream(build / file) << file;
+    }
+    ASSERT_EQ(run("sh scripts/clean.sh " + build.string()).status, 0);
+    EXPECT_EQ(count_files(build), 4U);
+    for (const char* file : {"cube/summary.json", "cube/node_id.npy", "cube/model.c", "liver.columns/0.npy"})
+        EXPECT_TRUE(fs::exists(build / file)) << file;
+    fs::remove_all(build / "cube");
+    fs::remove_all(build / "liver.columns");
+    ASSERT_EQ(run("sh scripts/clean.sh " + build.string()).status, 0);
+    EXPECT_FALSE(fs::exists(build));
+}
+
+TEST(MakeScene, TakesAPathWithBlanks) {
+    const TemporaryFolder folder;
+    const fs::path scene = folder.path() / "my scenes" / "a b.toml", tables = build_folder() / "path-with-blanks";
+    fs::create_directories(scene.parent_path());
+    std::string text = read_file("meshes/cube.toml");
+    text.replace(text.find("\"cube\""), 6, "\"path-with-blanks\"");
+    write_file(scene, text);
+    const std::string make =
+        "make -s scene-alone SCENE_MAKES=summary.json 'SCENE=" + scene.string() + "' BUILD=" + build_folder().string();
+    const Outcome first = run(make);
+    ASSERT_EQ(first.status, 0) << first.err;
+    const auto made = fs::last_write_time(tables / "summary.json");
+    const Outcome again = run(make);
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(fs::last_write_time(tables / "summary.json"), made) << "made twice";
+    fs::remove_all(tables);
+}
+
+}  // namespace
+}  // namespace haptable::test
