@@ -13,8 +13,8 @@ trap stop_children EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-# Our own group and port, as the programs choose by themselves; lcm-logger has another default.
-LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.72.84:7684?ttl=0}
+# LCM's own group and port, as the programs choose by themselves.
+LCM_DEFAULT_URL=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
 export LCM_DEFAULT_URL
 
 # value KEY FILE: a number of a program's --json summary.

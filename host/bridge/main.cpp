@@ -119,7 +119,8 @@ void run(Options& o) {
     if (!o.csv.empty()) record.emplace(scene.servo(), o.csv).keep();
     SerialTarget target(open_line(o));
     Connection connection;
-    BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr);
+    BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr,
+                          teller("haptable-bridge", o.quiet));
     if (!o.quiet)
         fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
                    target.line().name(), priority);

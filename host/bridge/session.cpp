@@ -10,6 +10,7 @@
 
 #include "host/base/error.hpp"
 #include "host/session/status.hpp"
+#include "host/session/tell.hpp"
 
 namespace haptable {
 
@@ -22,14 +23,15 @@ Clock::duration seconds(double s) {
 }  // namespace
 
 BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target,
-                             const BridgeOptions& options, ServoRecord* record)
+                             const BridgeOptions& options, ServoRecord* record, LiveState::Tell tell)
     : scene_(scene),
       connection_(connection),
       target_(target),
       options_(options),
       record_(record),
       answer_(scene, connection),
-      gate_(answer_.servo(), answer_.model_hash()) {
+      gate_(answer_.servo(), answer_.model_hash()),
+      live_(std::move(tell)) {
     connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
         on_state(state, received_utime);
     });
@@ -148,6 +150,9 @@ void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
     report_.round_trip.add(us);
     longest_us_ = std::max(longest_us_, us);
     report_.note(to_finger(state_.position_m), output);
+    if (output.state != HAPTABLE_REJECTED) return;
+    ++rejected_;
+    rejected_m_ = to_finger(state_.position_m);
 }
 
 // ---- neither ------------------------------------------------------------------------------------------------------
@@ -169,6 +174,7 @@ void BridgeSession::watch(Clock::time_point now) {
                         target_.line().name(), options_.patience_s, target_.skipped_bytes()));
     if (!is_simulated(gate_.state()) && now - last_state() >= std::chrono::microseconds(HAPTABLE_SILENCE_US)) {
         // As the servo itself would: the target sees the gap in time with the next state.
+        if (haptable_touches(output_.state) != 0) live_.say(contact_dropped_after(now - last_state()));
         waiting_ = false;
         output_ = {};
         output_.patch = HAPTABLE_NONE;
@@ -188,6 +194,13 @@ void BridgeSession::publish_status() {
     status.publish(connection_);
     if (record_ != nullptr) record_->flush();
     longest_us_ = 0.0;
+    tell();
+}
+
+void BridgeSession::tell() {
+    const Clock::time_point now = Clock::now();
+    tell_of_states(gate_.counters(), now, live_);
+    live_.look("rejected", rejected_, now, [this] { return why_rejected(*scene_.model, rejected_m_); });
 }
 
 BridgeReport BridgeSession::report() const {

@@ -4,6 +4,7 @@
 
 #include "host/bridge/target.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/live_state.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/session/answer.hpp"
@@ -28,9 +29,9 @@ struct BridgeReport : ForceReport, BridgeCounters {
 /// and the calls below.
 class BridgeSession {
 public:
-    /// Subscribes to the device's states. `record` may be null.
+    /// Subscribes to the device's states. `record` may be null. `tell` gets a line for each event, if it is there.
     BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target, const BridgeOptions& options,
-                  ServoRecord* record);
+                  ServoRecord* record, LiveState::Tell tell = {});
     BridgeSession(const BridgeSession&) = delete;
     BridgeSession& operator=(const BridgeSession&) = delete;
 
@@ -55,6 +56,7 @@ private:
     bool is_possible(const haptable_output& output) const;
     bool is_on_a_patch(const haptable_output& output) const;
     void note(const haptable_output& output, Clock::time_point now);
+    void tell();
 
     ServoScene scene_;
     Connection& connection_;
@@ -75,6 +77,9 @@ private:
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
     BridgeReport report_;
     double longest_us_ = 0.0;
+    LiveState live_;
+    std::int64_t rejected_ = 0;          ///< positions that the target does not take
+    std::array<float, 3> rejected_m_{};  ///< the last one
 };
 
 }  // namespace haptable

@@ -17,6 +17,7 @@
 #include "host/link/finger_path.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
+#include "host/link/text_file.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"
 
@@ -218,6 +219,7 @@ void run(Options& o) {
     const std::optional<Touchable> body = find_body(o, scene);
     choose_place(o, body);
     const std::unique_ptr<Path> path = make_path(o);
+    if (!o.csv.empty()) require_other_file(o.csv, o.path, "--path");
     std::optional<DeviceRecord> record;
     if (!o.csv.empty()) record.emplace(o.csv).keep();
     // In lockstep nothing is urgent, and a busy pair at real-time priority would starve the machine.
@@ -225,7 +227,7 @@ void run(Options& o) {
     const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";
     Connection connection;
     SessionOptions session_options = o.session;
-    session_options.tells = !o.quiet;
+    session_options.tell = teller("haptable-device", o.quiet);
     const std::unique_ptr<Driver> driver = make_driver(o, scene, device, *path);
     DeviceSession session(*driver, connection, session_options, record ? &*record : nullptr);
     const bool locked = urgent && lock_memory();

@@ -62,7 +62,12 @@ DeviceSession::DeviceSession(std::unique_ptr<Driver> driver, Connection& connect
 
 DeviceSession::DeviceSession(Driver& driver, Connection& connection, const SessionOptions& options,
                              DeviceRecord* record)
-    : driver_(driver), connection_(connection), options_(options), mapping_(options.map), record_(record) {
+    : driver_(driver),
+      connection_(connection),
+      options_(options),
+      mapping_(options.map),
+      record_(record),
+      live_(options.tell) {
     if (options_.lockstep && !(options_.patience_s > 0.0))
         throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
     reading_m_.fill(mapping_.to_body(driver_.read(0).position_m));
@@ -207,8 +212,7 @@ void DeviceSession::on_force(const servo_force& force) {
     state_.model_hash = force.model_hash;
     state_.servo = force.servo;
     if (force.servo_state == servo_force::CONTACT || force.servo_state == servo_force::LIMITED) ++report_.contact_ticks;
-    if (const auto event = events_.note(force); event && options_.tells)
-        fmt::print(stderr, "haptable-device: tick {}: {}\n", force.seq, *event);
+    if (const auto event = events_.note(force)) live_.say(fmt::format("tick {}: {}", force.seq, *event));
     answered_ = force.seq;
     asked_ = now - age;
     silent_ = false;
@@ -258,6 +262,7 @@ void DeviceSession::end_tick() {
     driver_.advance(row_.tick, 1.0);
     row_.force_n = mapping_.turned_to_body(driver_.force_n());
     if (options_.watch) options_.watch(row_);
+    if (row_.tick % kFlush_ticks == 0) tell();
     if (record_ == nullptr) return;
     record_->add(row_);
     if (row_.tick % kFlush_ticks == 0) record_->flush();
@@ -271,6 +276,21 @@ void DeviceSession::drop_stale_force() {
     feel(Eigen::Vector3d::Zero());
     first_ = state_.seq + 1;
     let_go();
+}
+
+/// Of who else is on the channel, and of silence.
+void DeviceSession::tell() {
+    const Clock::time_point now = Clock::now();
+    live_.look("silences", report_.silences, now,
+               [] { return "the servo was silent for 20 ms: no force until it answers again"; });
+    live_.look("foreign_answers", report_.foreign_answers, now,
+               [] { return "a second servo, or one of another scene, is on the channel: it moves nothing here"; });
+    live_.look("refused_answers", report_.refused_answers, now, [this] {
+        return fmt::format("the servo belongs to another device, session {:016x}: no force until that one ends",
+                           static_cast<std::uint64_t>(other_owner_));
+    });
+    live_.look("other_device_answers", report_.other_device_answers, now,
+               [] { return "a second device is on the channel: its forces are not felt here"; });
 }
 
 /// Any servo may answer from now on: one that is started anew is another one, and may have newer tables.

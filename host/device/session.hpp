@@ -20,6 +20,7 @@
 #include "host/device/record.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/live_state.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 
@@ -29,7 +30,7 @@ struct SessionOptions {
     bool lockstep = false;        ///< the clock waits for the answer to each state
     double seconds = 0.0;         ///< of real or simulated time; 0: once along the path
     double patience_s = 10.0;     ///< how long the first answer, or any in lockstep, may take; 0: do not wait
-    bool tells = false;           ///< events, on standard error
+    LiveState::Tell tell;         ///< gets a line for each event; may be empty
     std::int64_t model_hash = 0;  ///< of the tables whose servo must answer; 0: the first that does
     FaultPlan faults;             ///< on purpose; none unless asked for
     std::uint64_t seed = 1;       ///< of their dice
@@ -84,6 +85,7 @@ private:
     void wait_until(Clock::time_point next);
     void end_tick();
     void drop_stale_force();
+    void tell();
     DeviceSession(std::unique_ptr<Driver> driver, Connection& connection, const SessionOptions& options,
                   DeviceRecord* record);
     void publish();
@@ -117,6 +119,7 @@ private:
     std::int64_t answered_ = -1;    ///< the newest state that has an answer
     bool silent_ = true;            ///< no answer for 20 ms, or none yet
     Events events_;
+    LiveState live_;
     DeviceReport report_;
 };
 

@@ -22,9 +22,9 @@
 
 namespace haptable {
 
-/// Our own multicast group and port, so that other users of LCM on this machine are not disturbed.
-/// ttl=0: no packet leaves the machine.
-inline constexpr const char* kDefaultUrl = "udpm://239.255.72.84:7684?ttl=0";
+/// LCM's own, so that lcm-logger, lcm-spy and lcm.LCM() hear a session without being told. ttl=0: no packet leaves the
+/// machine.
+inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 
 /// LCM_DEFAULT_URL where it is set and not empty, else kDefaultUrl.
 std::string lcm_url();

@@ -17,6 +17,12 @@ constexpr std::size_t kFlush_bytes = 65536;
 
 }  // namespace
 
+void require_other_file(const std::filesystem::path& out, const std::filesystem::path& in, const std::string& option) {
+    std::error_code none;
+    if (std::filesystem::weakly_canonical(in, none) == std::filesystem::weakly_canonical(out, none))
+        throw Error(out.string() + ": is what " + option + " reads: write to another name");
+}
+
 TextFile::TextFile(const std::filesystem::path& path)
     : path_(path), beside_(path), file_(std::fopen(beside_.path().c_str(), "wb")) {
     if (file_ == nullptr) throw Error(path.string() + ": cannot be written: " + std::strerror(errno));

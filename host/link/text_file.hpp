@@ -11,6 +11,9 @@
 
 namespace haptable {
 
+/// Throws Error "OUT: is what OPTION reads" where both names are one file, by whatever way they lead there.
+void require_other_file(const std::filesystem::path& out, const std::filesystem::path& in, const std::string& option);
+
 class TextFile {
 public:
     /// Opens it beside `path`. Throws Error that names the path.

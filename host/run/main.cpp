@@ -2,6 +2,7 @@
 // haptable-run: a whole session in one command, and a folder with all that was seen of it.
 #include <fmt/format.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/summary.hpp"
+#include "host/link/text_file.hpp"
 #include "host/run/page.hpp"
 #include "host/run/plots.hpp"
 #include "host/run/report.hpp"
@@ -71,13 +73,17 @@ void check(const Options& o) {
     throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
 }
 
-void make_folder(const std::filesystem::path& folder) {
+constexpr std::array kWritten{"session.lcmlog", "servo.csv",  "device.csv",  "session.csv", "report.html",
+                              "summary.json",   "servo.json", "device.json", "session.mp4"};
+
+void make_folder(const Options& o) {
+    const std::filesystem::path& folder = o.run.folder;
+    for (const char* written : kWritten)
+        if (!o.path.empty()) require_other_file(folder / written, o.path, "--path");
     std::error_code failed;
     std::filesystem::create_directories(folder, failed);
     if (failed) throw Error(folder.string() + ": is no folder and cannot be made: " + failed.message());
-    for (const char* old : {"session.lcmlog", "servo.csv", "device.csv", "session.csv", "report.html", "summary.json",
-                            "servo.json", "device.json", "session.mp4"})
-        std::filesystem::remove(folder / old);
+    for (const char* old : kWritten) std::filesystem::remove(folder / old);
     std::filesystem::remove_all(folder / "pictures");
 }
 
@@ -86,7 +92,7 @@ void run(Options& o) {
     catch_interrupts();
     const Scene scene = read_scene(o.run.scene_file);
     const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
-    make_folder(o.run.folder);
+    make_folder(o);
     o.run.device = device_words(o);
     o.run.live = o.draw == "live";
     const RunOutcome outcome = run_session(places, o.run);

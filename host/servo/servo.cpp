@@ -12,6 +12,7 @@
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
+#include "host/link/text_file.hpp"
 #include "host/servo/poke.hpp"
 #include "host/servo/session.hpp"
 #include "host/session/serve.hpp"
@@ -102,10 +103,7 @@ void require_tables(const ServoScene& scene, const Options& o, std::uint64_t of_
 
 void require_places(const Options& o) {
     if (o.out.empty() && !o.check) throw Error("--replay: give --out OUT.csv, or --check for a log");
-    std::error_code none;
-    if (!o.out.empty() &&
-        std::filesystem::weakly_canonical(o.in, none) == std::filesystem::weakly_canonical(o.out, none))
-        throw Error(o.out + ": is what --replay reads: give --out another name");
+    if (!o.out.empty()) require_other_file(o.out, o.in, "--replay");
 }
 
 void require_same(const Options& o, const ReplayReport& report) {
@@ -158,7 +156,7 @@ void run_lcm(const ServoScene& scene, const Options& o) {
     std::optional<ServoRecord> record;
     if (!o.csv.empty()) record.emplace(scene, o.csv).keep();
     Connection connection;
-    ServoSession session(scene, connection, record ? &*record : nullptr);
+    ServoSession session(scene, connection, record ? &*record : nullptr, teller("servo", o.quiet));
     const bool locked = !o.no_realtime && lock_memory();
     if (!o.quiet)
         fmt::print(stderr, "servo: {} on {}, {}, memory {}\n", scene.name, connection.url(), priority,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/session/status.hpp"
+#include "host/session/tell.hpp"
 
 namespace haptable {
 
@@ -14,12 +15,13 @@ constexpr std::uint32_t kIdleCheck_bytes = HAPTABLE_CHECK_BYTES;
 
 static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
 
-ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record)
+ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell)
     : scene_(scene),
       connection_(connection),
       record_(record),
       answer_(scene, connection),
-      gate_(answer_.servo(), answer_.model_hash()) {
+      gate_(answer_.servo(), answer_.model_hash()),
+      live_(std::move(tell)) {
     haptable_init(&servo_);
     require_whole_tables(scene, servo_);
     connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
@@ -82,6 +84,7 @@ void ServoSession::step() {
     report_.step.add(step_us);
     longest_step_us_ = std::max(longest_step_us_, step_us);
     report_.note(finger_m, output_);
+    if (output_.state == HAPTABLE_REJECTED) rejected_m_ = finger_m;
 }
 
 Clock::time_point ServoSession::watch_at() const {
@@ -90,7 +93,9 @@ Clock::time_point ServoSession::watch_at() const {
 }
 
 void ServoSession::watch(Clock::time_point now) {
+    const bool touched = haptable_touches(output_.state) != 0;
     if (now < watch_at() || haptable_watch(&servo_, to_firmware_us(now), &output_) == 0) return;
+    if (touched) live_.say(contact_dropped_after(now - gate_.last_state()));
     answer_.publish_force(gate_.state(), output_);
     answer_.publish_contact(gate_.state(), output_);
 }
@@ -105,6 +110,14 @@ void ServoSession::publish_status() {
     status.publish(connection_);
     if (record_ != nullptr) record_->flush();
     longest_step_us_ = 0.0;
+    tell();
+}
+
+void ServoSession::tell() {
+    const Clock::time_point now = Clock::now();
+    tell_of_states(gate_.counters(), now, live_);
+    const std::int64_t rejected = std::int64_t{servo_.counters.rejected_positions} + servo_.counters.implausible;
+    live_.look("rejected", rejected, now, [this] { return why_rejected(*scene_.model, rejected_m_); });
 }
 
 ServoReport ServoSession::report() const {

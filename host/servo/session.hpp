@@ -4,6 +4,7 @@
 
 #include "host/link/clock.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/live_state.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/servo/replay.hpp"
@@ -25,8 +26,8 @@ struct LinkReport : LinkCounters {
 /// process and, over memq://, in this one.
 class ServoSession {
 public:
-    /// Subscribes to states. `record` may be null.
-    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record);
+    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
+    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell = {});
     ServoSession(const ServoSession&) = delete;
     ServoSession& operator=(const ServoSession&) = delete;
 
@@ -49,6 +50,7 @@ private:
     void answer_newest();
     void end_contact();
     void step();
+    void tell();
 
     ServoScene scene_;
     Connection& connection_;
@@ -63,6 +65,8 @@ private:
     ServoReport report_;
     LinkReport link_;
     double longest_step_us_ = 0.0;
+    LiveState live_;
+    std::array<float, 3> rejected_m_{};  ///< the last one
 };
 
 }  // namespace haptable

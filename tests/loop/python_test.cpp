@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The Python device of docs/LOOP.md, with PyPI's lcm, as it stands there: the forces that it prints are the servo's.
-// Skipped where LCM has no multicast route or PyPI could not be reached (make test makes build/python).
+// The Python programs of docs/LOOP.md and README.md, with PyPI's lcm, as they stand there: what they print is the
+// servo's. Skipped where LCM has no multicast route or PyPI could not be reached (make test makes build/python).
 #include <gtest/gtest.h>
 
 #include <csignal>
 #include <cstdlib>
+#include <map>
 
 #include "host/base/error.hpp"
+#include "host/link/log_reader.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
 
@@ -21,30 +23,40 @@ std::string code_of(const std::filesystem::path& page, const std::string& langua
     return text.substr(begin + fence.size(), text.find("```", begin + fence.size()) - begin - fence.size());
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-    const std::size_t at = text.find(what);
-    EXPECT_NE(at, std::string::npos) << what;
-    return at == std::string::npos ? text : text.replace(at, what.size(), by);
-}
-
-TEST(PythonDevice, OfThePageFeelsTheServo) {
-    const std::string url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
-    const std::filesystem::path python = std::filesystem::absolute(build_folder()) / "python";
-    const std::string servo = (build_folder() / "cube/servo").string();
-    if (!std::filesystem::exists(python / "ready")) GTEST_SKIP() << "the packages of PyPI are not there: make test installs them";
-    if (!std::filesystem::exists(servo)) GTEST_SKIP() << servo << " is not built: make scene";
-    try {
-        const Connection connection(url);
-    } catch (const Error& error) {
-        GTEST_SKIP() << error.what();
+class Python : public testing::Test {
+protected:
+    void SetUp() override {
+        setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+        if (!std::filesystem::exists(python / "ready"))
+            GTEST_SKIP() << "the packages of PyPI are not there: make test installs them";
+        if (!std::filesystem::exists(servo)) GTEST_SKIP() << servo << " is not built: make scene";
+        try {
+            const Connection connection(url);
+        } catch (const Error& error) {
+            GTEST_SKIP() << error.what();
+        }
     }
-    const WorkFolder folder;
-    write_file(folder / "device.py", replaced(code_of("docs/LOOP.md", "python"), kDefaultUrl, url));
-    Process servo_process({"env", "LCM_DEFAULT_URL=" + url, servo, "--lcm", "--quiet", "--no-realtime", "--csv",
-                           (folder / "servo.csv").string()});
-    const Outcome device = run("PYTHONPATH=" + (python / "types").string() + " " + (python / "bin/python").string() +
-                                   " " + (folder / "device.py").string(),
-                               {}, std::chrono::seconds(120));
+    void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }
+
+    /// The command that runs a page's program.
+    std::string command_of(const std::string& page) const {
+        write_file(folder / "program.py", code_of(page, "python"));
+        return "PYTHONPATH=" + (python / "types").string() + " " + (python / "bin/python").string() + " -u " +
+               (folder / "program.py").string();
+    }
+    std::vector<std::string> servo_command(const std::string& csv) const {
+        return {servo, "--lcm", "--quiet", "--no-realtime", "--csv", (folder / csv).string()};
+    }
+
+    std::string url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+    std::filesystem::path python = std::filesystem::absolute(build_folder()) / "python";
+    std::string servo = (build_folder() / "cube/servo").string();
+    WorkFolder folder;
+};
+
+TEST_F(Python, TheDeviceOfThePageFeelsTheServo) {
+    Process servo_process(servo_command("servo.csv"));
+    const Outcome device = run(command_of("docs/LOOP.md"), {}, std::chrono::seconds(120));
     ASSERT_EQ(device.status, 0) << device.err;
     servo_process.kill(SIGTERM);
     ASSERT_EQ(servo_process.wait_for_exit(), 0);
@@ -63,6 +75,54 @@ TEST(PythonDevice, OfThePageFeelsTheServo) {
         }
     }
     EXPECT_GT(largest_n, 0.1);
+}
+
+// README's listener hears a session without being told where it is: every line is a tick of the servo's record.
+TEST_F(Python, TheListenerOfTheReadmeHearsASession) {
+    Process listener({"sh", "-c", "exec env " + command_of("README.md")},
+                     {{}, (folder / "heard").string(), (folder / "complaints").string()});
+    Process servo_process(servo_command("servo.csv"));
+    const std::string device = program("haptable-device").string() + " meshes/cube.toml --quiet --no-realtime";
+    const auto give_up = Clock::now() + std::chrono::seconds(60);
+    while (read_file(folder / "heard").empty() && Clock::now() < give_up)  // Python takes a moment to listen
+        ASSERT_EQ(run(device + " --lockstep --seconds 0.3").status, 0);
+    listener.kill(SIGKILL);
+    listener.wait_for_exit();
+    servo_process.kill(SIGTERM);
+    ASSERT_EQ(servo_process.wait_for_exit(), 0);
+    const auto rows = read_rows(folder / "servo.csv");
+    const auto heard = lines_of(read_file(folder / "heard"));
+    ASSERT_GT(heard.size(), 10U) << read_file(folder / "complaints");
+    for (const std::string& line : heard) {
+        std::istringstream words(line);
+        std::size_t seq = 0;
+        double finger_z = 0.0;
+        words >> seq >> finger_z;
+        ASSERT_LT(seq, rows.size());
+        EXPECT_EQ(static_cast<float>(finger_z), static_cast<float>(rows[seq][3])) << line;
+    }
+}
+
+// A user's lcm-logger, which knows nothing of haptable, records a session that was told no URL either.
+TEST_F(Python, LcmLoggerHearsASessionOfTheDefaultUrl) {
+    const std::string log_file = (folder / "session.lcmlog").string();
+    const std::string device = program("haptable-device").string() + " meshes/cube.toml --quiet --no-realtime";
+    write_file(folder / "session.sh",
+               "unset LCM_DEFAULT_URL\n"
+               "lcm-logger -q -f " +
+                   log_file + " & logger=$!\n" + servo +
+                   " --lcm --quiet --no-realtime & servo=$!\n"
+                   "for try in $(seq 50); do\n" +  // until the logger listens
+                   device +
+                   " --seconds 0.3 || exit 1\n" + "[ -s " + log_file +
+                   " ] && break; done\n"
+                   "kill $logger $servo; wait $logger; wait $servo\n");
+    const Outcome session = run("sh scripts/loopback.sh sh " + (folder / "session.sh").string());
+    EXPECT_EQ(session.status, 0) << session.err;
+    LogReader log(log_file);
+    std::map<std::string, int> heard;  // on a busy machine not all
+    while (const auto event = log.next()) ++heard[std::string(event->channel)];
+    for (const char* channel : {kStateChannel, kForceChannel, kContactChannel}) EXPECT_GT(heard[channel], 0) << channel;
 }
 
 }  // namespace

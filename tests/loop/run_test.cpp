@@ -217,6 +217,21 @@ TEST_F(Run, AReplayOntoItsOwnInputIsAnError) {
     EXPECT_EQ(read_file(folder / "path.csv"), "x,y,z\n0,0,1\n");
 }
 
+// The record of a session is the path of the next, but not in the folder where it would be replaced.
+TEST_F(Run, APathOutOfItsOwnFolderIsAnError) {
+    const std::string text = "x,y,z\n0,0,1\n", name = (folder / "out/device.csv").string();
+    std::filesystem::create_directory(folder / "out");
+    write_file(name, text);
+    for (const std::string& one :
+         {program("haptable-device").string() + " meshes/cube.toml --path " + name + " --csv " + name,
+          run + " meshes/cube.toml -o " + (folder / "out").string() + " --path " + name}) {
+        const Outcome outcome = haptable::test::run(one);
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_NE(outcome.err.find("device.csv: is what --path reads"), std::string::npos) << outcome.err;
+        EXPECT_EQ(read_file(name), text);
+    }
+}
+
 // Away from haptable's folder there is no make: the command is said.
 TEST_F(Run, ASceneWithoutAServoNamesTheCommand) {
     write_file(folder / "a.toml",

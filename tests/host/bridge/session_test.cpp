@@ -59,7 +59,9 @@ protected:
     Connection connection{"memq://"};
     SerialTarget line{pipes.line()};
     FakeTarget<Pipes> target{box.scene().model, pipes};
-    BridgeSession session{box.scene(), connection, line, impatient(), nullptr};
+    std::vector<std::string> told;  ///< events, a line each
+    BridgeSession session{box.scene(), connection, line,
+                          impatient(), nullptr,    [this](const std::string& text) { told.push_back(text); }};
     std::vector<servo_force> forces;
     std::vector<contact> loads;
     servo_status last_status{};
@@ -239,6 +241,8 @@ TEST_F(BridgeSessionTest, GivesZeroForceOnceWhenTheDeviceIsSilent) {
     EXPECT_EQ(forces.back().force_n[2], 0.0);
     EXPECT_EQ(int{forces.back().servo_state}, HAPTABLE_SILENT);
     EXPECT_EQ(loads.back().count, 0);
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_NE(told[0].find("contact dropped after a silence of"), std::string::npos) << told[0];
 }
 
 TEST_F(BridgeSessionTest, GivesUpOnADeafTarget) {

@@ -159,9 +159,15 @@ TEST_F(DeviceSessionTest, IgnoresASecondServo) {
         }
         return push_up(state, force);
     });
-    const DeviceReport report = run(lockstep());
+    SessionOptions loud = lockstep();
+    std::string told;
+    loud.tell = [&told](const std::string& line) { told += line + "\n"; };
+    const DeviceReport report = run(loud);
     EXPECT_GE(report.foreign_answers, 2 * 798);  // the last ones may come after the end
     EXPECT_LT(report.largest_force_n, 1.0);
+    const std::size_t first = told.find("a second servo, or one of another scene, is on the channel");
+    EXPECT_NE(first, std::string::npos) << told;
+    EXPECT_EQ(told.find("a second servo", first + 1), std::string::npos) << "once: " << told;
 }
 
 TEST_F(DeviceSessionTest, IgnoresWhatIsAnotherDevices) {

@@ -18,7 +18,8 @@ constexpr std::int64_t kHash = 1;  // of the test's model
 
 class ServoSessionTest : public testing::Test {
 protected:
-    ServoSessionTest() : session(box.scene(), connection, nullptr) {
+    ServoSessionTest()
+        : session(box.scene(), connection, nullptr, [this](const std::string& line) { told.push_back(line); }) {
         connection.subscribe<servo_force>(kForceChannel,
                                           [this](const servo_force& m, std::int64_t) { forces.push_back(m); });
         connection.subscribe<contact>(kContactChannel,
@@ -66,6 +67,7 @@ protected:
 
     SoftBox box;
     Connection connection{"memq://"};
+    std::vector<std::string> told;  ///< events, a line each
     ServoSession session;
     std::vector<servo_force> forces;
     std::vector<contact> contacts;
@@ -350,6 +352,49 @@ TEST_F(ServoSessionTest, TheLargestNumberIsANumber) {
     send({last});
     EXPECT_EQ(forces.size(), 2U);
     EXPECT_EQ(status("lost_states"), std::numeric_limits<std::int64_t>::max() - 1);
+}
+
+// A user who looks at the servo's terminal reads who else is there, once, and nothing of a session that goes well.
+TEST_F(ServoSessionTest, TellsWhoElseIsOnTheChannelOnce) {
+    for (std::int64_t seq = 0; seq < 20; ++seq) ask(seq, 0.031 - 1e-4 * static_cast<double>(seq));
+    session.publish_status();
+    EXPECT_EQ(told, std::vector<std::string>{});
+    device_state theirs = state(0, 0.029), other_servos = state(0, 0.029);
+    theirs.session = 5;
+    other_servos.session = 6;
+    other_servos.servo = 77;
+    for (std::int64_t seq = 20; seq < 40; ++seq) {
+        ask(seq, 0.031, kHash + 1);
+        send({theirs, other_servos});
+        session.publish_status();
+    }
+    ASSERT_EQ(told.size(), 3U);
+    EXPECT_NE(told[0].find("a device of another scene"), std::string::npos) << told[0];
+    EXPECT_NE(told[1].find("a second servo is on the channel"), std::string::npos) << told[1];
+    EXPECT_NE(told[2].find("a second device is on the channel"), std::string::npos) << told[2];
+}
+
+TEST_F(ServoSessionTest, TellsThatPositionsLookLikeMillimetres) {
+    device_state in_mm = state(0, 31.0);
+    in_mm.position_m[0] *= 1000.0;
+    in_mm.position_m[1] *= 1000.0;
+    send({in_mm});
+    session.publish_status();
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_NE(told[0].find("position 13.1 11.2 31 m rejected"), std::string::npos) << told[0];
+    EXPECT_NE(told[0].find("looks like millimetres"), std::string::npos) << told[0];
+}
+
+TEST_F(ServoSessionTest, TellsThatSilenceDroppedTheContact) {
+    send({real_state(0, 0.031)});
+    session.watch(session.last_state() + std::chrono::milliseconds(30));
+    EXPECT_EQ(told, std::vector<std::string>{}) << "there was none";
+    send({real_state(100, 0.031), real_state(101, 0.031)});
+    send({real_state(102, 0.028)});
+    ASSERT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
+    for (const int ms : {30, 40}) session.watch(session.last_state() + std::chrono::milliseconds(ms));
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_NE(told[0].find("contact dropped after a silence of 30 ms"), std::string::npos) << told[0];
 }
 
 }  // namespace
