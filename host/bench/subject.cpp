@@ -98,7 +98,7 @@ double force_error(const Subject& subject, const FingerPath& path) {
     double worst = 0.0;
     for (const auto& finger : path) {
         haptable_step(&subject.model(), &servo, finger.data(), 0, &out);
-        if (out.state != HAPTABLE_CONTACT)
+        if (haptable_touches(out.state) == 0)
             throw Error(subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
         const Vector3d u = vector(finger.data()) - vector(out.god_object_m);
         Vector3d force = Vector3d::Zero();

@@ -44,7 +44,7 @@ protected:
     std::array<double, 3> by_columns(const MappedNpy<float>& columns, std::size_t row,
                                      const haptable_output& out) const {
         std::array<double, 3> u{};
-        for (std::size_t c = 0; c < 3 && out.state == HAPTABLE_CONTACT; ++c) {
+        for (std::size_t c = 0; c < 3 && haptable_touches(out.state) != 0; ++c) {
             if (out.vertex[c] >= tables.node_id.size()) continue;
             const float* block = &columns.values()[9 * (out.vertex[c] * tables.row_id.size() + row)];
             for (std::size_t a = 0; a < 9; ++a) u[a / 3] += double(block[a]) * double(out.nodal_force_n[c][a % 3]);

@@ -408,17 +408,17 @@ TEST(GrabOfACompliance, PullsTwiceAsHardTwiceAsFar) {
     haptable_servo servo{};
     haptable_output out{};
     haptable_init(&servo);
-    const auto to = [&](double z, std::uint32_t buttons) {
-        const float finger[3] = {0.0131F, 0.0142F, float(z)};
+    const auto to = [&](const Vector3d& finger_m, std::uint32_t buttons) {
+        const float finger[3] = {float(finger_m.x()), float(finger_m.y()), float(finger_m.z())};
         haptable_buttons(&servo, buttons);
         haptable_step(&model, &servo, finger, 0, &out);
         return to_vector(out.force_n);
     };
-    to(0.0305, 0);
-    to(0.0299, 0);
+    to({0.0131, 0.0142, 0.0305}, 0);
+    to({0.0131, 0.0142, 0.0299}, 0);
     ASSERT_EQ(out.state, HAPTABLE_CONTACT);
-    const double god_z = double(out.god_object_m[2]);
-    const Vector3d once = to(god_z + 0.001, HAPTABLE_BUTTON_GRAB), twice = to(god_z + 0.002, HAPTABLE_BUTTON_GRAB);
+    const Vector3d god = to_vector(out.god_object_m), up(0.0, 0.0, 0.001);
+    const Vector3d once = to(god + up, HAPTABLE_BUTTON_GRAB), twice = to(god + 2.0 * up, HAPTABLE_BUTTON_GRAB);
     ASSERT_EQ(out.state, HAPTABLE_CONTACT);
     EXPECT_LT(once.z(), -0.05);
     // The finger's heights above the god-object are differences of positions thirty times as large.

@@ -87,6 +87,7 @@ private:
         if (force.servo_state != servo_force::CONTACT && force.servo_state != servo_force::LIMITED &&
             servo_force_n_ > 0.0)
             complain(force.seq, fmt::format("{} N in state {}", servo_force_n_, force.servo_state));
+        if (force.session != force.owner) return;  // a damaged name: told that the servo is another's
         const Eigen::Vector3d force_n(force.force_n);
         const double rise_n = rise_from(last_force_n_, force_n);
         if (model_.rate != nullptr && rise_n > model_.rate_n + limit_n_ * 1e-6)

@@ -57,7 +57,7 @@ struct Ticks {
         for (std::size_t i = 1; i < ticks.size(); ++i) {
             if (ticks[i].state == HAPTABLE_REJECTED) continue;
             all.push_back(ticks[i].instructions);
-            if (ticks[i].state == HAPTABLE_CONTACT && ticks[i - 1].state == HAPTABLE_CONTACT)
+            if (haptable_touches(ticks[i].state) != 0 && haptable_touches(ticks[i - 1].state) != 0)
                 sliding.push_back(ticks[i].instructions);
         }
     }

@@ -87,7 +87,7 @@ std::vector<Named> all_named(double mask_radius_m) {
 Number instructions(const TargetImage& image, const haptable_model& model, const Tables& tables) {
     std::vector<std::uint64_t> counts;
     for (const TargetTick& tick : image.measure(model, stroke_path(tables, kStrokes)))
-        if (tick.state == HAPTABLE_CONTACT) counts.push_back(tick.instructions);
+        if (haptable_touches(tick.state) != 0) counts.push_back(tick.instructions);
     if (counts.empty()) throw Error("the bench's finger touched nothing: no instructions were counted");
     std::sort(counts.begin(), counts.end());
     const std::uint64_t median = counts[counts.size() / 2], worst = counts.back();
