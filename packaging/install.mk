@@ -60,3 +60,28 @@ $(BUILD)/pic/%.c.o: %.c | $(BUILD)/setup.stamp
 $(LIBRARY): $(patsubst %,$(BUILD)/pic/%.o,$(LIBRARY_PARTS)) host/library/exports.map
 	$(link) -shared -Wl,-soname,$(@F) -Wl,--version-script=host/library/exports.map -Wl,-z,defs -Wl,--gc-sections $(LIBS_BASE)
 	@ln -sf $(@F) $(@D)/libhaptable.so
+
+# What the Python package holds besides its own text: pip install . makes it.
+.PHONY: python-parts
+PYTHON_PARTS = $(BUILD)/package/python
+python-parts: $(PYTHON_PARTS)/libhaptable.so.1 $(PYTHON_PARTS)/messages/__init__.py
+
+$(PYTHON_PARTS)/libhaptable.so.1: $(LIBRARY)
+	@mkdir -p $(@D)
+	@cp $< $@
+	@ln -sf $(@F) $(@D)/libhaptable.so
+
+# lcm-gen makes a package of the types' own name, which is ours.
+$(PYTHON_PARTS)/messages/__init__.py: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup.stamp
+	$(say) LCM $(@D)
+	@mkdir -p $(@D)
+	$(Q)lcm-gen -p --ppath $(PYTHON_PARTS)/types $^
+	@cp $(PYTHON_PARTS)/types/haptable/*.py $(@D)/
+	@touch $@
+
+# wheel: the Python package for this machine's Python, in build/package/wheel
+.PHONY: wheel
+wheel: python-parts $(BUILD)/setup-test.stamp
+	@[ -x $(BUILD)/package/venv/bin/pip ] || python3 -m venv $(BUILD)/package/venv
+	$(Q)BUILD=$(BUILD) $(BUILD)/package/venv/bin/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(BUILD)/package/wheel .
+	@ls -s $(BUILD)/package/wheel

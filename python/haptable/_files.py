@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What haptable's programs read and write: scenes, CSV, LCM logs."""
+from __future__ import annotations
+
+import importlib
+import os
+import pathlib
+import struct
+import subprocess
+from typing import Any, Iterator, NamedTuple, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+_TYPES = {"HAPTABLE_STATE": "device_state", "HAPTABLE_FORCE": "servo_force", "HAPTABLE_CONTACT": "contact",
+          "HAPTABLE_STATUS": "servo_status"}
+_SYNC = 0xEDA1DA01
+_HEADER = struct.Struct(">IqqII")
+
+
+def precompute(scene: PathLike, folder: Optional[PathLike] = None, program: str = "haptable-precompute") -> pathlib.Path:
+    """Runs the installed haptable-precompute, which does nothing where the folder holds these tables already. Returns
+    the folder, build/NAME where none is given. Raises CalledProcessError, whose stderr says what is wrong."""
+    def run(*words: str) -> str:
+        return subprocess.run([program, os.fspath(scene), *words], check=True, capture_output=True, text=True).stdout
+    where = pathlib.Path(folder) if folder is not None else pathlib.Path("build") / run("--print-name").strip()
+    run("--quiet", "-o", os.fspath(where))
+    return where
+
+
+def read_csv(file: PathLike) -> NDArray:
+    """A CSV of servo, bridge, device or haptable-run as a structured array, a field a column: int64 where every value
+    is whole, otherwise float64.
+
+    >>> import io, tempfile
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+    ...     _ = file.write("tick,force_z\\n0,0.5\\n1,0.25\\n")
+    ...     file.flush()
+    ...     read_csv(file.name)["force_z"].tolist()
+    [0.5, 0.25]
+    """
+    with open(file) as lines:
+        names = lines.readline().strip().split(",")
+        values = np.loadtxt(lines, delimiter=",", ndmin=2, converters=_number, encoding="utf-8")
+    if values.size == 0:
+        values = values.reshape(0, len(names))
+    if values.shape[1] != len(names):
+        raise ValueError(f"{os.fspath(file)}: {values.shape[1]} columns under {len(names)} names")
+    whole = [bool(len(values)) and bool(np.all(column == np.floor(column))) for column in values.T]
+    table = np.empty(len(values), [(name, np.int64 if w else np.float64) for name, w in zip(names, whole)])
+    for name, column in zip(names, values.T):
+        table[name] = column
+    return table
+
+
+def _number(text: Union[str, bytes]) -> float:
+    return float(text) if text.strip() else float("nan")
+
+
+class LogEvent(NamedTuple):
+    """One event of an LCM log."""
+
+    utime: int  #: microseconds, when it was written
+    channel: str
+    message: Any  #: of haptable.messages for haptable's channels; otherwise bytes
+
+
+def read_log(file: PathLike) -> Iterator[LogEvent]:
+    """The events of an LCM log as lcm-logger and haptable-run write it, in its order. haptable's messages are decoded.
+    Raises ValueError where the file is none, and for a message of another version of its type; what a crash cut off at
+    the end is left out."""
+    with open(file, "rb") as stream:
+        while len(header := stream.read(_HEADER.size)) == _HEADER.size:
+            sync, _, utime, channel_length, length = _HEADER.unpack(header)
+            if sync != _SYNC:
+                raise ValueError(f"{os.fspath(file)}: byte {stream.tell() - _HEADER.size} is no event of an LCM log")
+            channel, data = stream.read(channel_length).decode(), stream.read(length)
+            if len(data) < length:
+                return
+            yield LogEvent(utime, channel, _decode(channel, data))
+
+
+def _decode(channel: str, data: bytes) -> Any:
+    name = _TYPES.get(channel)
+    if name is None:
+        return data
+    return getattr(importlib.import_module(f"haptable.messages.{name}"), name).decode(data)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The installed package, from the project's root: python python/tests/test_haptable.py
+
+HAPTABLE_LOG: a log of our own writer with known messages (tests/packaging/python_test.cpp makes it)."""
+import doctest
+import os
+import pathlib
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import haptable
+from haptable import _files, _report, _servo
+
+BUILD = pathlib.Path(os.environ.get("BUILD", "build")).resolve()
+CUBE = BUILD / "cube"
+
+
+def press(ticks: int = 60) -> np.ndarray:
+    """A path down into the cube's top and aside, and then at rest."""
+    t = np.minimum(np.arange(ticks, dtype=np.float32), 60)[:, None]
+    return np.float32([0.015, 0.015, 0.032]) + t * np.float32([2e-5, -1e-5, -1e-4])
+
+
+class Package(unittest.TestCase):
+    def setUp(self):
+        self.body = haptable.load(CUBE)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name)
+
+    def replay_of_the_servo(self, positions):
+        with open(self.path / "in.csv", "w") as out:
+            out.write("x,y,z\n" + "".join(",".join(f"{v:.9g}" for v in row) + "\n" for row in positions))
+        subprocess.run([CUBE / "servo", "--quiet", "--replay", self.path / "in.csv", "--out", self.path / "out.csv"],
+                       check=True)
+        return haptable.read_csv(self.path / "out.csv")
+
+    def test_bits_of_the_servo(self):
+        positions = press(200)
+        felt = self.body.servo().replay(positions)
+        table = self.replay_of_the_servo(positions)
+        for i, axis in enumerate("xyz"):
+            self.assertTrue(np.array_equal(felt["force"][:, i], table[f"force_{axis}"].astype(np.float32)))
+            self.assertTrue(np.array_equal(felt["god_object"][:, i], table[f"god_{axis}"].astype(np.float32)))
+        for i, corner in enumerate("ijk"):
+            self.assertTrue(np.array_equal(felt["nodes"][:, i], table[f"node_{corner}"]))
+        self.assertTrue(np.array_equal(felt["state"], table["state"]))
+        self.assertGreater(np.count_nonzero(felt["force"]), 100)
+
+    def test_step_is_replay(self):
+        servo, positions = self.body.servo(), press()
+        felt = self.body.servo().replay(positions)
+        for row, position in zip(felt, positions):
+            contact = servo.step(position)
+            self.assertEqual(bool(contact), row["state"] in (2, 4))
+            for name in ("force", "god_object", "nodes", "alpha", "nodal_forces"):
+                self.assertTrue(np.array_equal(getattr(contact, name), row[name]), name)
+        self.assertEqual(servo.counters["ticks"], 60)
+        self.assertGreater(servo.energy["stored_j"], 0.0)
+        # float64, a list and a strided view are the same positions.
+        for same in (positions[-1].astype(float), positions[-1].tolist(), np.repeat(positions[-1], 2)[::2]):
+            self.assertTrue(np.array_equal(servo.step(same).force, contact.force))
+
+    def test_arrays_are_the_memory(self):
+        for array in (self.body.rest, self.body.surface, self.body.patches, self.body.row_nodes):
+            self.assertFalse(array.flags.writeable)
+            self.assertFalse(array.flags.owndata)
+        self.assertTrue(np.array_equal(self.body.rest, np.load(CUBE / "position.npy")))
+        self.assertTrue(np.array_equal(self.body.patches, np.load(CUBE / "patch.npy")))
+        self.assertTrue(np.array_equal(self.body.row_nodes, np.load(CUBE / "row_id.npy")))
+        out = np.empty(60, haptable.CONTACT)
+        self.assertIs(self.body.servo().replay(press(), out), out)
+        contact = self.body.servo().step([0, 0, 1])
+        self.assertFalse(contact.force.flags.owndata)
+        rest = self.body.rest
+        del self.body
+        self.assertTrue(np.array_equal(rest, np.load(CUBE / "position.npy")))  # alive without its body
+
+    def test_deforms_by_equation_8(self):
+        felt = self.body.servo().replay(press())[-1]
+        columns, node_id = np.load(CUBE / "columns.npy"), np.load(CUBE / "node_id.npy").tolist()
+        expected = sum(columns[node_id.index(n)].astype(float) @ f.astype(float)
+                       for n, f in zip(felt["nodes"], felt["nodal_forces"]) if n in node_id)
+        u = self.body.deform(felt)
+        largest = np.abs(expected).max()
+        self.assertGreater(largest, 1e-3)
+        # 9 products and sums a row, each rounded once to float32, of terms at most three times the sum.
+        self.assertLess(np.abs(u - expected).max(), 9 * 3 * 2.0**-24 * largest)
+        self.assertTrue(np.array_equal(self.body.deform(felt, rows=[5, 3]), u[[5, 3]]))
+        with self.assertRaisesRegex(haptable.HaptableError, "there is no row"):
+            self.body.deform(felt, rows=[len(u)])
+
+    def test_refusals_name_what_to_do(self):
+        with self.assertRaisesRegex(haptable.HaptableError, "that are wanted"):
+            haptable.load(CUBE, "1")
+        with self.assertRaisesRegex(ValueError, r"\[3\] in m"):
+            self.body.servo().step([0.0, 1.0])
+        with self.assertRaisesRegex(ValueError, r"\[n, 3\]"):
+            self.body.servo().replay([[0.0, 1.0]])
+        with self.assertRaises(ValueError):
+            self.body.servo().replay(press(), np.empty(59, haptable.CONTACT))
+
+    def test_a_replay_lets_other_threads_run(self):
+        positions = np.tile(press(), (30000, 1))
+        servo, when = self.body.servo(), []
+
+        def work():
+            begin = time.monotonic()
+            servo.replay(positions)
+            when.extend((begin, time.monotonic()))
+        thread = threading.Thread(target=work)
+        thread.start()
+        seen = []
+        while thread.is_alive():
+            seen.append(time.monotonic())
+        begin, end = when
+        inside = [t for t in seen if begin + 0.1 * (end - begin) < t < begin + 0.9 * (end - begin)]
+        self.assertTrue(inside, "no other thread ran in the middle of it")
+
+    def test_precompute_by_the_program(self):
+        program = BUILD / "bin" / "haptable-precompute"
+        folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)
+        self.assertEqual(haptable.load(folder).tables_hash, self.body.tables_hash)
+        with self.assertRaises(subprocess.CalledProcessError) as caught:
+            haptable.precompute(self.path / "none.toml", self.path, program=program)
+        self.assertIn("none.toml", caught.exception.stderr)
+
+    @unittest.skipUnless("HAPTABLE_LOG" in os.environ, "no HAPTABLE_LOG")
+    def test_reads_logs(self):
+        events = list(haptable.read_log(os.environ["HAPTABLE_LOG"]))
+        self.assertEqual([e.channel for e in events], ["HAPTABLE_STATE", "HAPTABLE_FORCE", "HAPTABLE_CONTACT", "OTHER"])
+        self.assertEqual([e.utime for e in events], [1, 2, 3, 4])
+        state, force, contact, other = (e.message for e in events)
+        self.assertEqual(tuple(state.position_m), (0.25, -0.5, 1.0))
+        self.assertEqual((force.seq, tuple(force.force_n)), (7, (0.0, 0.0, 1.5)))
+        self.assertEqual((list(contact.node), [list(f) for f in contact.force_n]), ([3, 5], [[1, 2, 3], [4, 5, 6]]))
+        self.assertEqual(other, b"bytes")
+        cut = self.path / "cut.lcmlog"
+        cut.write_bytes(pathlib.Path(os.environ["HAPTABLE_LOG"]).read_bytes()[:-3])
+        self.assertEqual(len(list(haptable.read_log(cut))), 3)
+        with self.assertRaisesRegex(ValueError, "no event of an LCM log"):
+            list(haptable.read_log("README.md"))
+
+    def test_a_report_is_one_page(self):
+        positions = press(500)
+        felt = self.body.servo().replay(positions)
+        haptable.report(self.path / "page.html", positions, felt, latency_us=np.full(500, 80.0), title="a <b>")
+        page = (self.path / "page.html").read_text()
+        self.assertEqual(page.count("<svg"), 4)
+        self.assertIn("a &lt;b&gt;", page)
+        largest = np.linalg.norm(felt["force"].astype(float), axis=1).max()
+        self.assertIn(f"largest force {largest:.4g} N", page)
+        with self.assertRaises(ValueError):
+            haptable.report(self.path / "page.html", positions[:3], felt)
+
+    def test_doctests(self):
+        for module in (haptable, _servo, _files, _report):
+            result = doctest.testmod(module)
+            self.assertEqual(result.failed, 0, module.__name__)
+            self.assertGreater(result.attempted, 0, module.__name__)
+
+
+if __name__ == "__main__":
+    unittest.main()
