@@ -6,6 +6,9 @@ PREFIX ?= /usr/local
 DESTDIR ?=
 # Of libraries that others link: Debian's packages have it elsewhere.
 LIBDIR ?= $(PREFIX)/lib
+# What haptable-codegen --export takes: one list of files for every kind of project.
+BOARD_PARTS = $(patsubst firmware/%,$(BUILD)/lib/firmware/%,$(wildcard firmware/*.[ch])) \
+    $(patsubst packaging/%,$(BUILD)/lib/%,$(shell find packaging/boards -type f))
 LIBRARY = $(BUILD)/lib/libhaptable.so.1
 INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run)
 MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUILD)/package/man/haptable-build.1
@@ -19,6 +22,16 @@ install: $(INSTALLED) $(MODULES) $(PAGE_PARTS) $(BUILD)/lib/libhaptable-servo.a 
 .PHONY: uninstall
 uninstall:
 	@sh packaging/uninstall.sh '$(DESTDIR)' '$(PREFIX)'
+
+$(BUILD)/bin/haptable-codegen: | $(BOARD_PARTS)
+
+$(BUILD)/lib/firmware/%: firmware/%
+	@mkdir -p $(@D)
+	@cp $< $@
+
+$(BUILD)/lib/boards/%: packaging/boards/%
+	@mkdir -p $(@D)
+	@cp $< $@
 
 # The servo of any scene, but for its tables: haptable-build links it.
 $(BUILD)/lib/libhaptable-servo.a: $(SERVO)

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/export.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+#include "codegen/codegen.hpp"
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/installed.hpp"
+#include "host/base/program.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder that comes with the programs.
+fs::path require_part(const std::string& name) {
+    const fs::path part = find_part(name);
+    if (part.empty())
+        throw Error(fmt::format("{} is not in {}: run make, or install haptable again", name,
+                                (program_folder().parent_path() / "lib").string()));
+    return part;
+}
+
+std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().extension() == extension) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// The scene's name as part of an identifier: of CMake, Kconfig, C.
+std::string plain(std::string name) {
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+}
+
+std::string upper(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+/// What a template may ask for, as @NAME@.
+std::map<std::string, std::string> values_of(const fs::path& folder, const ServoSources& files) {
+    const Tables tables = read_tables(folder);
+    const ServoModel servo = build_model(tables);
+    const haptable_model model = model_in_memory(tables, servo);
+    std::string sources;
+    for (const fs::path& file : files.sources) sources += "    src/" + file.filename().string() + "\n";
+    return {{"name", "haptable_" + plain(tables.name)},
+            {"NAME", "HAPTABLE_" + upper(plain(tables.name))},
+            {"scene", tables.name},
+            {"version", kVersion},
+            {"tables_hash", fmt::format("{:016x}", model.hash)},
+            {"flash_bytes", std::to_string(flash_bytes(servo))},
+            {"sources", sources.substr(0, sources.size() - 1)}};
+}
+
+/// The template with its values. An @ that begins no name of one stays.
+std::string filled(std::string text, const std::map<std::string, std::string>& values) {
+    for (const auto& [name, value] : values) {
+        const std::string mark = "@" + name + "@";
+        for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += value.size())
+            text.replace(at, mark.size(), value);
+    }
+    return text;
+}
+
+void copy_into(const fs::path& folder, const std::vector<fs::path>& files) {
+    for (const fs::path& file : files) write_file(folder / file.filename(), read_file(file));
+}
+
+}  // namespace
+
+ServoSources servo_sources(const fs::path& firmware, const fs::path& tables) {
+    ServoSources files{files_of(firmware, ".c"), files_of(firmware, ".h")};
+    files.sources.push_back(tables / "model.c");
+    files.headers.push_back(tables / "model.h");
+    if (fs::exists(tables / "display.c")) {
+        files.sources.push_back(tables / "display.c");
+        files.headers.push_back(tables / "display.h");
+    }
+    const auto by_name = [](const fs::path& a, const fs::path& b) { return a.filename() < b.filename(); };
+    std::sort(files.sources.begin(), files.sources.end(), by_name);
+    std::sort(files.headers.begin(), files.headers.end(), by_name);
+    return files;
+}
+
+std::vector<std::string> export_kinds() {
+    std::vector<std::string> kinds;
+    for (const auto& entry : fs::directory_iterator(require_part("boards")))
+        if (entry.is_directory() && entry.path().filename() != "examples")
+            kinds.push_back(entry.path().filename().string());
+    std::sort(kinds.begin(), kinds.end());
+    return kinds;
+}
+
+void export_servo(const fs::path& tables, const std::string& kind, const fs::path& out) {
+    const std::vector<std::string> kinds = export_kinds();
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+        throw Error(fmt::format("--export: \"{}\" is none of {}", kind, fmt::join(kinds, ", ")));
+    if (fs::exists(out) && !fs::is_empty(out))
+        throw Error(out.string() + ": is there already: remove it, or name another folder");
+    const ServoSources files = servo_sources(require_part("firmware"), tables);
+    const std::map<std::string, std::string> values = values_of(tables, files);
+    const fs::path templates = require_part("boards") / kind;
+    Beside beside(out);
+    fs::create_directories(beside.path() / "src");
+    copy_into(beside.path() / "src", files.sources);
+    copy_into(beside.path() / "src", files.headers);
+    for (const auto& entry : fs::recursive_directory_iterator(templates)) {
+        if (entry.is_directory()) continue;
+        const fs::path to = beside.path() / entry.path().lexically_relative(templates);
+        fs::create_directories(to.parent_path());
+        write_file(to, filled(read_file(entry.path()), values));
+    }
+    for (const fs::path& example : files_of(require_part("boards") / "examples", ".c")) {
+        if (fs::exists(templates / "examples")) break;  // it has its own
+        fs::create_directories(beside.path() / "examples");
+        write_file(beside.path() / "examples" / example.filename(), filled(read_file(example), values));
+    }
+    write_file(beside.path() / "README.md", filled(read_file(require_part("boards") / "README.md"), values));
+    beside.commit();
+}
+
+}  // namespace haptable

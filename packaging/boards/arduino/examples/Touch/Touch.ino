@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Polls a device every millisecond. device_read and device_write are yours. Never run on hardware.
+#include <haptable.h>
+#include <model.h>
+
+static haptable_servo servo;
+static uint32_t next_us;
+
+static int device_read(float finger_m[3]) {
+    finger_m[0] = finger_m[1] = finger_m[2] = 0.0f;  // m, from your encoders; return 0 when there is no new position
+    return 1;
+}
+
+static void device_write(const float force_n[3]) { (void)force_n; }  // N, to your motors
+
+void setup() {
+    haptable_init(&servo);
+    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);
+    next_us = micros();
+}
+
+void loop() {
+    haptable_output out;
+    float finger_m[3];
+    if ((int32_t)(micros() - next_us) < 0) return;
+    next_us += HAPTABLE_TICK_US;
+    if (device_read(finger_m))
+        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, micros(), &out);
+    else if (!haptable_watch(&servo, micros(), &out))
+        return;  // in time still: the last force stays
+    device_write(out.force_n);
+}
