@@ -19,6 +19,10 @@ struct haptable_compliance_form {
     uint8_t inside[3];
 };
 
+/* Newton's correction of a point that follows the finger may be this much of a patch at the most: its own error is then
+ * below a float's rounding. */
+#define HAPTABLE_CORRECTION 2e-3f
+
 /* C^-1 times finger - god-object, where C, which is given, is first lifted at fixed vertices.
  * Fixed vertices add no compliance: with s the sum of their alpha, C + max(0, s / rigid_stiffness - trace C / 3) I is
  * what is inverted. It is C where C's mean is larger, rigid_stiffness^-1 where all three are fixed, and continuous.
@@ -38,7 +42,8 @@ void haptable_compliance_load_packed(const struct haptable_model* model, const s
 void haptable_compliance_distribute(const float load_n[3], const struct haptable_contact* contact,
                                     float nodal_force_n[3][3], float force_n[3]);
 
-/* E = 1/2 u^T C^-1 u and its derivatives; or its gradient alone, with the load that is in `energy`.
+/* E = 1/2 u^T C^-1 u and its derivatives; or its gradient alone, with the load that is in `energy`. Where the lift may
+ * begin or end within HAPTABLE_CORRECTION, the load's derivative, which steps there, is no number.
  * cost: the blocks three times each and three solves with C; the blocks twice each. */
 void haptable_compliance_energy(const struct haptable_model* model, const struct haptable_compliance_form* form,
                                 const struct haptable_contact* contact, const float finger_m[3],

@@ -11,6 +11,7 @@
  * that is lower.
  */
 #include "haptable_bounds.h"
+#include "haptable_compliance.h"
 #include "haptable_contact.h"
 #include "haptable_entry.h"
 #include "haptable_patch.h"
@@ -339,9 +340,6 @@ static int slide(struct walk* walk, struct point* here) {
 
 /* ---- following ------------------------------------------------------------------------------------------------ */
 
-/* Newton's correction may be this much of a patch at the most: its own error is then below a float's rounding. */
-#define CORRECTION 2e-3f
-
 /* Moves alpha by d within the patch's inside or the edge that it is on. Returns 0, and leaves the point, where d leads
  * off it. */
 static int move_on(const struct haptable_model* model, const float d[3], struct haptable_contact* point) {
@@ -390,7 +388,7 @@ static int correction(struct walk* walk, const struct point* here, float d[3]) {
 static int is_small(const float d[3]) {
     int c;
     for (c = 0; c < 3; ++c)
-        if (!(d[c] < CORRECTION && d[c] > -CORRECTION)) return 0;
+        if (!(d[c] < HAPTABLE_CORRECTION && d[c] > -HAPTABLE_CORRECTION)) return 0;
     return 1;
 }
 
@@ -406,7 +404,8 @@ static int is_known(float sensitivity_per_m[2][3]) {
  * load may cancel. */
 #define LOAD_CORRECTION 2.5e-3f
 
-/* Moves to the corrected point, with the load there: to first order where that does, or else evaluated. */
+/* Moves to the corrected point, with the load there: to first order where that does, or else evaluated. A load without
+ * a derivative compares as neither. */
 static void correct(struct walk* walk, const float d[3], const struct haptable_contact* corrected, struct point* here) {
     const float most = LOAD_CORRECTION * LOAD_CORRECTION;
     struct haptable_energy* e = &here->energy;

@@ -100,12 +100,17 @@ static inline float fixed_fraction(const struct haptable_model* model, const str
 
 static inline float third_of_trace(const float s[6]) { return (s[0] + s[1] + s[2]) * (1.0f / 3.0f); }
 
-/* Lifts C's diagonal to the fixed vertices' fraction of 1 / rigid_stiffness. Returns 1 where it did. */
+/* What C's diagonal lacks to the fixed vertices' fraction of 1 / rigid_stiffness. */
+static inline float missing_of(const struct haptable_model* model, float fraction, const float c[6]) {
+    return fraction / model->rigid_stiffness_n_per_m - third_of_trace(c);
+}
+
+/* Lifts C's diagonal by what it lacks. Returns 1 where it did. */
 static inline int lift(const struct haptable_model* model, float fraction, float c[6]) {
     float missing;
     int i;
     if (fraction <= 0.0f) return 0;
-    missing = fraction / model->rigid_stiffness_n_per_m - third_of_trace(c);
+    missing = missing_of(model, fraction, c);
     if (missing <= 0.0f) return 0;
     for (i = 0; i < 3; ++i) c[i] += missing;
     return 1;
@@ -221,6 +226,34 @@ static inline void vary_fraction(const struct haptable_model* model, uint16_t pa
     vec_add_scaled(compliance * (float)((vertex[2] >= model->free_count) - fixed0), f, first_m[1]);
 }
 
+/* What C lacks may change its sign within HAPTABLE_CORRECTION of a point, to first order and a tenth. */
+#define LIFT_REACH (1.1f * HAPTABLE_CORRECTION)
+
+/* 1 where the lift may begin or end there. before: C is not lifted yet. */
+static inline int is_at_lift(const struct haptable_model* model, uint16_t patch, float fraction, int degree,
+                             float linear[3][6], const float c[6]) {
+    const uint16_t* vertex = model->patch[patch];
+    const float compliance = 1.0f / model->rigid_stiffness_n_per_m;
+    const float missing = missing_of(model, fraction, c);
+    const float reach = LIFT_REACH * (float)degree;
+    float steepest = 0.0f;
+    int b;
+    for (b = 1; b < 3; ++b) {
+        const int more = (vertex[b] >= model->free_count) - (vertex[0] >= model->free_count);
+        const float slope =
+            compliance * (float)more / (float)degree - third_of_trace(linear[b]) + third_of_trace(linear[0]);
+        steepest += slope < 0.0f ? -slope : slope;
+    }
+    return missing <= reach * steepest && missing >= -reach * steepest;
+}
+
+static inline void forget_slope(struct haptable_energy* energy) {
+    const float zero = 0.0f;
+    int b;
+    for (b = 0; b < 2; ++b)
+        energy->load_gradient_n[b][0] = energy->load_gradient_n[b][1] = energy->load_gradient_n[b][2] = zero / zero;
+}
+
 /* Curvature and the load's slope: r_b = e_b + C_b f. before: hessian_j is f^T C_bc f. */
 static inline void bend(const struct factored* factored, float e[2][3], float first_m[2][3],
                         struct haptable_energy* energy) {
@@ -246,12 +279,15 @@ static inline void energy_of(const struct haptable_model* model, const struct ne
     struct factored factored;
     float first_m[2][3];
     int lifted;
-    { /* what a scope ends with, the next one's stack is made of */
+    int steps = 0; /* the load's slope does */
+    {              /* what a scope ends with, the next one's stack is made of */
         float linear[3][6];
         float c[6];
+        const float fraction = fixed_fraction(model, contact);
         linear_net(net, degree, contact->alpha, linear);
         evaluate_c(linear, contact->alpha, c);
-        lifted = lift(model, fixed_fraction(model, contact), c);
+        if (whole && fraction > 0.0f) steps = is_at_lift(model, contact->patch, fraction, degree, linear, c);
+        lifted = lift(model, fraction, c);
         if (whole) {
             float u[3];
             vec_sub(finger_m, contact->god_object_m, u);
@@ -271,6 +307,7 @@ static inline void energy_of(const struct haptable_model* model, const struct ne
         vec_sub(vertex_of(model, contact->patch, 2), origin, e[1]);
         for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
         if (whole) bend(&factored, e, first_m, energy);
+        if (steps) forget_slope(energy);
     }
 }
 

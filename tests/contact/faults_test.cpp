@@ -2,6 +2,7 @@
 // Contact that went wrong: each fault on a small shape of our own, and the strokes on real meshes that showed them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -490,6 +491,52 @@ TEST(Faults, AFarTicksLoadIsThatOfItsPoint) {
                     << step << " " << depth << " " << tick;
             }
         }
+}
+
+// Next to fixed vertices C is lifted, and where that begins the load has no derivative: it says so, and is not taken to
+// first order. Corrections and changes as the god-object's last step of a tick may have them.
+TEST(Faults, ALoadNextToFixedVerticesIsThatOfItsPoint) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
+    haptable_model model = body.model(GodObject::kLeastEnergy);
+    std::mt19937 dice(11);
+    const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(dice); };
+    const auto energy_at = [&](haptable_contact& at, const float finger_m[3]) {
+        place(&model, &at);
+        haptable_energy energy;
+        haptable_energy_consistent(&model, &at, finger_m, HAPTABLE_ENERGY_ALL, &energy);
+        return energy;
+    };
+    int first_order = 0, without = 0;
+    for (int trial = 0; trial < 200000; ++trial) {
+        haptable_contact at{};
+        at.patch = static_cast<std::uint16_t>(dice() % model.patch_count);
+        const std::uint16_t* v = model.patch[at.patch];
+        const auto fixed = std::count_if(v, v + 3, [&](std::uint16_t i) { return i >= model.free_count; });
+        if (fixed == 0 || fixed == 3) continue;
+        model.rigid_stiffness_n_per_m = between(30.0F, 1000.0F);
+        at.alpha[1] = between(0.01F, 0.98F);
+        at.alpha[2] = between(0.01F, 0.99F - at.alpha[1]);
+        at.alpha[0] = 1.0F - at.alpha[1] - at.alpha[2];
+        place(&model, &at);
+        float finger_m[3];
+        for (int axis = 0; axis < 3; ++axis) finger_m[axis] = at.god_object_m[axis] + between(-0.005F, 0.005F);
+        const float d[3] = {0.0F, between(-1e-3F, 1e-3F), between(-1e-3F, 1e-3F)};
+        const haptable_energy here = energy_at(at, finger_m);
+        if (!(here.load_gradient_n[0][0] == here.load_gradient_n[0][0])) {
+            ++without;
+            continue;
+        }
+        for (int c = 1; c < 3; ++c) at.alpha[c] += d[c];
+        at.alpha[0] = 1.0F - at.alpha[1] - at.alpha[2];
+        const Vector3d load = to_vector(energy_at(at, finger_m).load_n), before = to_vector(here.load_n);
+        const Vector3d change = d[1] * to_vector(here.load_gradient_n[0]) + d[2] * to_vector(here.load_gradient_n[1]);
+        if (change.norm() > 2.5e-3 * before.norm()) continue;  // it is evaluated again
+        EXPECT_LE((before + change - load).norm(), 1e-4 * load.norm()) << trial;
+        ++first_order;
+    }
+    EXPECT_GT(first_order, 10000);
+    EXPECT_GT(without, 10);
+    EXPECT_LT(without, first_order / 50) << "only where the lift begins";
 }
 
 // As it does where it leaves the surface: the finger has come to the god-object.
