@@ -22,25 +22,24 @@ enum {
 /* Boxes of the index. */
 enum { MOST_BOXES = HAPTABLE_TICK_BOXES /* counter most_boxes */ };
 
-/* Evaluations of the energy: one costs at most as much as eight boxes. What a tick's search for an entry took, its
+/* Evaluations of the energy: the dearest costs as much as twelve boxes. What a tick's search for an entry took, its
  * slides have not; what its slides took beyond some, its look at the finger has not. The last trial around a vertex may
  * take three more. */
 enum {
-    BOXES_OF_ENERGY = 8,
-    FREE_ENERGIES = 8,
+    BOXES_OF_ENERGY = 12,
+    FREE_ENERGIES = 6,
     MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 3, /* counter most_energies */
     MOST_ENERGIES_WITH_MOST_BOXES = FREE_ENERGIES + 3,
     MOST_BOXES_WITH_MOST_ENERGIES = MOST_BOXES - BOXES_OF_ENERGY * (HAPTABLE_ENERGY_STEPS - FREE_ENERGIES)
 };
 
-/* Friction: the line from stick to slip is halved so often, to a 256th of the tick's slide, each time by a walk and a
- * force, after the force at the point where it sticks. No walk begins once the walks took HELD_STEPS: most end after a
- * patch or two. */
+/* Friction: so many points are tried on the line from stick to slip, each with a walk and a force, after the forces at
+ * its ends. No walk begins once the walks took HELD_STEPS: most end after a patch or two. */
 enum {
-    HALVINGS = 8,
-    HELD_STEPS = 2 * HAPTABLE_WALK_STEPS,
-    MOST_HELD_STEPS = HELD_STEPS + MOST_STEPS, /* counter most_held_steps */
-    MOST_FRICTION_FORCES = 1 + HALVINGS
+    SLIP_TRIES = 3,
+    HELD_STEPS = HAPTABLE_WALK_STEPS,
+    MOST_HELD_STEPS = HELD_STEPS - 1 + MOST_STEPS, /* counter most_held_steps */
+    MOST_FRICTION_FORCES = 2 + SLIP_TRIES
 };
 
 #endif

@@ -6,22 +6,41 @@
 #include "haptable_contact.h"
 #include "haptable_surface.h"
 
-/* 1 where the load at the contact lies within the cone of mu around the inward normal. *energy_j is what it stores. */
-static int in_cone(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3],
-                   float mu, float* energy_j) {
+/* What the load at a contact is to the inward normal there. */
+struct load {
+    float
+        pressed2; /* its part along the normal, squared, times a square of the normal's length; 0: it does not press */
+    float along2; /* the part along the surface, squared, times the same */
+    float energy_j; /* what it stores */
+};
+
+static struct load load_at(const struct haptable_model* model, const struct haptable_contact* contact,
+                           const float x_m[3]) {
+    struct load load;
     float nodal_n[3][3];
     float force_n[3];
     float normal[3];
     float u[3];
     float pressed;
-    float along2;
     haptable_surface_outward(model, contact, normal);
     model->force(model, contact, x_m, nodal_n, force_n);
     vec_sub(x_m, contact->god_object_m, u);
-    *energy_j = -0.5f * vec_dot(u, force_n);
-    pressed = vec_dot(normal, force_n); /* times |normal| */
-    along2 = vec_dot(force_n, force_n) * vec_dot(normal, normal) - pressed * pressed;
-    return pressed > 0.0f && along2 <= mu * mu * pressed * pressed;
+    pressed = vec_dot(normal, force_n);
+    load.energy_j = -0.5f * vec_dot(u, force_n);
+    load.along2 = vec_dot(force_n, force_n) * vec_dot(normal, normal) - pressed * pressed;
+    load.pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
+    return load;
+}
+
+/* 1 where the load is within the cone of mu. */
+static int in_cone(const struct load* load, float mu) {
+    return load->pressed2 > 0.0f && load->along2 <= mu * mu * load->pressed2;
+}
+
+/* |f_t| / f_n; 0 where that is no number. */
+static float tangent_of(const struct load* load) {
+    const float tangent2 = load->pressed2 > 0.0f ? load->along2 / load->pressed2 : 0.0f;
+    return tangent2 > 1e-30f && tangent2 < 1e30f ? tangent2 * vec_inverse_root(tangent2) : 0.0f;
 }
 
 /* The surface's point nearest to a point of the straight line, at a fraction of it, from the held contact to the
@@ -47,25 +66,66 @@ static void look(const struct haptable_model* model, struct haptable_servo* serv
         haptable_surface_sight(model, &servo->contact, x_m, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters));
 }
 
-/* Moves servo->contact, the frictionless one, back to the least fraction of the line from the held one that brings the
- * load into the cone and, with least energy, stores no more than the held one does. */
+/* What is known of the line from where the god-object is held to where it would be without friction. */
+struct line {
+    float near; /* fraction, where it would not slip any more */
+    float far;  /* fraction, where it may come to rest */
+    float near_tangent;
+    float far_tangent;
+};
+
+/* So near to the cone, as a part of mu, the load is to be once the god-object slips. */
+#define CONE_REACHED 0x1p-8f
+
+static float goal_of(float mu) { return (1.0f - 0.5f * CONE_REACHED) * mu; }
+
+/* The fraction where the load is foreseen to be barely within the cone: its tangent is nearly linear in it. Midway
+ * where the near end is within the cone, and stores too much, or the far end is out of it too. */
+static float foreseen(const struct line* line, float mu) {
+    const float goal = goal_of(mu);
+    const int is_between = line->near_tangent > goal && line->far_tangent < goal;
+    const float share = is_between ? (line->near_tangent - goal) / (line->near_tangent - line->far_tangent) : 0.5f;
+    return line->near + share * (line->far - line->near);
+}
+
+/* The far end counts for half as much next time, so that the try is nearer to it (the Illinois method). */
+static void note_near(float fraction, float tangent, float mu, struct line* line) {
+    line->near = fraction;
+    line->near_tangent = tangent;
+    line->far_tangent = 0.5f * (line->far_tangent + goal_of(mu));
+}
+
+/* 1 where the god-object may come to rest: in the cone and, with least energy, where it stores no more than held. */
+static int may_rest(const struct haptable_model* model, const struct load* load, const struct load* held) {
+    return in_cone(load, model->kinetic_friction) && !(model->energy && load->energy_j > held->energy_j);
+}
+
+/* Moves servo->contact, the frictionless one, back to the least fraction of the line from the held one where it may
+ * rest, with a load as near to the cone as CONE_REACHED. Where it may neither rest there nor midway, it stays. */
 static void slip(const struct haptable_model* model, struct haptable_servo* servo, const struct haptable_contact* held,
-                 float held_j, const float x_m[3]) {
+                 const struct load* held_load, const float x_m[3]) {
     const struct haptable_contact freed = servo->contact;
-    float near = 0.0f;
-    float far = 1.0f;
+    const float mu = model->kinetic_friction;
+    struct line line = {0.0f, 1.0f, tangent_of(held_load), 0.0f};
+    struct load load = load_at(model, &freed, x_m);
+    int rests = may_rest(model, &load, held_load);
     int steps = 0;
-    int i;
-    for (i = 0; i < HALVINGS && steps < HELD_STEPS; ++i) {
-        const float middle = 0.5f * (near + far);
+    int tries;
+    line.far_tangent = tangent_of(&load);
+    for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
+        const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
-        float tried_j;
-        steps += between(model, held, &freed, middle, &tried);
-        if (in_cone(model, &tried, x_m, model->kinetic_friction, &tried_j) && !(model->energy && tried_j > held_j)) {
-            far = middle;
+        steps += between(model, held, &freed, fraction, &tried);
+        load = load_at(model, &tried, x_m);
+        if (may_rest(model, &load, held_load)) {
+            rests = 1;
             servo->contact = tried;
+            line.far = fraction;
+            line.far_tangent = tangent_of(&load);
+            if (line.far_tangent >= (1.0f - CONE_REACHED) * mu) break;
         } else {
-            near = middle;
+            if (!rests) break;
+            note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent_of(&load), mu, &line);
         }
     }
     servo->contact.slips = 1;
@@ -81,17 +141,18 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
     struct haptable_contact* contact = &servo->contact;
     const struct haptable_contact held = *contact;
     const uint32_t contacts = servo->counters.contacts;
-    float held_j;
+    struct load held_load;
     model->frictionless(model, servo, x_m);
     contact->slips = 0;
     if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
     vec_zero(servo->sensitivity_per_m[0]); /* is that of a god-object at rest */
     vec_zero(servo->sensitivity_per_m[1]);
-    if (in_cone(model, &held, x_m, held.slips ? model->kinetic_friction : model->static_friction, &held_j)) {
+    held_load = load_at(model, &held, x_m);
+    if (in_cone(&held_load, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;
     } else {
-        slip(model, servo, &held, held_j, x_m);
+        slip(model, servo, &held, &held_load, x_m);
     }
     look(model, servo, x_m);
 }

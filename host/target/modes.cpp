@@ -41,7 +41,7 @@ TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     TickCost cost{900 + force, 65, 280, least ? energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
     if (mode.more == "friction")  // and a look at the finger from where it is held
-        cost.rest += MOST_FRICTION_FORCES * (100 + fan * kNormal + force) + 200 + fan * kNormal;
+        cost.rest += MOST_FRICTION_FORCES * (200 + fan * kNormal + force) + 200 + fan * kNormal;
     if (mode.more == "passivity") cost.rest += 300;
     return cost;
 }

@@ -82,13 +82,9 @@ haptable_output step(const haptable_model& model, haptable_servo& servo,
     return out;
 }
 
-// On a mesh with up to eight patches around a vertex, as the cube and the mouse have. Only the dearest mode of all
-// needs a part that is faster than 168 MHz for its worst tick.
-TEST(Bound, OfEveryModeIsUnderAMillisecond) {
-    for (const Mode& mode : every_mode()) {
-        const bool dearest = mode.name() == "pressure-mask least-energy friction";
-        EXPECT_LT(most_cost(mode, 8), dearest ? 240000U : 168000U) << mode.name();
-    }
+// On a mesh with up to eight patches around a vertex, as the cube and the mouse have, at 168 MHz.
+TEST(Bound, OfEveryModeIsUnderNineTenthsOfAMillisecond) {
+    for (const Mode& mode : every_mode()) EXPECT_LT(most_cost(mode, 8), 168000U * 9 / 10) << mode.name();
 }
 
 // Blocks of a compliance in 16 bits, expanded on the target as on the host.
