@@ -66,6 +66,7 @@ BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES) $(TABLES)
 RUN        = $(call objects,host/run) $(LINK) $(SCENES)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
+LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
 REPORT     = $(call objects,host/report) $(BASE)
 TARGETED   = $(call objects,host/target) $(REPORT) $(CODEGEN)
@@ -409,8 +410,8 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
 	$(link) $(LIBS_LINK)
 
-$(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(VIEW)
-	$(link) $(LIBS_VIEW)
+$(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(LIVE)
+	$(link) -lwebsockets $(LIBS_VIEW)
 
 $(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
 	$(link) $(LIBS_LINK)
@@ -454,7 +455,7 @@ $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(RE
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(DEVICE) $(RUN) $(VIEW) $(TARGETED) $(call objects,host/library) | $(MODULES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

@@ -40,6 +40,8 @@ public:
     virtual const Eigen::Vector3d& force_n() const = 0;
     /// Time goes on to a share of 0 to 1 of a tick. A real device needs no telling.
     virtual void advance(std::int64_t, double) {}
+    /// True when it is over for good: the session ends.
+    virtual bool has_ended() const { return false; }
     /// How long its path is, s; 0: endless.
     virtual double duration_s() const { return 0.0; }
     virtual std::vector<Counter> counters() const { return {}; }

@@ -44,6 +44,8 @@ public:
     /// Sets the motors' force: cut to the device's limit; what is not finite is zero. Held until set again. It acts
     /// after the device's delay, and then comes up with the motors' lag.
     void set_force(const Eigen::Vector3d& force_n);
+    /// Another hand holds it from now on.
+    void hold(const Hand& hand) { hand_ = hand; }
     /// Moves the device `step_s` on, with the goal as it is in the middle of the step. Unconditionally stable.
     void advance(const HandGoal& goal, double step_s);
 

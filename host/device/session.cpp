@@ -97,7 +97,7 @@ DeviceReport DeviceSession::run() {
     const Clock::time_point begin = Clock::now();
     const std::int64_t ticks = to_ticks(options_.seconds > 0.0 ? options_.seconds : driver_.duration_s());
     Clock::time_point next = begin;
-    for (std::int64_t tick = 0; tick < ticks && !interrupted(); ++tick) {
+    for (std::int64_t tick = 0; tick < ticks && !interrupted() && !driver_.has_ended(); ++tick) {
         begin_tick(tick);
         // The first answer may take until the servo is started: the clock starts with it.
         const bool is_first = tick == 0 && options_.patience_s > 0.0;

@@ -16,10 +16,10 @@
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
 #include "host/base/program.hpp"
-#include "host/device/point_device.hpp"
 #include "host/page/base64.hpp"
 #include "host/page/columns.hpp"
 #include "host/page/modes.hpp"
+#include "host/page/pointer_device.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/surface.hpp"
 
@@ -118,12 +118,12 @@ void add_spread(const Tables& tables, const ServoModel& servo, Blob& blob) {
     blob.add_rows("spread_weight", c.spread_weight);
 }
 
-json hand_of(const Tables& tables, const json& summary) {
-    return {{"mass_kg", summary.value("/device/mass_kg"_json_pointer, Device{}.mass_kg[0])},
-            {"damping_n_s_per_m", tables.damping_n_s_per_m},
-            {"friction_n", tables.device_friction_n},
-            {"max_force_n", tables.max_force_n},
-            {"encoder_step_m", tables.encoder_step_m},
+json hand_of(const Device& device) {
+    return {{"mass_kg", device.mass_kg[0]},
+            {"damping_n_s_per_m", device.damping_n_s_per_m},
+            {"friction_n", device.friction_n},
+            {"max_force_n", device.max_force_n},
+            {"encoder_step_m", device.encoder_step_m},
             {"stiffness_n_per_m", Hand{}.stiffness_n_per_m},
             {"hand_damping_n_s_per_m", Hand{}.damping_n_s_per_m}};
 }
@@ -152,7 +152,7 @@ json describe(const Tables& tables, const fs::path& folder, const ServoModel& se
                {"colors", colors()},
                {"node", servo.node},
                {"free", servo.free_count},
-               {"hand", hand_of(tables, summary)},
+               {"hand", hand_of(pointer_device(tables, folder))},
                {"stiffness_n_per_m", typical_stiffness(tables)}};
     for (const char* key : {"material", "counts", "small_strain", "element"})
         if (summary.contains(key)) scene[key] = summary[key];
@@ -198,13 +198,32 @@ fs::path page_parts() {
     return parts;
 }
 
+Device pointer_device(const Tables& tables, const fs::path& folder) {
+    Device device;
+    device.mass_kg.fill(parse_summary(folder).value("/device/mass_kg"_json_pointer, device.mass_kg[0]));
+    device.max_force_n = tables.max_force_n;
+    device.damping_n_s_per_m = tables.damping_n_s_per_m;
+    device.friction_n = tables.device_friction_n;
+    device.encoder_step_m = tables.encoder_step_m;
+    return device;
+}
+
 PageReport write_page(const Tables& tables, const fs::path& folder, const fs::path& parts, const fs::path& out,
                       double most_bytes) {
+    const PageText page = make_page(tables, folder, parts, most_bytes);
+    write_file(out, page.html);
+    return page.report;
+}
+
+PageText make_page(const Tables& tables, const fs::path& folder, const fs::path& parts, double most_bytes,
+                   const std::string& live) {
     require_columns(tables, folder);
     const ServoModel servo = build_model(tables);
     const PageRows rows = page_rows(tables);
-    const std::vector<PageMode> modes = page_modes(tables, folder);
+    std::vector<PageMode> modes = page_modes(tables, folder);
+    if (!live.empty()) modes.resize(1);
     json scene = describe(tables, folder, servo);
+    scene["live"] = !live.empty();
     Blob blob;
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
@@ -212,7 +231,7 @@ PageReport write_page(const Tables& tables, const fs::path& folder, const fs::pa
 
     std::map<std::string, std::string> text;
     for (const char* file :
-         {"page.css", "engine.js", "text.js", "data.js", "picture.js", "plot.js", "page.js", "three.min.js"})
+         {"page.css", "engine.js", "text.js", "data.js", "picture.js", "plot.js", "live.js", "page.js", "three.min.js"})
         text[file] = read_file(parts / file);
     text["wasm"] = to_base64(read_file(parts / "servo.wasm"));
     const std::string page_html = read_file(parts / "page.html");
@@ -238,17 +257,16 @@ PageReport write_page(const Tables& tables, const fs::path& folder, const fs::pa
     scene["tables"] = blob.tables();
     scene["bytes"] = blob.bytes().size();
     scene["crc32"] = crc_of(blob.bytes());
+    text["connect"] = live.empty() ? "" : "; connect-src " + live;
     text["name"] = tables.name;
     text["scene"] = inert(scene.dump());
     text["data"] = to_base64(blob.bytes());
-    const std::string page = replaced(page_html, text);
-    write_file(out, page);
-
-    PageReport report{page.size(), {}, word(columns.format), columns.error};
+    PageText page{replaced(page_html, text), {0, {}, word(columns.format), columns.error}};
+    page.report.bytes = page.html.size();
     for (const PageMode& mode : modes)
-        report.modes.push_back(
+        page.report.modes.push_back(
             fmt::format("{} {}{}", word(mode.force), word(mode.god_object), mode.friction > 0.0 ? " friction" : ""));
-    return report;
+    return page;
 }
 
 }  // namespace haptable

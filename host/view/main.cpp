@@ -15,6 +15,7 @@
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/link/summary.hpp"
+#include "host/live/live.hpp"
 #include "host/page/page.hpp"
 #include "host/view/contact_messages.hpp"
 #include "host/view/output.hpp"
@@ -29,7 +30,8 @@ namespace fs = std::filesystem;
 
 struct Options {
     fs::path folder, out, csv, log, page;
-    bool lcm = false, mesh = false, vtu = false, json = false, quiet = false;
+    bool lcm = false, mesh = false, vtu = false, json = false, quiet = false, serve = false;
+    LiveOptions live;
     FrameChoice choice;
     LiveLimits limits;
     ViewOptions view;
@@ -47,8 +49,17 @@ void add_options(CommandLine& app, Options& o) {
     const Option lcm = source.flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
     source.flag("--mesh", o.mesh, "the rest shape alone");
     const Option page = source.option("--page", o.page, "write one HTML file that lets a pointer touch the body");
-    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif").excludes(page);
-    app.option("--megabytes", o.page_mb, "of a page, at the most").positive().needs(page).show_default();
+    const Option serve = app.flag("--serve", o.serve,
+                                  "with --lcm: that page over the live session, for browsers of this machine alone, at "
+                                  "an address with a token, which is printed");
+    serve.needs(lcm);
+    app.flag("--touch", o.live.touch, "with --serve: the pointer of the first page is a device of the session")
+        .needs(serve);
+    app.option("--port", o.live.port, "of --serve [any that is free]").range(1, 65535).needs(serve);
+    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif")
+        .excludes(page)
+        .excludes(serve);
+    app.option("--megabytes", o.page_mb, "of a page, at the most").positive().show_default();
     app.option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
         .range(1, 1000000)
         .show_default();
@@ -215,7 +226,31 @@ void make_page(const Options& options, const Tables& tables) {
     summary.print(options.json, options.quiet);
 }
 
+void serve(Options& o) {
+    catch_interrupts();
+    o.live.seconds = o.limits.seconds;
+    o.live.most_bytes = 1e6 * o.page_mb;
+    o.live.tell = teller("haptable-view", o.quiet);
+    // What everything else here is for: --quiet and --json are of the summary.
+    o.live.show = [](const std::string& url) {
+        fmt::print("{}\n", url);
+        std::fflush(stdout);
+    };
+    const LiveReport report = serve_session(read_tables(o.folder), o.folder, o.live);
+    SummaryLines summary;
+    summary.add("pages", report.pages);
+    summary.add("ticks", report.ticks);
+    summary.add("lost_ticks", report.lost_ticks);
+    summary.add("other_tables_messages", report.left_out.other_tables);
+    summary.add("other_servo_messages", report.left_out.other_servo);
+    summary.add("damaged_messages", report.left_out.damaged);
+    summary.add("pointer_sessions", report.pointer_sessions);
+    summary.add("pointer_ticks", report.pointer_ticks);
+    summary.print(o.json, o.quiet);
+}
+
 void view(Options& options) {
+    if (options.serve) return serve(options);
     if (!options.page.empty()) return make_page(options, read_tables(options.folder));
     if (options.out.empty()) throw BadCommandLine("--out is required");
     parse_size(options.size, options.view);

@@ -216,6 +216,8 @@ function haptableEngine(port) {
       gain = m.gain;
       doubles(hand_at, 7).set([m.stiffness_n_per_m], 5);
     },
+    // Ticks of a servo elsewhere, as its page_tick.
+    feed: m => note(new Uint32Array(m.ticks), m.ticks.byteLength / (4 * WORDS)),
     frame,
     begin_record: () => {
       begin();

@@ -7,7 +7,8 @@
   const HISTORY_S = 5, CLEARANCE = 0.02, RAMP_S = 0.22;  // of the diagonal; s until a press has its depth
   const query = new URLSearchParams(location.search || location.hash.slice(1));
 
-  let data, scene, engine, picture, frame = null, mode = 0;
+  const GRAB = 2, ACKNOWLEDGE = 4;  // a device's buttons
+  let data, scene, engine, picture, live = null, frame = null, mode = 0;
   let press = null, hover = null, turning = null, pinch = new Map(), awaiting = false, gain = 1;
   let by_time, by_depth, by_depth_floor, history, replay = null, recording = false;
   const frames = [];
@@ -18,6 +19,7 @@
     frame: () => frame,
     scene: () => scene,
     picture: () => picture,
+    live: () => live,
     rate: () => frames.length < 2 ? 0 : 1000 * (frames.length - 1) / (frames[frames.length - 1] - frames[0]),
     replay: (file, index = 0) => ask('replay', {...file, mode: index, csv: true})
   };
@@ -106,6 +108,7 @@
   });
 
   function begin() {
+    if (scene.live) engine = live = new Live(engine, tell_live);
     history = new History(1000 * HISTORY_S);
     by_time = new Plot($('by_time'));
     by_depth = new Plot($('by_depth'));
@@ -120,6 +123,24 @@
     ready.resolve(true);
     if (query.get('press') === 'middle' && picture) setTimeout(press_middle, 500);  // for a picture without a hand
     requestAnimationFrame(tick);
+  }
+
+  // ---- a session elsewhere ---------------------------------------------------------------------------------------------
+
+  const may_press = () => !live || live.yours;
+
+  function tell_live() {
+    $('link').hidden = false;
+    $('link').textContent = live.text;
+    $('link').classList.toggle('trouble', Boolean(live.trouble));
+    if ($('hint')) $('hint').hidden = !live.yours;
+    if (!live.yours && press) let_go();
+    dress();
+  }
+
+  function buttons(event, down) {
+    const button = {g: GRAB, a: ACKNOWLEDGE}[event.key.toLowerCase()];
+    if (live && button && !event.ctrlKey && !event.metaKey && !event.altKey) live.press(button, down);
   }
 
   function no_webgl() {
@@ -139,7 +160,8 @@
     if (material.young_pa) facts.push('E ' + Text.si(material.young_pa, 'Pa'), 'ν ' + material.poisson);
     $('facts').textContent = facts.join(' · ');
     const columns = scene.columns, half = columns.format === 'float16';
-    $('about').textContent = 'haptable ' + scene.version + ' · the C servo as WebAssembly, a tick a millisecond · tables ' + scene.modes[0].hash +
+    const servo = scene.live ? 'the session’s own servo, over LCM' : 'the C servo as WebAssembly, a tick a millisecond';
+    $('about').textContent = 'haptable ' + scene.version + ' · ' + servo + ' · tables ' + scene.modes[0].hash +
       ' · deformation from ' + (half ? 'float16 columns, to ' + columns.error.toExponential(0) : 'float32 columns');
   }
 
@@ -248,7 +270,7 @@
       turning = null;
       return;
     }
-    if (replay || event.button !== 0 || event.shiftKey || !hit || !hit.touchable) {
+    if (replay || !may_press() || event.button !== 0 || event.shiftKey || !hit || !hit.touchable) {
       turning = {id: event.pointerId, x, y};
       return dress();
     }
@@ -279,7 +301,7 @@
       Object.assign(turning, {x, y});
       return;
     }
-    if (replay) return;
+    if (replay || !may_press()) return;
     const hit = picture.pick(x, y);
     if (press && event.pointerId === press.id) {
       press.pressure = pressure_of(event);
@@ -346,7 +368,9 @@
   }
 
   function keys() {
+    window.addEventListener('keyup', event => buttons(event, false));
     window.addEventListener('keydown', event => {
+      buttons(event, true);
       document.documentElement.classList.add('keys');
       if (event.ctrlKey || event.metaKey || event.altKey || /SELECT|INPUT/.test(event.target.tagName)) return;
       const act = {
@@ -364,7 +388,7 @@
   function press_middle() {
     if (press) return let_go();
     const hit = picture.pick(0.5 * picture.width, 0.5 * picture.height);
-    if (hit && hit.touchable && !replay) press_at(hit, null);
+    if (hit && hit.touchable && !replay && may_press()) press_at(hit, null);
   }
 
   // ---- a picture at a time ---------------------------------------------------------------------------------------------
@@ -392,6 +416,7 @@
 
   function show(message) {
     awaiting = false;
+    if (live) Object.assign(message, {goal: live.goal, dropped: live.lost});
     frame = message;
     const n = message.samples.length / message.sample;
     for (let i = 0; i < n; ++i) {

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// LCM -> ticks -> WebSocket -> page; page -> goal -> the pointer's device -> LCM
+#include "host/live/live.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/base/interrupt.hpp"
+#include "host/link/connection.hpp"
+#include "host/live/page_server.hpp"
+#include "host/live/pointer.hpp"
+#include "host/page/pointer_device.hpp"
+
+namespace haptable {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::milliseconds kLook{4};    // how long LCM may keep us from the pages
+constexpr std::chrono::milliseconds kPush{16};   // a picture
+constexpr std::chrono::milliseconds kAway{500};  // after which a servo is not heard any more
+constexpr double kMostGain = 1e6, kLeastStiffness = 1.0, kMostStiffness = 1e5;
+
+/// Three finite numbers.
+std::optional<Eigen::Vector3d> vector_of(const json& message, const char* key) {
+    const auto list = message.find(key);
+    if (list == message.end() || !list->is_array() || list->size() != 3) return std::nullopt;
+    Eigen::Vector3d x;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (!(*list)[a].is_number()) return std::nullopt;
+        x[static_cast<Eigen::Index>(a)] = (*list)[a].get<double>();
+    }
+    return x.allFinite() ? std::optional(x) : std::nullopt;
+}
+
+double number_of(const json& message, const char* key, double least, double most, double otherwise) {
+    const auto value = message.find(key);
+    if (value == message.end() || !value->is_number()) return otherwise;
+    return std::clamp(value->get<double>(), least, most);
+}
+
+class LiveSession {
+public:
+    LiveSession(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options)
+        : tables_(tables),
+          options_(options),
+          servo_(build_model(tables)),
+          model_(model_in_memory(tables, servo_)),
+          ticks_(tables, servo_, model_.hash),
+          live_(options.tell),
+          server_(options.port, events()) {
+        server_.set_page(make_page(tables, folder, page_parts(), options.most_bytes, server_.socket_url()).html);
+        follow<servo_force>(kForceChannel);
+        follow<contact>(kContactChannel);
+        follow<device_state>(kStateChannel);
+        connection_.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
+            if (status.model_hash == static_cast<std::int64_t>(model_.hash)) servo_seen_ = Clock::now();
+        });
+        if (options.touch)
+            pointer_.emplace(pointer_device(tables, folder), static_cast<std::int64_t>(model_.hash), options.tell);
+    }
+
+    LiveReport run() {
+        if (options_.show) options_.show(server_.url());
+        const Clock::time_point begin = Clock::now();
+        const auto length =
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.seconds));
+        Clock::time_point next_push = begin;
+        while (!interrupted() && (options_.seconds <= 0.0 || Clock::now() - begin < length)) {
+            const Clock::time_point until = Clock::now() + kLook;
+            while (Clock::now() < until && connection_.handle_until(until)) {
+            }
+            server_.serve();
+            if (Clock::now() < next_push) continue;
+            next_push = Clock::now() + kPush;
+            push();
+        }
+        return report();
+    }
+
+private:
+    template <typename Message>
+    void follow(const char* channel) {
+        connection_.subscribe<Message>(channel, [this](const Message& message, std::int64_t) { ticks_.take(message); });
+    }
+
+    PageServer::Events events() {
+        return {[this](int page) { open(page); }, [this](int page) { close(page); },
+                [this](int page, std::string_view text) { hear(page, text); }};
+    }
+
+    void open(int page) {
+        ++report_.sockets;
+        pages_.push_back({page, ""});
+        if (pointer_ && holder_ == 0) holder_ = page;
+    }
+
+    void close(int page) {
+        std::erase_if(pages_, [page](const Page& one) { return one.id == page; });
+        if (page != holder_) return;
+        holder_ = 0;
+        pointer_->desk().ask([](PointerWish& wish) {
+            wish.is_there = false;
+            wish.buttons = 0;
+        });
+    }
+
+    /// What a page that only looks says, or what is no wish, changes nothing.
+    void hear(int page, std::string_view text) {
+        const json message = json::parse(text, nullptr, false);
+        if (page != holder_ || !message.is_object()) return;
+        const std::string kind = message.value("/kind"_json_pointer, json()).is_string()
+                                     ? message.at("kind").get<std::string>()
+                                     : std::string();
+        if (kind == "goal") return ask_goal(message);
+        pointer_->desk().ask([&](PointerWish& wish) {
+            if (kind == "hand") {
+                wish.gain = number_of(message, "gain", 0.0, kMostGain, wish.gain);
+                wish.stiffness_n_per_m =
+                    number_of(message, "stiffness_n_per_m", kLeastStiffness, kMostStiffness, wish.stiffness_n_per_m);
+            }
+            if (kind == "buttons")
+                wish.buttons = static_cast<std::int32_t>(number_of(message, "held", 0.0, 7.0, 0.0)) & ~kClutchButton;
+        });
+    }
+
+    void ask_goal(const json& message) {
+        const std::optional<Eigen::Vector3d> at_m = vector_of(message, "at");
+        if (!at_m) return;
+        const bool is_elsewhere = message.value("/place"_json_pointer, json()) == true;
+        pointer_->desk().ask([&](PointerWish& wish) {
+            if (is_elsewhere || !wish.is_there) ++wish.place;
+            wish.is_there = true;
+            wish.goal_m = *at_m;
+        });
+    }
+
+    void push() {
+        const std::vector<LiveTick> ticks = ticks_.ticks();
+        report_.ticks += static_cast<std::int64_t>(ticks.size());
+        const std::string_view bytes(reinterpret_cast<const char*>(ticks.data()), ticks.size() * sizeof(LiveTick));
+        const Clock::time_point now = Clock::now();
+        tell(now);
+        for (Page& page : pages_) {
+            if (!ticks.empty()) server_.send_binary(page.id, bytes);
+            const std::string said = status(page.id, now);
+            if (said != page.said && server_.send_text(page.id, said)) page.said = said;
+        }
+    }
+
+    std::string status(int page, Clock::time_point now) const {
+        return json{{"kind", "status"},
+                    {"touch", pointer_.has_value()},
+                    {"yours", page == holder_},
+                    {"lost", ticks_.lost()},
+                    {"trouble", trouble(now)}}
+            .dump();
+    }
+
+    /// Why nothing moves, for people; empty where a servo answers.
+    std::string trouble(Clock::time_point now) const {
+        if (refused_ && now - *refused_ < kAway) return "Another device has the servo: end that one first.";
+        if (now - ticks_.heard() < kAway) return "";
+        if (servo_seen_ && now - *servo_seen_ < kAway)
+            return pointer_ ? "The servo is there: press on the body." : "The servo waits for a device.";
+        if (ticks_.left_out().other_tables > 0)
+            return fmt::format("A servo of other tables ({:016x}) speaks here: serve the folder of that one.",
+                               ticks_.other_hash());
+        return fmt::format("No servo is heard on {}: start build/{}/servo --lcm.", connection_.url(), tables_.name);
+    }
+
+    void tell(Clock::time_point now) {
+        if (ticks_.refusals() > refusals_) refused_ = now;
+        refusals_ = ticks_.refusals();
+        live_.look("other_tables", ticks_.left_out().other_tables, now, [this] {
+            return fmt::format("a servo of other tables ({:016x}) speaks on {}: it is left out; serve its own folder",
+                               ticks_.other_hash(), connection_.url());
+        });
+        live_.look("other_servo", ticks_.left_out().other_servo, now,
+                   [] { return "a second servo answers on the channel: it is left out"; });
+        live_.look("damaged", ticks_.left_out().damaged, now,
+                   [] { return "messages come that no servo of these tables sends: they are left out"; });
+    }
+
+    LiveReport report() {
+        LiveReport report = report_;
+        report.pages = server_.pages();
+        report.lost_ticks = ticks_.lost();
+        report.left_out = ticks_.left_out();
+        if (!pointer_) return report;
+        report.pointer_ticks = pointer_->finish();
+        report.pointer_sessions = pointer_->sessions();
+        return report;
+    }
+
+    struct Page {
+        int id;
+        std::string said;  ///< the last status that it got
+    };
+
+    const Tables& tables_;
+    const LiveOptions& options_;
+    ServoModel servo_;
+    haptable_model model_;
+    LiveTicks ticks_;
+    LiveState live_;
+    Connection connection_;
+    std::vector<Page> pages_;
+    int holder_ = 0;  ///< the page that has the pointer; 0: none
+    std::optional<PointerDevice> pointer_;
+    PageServer server_;
+    std::optional<Clock::time_point> servo_seen_, refused_;
+    std::int64_t refusals_ = 0;
+    LiveReport report_;
+};
+
+}  // namespace
+
+LiveReport serve_session(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options) {
+    return LiveSession(tables, folder, options).run();
+}
+
+}  // namespace haptable

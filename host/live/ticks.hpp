@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A session's messages as the ticks that a page draws.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <string>
+#include <vector>
+
+#include "codegen/model.hpp"
+#include "host/link/clock.hpp"
+#include "host/link/messages.hpp"
+#include "host/tables/tables.hpp"
+
+namespace haptable {
+
+/// A tick as the page's engine reads it: struct page_tick of host/page/wasm/page.c. SI.
+struct LiveTick {
+    std::uint32_t state = 0;                            ///< enum haptable_state
+    std::int32_t patch = -1, vertex[3] = {-1, -1, -1};  ///< of the servo's tables; -1 without contact
+    float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+    std::uint32_t buttons = 0, faults = 0;
+};
+static_assert(sizeof(LiveTick) == 112);
+
+/// What is no tick, by why.
+struct LeftOut {
+    std::int64_t other_tables = 0;  ///< of another scene's servo, or of older tables
+    std::int64_t other_servo = 0;   ///< of a second one, while the first speaks
+    std::int64_t damaged = 0;       ///< that no servo of these tables can have sent
+    std::int64_t sum() const { return other_tables + other_servo + damaged; }
+};
+
+/// Joins each servo_force to its contact. Follows one servo, until that has been silent for a second.
+class LiveTicks {
+public:
+    /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory).
+    LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash);
+
+    void take(const servo_force& force);
+    void take(const contact& load);
+    /// Of the device that has the servo: what it holds down.
+    void take(const device_state& state);
+
+    /// Those that were joined since the last call.
+    std::vector<LiveTick> ticks() { return std::exchange(ticks_, {}); }
+    /// When the last tick came; the epoch's begin, where none did.
+    Clock::time_point heard() const { return heard_; }
+    const LeftOut& left_out() const { return left_out_; }
+    /// Ticks of which a message was not heard.
+    std::int64_t lost() const { return lost_; }
+    /// Times that a servo told another device that it is not its.
+    std::int64_t refusals() const { return refusals_; }
+    /// Of the last message of other tables.
+    std::uint64_t other_hash() const { return other_hash_; }
+
+private:
+    bool is_followed(std::int64_t servo, std::int64_t model_hash, Clock::time_point now);
+    bool fill_contact(const contact& load, LiveTick& tick) const;
+    std::array<double, 3> area_coordinates(const std::array<std::int32_t, 3>& node, const double x_m[3]) const;
+
+    const Tables& tables_;
+    std::int64_t hash_;
+    std::vector<std::int32_t> vertex_;                           ///< [N] of each mesh node; -1: none
+    std::map<std::array<std::int32_t, 3>, std::int32_t> patch_;  ///< by ascending mesh nodes
+    servo_force force_{};                                        ///< the last one that was for its device
+    std::int64_t servo_ = 0, session_ = 0, seq_ = -1;            ///< of the last tick
+    std::uint32_t buttons_ = 0;
+    Clock::time_point heard_{};
+    std::vector<LiveTick> ticks_;
+    LeftOut left_out_;
+    std::int64_t lost_ = 0, refusals_ = 0;
+    std::uint64_t other_hash_ = 0;
+};
+
+}  // namespace haptable

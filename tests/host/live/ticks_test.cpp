@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/live/ticks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "codegen/in_memory.hpp"
+#include "tests/host/view/cube_tables.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+/// Messages by hand, of a contact on the first patch.
+class LiveTicksTest : public testing::Test {
+protected:
+    servo_force force(std::int64_t seq) const {
+        servo_force force{};
+        force.seq = seq;
+        force.session = force.owner = 5;
+        force.servo = 7;
+        force.model_hash = hash;
+        force.servo_state = servo_force::CONTACT;
+        force.force_n[2] = 0.5;
+        return force;
+    }
+    contact load(std::int64_t seq) const {
+        contact load{};
+        load.seq = seq;
+        load.session = 5;
+        load.servo = 7;
+        load.model_hash = hash;
+        load.count = 3;
+        for (std::size_t c = 0; c < 3; ++c) {
+            load.node.push_back(tables.patch[0][c]);
+            load.force_n.push_back({0.0, 0.0, -0.1 * static_cast<double>(c + 1)});
+            for (std::size_t a = 0; a < 3; ++a)
+                load.god_object_m[a] += alpha[c] * tables.position[static_cast<std::size_t>(tables.patch[0][c])][a];
+        }
+        return load;
+    }
+    void take(const servo_force& force, const contact& load) {
+        ticks.take(force);
+        ticks.take(load);
+    }
+
+    TestFolder folder;
+    Tables tables = (write_cube_tables(folder.path() / "cube"), read_tables(folder.path() / "cube"));
+    ServoModel servo = build_model(tables);
+    haptable_model model = model_in_memory(tables, servo);
+    std::int64_t hash = static_cast<std::int64_t>(model.hash);
+    LiveTicks ticks{tables, servo, model.hash};
+    const std::array<double, 3> alpha{0.5, 0.375, 0.125};
+};
+
+TEST_F(LiveTicksTest, JoinAForceAndItsContact) {
+    device_state state{};
+    state.session = 5;
+    state.buttons = 2;
+    take(force(0), load(0));
+    ticks.take(state);
+    take(force(1), load(1));
+    const std::vector<LiveTick> made = ticks.ticks();
+    ASSERT_EQ(made.size(), 2U);
+    EXPECT_TRUE(ticks.ticks().empty());
+    EXPECT_EQ(made[0].buttons, 0U);
+    EXPECT_EQ(made[1].buttons, 2U);
+    const LiveTick& tick = made[1];
+    EXPECT_EQ(tick.state, 2U);
+    EXPECT_EQ(tick.force_n[2], 0.5F);
+    for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_EQ(servo.node[static_cast<std::size_t>(tick.vertex[c])], tables.patch[0][c]);
+        EXPECT_EQ(tick.nodal_force_n[c][2], static_cast<float>(-0.1 * static_cast<double>(c + 1)));
+        // Sums of a few products of numbers below 1, in double, then in float.
+        EXPECT_WITHIN(std::abs(static_cast<double>(tick.alpha[c]) - alpha[c]), .count = 16, .epsilon = kFloat,
+                      .size = 1.0);
+    }
+    const auto& corners = servo.patch[static_cast<std::size_t>(tick.patch)];
+    for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NE(std::find(corners.begin(), corners.end(), static_cast<std::uint16_t>(tick.vertex[c])), corners.end());
+}
+
+TEST_F(LiveTicksTest, CountWhatIsNone) {
+    take(force(0), load(0));
+    contact none = load(1);
+    none.model_hash = hash + 1;
+    take(force(1), none);
+    EXPECT_EQ(ticks.left_out().other_tables, 1);
+    EXPECT_EQ(ticks.other_hash(), static_cast<std::uint64_t>(hash + 1));
+
+    servo_force second = force(1);
+    contact its = load(1);
+    second.servo = its.servo = 8;
+    take(second, its);
+    EXPECT_EQ(ticks.left_out().other_servo, 1);
+
+    std::vector<contact> damaged(5, load(1));
+    damaged[0].node[1] = 1 << 20;
+    damaged[1].node[1] = -1;
+    damaged[2].node[1] = damaged[2].node[0];
+    damaged[3].force_n[2][0] = std::numeric_limits<double>::quiet_NaN();
+    damaged[4].count = 2;
+    for (const contact& one : damaged) take(force(1), one);
+    EXPECT_EQ(ticks.left_out().damaged, 5);
+    servo_force endless = force(1);
+    endless.force_n[0] = std::numeric_limits<double>::infinity();
+    take(endless, load(1));
+    EXPECT_EQ(ticks.left_out().damaged, 6);
+
+    servo_force refusal = force(1);
+    refusal.owner = 6;
+    ticks.take(refusal);
+    EXPECT_EQ(ticks.refusals(), 1);
+    EXPECT_EQ(ticks.lost(), 0);
+    take(force(4), load(4));  // 1 to 3 were not heard whole
+    EXPECT_EQ(ticks.lost(), 3);
+    ticks.take(load(5));  // its force was not
+    EXPECT_EQ(ticks.lost(), 4);
+    EXPECT_EQ(ticks.ticks().size(), 2U);
+}
+
+}  // namespace
+}  // namespace haptable::test
