@@ -98,3 +98,27 @@ wheel: python-parts $(BUILD)/setup-test.stamp
 	@[ -x $(BUILD)/package/venv/bin/pip ] || python3 -m venv $(BUILD)/package/venv
 	$(Q)BUILD=$(BUILD) $(BUILD)/package/venv/bin/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(BUILD)/package/wheel .
 	@ls -s $(BUILD)/package/wheel
+
+# deb: Debian packages of programs, library and header, in build/package/deb, and what lintian says of them
+.PHONY: deb
+DEB = $(BUILD)/package/deb
+deb: $(DEB)/bin/haptable-view | $(BUILD)/setup-package.stamp
+	@$(MAKE) --no-print-directory install DESTDIR=$(DEB)/stage PREFIX=/usr LIBDIR=/usr/lib/$$(dpkg-architecture -qDEB_HOST_MULTIARCH) >/dev/null
+	@cp $< $(DEB)/stage/usr/bin/
+	@rm -f $(DEB)/*.deb
+	@sh packaging/deb.sh $(DEB)/stage $(DEB)
+	@lintian --fail-on error $(DEB)/*.deb
+
+# deb-tried: the packages installed into an empty Debian, and a force there
+.PHONY: deb-tried
+deb-tried: deb
+	@sh packaging/clean-root.sh $(DEB)
+
+# For every processor of the kind, not for this machine's.
+$(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
+	$(say) C++ $<
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CXXFLAGS) -O3 -c $< -o $@
+
+$(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/deformation.cpp.o,$(VIEW)) $(DEB)/deformation.o
+	$(link) $(LIBS_VIEW)

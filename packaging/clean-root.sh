@@ -1,0 +1,30 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# clean-root.sh FOLDER: installs the packages of `make deb` into a Debian 12 that has nothing else, and goes from there
+# to a force: a scene by haptable-build, a mesh by Gmsh's module, a page, and the C example by pkg-config; then removes
+# them. Needs mmdebstrap, root (or a user's namespaces) and a mirror. Leaves nothing.
+set -eu
+folder=$1
+[ "$(id -u)" = 0 ] && mode=root || mode=unshare
+inside=$(mktemp)
+trap 'rm -f "$inside"' EXIT
+cat >"$inside" <<'END'
+set -eux
+apt-get install -y --no-install-recommends /packages/*.deb pkgconf >/dev/null
+mkdir "/a scene" && cd "/a scene"
+cp /usr/share/haptable/meshes/* .
+haptable-build cube.toml --quiet
+build/cube/servo --poke top
+haptable-precompute mouse.toml --quiet
+haptable-view build/cube --page touch.html --quiet && test -s touch.html
+haptable-codegen build/cube --export platformio -o exported && test -s exported/src/model.c
+cp /usr/share/doc/libhaptable-dev/examples/touch.c . && cc touch.c $(pkg-config --cflags --libs haptable) -o touch && ./touch build/cube
+du -sk /usr/share/haptable /usr/lib/haptable
+apt-get purge -y haptable libhaptable-dev libhaptable1 >/dev/null
+test ! -e /usr/share/haptable && test ! -e /usr/lib/haptable && ! command -v haptable-build
+END
+mmdebstrap --quiet --mode=$mode --variant=apt --customize-hook='mkdir "$1/packages"' \
+    --customize-hook="copy-in $folder/*.deb /packages" --customize-hook="copy-in $inside /" \
+    --customize-hook="chroot \"\$1\" sh /$(basename "$inside")" --format=null bookworm
+echo "clean-root: well"
