@@ -24,7 +24,10 @@ du -sk /usr/share/haptable /usr/lib/haptable
 apt-get purge -y haptable libhaptable-dev libhaptable1 >/dev/null
 test ! -e /usr/share/haptable && test ! -e /usr/lib/haptable && ! command -v haptable-build
 END
-mmdebstrap --quiet --mode=$mode --variant=apt --customize-hook='mkdir "$1/packages"' \
-    --customize-hook="copy-in $folder/*.deb /packages" --customize-hook="copy-in $inside /" \
-    --customize-hook="chroot \"\$1\" sh /$(basename "$inside")" --format=null bookworm
+# The hooks are commands of the shell, with the root as $1.
+FOLDER=$(cd "$folder" && pwd) INSIDE=$inside
+export FOLDER INSIDE
+mmdebstrap --quiet --mode=$mode --variant=apt --format=null bookworm \
+    --customize-hook='mkdir "$1/packages" && cp "$FOLDER"/*.deb "$1/packages/" && cp "$INSIDE" "$1/inside"' \
+    --customize-hook='chroot "$1" sh /inside'
 echo "clean-root: well"

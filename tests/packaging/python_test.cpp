@@ -56,6 +56,16 @@ TEST(PythonPackage, PassesItsTestsInACleanVenv) {
                                "/bin/python python/tests/test_haptable.py");
     EXPECT_EQ(tested.status, 0) << tested.err;
     EXPECT_EQ(tested.err.find("skipped"), std::string::npos) << tested.err;
+
+    // The notebook, in a folder with these tables, so that its page does not come into the source tree.
+    fs::create_directories(folder.path() / "work/build");
+    fs::create_directory_symlink(fs::absolute(build_folder() / "cube"), folder.path() / "work/build/cube");
+    const Outcome notebook = run(venv + "/bin/pip install --quiet --disable-pip-version-check nbclient ipykernel && " +
+                                 venv + "/bin/python python/tests/run_notebook.py python/examples/touch.ipynb " +
+                                 (folder.path() / "work").string());
+    EXPECT_EQ(notebook.status, 0) << notebook.err;
+    EXPECT_EQ(notebook.out, "5 cells ran\n");
+    EXPECT_TRUE(fs::exists(folder.path() / "work/press.html"));
 }
 
 }  // namespace
