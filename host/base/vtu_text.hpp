@@ -13,7 +13,7 @@
 namespace haptable {
 
 /// The format's numbers of cell types.
-enum VtkCell : std::uint8_t { kVtkTriangle = 5, kVtkTetra = 10, kVtkQuadraticTetra = 24 };
+enum VtkCell : std::uint8_t { kVtkVertex = 1, kVtkTriangle = 5, kVtkTetra = 10, kVtkQuadraticTetra = 24 };
 
 /// The file's text, made in order: sections PointData, Points, CellData, Cells, each with its arrays.
 class VtuText {

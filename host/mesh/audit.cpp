@@ -82,11 +82,22 @@ void judge_middles(const TetMesh& mesh, Audit& audit) {
     audit.middle_nodes = static_cast<std::size_t>(std::unique(middle.begin(), middle.end()) - middle.begin());
 }
 
+/// Keeps the list sorted and short.
+void list_if_worst(const TetMesh& mesh, std::size_t t, double ratio, std::vector<ShapedTet>& worst) {
+    if (worst.size() == kListed && ratio >= worst.back().ratio) return;
+    const std::uint64_t number = mesh.tet_number.empty() ? t : mesh.tet_number[t];
+    const auto place = std::find_if(worst.begin(), worst.end(), [&](const ShapedTet& w) { return ratio < w.ratio; });
+    worst.insert(place, {static_cast<std::int32_t>(t), number, ratio, mesh.tet[t]});
+    if (worst.size() > kListed) worst.pop_back();
+}
+
 void judge_shapes(const TetMesh& mesh, Audit& audit) {
     std::vector<double> ratio;
     audit.least_angle_deg = 180.0;
-    for (const Tet& tet : mesh.tet) {
+    for (std::size_t t = 0; t < mesh.tet.size(); ++t) {
+        const Tet& tet = mesh.tet[t];
         const Quality quality = quality_of(mesh.position_m, tet);
+        list_if_worst(mesh, t, quality.ratio, audit.worst);
         ratio.push_back(quality.ratio);
         audit.least_angle_deg = std::min(audit.least_angle_deg, quality.least_deg);
         audit.greatest_angle_deg = std::max(audit.greatest_angle_deg, quality.greatest_deg);
@@ -100,7 +111,11 @@ void judge_shapes(const TetMesh& mesh, Audit& audit) {
 }
 
 void judge_shells(const TetMesh& mesh, const Surface& surface, const Edges& edges, Audit& audit) {
-    for (const auto& [edge, patches] : edges) audit.hinge_edges += patches.size() > 2 ? 1 : 0;
+    for (const auto& [edge, patches] : edges) {
+        if (patches.size() <= 2) continue;
+        ++audit.hinge_edges;
+        if (audit.hinge_edge.size() < kListedHinges) audit.hinge_edge.push_back({edge[0], edge[1]});
+    }
     const Shells shells = find_shells(mesh, surface, edges);
     audit.shells = shells.volume_m3.size();
     for (std::size_t k = 0; k < audit.shells; ++k) audit.cavities += shells.is_cavity(k) ? 1 : 0;
@@ -117,8 +132,12 @@ void count_hinge_nodes(const Surface& surface, const Edges& edges, std::size_t n
         for (std::size_t p : patches)
             for (std::int32_t node : edge) corners.join(corner(patches[0], node), corner(p, node));
     std::vector<int> rings(node_count, 0);
-    for (std::size_t k = 0; k < 3 * surface.patch.size(); ++k)
-        if (corners.find(k) == k && ++rings[at(surface.patch[k / 3][k % 3])] == 2) ++audit.hinge_nodes;
+    for (std::size_t k = 0; k < 3 * surface.patch.size(); ++k) {
+        const std::int32_t node = surface.patch[k / 3][k % 3];
+        if (corners.find(k) != k || ++rings[at(node)] != 2) continue;
+        ++audit.hinge_nodes;
+        if (audit.hinge_node.size() < kListedHinges) audit.hinge_node.push_back(node);
+    }
 }
 
 /// Nodes in order of x: only neighbours in that order can be at one place.
@@ -280,6 +299,11 @@ nlohmann::ordered_json to_json(const Audit& a) {
                                 {"greatest_dihedral_deg", a.greatest_angle_deg},
                                 {"volume_m3", a.volume_m3},
                                 {"box_m", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}}};
+    json["worst_elements"] = nlohmann::ordered_json::array();
+    for (const ShapedTet& w : a.worst)
+        json["worst_elements"].push_back({{"tetrahedron", w.number}, {"radius_ratio", w.ratio}, {"nodes", w.node}});
+    json["hinge_edges_at"] = a.hinge_edge;
+    json["hinge_nodes_at"] = a.hinge_node;
     if (a.middle_nodes == 0) return json;
     json["middle_nodes"] = a.middle_nodes;
     json["curved_tetrahedra"] = a.curved;

@@ -11,6 +11,14 @@
 
 namespace haptable {
 
+/// A tetrahedron by its shape.
+struct ShapedTet {
+    std::int32_t tet = 0;
+    std::uint64_t number = 0;  ///< in the mesh's file
+    double ratio = 0.0;        ///< 3 r / R
+    Tet node{};
+};
+
 struct Audit {
     std::size_t nodes = 0, tets = 0, surface_nodes = 0, patches = 0;
     std::size_t unused_nodes = 0;  ///< of the file, left out
@@ -25,8 +33,11 @@ struct Audit {
     std::size_t coincident = 0;    ///< nodes at the place of another one
     double worst_ratio = 0.0;      ///< radius ratio 3 r / R: 1 for the regular tetrahedron
     double median_ratio = 0.0;
-    std::size_t slivers = 0;       ///< tetrahedra with a radius ratio below 0.1
-    double least_angle_deg = 0.0;  ///< dihedral
+    std::vector<ShapedTet> worst;                         ///< the worst kListed, the worst first
+    std::vector<std::array<std::int32_t, 2>> hinge_edge;  ///< the first kListedHinges
+    std::vector<std::int32_t> hinge_node;                 ///< the first kListedHinges
+    std::size_t slivers = 0;                              ///< tetrahedra with a radius ratio below 0.1
+    double least_angle_deg = 0.0;                         ///< dihedral
     double greatest_angle_deg = 0.0;
     std::size_t middle_nodes = 0;     ///< in the middle of edges
     std::size_t curved = 0;           ///< tetrahedra with one of them off the straight line
@@ -34,6 +45,8 @@ struct Audit {
     double volume_m3 = 0.0;
     Eigen::AlignedBox3d box_m;
 };
+
+inline constexpr std::size_t kListed = 5, kListedHinges = 500;
 
 /// Tetrahedra, ascending, that lie on the same side of a shared face as their neighbours: of those that meet so, the
 /// fewer. All positively oriented.

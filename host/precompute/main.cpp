@@ -12,6 +12,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/precompute/assembly.hpp"
+#include "host/precompute/check_page.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/precompute/tell.hpp"
 #include "host/precompute/under_constrained.hpp"
@@ -31,6 +32,10 @@ struct Options {
     bool check = false;
     bool reproducible = true;  ///< always: the number of threads changes no bit
 };
+
+fs::path folder_of(const Options& options, const Scene& scene) {
+    return options.folder.empty() ? fs::path("build") / scene.name : options.folder;
+}
 
 /// A path as make reads it.
 std::string make_path(const fs::path& path) {
@@ -76,6 +81,19 @@ GravityFacts weigh(const Scene& scene, const Body& body) {
     return judge_gravity(scene, body, {}, factor, sag_m, prestress_of(scene, body, sag_m));
 }
 
+void draw_check(const Scene& scene, const Body& body, const Audit& audit,
+                const std::vector<std::int32_t>& under_constrained, const Options& options) {
+    const fs::path page = folder_of(options, scene) / "check.html";
+    std::error_code failed;
+    fs::create_directories(page.parent_path(), failed);
+    try {
+        write_file(page, check_page(scene, body, audit, under_constrained));
+    } catch (const Error& error) {  // what was found is worth more than its picture
+        return say(options.telling, "warning", {error.what()});
+    }
+    if (!options.telling.quiet && !options.telling.json) fmt::print("  drawn in {}\n", page.string());
+}
+
 /// The mesh is judged and, but for a body's weight, nothing is computed: the table first, then the first reason to
 /// refuse it.
 void check(const Scene& scene, const Options& options) {
@@ -93,6 +111,7 @@ void check(const Scene& scene, const Options& options) {
         throw;
     }
     say(options.telling, "warning", locking_warnings(scene, body.mesh));
+    draw_check(scene, body, audit, under_constrained, options);
     std::optional<GravityFacts> gravity;
     if (scene.gravity && under_constrained.empty()) gravity = weigh(scene, body);
     say(options.telling, "warning", gravity_warnings(scene, gravity));
@@ -123,7 +142,7 @@ void run(const Options& options) {
         return;
     }
     if (options.check) return check(scene, options);
-    const fs::path folder = options.folder.empty() ? fs::path("build") / scene.name : options.folder;
+    const fs::path folder = folder_of(options, scene);
     // 2. Mesh, stiffness, factor, tables, C.
     Progress progress(options.telling.quiet);
     PrecomputeOptions how = options.how;
@@ -163,7 +182,8 @@ int main(int argc, char** argv) {
              "the same bytes for any number of threads: always so, and accepted for scripts");
     app.flag("--json", options.telling.json, "the summary as JSON on standard output instead of the table");
     app.flag("--quiet", options.telling.quiet, "no table, no notes, no progress bar");
-    app.flag("--check", options.check, "only judge the mesh: print what it is and what is wrong with it");
+    app.flag("--check", options.check,
+             "only judge the mesh: print what it is and what is wrong with it, and draw it in DIR/check.html");
     app.flag("--print-name", options.print_name, "only check the scene file and print its name");
     catch_interrupts();
     return run_program(app, argc, argv, [&] { run(options); });

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include "host/view/camera.hpp"
@@ -18,27 +18,22 @@ namespace {
 constexpr Rgb8 kInk{40, 40, 46};
 constexpr Rgb8 kPaleInk{104, 104, 112};
 constexpr Rgb8 kWarningInk{176, 42, 30};
+constexpr std::array<Rgb8, 3> kAxisInk{Rgb8{178, 50, 44}, Rgb8{46, 125, 50}, Rgb8{38, 84, 160}};
 constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture of 960 x 720
 constexpr double kTitleBase = 38.0, kWarningBase = 62.0;
 constexpr double kLabelBelow = 28.0;  // of the line above it, base to base
 
-/// A cairo pen over an image. Lengths as in a picture of the reference height.
+/// A cairo pen over a picture. Lengths as in a picture of the reference height.
 class Pen {
 public:
-    explicit Pen(Image& image)
-        : unit_(reference_px(image.width, image.height) / kReferenceHeight),
-          surface_(cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(image.pixel.data()),
-                                                       CAIRO_FORMAT_RGB24, image.width, image.height, 4 * image.width)),
-          cairo_(cairo_create(surface_)) {
+    Pen(cairo_t* cairo, int width_px, int height_px)
+        : unit_(reference_px(width_px, height_px) / kReferenceHeight), cairo_(cairo) {
+        cairo_save(cairo_);
         cairo_scale(cairo_, unit_, unit_);
-        width = image.width / unit_;
-        height = image.height / unit_;
+        width = width_px / unit_;
+        height = height_px / unit_;
     }
-    ~Pen() {
-        cairo_destroy(cairo_);
-        cairo_surface_flush(surface_);
-        cairo_surface_destroy(surface_);
-    }
+    ~Pen() { cairo_restore(cairo_); }
     Pen(const Pen&) = delete;
     Pen& operator=(const Pen&) = delete;
 
@@ -79,7 +74,6 @@ public:
 
 private:
     double unit_;
-    cairo_surface_t* surface_;
     cairo_t* cairo_;
 };
 
@@ -96,7 +90,27 @@ void draw_title(Pen& pen, const Annotation& annotation) {
         pen.text(x, kTitleBase, detail);
         x += pen.advance(detail) + kGap;
     }
+    if (!annotation.second.empty()) pen.text(kLeft, kWarningBase, annotation.second);
     if (!annotation.warning.empty()) pen.outlined_text(kLeft, kWarningBase, annotation.warning, kWarningInk);
+}
+
+/// At (x, y), in the colour that is set.
+void draw_sign(cairo_t* cairo, LegendEntry::Sign sign, double x, double y) {
+    if (sign == LegendEntry::Sign::dot) {
+        cairo_arc(cairo, x, y, 6.0, 0.0, 2.0 * std::numbers::pi);
+    } else if (sign == LegendEntry::Sign::area) {
+        cairo_rectangle(cairo, x - 6.5, y - 6.5, 13.0, 13.0);
+    } else {
+        cairo_set_line_width(cairo, 2.4);
+        cairo_move_to(cairo, x - 7.0, y);
+        cairo_line_to(cairo, x + 5.0, y);
+        cairo_stroke(cairo);
+        cairo_move_to(cairo, x + 13.0, y);
+        cairo_line_to(cairo, x + 3.0, y - 5.0);
+        cairo_line_to(cairo, x + 3.0, y + 5.0);
+        cairo_close_path(cairo);
+    }
+    cairo_fill(cairo);
 }
 
 void draw_legend(Pen& pen, const std::vector<LegendEntry>& legend) {
@@ -106,28 +120,17 @@ void draw_legend(Pen& pen, const std::vector<LegendEntry>& legend) {
     for (const LegendEntry& entry : legend) {
         cairo_t* cairo = pen.cairo();
         pen.color(entry.color);
-        if (entry.arrow) {
-            cairo_set_line_width(cairo, 2.4);
-            cairo_move_to(cairo, x - 7.0, base - 5.0);
-            cairo_line_to(cairo, x + 5.0, base - 5.0);
-            cairo_stroke(cairo);
-            cairo_move_to(cairo, x + 13.0, base - 5.0);
-            cairo_line_to(cairo, x + 3.0, base - 10.0);
-            cairo_line_to(cairo, x + 3.0, base);
-            cairo_close_path(cairo);
-        } else {
-            cairo_arc(cairo, x, base - 5.0, 6.0, 0.0, 2.0 * std::numbers::pi);
-        }
-        cairo_fill(cairo);
-        x += entry.arrow ? 21.0 : 13.0;
+        draw_sign(cairo, entry.sign, x, base - 5.0);
+        x += entry.sign == LegendEntry::Sign::arrow ? 21.0 : 13.0;
         pen.color(kPaleInk);
         pen.text(x, base, entry.text);
-        x += pen.advance(entry.text) + 30.0;
+        x += pen.advance(entry.text) + 26.0;
     }
 }
 
 /// The colours from 0, at the bottom, to the end of the range, with round numbers beside them.
-void draw_bar(Pen& pen, double range_mm) {
+void draw_bar(Pen& pen, const ColorBar& bar) {
+    const double range = bar.range;
     constexpr double kWidth = 17.0, kShare = 0.56, kTick = 5.0;
     const double length = kShare * kReferenceHeight;
     const double left = pen.width - (kBarMargin * kReferenceHeight) + 34.0;
@@ -149,11 +152,11 @@ void draw_bar(Pen& pen, double range_mm) {
 
     pen.font(14.5, false);
     constexpr double kRoundOff = 1e-3;  // 4.9999 mm ends with a tick 5 too
-    const double step = nice_step(range_mm, 4);
+    const double step = nice_step(range, 4);
     const int digits = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
     double widest = 0.0;
-    for (int k = 0; k * step <= range_mm * (1.0 + kRoundOff); ++k) {
-        const double y = bottom - length * (k * step / range_mm);
+    for (int k = 0; k * step <= range * (1.0 + kRoundOff); ++k) {
+        const double y = bottom - length * (k * step / range);
         cairo_move_to(cairo, left + kWidth, y);
         cairo_line_to(cairo, left + kWidth + kTick, y);
         cairo_stroke(cairo);
@@ -161,13 +164,80 @@ void draw_bar(Pen& pen, double range_mm) {
         pen.text(left + kWidth + kTick + 4.0, y + 5.2, number);
         widest = std::max(widest, pen.advance(number));
     }
-    const std::string name = "displacement (mm)";
+    const std::string& name = bar.name;
     cairo_save(cairo);
     cairo_translate(cairo, left + kWidth + kTick + widest + 24.0, bottom - 0.5 * (length - pen.advance(name)));
     cairo_rotate(cairo, -0.5 * std::numbers::pi);
     pen.color(kPaleInk);
     pen.text(0.0, 0.0, name);
     cairo_restore(cairo);
+}
+
+/// The body's axes at the lower right, the farthest from the eye first.
+void draw_axes(Pen& pen, const Eigen::Matrix3f& axes) {
+    constexpr double kLength = 27.0;
+    const double x = pen.width - 58.0, y = pen.height - 66.0;
+    cairo_t* cairo = pen.cairo();
+    std::array<int, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return axes(2, a) < axes(2, b); });
+    pen.font(13.0, true);
+    for (const int k : order) {
+        const double right = kLength * static_cast<double>(axes(0, k)),
+                     down = -kLength * static_cast<double>(axes(1, k));
+        pen.color(kAxisInk[static_cast<std::size_t>(k)]);
+        cairo_set_line_width(cairo, 2.2);
+        cairo_move_to(cairo, x, y);
+        cairo_line_to(cairo, x + right, y + down);
+        cairo_stroke(cairo);
+        const double length = std::max(std::hypot(right, down), 1e-9), gap = 9.0 / length;
+        const std::string name(1, static_cast<char>('x' + k));
+        // An axis that points at the eye has its name beside.
+        const double name_x = length > 4.0 ? x + right * (1.0 + gap) : x - 10.0;
+        const double name_y = length > 4.0 ? y + down * (1.0 + gap) : y - 8.0;
+        pen.text(name_x - 0.5 * pen.advance(name), name_y + 4.5, name);
+    }
+}
+
+/// A bar of a round length at the body's distance.
+void draw_length(Pen& pen, double units_per_m) {
+    constexpr double kLongest = 140.0, kEnd = 4.0;
+    const double length_m = nice_step(kLongest / units_per_m, 1);
+    const double right = pen.width - 120.0, left = right - length_m * units_per_m, y = pen.height - 24.0;
+    cairo_t* cairo = pen.cairo();
+    pen.color(kInk);
+    cairo_set_line_width(cairo, 1.6);
+    for (const auto& [x0, y0, x1, y1] : {std::array{left, y, right, y}, std::array{left, y - kEnd, left, y + kEnd},
+                                         std::array{right, y - kEnd, right, y + kEnd}}) {
+        cairo_move_to(cairo, x0, y0);
+        cairo_line_to(cairo, x1, y1);
+    }
+    cairo_stroke(cairo);
+    pen.font(13.5, false);
+    const std::string name = fmt::format("{:g} mm", 1e3 * length_m);
+    pen.outlined_text(0.5 * (left + right - pen.advance(name)), y - 8.0, name, kPaleInk);
+}
+
+void draw_notes(Pen& pen, const Annotation& annotation) {
+    cairo_t* cairo = pen.cairo();
+    const auto at = [&](const Eigen::Vector2f& px) { return Eigen::Vector2d(px.cast<double>() / pen.unit()); };
+    cairo_set_line_cap(cairo, CAIRO_LINE_CAP_ROUND);
+    for (const NoteLine& line : annotation.lines) {
+        const Eigen::Vector2d from = at(line.from_px), to = at(line.to_px);
+        cairo_move_to(cairo, from.x(), from.y());
+        cairo_line_to(cairo, to.x(), to.y());
+        pen.color(kBackgroundColor, 0.8);
+        cairo_set_line_width(cairo, 4.0);
+        cairo_stroke_preserve(cairo);
+        pen.color(line.color);
+        cairo_set_line_width(cairo, 2.0);
+        cairo_stroke(cairo);
+    }
+    pen.font(13.5, true);
+    for (const NoteTag& tag : annotation.tags) {
+        const double width = pen.advance(tag.text);
+        pen.outlined_text(std::clamp(at(tag.at_px).x() + 8.0, 8.0, pen.width - width - 8.0),
+                          std::clamp(at(tag.at_px).y() - 6.0, 16.0, pen.height - 8.0), tag.text, tag.color);
+    }
 }
 
 /// Beyond the arrow's tip, or beside it where the arrow points up or down, but inside the picture and below the title.
@@ -196,12 +266,26 @@ double nice_step(double range, int steps) {
     return power;
 }
 
-void annotate(Image& image, const Annotation& annotation) {
-    Pen pen(image);
+void annotate(cairo_t* cairo, int width, int height, const Annotation& annotation) {
+    Pen pen(cairo, width, height);
+    draw_notes(pen, annotation);
     draw_title(pen, annotation);
     draw_legend(pen, annotation.legend);
-    if (annotation.range_mm > 0.0) draw_bar(pen, annotation.range_mm);
+    if (annotation.axes) draw_axes(pen, *annotation.axes);
+    if (annotation.px_per_m > 0.0) draw_length(pen, annotation.px_per_m / pen.unit());
+    if (annotation.bar.range > 0.0) draw_bar(pen, annotation.bar);
     if (annotation.label_px) draw_label(pen, annotation);
+}
+
+void annotate(Image& image, const Annotation& annotation) {
+    cairo_surface_t* surface =
+        cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(image.pixel.data()), CAIRO_FORMAT_RGB24,
+                                            image.width, image.height, 4 * image.width);
+    cairo_t* cairo = cairo_create(surface);
+    annotate(cairo, image.width, image.height, annotation);
+    cairo_destroy(cairo);
+    cairo_surface_flush(surface);
+    cairo_surface_destroy(surface);
 }
 
 }  // namespace haptable

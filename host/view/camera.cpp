@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "host/base/error.hpp"
+
 namespace haptable {
 
 namespace {
@@ -72,9 +74,21 @@ float fitting_distance(const std::vector<Vector3f>& seen, const Eigen::Array2f& 
 
 }  // namespace
 
+Eigen::Matrix3f upright(const std::string& up) {
+    const bool down = up.size() == 2 && up[0] == '-';
+    const std::string axis = down ? up.substr(1) : up;
+    if (axis != "x" && axis != "y" && axis != "z") throw Error("--up " + up + ": give x, y, z, -x, -y or -z");
+    const int k = axis[0] - 'x';
+    Eigen::Matrix3f rows;
+    rows << Vector3f::Unit((k + 1) % 3).transpose(), Vector3f::Unit((k + 2) % 3).transpose(),
+        Vector3f::Unit(k).transpose();
+    if (down) rows.row(0).swap(rows.row(1)), rows.row(2) *= -1.0F;
+    return rows;
+}
+
 Camera::Camera(const ViewOptions& view, std::span<const Vector3f> points_m) : width_(view.width), height_(view.height) {
     const Eigen::AlignedBox3f box = box_of(points_m);
-    const Eigen::Matrix3f rows = turn(view);
+    const Eigen::Matrix3f rows = turn(view) * upright(view.up);
     towards_eye_ = rows.row(2);
     std::vector<Vector3f> seen;
     for (const Vector3f& point : points_m) seen.push_back(rows * (point - box.center()));

@@ -5,18 +5,28 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <span>
+#include <string>
 
 namespace haptable {
 
-/// How the picture is taken. Angles in degrees: azimuth of the eye from +x towards +y, elevation above the xy plane.
+/// How the picture is taken. Angles in degrees: azimuth of the eye from +x towards +y, elevation above the xy plane
+/// (where another axis points up, of the two that follow it: from +z towards +x for y).
 struct ViewOptions {
     int width = 960;
     int height = 720;
     double azimuth = -122.0;
     double elevation = 24.0;
     double zoom = 1.0;
-    int samples = 4;  ///< a pixel: 4 for smooth outlines, 1 for 2.5 times the speed
+    int samples = 4;  ///< a pixel: 4, or 1 with outlines smoothed afterwards (antialias.hpp), for 3 times the speed
+    std::string up = "z";                ///< the body's axis that points up in the picture: x y z -x -y -z
+    bool ghost = false;                  ///< the rest shape too, half transparent
+    std::string color = "displacement";  ///< what the colours show: displacement or force (of the nodes)
+    double exaggeration = 1.0;           ///< of what is drawn of the displacements
+    double speed = 0.0;                  ///< of a film: seconds of the session in a second; 0: no film
 };
+
+/// Rows: the body's directions that the picture takes for x, y and up; a rotation. Throws Error for another word.
+Eigen::Matrix3f upright(const std::string& up);
 
 /// A perspective camera, z up, that stands so far off that some points just fit the part of the picture that title,
 /// legend and scale bar leave free, in its middle.

@@ -43,8 +43,8 @@ std::vector<std::string> command(const std::filesystem::path& path, const std::f
     if (path.extension() == ".gif")
         add({"-filter_complex", "[0:v]split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse", "-f", "gif"});
     else  // this form of H.264 wants even sizes, and every player takes it
-        add({"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
-             "-movflags", "+faststart", "-f", "mp4"});
+        add({"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-pix_fmt",
+             "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
     add({"-fflags", "+bitexact", "-flags:v", "+bitexact"});  // no dates and versions: same pictures, same bytes
     words.push_back("file:" + out.string());
     return words;

@@ -18,6 +18,7 @@
 #include "host/live/live.hpp"
 #include "host/page/page.hpp"
 #include "host/view/contact_messages.hpp"
+#include "host/view/figure.hpp"
 #include "host/view/output.hpp"
 #include "host/view/painter.hpp"
 #include "host/view/servo_csv.hpp"
@@ -36,9 +37,11 @@ struct Options {
     LiveLimits limits;
     ViewOptions view;
     std::string size = "960x720";
-    double range_mm = 0.0;
+    double range = 0.0;  ///< mm or mN
+    double fps = 0.0;    ///< 0: real time
     double page_mb = 1e-6 * kPageBytes;
-    int samples = 0;  ///< 0: as fits the source
+    int samples = 0;            ///< 0: as fits the source
+    std::int64_t every_ms = 0;  ///< 0: as --fps wants
 };
 
 void add_options(CommandLine& app, Options& o) {
@@ -56,25 +59,33 @@ void add_options(CommandLine& app, Options& o) {
     app.flag("--touch", o.live.touch, "with --serve: the pointer of the first page is a device of the session")
         .needs(serve);
     app.option("--port", o.live.port, "of --serve [any that is free]").range(1, 65535).needs(serve);
-    app.option("-o,--out", o.out, "a folder for PNGs, one .png, or a film: .mp4 or .gif")
+    app.option("-o,--out", o.out, "a folder for PNGs, one .png, .svg or .pdf, or a film: .mp4 or .gif")
         .excludes(page)
         .excludes(serve);
     app.option("--megabytes", o.page_mb, "of a page, at the most").positive().show_default();
-    app.option("--every", o.choice.every_ms, "ticks (milliseconds) from picture to picture")
-        .range(1, 1000000)
-        .show_default();
+    app.option("--every", o.every_ms, "ticks (milliseconds) from picture to picture [33, or as --fps wants]")
+        .range(1, 1000000);
+    app.option("--fps", o.fps, "pictures a second of a film [real time]; with --every it plays slower or faster")
+        .positive();
     app.option("--ticks", o.choice.ticks, "only these ticks (of a log: these seq), as A,B,C").delimiter(',');
     app.option("--frames", o.limits.frames, "live: end after so many pictures").positive().needs(lcm);
     app.option("--seconds", o.limits.seconds, "live: end after so many seconds").positive().needs(lcm);
     app.option("--size", o.size, "of the picture, in pixels").show_default();
-    app.option("--samples", o.samples, "of a pixel: 4 for smooth outlines, 1 is 2.5 times as fast (default: 4, live 1)")
+    app.option("--samples", o.samples,
+               "of a pixel: 4, or 1 with outlines smoothed afterwards, faster [4, of films and live 1]")
         .one_of({1, 4});
     app.option("--azimuth", o.view.azimuth, "of the eye, degrees from +x towards +y").show_default();
     app.option("--elevation", o.view.elevation, "of the eye above the xy plane, degrees")
         .range(-89.9, 89.9)
         .show_default();
     app.option("--zoom", o.view.zoom, "1 shows the whole body").range(0.05, 50.0).show_default();
-    app.option("--range", o.range_mm, "end of the colour scale, mm (default: the largest displacement)").positive();
+    app.option("--up", o.view.up, "the body's axis that points up: x y z -x -y -z").show_default();
+    app.option("--color", o.view.color, "what the colours show: displacement, or force (of the nodes)").show_default();
+    app.option("--range", o.range, "end of the colour scale, mm or mN [the largest value]").positive();
+    app.option("--exaggerate", o.view.exaggeration, "draw displacements so many times as large; the caption says so")
+        .positive()
+        .show_default();
+    app.flag("--ghost", o.view.ghost, "the rest shape too, half transparent");
     app.flag("--vtu", o.vtu, "also write the deformed surfaces for ParaView: frame_*.vtu and frames.pvd");
     app.flag("--json", o.json, "print the summary as JSON");
     app.flag("--quiet", o.quiet, "no progress bar and no summary");
@@ -101,47 +112,60 @@ double since_ms(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
 
+double frame_ms(const Options& options) { return 1e3 / options.fps; }
+
 /// Draws frames one by one and hands them to the output.
 class Session {
 public:
     Session(const Options& options, const Tables& tables)
-        : options_(options),
-          painter_(tables, options.folder, options.view, !options.mesh),
-          output_(options.out, options.view.width, options.view.height, static_cast<double>(options.choice.every_ms)) {
+        : options_(options), painter_(tables, options.folder, options.view, !options.mesh) {
+        if (!is_figure(options.out))
+            output_.emplace(options.out, options.view.width, options.view.height, frame_ms(options));
         if (!options.vtu) return;
-        if (output_.folder() == nullptr) throw Error("--vtu: give a folder with -o, not " + options.out.string());
-        vtu_.emplace(*output_.folder());
+        if (!output_ || output_->folder() == nullptr)
+            throw Error("--vtu: give a folder with -o, not " + options.out.string());
+        vtu_.emplace(*output_->folder());
     }
 
     void widen(const ContactFrame& frame) { painter_.measure(frame, report.largest); }
 
     void add(const ContactFrame& frame) {
         Ranges ranges = report.largest;
-        if (options_.range_mm > 0.0) ranges.displacement_m = 1e-3 * options_.range_mm;
-        finish([&]() -> const Image& { return painter_.paint(frame, ranges); });
-        if (vtu_) vtu_->add(frame.time_s, painter_.surface(), frame.loads);
+        if (options_.range > 0.0) ranges.displacement_m = ranges.nodal_force_n = 1e-3 * options_.range;
+        if (output_)
+            finish([&]() -> const Image& { return painter_.paint(frame, ranges); });
+        else
+            painter_.figure(frame, ranges, options_.out), ++report.frames;
+        if (vtu_) add_vtu(frame);
     }
 
     void add_mesh() {
-        finish([&]() -> const Image& { return painter_.paint_mesh(); });
-        if (vtu_) vtu_->add(0.0, painter_.surface(), {});
+        if (output_)
+            finish([&]() -> const Image& { return painter_.paint_mesh(); });
+        else
+            painter_.figure_mesh(options_.out), ++report.frames;
+        if (vtu_) add_vtu({});
     }
 
     void close() {
-        output_.close();
         if (vtu_) vtu_->close();
+        if (output_) output_->close();
     }
 
     Report report;
 
 private:
+    void add_vtu(const ContactFrame& frame) {
+        for (const fs::path& file : vtu_->add(painter_.surface(), frame)) output_->note_file(file);
+    }
+
     template <typename Paint>
     void finish(const Paint& paint) {
         const auto begin = std::chrono::steady_clock::now();
         const Image& image = paint();
         const double draw_ms = since_ms(begin);
         const auto painted = std::chrono::steady_clock::now();
-        output_.add(image);
+        output_->add(image);
         report.write_ms += since_ms(painted);
         // The first frame waits for Mesa to compile the shaders.
         (report.frames++ == 0 ? report.first_draw_ms : report.draw_ms) += draw_ms;
@@ -149,7 +173,7 @@ private:
 
     const Options& options_;
     Painter painter_;
-    Output output_;
+    std::optional<Output> output_;
     std::optional<VtuSeries> vtu_;
 };
 
@@ -158,7 +182,7 @@ RecordedContacts read_frames(const Options& options, const Tables& tables) {
     RecordedContacts recorded = options.csv.empty()
                                     ? read_contact_log(options.log, loads, options.choice)
                                     : RecordedContacts{read_servo_csv(options.csv, loads, options.choice), 0};
-    if (options.out.extension() == ".png" && recorded.frames.size() > 1)
+    if ((options.out.extension() == ".png" || is_figure(options.out)) && recorded.frames.size() > 1)
         throw Error(fmt::format("{}: holds one picture, but {} were chosen: give a folder, or one tick with --ticks",
                                 options.out.string(), recorded.frames.size()));
     return recorded;
@@ -167,11 +191,13 @@ RecordedContacts read_frames(const Options& options, const Tables& tables) {
 Report draw_recorded(const Options& options, const Tables& tables) {
     const RecordedContacts recorded = read_frames(options, tables);
     const std::vector<ContactFrame>& frames = recorded.frames;
+    catch_interrupts();
     Session session(options, tables);
     Progress progress(options.quiet);
     progress.stage("draw");
     for (const ContactFrame& frame : frames) session.widen(frame);
     for (std::size_t i = 0; i < frames.size(); ++i) {
+        stop_if_interrupted();
         session.add(frames[i]);
         progress.done(static_cast<double>(i + 1) / static_cast<double>(frames.size()));
     }
@@ -181,7 +207,7 @@ Report draw_recorded(const Options& options, const Tables& tables) {
 }
 
 Report draw_live(Options options, const Tables& tables) {
-    if (options.out.extension() == ".png") options.limits.frames = 1;
+    if (options.out.extension() == ".png" || is_figure(options.out)) options.limits.frames = 1;
     catch_interrupts();  // Ctrl-C is the usual end
     Session session(options, tables);
     const ContactLoads loads(tables);
@@ -249,14 +275,28 @@ void serve(Options& o) {
     summary.print(o.json, o.quiet);
 }
 
+void complete(Options& o) {
+    parse_size(o.size, o.view);
+    const bool film = is_film(o.out);
+    o.view.samples = o.samples != 0 ? o.samples : o.lcm || film ? 1 : 4;
+    if (!std::isfinite(o.view.azimuth + o.view.elevation + o.view.zoom + o.range + o.view.exaggeration))
+        throw Error("--azimuth, --elevation, --zoom, --range and --exaggerate take finite numbers");
+    if (o.view.color != "displacement" && o.view.color != "force")
+        throw Error("--color " + o.view.color + ": give displacement or force");
+    constexpr std::int64_t kEvery_ms = 33;
+    if (o.fps > 0.0 && !film) throw Error("--fps: is of films, and " + o.out.string() + " is none: give .mp4 or .gif");
+    const bool slowed = o.fps > 0.0 && o.every_ms > 0;
+    if (o.every_ms == 0) o.every_ms = o.fps > 0.0 ? std::max<std::int64_t>(std::lround(1e3 / o.fps), 1) : kEvery_ms;
+    o.choice.every_ms = o.every_ms;
+    if (!slowed) o.fps = 1e3 / static_cast<double>(o.every_ms);
+    if (film) o.view.speed = 1e-3 * static_cast<double>(o.every_ms) * o.fps;
+}
+
 void view(Options& options) {
     if (options.serve) return serve(options);
     if (!options.page.empty()) return make_page(options, read_tables(options.folder));
     if (options.out.empty()) throw BadCommandLine("--out is required");
-    parse_size(options.size, options.view);
-    options.view.samples = options.samples != 0 ? options.samples : options.lcm ? 1 : 4;
-    if (!std::isfinite(options.view.azimuth + options.view.elevation + options.view.zoom + options.range_mm))
-        throw Error("--azimuth, --elevation, --zoom and --range take finite numbers");
+    complete(options);
     const Tables tables = read_tables(options.folder);
     if (options.lcm)
         print(draw_live(options, tables), options);

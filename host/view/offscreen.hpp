@@ -15,20 +15,9 @@
 #include <vector>
 
 #include "host/view/image.hpp"
+#include "host/view/pixel_box.hpp"
 
 namespace haptable {
-
-/// A box of pixels; empty as made.
-struct PixelBox {
-    float left = 1e9F, top = 1e9F, right = -1e9F, bottom = -1e9F;
-
-    void include(const Eigen::Vector2f& centre, float radius) {
-        left = std::min(left, centre.x() - radius);
-        right = std::max(right, centre.x() + radius);
-        top = std::min(top, centre.y() - radius);
-        bottom = std::max(bottom, centre.y() + radius);
-    }
-};
 
 /// An OpenGL 3.3 core context and a frame buffer of one or four samples a pixel. All GL calls go to the context that
 /// was made or began a picture last. Objects made in it die with it.

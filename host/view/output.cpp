@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/view/output.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdio>
 #include <regex>
 #include <string>
 
@@ -23,7 +26,7 @@ bool is_foreign(const fs::path& path) {
 }
 
 void clear_frames(const fs::path& folder) {
-    static const std::regex ours("frame_[0-9]{6}\\.(png|vtu)|frames\\.pvd");
+    static const std::regex ours("(frame|contact)_[0-9]{6}\\.(png|vtu)|frames\\.pvd");
     std::error_code failed;
     fs::create_directories(folder, failed);
     if (failed) throw Error(folder.string() + ": cannot be made a folder: " + failed.message());
@@ -42,7 +45,8 @@ Output::Output(const fs::path& path, int width, int height, double frame_ms) : p
         kind_ = Kind::film;
         film_ = std::make_unique<Film>(path, width, height, frame_ms);
     } else if (is_foreign(path)) {
-        throw Error(path.string() + ": pictures are written as .png, .mp4, .gif or into a folder: give one of these");
+        throw Error(path.string() +
+                    ": pictures are written as .png, .svg, .pdf, .mp4, .gif or into a folder: give one of these");
     } else {
         clear_frames(path);
         made_ = true;
@@ -52,26 +56,33 @@ Output::Output(const fs::path& path, int width, int height, double frame_ms) : p
 Output::~Output() {
     if (pending_.valid()) pending_.wait();
     std::error_code ignored;
-    if (made_ && frames_ == 0) fs::remove(path_, ignored);  // only if it is empty
+    if (!closed_)
+        for (const fs::path& file : files_) fs::remove(file, ignored);
+    if (!closed_ && frames_ > 0 && !single())
+        fmt::print(stderr, "haptable-view: {} was broken off after {} pictures: nothing of it is left\n",
+                   path_.string(), frames_);
+    if (made_ && (frames_ == 0 || !closed_)) fs::remove(path_, ignored);  // only if it is empty
 }
 
 void Output::add(const Image& image) {
     if (single() && frames_ > 0) throw Error(path_.string() + ": holds one picture only: give a folder");
-    if (film_) {
-        film_->add(image);
-        ++frames_;
-        return;
-    }
     if (pending_.valid()) pending_.get();
     writing_ = image;
     const fs::path file = single() ? path_ : path_ / (frame_name(frames_) + ".png");
     ++frames_;
-    pending_ = std::async(std::launch::async, [this, file] { write_png(file, writing_); });
+    if (kind_ == Kind::folder) note_file(file);
+    pending_ = std::async(std::launch::async, [this, file] {
+        if (film_)
+            film_->add(writing_);
+        else
+            write_png(file, writing_);
+    });
 }
 
 void Output::close() {
     if (pending_.valid()) pending_.get();
     if (film_) film_->close();
+    closed_ = true;
 }
 
 }  // namespace haptable

@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "host/tables/tables.hpp"
+#include "host/view/annotate.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/frame.hpp"
+#include "host/view/mesh_check.hpp"
 #include "host/view/renderer.hpp"
 #include "host/view/surface.hpp"
 
@@ -17,6 +19,7 @@ namespace haptable {
 struct Ranges {
     double displacement_m = 0.0;
     double force_n = 0.0;
+    double nodal_force_n = 0.0;
 };
 
 class Painter {
@@ -26,10 +29,13 @@ public:
 
     /// Deforms the surface as the frame's loads do and widens the ranges by it.
     void measure(const ContactFrame& frame, Ranges& ranges);
-    /// Deforms and paints. Colours end at `ranges.displacement_m`, the longest arrow stands for `ranges.force_n`.
+    /// Deforms and paints. Colours end at the range of what they show, the longest arrow stands for `ranges.force_n`.
     const Image& paint(const ContactFrame& frame, const Ranges& ranges);
     /// The rest shape alone (the paper's Figure 1 a).
     const Image& paint_mesh();
+    /// The same as vectors, to an .svg or .pdf file.
+    void figure(const ContactFrame& frame, const Ranges& ranges, const std::filesystem::path& path);
+    void figure_mesh(const std::filesystem::path& path);
 
     const DrawnSurface& surface() const { return surface_; }
     const Renderer& renderer() const { return renderer_; }
@@ -37,14 +43,30 @@ public:
     Markers markers(const ContactFrame& frame, const Ranges& ranges) const;
 
 private:
+    /// All that a picture is made of, but for the surface.
+    struct Scene {
+        Markers markers;
+        Shading shading;
+        Annotation notes;
+    };
+
     void deform(const ContactFrame& frame);
+    Scene compose(const ContactFrame& frame, const Ranges& ranges);
+    Scene compose_mesh();
+    void add_place(Annotation& notes) const;
+    void add_caption(const ContactFrame& frame, Annotation& notes) const;
+    void add_faults(Annotation& notes) const;
+    float room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& arrow_m) const;
 
     const Tables& tables_;
+    ViewOptions view_;
+    MeshCheck check_;                       ///< of a mesh alone
     std::optional<double> small_strain_m_;  ///< depth up to which the force is a rubber's too
     std::optional<Deformation> deformation_;
     DrawnSurface surface_;
     Renderer renderer_;
     Image image_;
+    std::vector<float> value_;  ///< [m] what the colours show
 };
 
 }  // namespace haptable

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -30,15 +31,21 @@ constexpr float kRoomTop = 0.20F;  // above the rest shape, for an arrow
 
 Vector3f share(const Rgb8& color) { return Vector3f(color[0], color[1], color[2]) / 255.0F; }
 
-Vector3f lowest(const DrawnSurface& surface) {
+std::vector<Vector3f> turned(const std::vector<Vector3f>& points, const Eigen::Matrix3f& turn) {
+    std::vector<Vector3f> out;
+    for (const Vector3f& p : points) out.emplace_back(turn * p);
+    return out;
+}
+
+Vector3f lowest(const std::vector<Vector3f>& points) {
     Vector3f low = Vector3f::Constant(std::numeric_limits<float>::max());
-    for (const Vector3f& p : surface.rest_m) low = low.cwiseMin(p);
+    for (const Vector3f& p : points) low = low.cwiseMin(p);
     return low;
 }
 
-Vector3f highest(const DrawnSurface& surface) {
+Vector3f highest(const std::vector<Vector3f>& points) {
     Vector3f high = Vector3f::Constant(std::numeric_limits<float>::lowest());
-    for (const Vector3f& p : surface.rest_m) high = high.cwiseMax(p);
+    for (const Vector3f& p : points) high = high.cwiseMax(p);
     return high;
 }
 
@@ -49,11 +56,12 @@ float size_of(const Vector3f& box) {
 }
 
 /// What has to be in the picture: the rest shape, and room above its upper half for the arrow.
-std::vector<Vector3f> framed(const DrawnSurface& surface, float size_m) {
+std::vector<Vector3f> framed(const DrawnSurface& surface, const std::vector<Vector3f>& upright_m, const Vector3f& up,
+                             float size_m) {
     std::vector<Vector3f> points = surface.rest_m;
-    const float middle = 0.5F * (lowest(surface).z() + highest(surface).z());
-    for (const Vector3f& p : surface.rest_m)
-        if (p.z() > middle) points.emplace_back(p + kRoomTop * size_m * Vector3f(0.0F, 0.0F, 1.0F));
+    const float middle = 0.5F * (lowest(upright_m).z() + highest(upright_m).z());
+    for (std::size_t i = 0; i < upright_m.size(); ++i)
+        if (upright_m[i].z() > middle) points.emplace_back(surface.rest_m[i] + kRoomTop * size_m * up);
     return points;
 }
 
@@ -83,6 +91,11 @@ Matrix4f ball(const Vector3f& centre, float radius) {
     return place;
 }
 
+constexpr std::size_t kCornerFloats = 11;  // of the surface
+
+/// Counted from 1 in the shader.
+constexpr std::array<Rgb8, 3> kPlainColors{kNeutralColor, kHeldColor, kTouchableColor};
+
 GLuint make_texture(GLint format, int width, int height, GLenum layout, const void* texels) {
     GLuint texture = 0;
     glGenTextures(1, &texture);
@@ -101,11 +114,21 @@ std::string plain(const char* source) { return std::string(kVersionLine) + sourc
 
 }  // namespace
 
+int plain_color(const DrawnSurface& surface, std::size_t patch, bool colored) {
+    if (surface.held[patch] != 0) return 2;
+    if (surface.touchable[patch] == 0) return 1;
+    return colored ? 0 : 3;
+}
+
+const Rgb8& plain_color(int number) { return kPlainColors.at(static_cast<std::size_t>(number - 1)); }
+
 Renderer::Renderer(const ViewOptions& view, const DrawnSurface& surface)
-    : low_m_(lowest(surface)),
-      high_m_(highest(surface)),
+    : upright_(upright(view.up)),
+      upright_m_(turned(surface.rest_m, upright_)),
+      low_m_(lowest(upright_m_)),
+      high_m_(highest(upright_m_)),
       size_m_(size_of(high_m_ - low_m_)),
-      camera_(view, framed(surface, size_m_)),
+      camera_(view, framed(surface, upright_m_, upright_.row(2), size_m_)),
       line_px_(1.1F / 720.0F * reference_px(view.width, view.height)),
       target_(view.width, view.height, view.samples),
       surface_program_(make_program(plain(kSurfaceVertex), lit(kSurfaceFragment))),
@@ -113,22 +136,28 @@ Renderer::Renderer(const ViewOptions& view, const DrawnSurface& surface)
       surface_({3, 3, 2, 3}),
       sphere_({3, 3}),
       rod_({3, 3}),
-      cone_({3, 3}) {
+      cone_({3, 3}),
+      ghost_({3, 3}),
+      has_ghost_(view.ghost),
+      smooths_(view.samples == 1) {
     sphere_.upload(sphere_shape(), GL_STATIC_DRAW);
     rod_.upload(rod_shape(), GL_STATIC_DRAW);
     cone_.upload(cone_shape(), GL_STATIC_DRAW);
     map_ = make_texture(GL_RGB8, static_cast<int>(kColors), 1, GL_RGB, color_map().data());
+    if (has_ghost_) upload_ghost(surface);
     bake_background(surface, view);
 }
 
 /// The ground is the same in every picture: it is drawn once. From below it is not seen.
 void Renderer::bake_background(const DrawnSurface& surface, const ViewOptions& view) {
-    const Shadow shadow = cast_shadow(surface, low_m_, high_m_);
+    const Shadow shadow = cast_shadow(surface, upright_m_, low_m_, high_m_);
     std::vector<float> corners;
     constexpr float kQuad[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
-    for (const auto& [u, v] : kQuad)
-        corners.insert(corners.end(),
-                       {shadow.low_x_m + u * shadow.side_m, shadow.low_y_m + v * shadow.side_m, low_m_.z(), u, v});
+    for (const auto& [u, v] : kQuad) {
+        const Vector3f at = upright_.transpose() * Vector3f(shadow.low_x_m + u * shadow.side_m,
+                                                            shadow.low_y_m + v * shadow.side_m, low_m_.z());
+        corners.insert(corners.end(), {at.x(), at.y(), at.z(), u, v});
+    }
     Triangles ground({3, 2});
     ground.upload(corners, GL_STATIC_DRAW);
     const GLuint program = make_program(plain(kGroundVertex), plain(kGroundFragment));
@@ -151,37 +180,63 @@ void Renderer::bake_background(const DrawnSurface& surface, const ViewOptions& v
     target_.read_over(background_);
 }
 
-void Renderer::upload_surface(const DrawnSurface& surface, float range_m) {
-    corners_.clear();
-    for (std::size_t p = 0; p < surface.patches(); ++p) {
-        const float neutral = range_m > 0.0F ? surface.neutral[p] : 1.0F;
-        const float per_m = range_m > 0.0F ? 1.0F / range_m : 0.0F;
-        const auto& crease = surface.crease[p];
+/// In the body's own axes, with the rest shape's normals.
+void Renderer::upload_ghost(const DrawnSurface& surface) {
+    std::vector<float> corners;
+    for (std::size_t p = 0; p < surface.patches(); ++p)
         for (int c = 0; c < 3; ++c) {
-            const auto node = static_cast<std::size_t>(surface.patch[p][c]);
-            const Vector3f& u = surface.displacement_m[node];
-            const Vector3f at = surface.rest_m[node] + u;
+            const Vector3f& at = surface.rest_m[static_cast<std::size_t>(surface.patch[p][c])];
             const Vector3f& n = surface.normal[static_cast<std::size_t>(surface.normal_of[p][c])];
-            corners_.insert(corners_.end(), {at.x(), at.y(), at.z(), n.x(), n.y(), n.z(), u.norm() * per_m, neutral,
-                                             static_cast<float>(crease[0]), static_cast<float>(crease[1]),
-                                             static_cast<float>(crease[2])});
+            corners.insert(corners.end(), {at.x(), at.y(), at.z(), n.x(), n.y(), n.z()});
+        }
+    ghost_.upload(corners, GL_STATIC_DRAW);
+}
+
+void Renderer::upload_surface(const DrawnSurface& surface, const Shading& shading) {
+    const bool colored = !shading.value.empty() && shading.range > 0.0F;
+    const float per_range = colored ? 1.0F / shading.range : 0.0F;
+    corners_.resize(surface.patches() * 3 * kCornerFloats);
+    float* to = corners_.data();
+    for (std::size_t p = 0; p < surface.patches(); ++p) {
+        const float plain = static_cast<float>(plain_color(surface, p, colored));
+        const auto& crease = surface.crease[p];
+        for (int c = 0; c < 3; ++c, to += kCornerFloats) {
+            const auto node = static_cast<std::size_t>(surface.patch[p][c]);
+            const Vector3f at = surface.rest_m[node] + surface.displacement_m[node];
+            const Vector3f& n = surface.normal[static_cast<std::size_t>(surface.normal_of[p][c])];
+            const float share = colored ? shading.value[node] * per_range : 0.0F;
+            const float corner[kCornerFloats] = {at.x(),
+                                                 at.y(),
+                                                 at.z(),
+                                                 n.x(),
+                                                 n.y(),
+                                                 n.z(),
+                                                 share,
+                                                 plain,
+                                                 static_cast<float>(crease[0]),
+                                                 static_cast<float>(crease[1]),
+                                                 static_cast<float>(crease[2])};
+            std::copy_n(corner, kCornerFloats, to);
         }
     }
     surface_.upload(corners_, GL_STREAM_DRAW);
 }
 
-void Renderer::draw(const DrawnSurface& surface, const Markers& markers, float range_m, Image& image) {
+void Renderer::draw(const DrawnSurface& surface, const Markers& markers, const Shading& shading, Image& image) {
     image = background_;
-    target_.begin(bounds(surface, markers));
+    const PixelBox box = bounds(surface, markers);
+    target_.begin(box);
     glFrontFace(GL_CW);  // counter-clockwise from outside, but the picture's y runs down
-    upload_surface(surface, range_m);
-    draw_surface();
+    upload_surface(surface, shading);
+    draw_surface(surface.is_inside_out);
+    if (has_ghost_) draw_ghost();
     draw_markers(markers, 1.0F);
     // Once more what lies behind the surface, half transparent: the finger is inside the rest shape.
     glDepthFunc(GL_GREATER);
     glDepthMask(GL_FALSE);
     draw_markers(markers, kHiddenOpacity);
     target_.read_over(image);
+    if (smooths_) smooth_.run(image, box);
 }
 
 /// The part of the picture in which anything is drawn.
@@ -190,13 +245,16 @@ PixelBox Renderer::bounds(const DrawnSurface& surface, const Markers& markers) c
     const auto include = [&](const Vector3f& point, float radius_m) {
         box.include(camera_.pixel(point), camera_.pixels_per_m(point) * radius_m + 2.0F);
     };
-    for (std::size_t i = 0; i < surface.nodes(); ++i) include(surface.rest_m[i] + surface.displacement_m[i], 0.0F);
+    for (std::size_t i = 0; i < surface.nodes(); ++i) {
+        include(surface.rest_m[i] + surface.displacement_m[i], 0.0F);
+        if (has_ghost_) include(surface.rest_m[i], 0.0F);
+    }
     for (const auto& marker : {markers.finger, markers.god_object, markers.arrow_tip})
         if (marker) include(*marker, kSphereShare * size_m_);
     return box;
 }
 
-void Renderer::draw_surface() {
+void Renderer::draw_surface(bool inside_too) {
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
     glDisable(GL_BLEND);
@@ -205,14 +263,32 @@ void Renderer::draw_surface() {
     set_uniform(surface_program_, "to_eye", camera_.to_eye());
     set_uniform(surface_program_, "to_clip", camera_.to_clip());
     set_uniform(surface_program_, "line_px", line_px_);
-    set_uniform(surface_program_, "neutral", share(kNeutralColor));
+    for (std::size_t k = 0; k < kPlainColors.size(); ++k)
+        set_uniform(surface_program_, fmt::format("plain[{}]", k).c_str(), share(kPlainColors[k]));
     glBindTexture(GL_TEXTURE_2D, map_);
     surface_.draw();
-    // Where a large force has turned the linear model inside out, its inside shows. Drawn last, all else of it is
-    // hidden and costs little.
+    // Where a large force has turned the linear model inside out, its inside shows. Elsewhere it is hidden, and would
+    // cost as much as the outside: the rasterizer shades a pixel before it finds it hidden.
+    if (!inside_too) return;
     glCullFace(GL_FRONT);
     surface_.draw();
     glCullFace(GL_BACK);
+}
+
+/// Over the surface as it is: where it has been pressed in, the rest shape is before it.
+void Renderer::draw_ghost() {
+    constexpr float kOpacity = 0.28F;
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1.0F, 4.0F);  // where nothing moved, the surface itself wins
+    glDepthMask(GL_FALSE);
+    glUseProgram(solid_program_);
+    set_uniform(solid_program_, "to_eye", camera_.to_eye());
+    set_uniform(solid_program_, "to_clip", camera_.to_clip());
+    draw_solid(ghost_, Matrix4f::Identity(), share(kNeutralColor), kOpacity);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDepthMask(GL_TRUE);
 }
 
 void Renderer::draw_markers(const Markers& markers, float opacity) {

@@ -4,9 +4,12 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "host/view/antialias.hpp"
 #include "host/view/camera.hpp"
+#include "host/view/colormap.hpp"
 #include "host/view/image.hpp"
 #include "host/view/offscreen.hpp"
 #include "host/view/surface.hpp"
@@ -20,6 +23,16 @@ struct Markers {
     std::optional<Eigen::Vector3f> arrow_tip;  ///< of the force, which starts at the god-object
 };
 
+/// What the surface's colours show.
+struct Shading {
+    std::span<const float> value;  ///< [m] at every node; empty: no colours of the map
+    float range = 0.0F;            ///< where the map ends
+};
+
+/// Of a patch, 0: a colour of the map; else one of the plain colours: 1 not touchable, 2 held, 3 touchable.
+int plain_color(const DrawnSurface& surface, std::size_t patch, bool colored);
+const Rgb8& plain_color(int number);
+
 class Renderer {
 public:
     /// Of this surface's patches, seen around its rest shape.
@@ -29,18 +42,22 @@ public:
     /// The body's size, m, by which the markers are sized: the diagonal of a cube as large as the rest shape's box.
     float size_m() const { return size_m_; }
 
-    /// Draws the surface as it is deformed now, coloured from 0 to `range_m`; with 0 all of it is neutral.
-    void draw(const DrawnSurface& surface, const Markers& markers, float range_m, Image& image);
+    /// Draws the surface as it is deformed now, coloured by `shading`.
+    void draw(const DrawnSurface& surface, const Markers& markers, const Shading& shading, Image& image);
 
 private:
     void bake_background(const DrawnSurface& surface, const ViewOptions& view);
-    void upload_surface(const DrawnSurface& surface, float range_m);
+    void upload_ghost(const DrawnSurface& surface);
+    void upload_surface(const DrawnSurface& surface, const Shading& shading);
     PixelBox bounds(const DrawnSurface& surface, const Markers& markers) const;
-    void draw_surface();
+    void draw_surface(bool inside_too);
+    void draw_ghost();
     void draw_markers(const Markers& markers, float opacity);
     void draw_solid(const Triangles& shape, const Eigen::Matrix4f& place, const Eigen::Vector3f& color, float opacity);
 
-    Eigen::Vector3f low_m_;
+    Eigen::Matrix3f upright_;
+    std::vector<Eigen::Vector3f> upright_m_;  ///< [m] the rest shape, z up
+    Eigen::Vector3f low_m_;                   ///< of it
     Eigen::Vector3f high_m_;
     float size_m_;
     Camera camera_;
@@ -53,8 +70,12 @@ private:
     Triangles sphere_;   // position 3, normal 3
     Triangles rod_;
     Triangles cone_;
+    Triangles ghost_;
+    bool has_ghost_;
+    bool smooths_;
     Image background_;            ///< with the ground
     std::vector<float> corners_;  ///< of all patches, as they are uploaded
+    Smoothing smooth_;
 };
 
 /// Radius of the spheres of finger and god-object, as a share of the body's size.

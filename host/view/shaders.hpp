@@ -25,7 +25,7 @@ vec3 light(vec3 base, vec3 normal, vec3 to_eye, float gloss) {
 inline constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec2 look;  // displacement as a share of the colour range; neutral colour or not
+layout(location = 2) in vec2 look;  // share of the colour range; 0 for a colour of the map, else one of the plain ones
 layout(location = 3) in vec3 wide;  // the edge opposite to each corner is a crease
 uniform mat4 to_eye, to_clip;
 out vec3 eye, eye_normal, area, crease;
@@ -49,14 +49,14 @@ inline constexpr const char* kSurfaceFragment = R"(
 in vec3 eye, eye_normal, area, crease;
 in vec2 look_at;
 uniform sampler2D map;
-uniform vec3 neutral;
+uniform vec3 plain[3];
 uniform float line_px;
 out vec4 color;
 
 void main() {
     vec3 normal = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
     float t = clamp(look_at.x, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0;
-    vec3 base = mix(texture(map, vec2(t, 0.5)).rgb, neutral, step(0.5, look_at.y));
+    vec3 base = look_at.y < 0.5 ? texture(map, vec2(t, 0.5)).rgb : plain[clamp(int(look_at.y - 0.5), 0, 2)];
     vec3 lit = sqrt(light(base * base, normal, normalize(-eye), 0.05));
 
     vec3 dx = dFdx(area), dy = dFdy(area);

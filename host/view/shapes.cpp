@@ -109,7 +109,8 @@ std::vector<float> cone_shape() {
     return out;
 }
 
-Shadow cast_shadow(const DrawnSurface& surface, const Vector3f& low_m, const Vector3f& high_m) {
+Shadow cast_shadow(const DrawnSurface& surface, std::span<const Vector3f> points_m, const Vector3f& low_m,
+                   const Vector3f& high_m) {
     constexpr float kRoom = 0.12F;    // around the body, of its diagonal
     constexpr float kDarkest = 0.5F;  // opacity right under the body
     constexpr int kReach = Shadow::kCells / 36;
@@ -125,7 +126,7 @@ Shadow cast_shadow(const DrawnSurface& surface, const Vector3f& low_m, const Vec
         Eigen::Vector2f corner[3];
         float height = 0.0F;
         for (int c = 0; c < 3; ++c) {
-            const Vector3f& p = surface.rest_m[static_cast<std::size_t>(patch[c])];
+            const Vector3f& p = points_m[static_cast<std::size_t>(patch[c])];
             corner[c] = {(p.x() - shadow.low_x_m) * cells_per_m, (p.y() - shadow.low_y_m) * cells_per_m};
             height += (p.z() - low_m.z()) / 3.0F;
         }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "host/view/surface.hpp"
@@ -24,6 +25,8 @@ struct Shadow {
 };
 
 /// The footprint of the rest shape, darker where the body is near the ground, blurred.
-Shadow cast_shadow(const DrawnSurface& surface, const Eigen::Vector3f& low_m, const Eigen::Vector3f& high_m);
+/// points_m: [m] of the surface's nodes, z up; low_m, high_m: their box.
+Shadow cast_shadow(const DrawnSurface& surface, std::span<const Eigen::Vector3f> points_m, const Eigen::Vector3f& low_m,
+                   const Eigen::Vector3f& high_m);
 
 }  // namespace haptable

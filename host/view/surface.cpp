@@ -37,6 +37,14 @@ int root(std::vector<int>& parent, int i) {
     return i;
 }
 
+/// [N] Those that have a row or a column. Without rows only those of touchable patches are known.
+std::vector<bool> moving_nodes(const Tables& tables) {
+    std::vector<bool> moves(tables.position.size(), false);
+    for (const auto* nodes : {&tables.row_id, &tables.node_id})
+        for (const std::int32_t node : *nodes) moves[index(node)] = true;
+    return moves;
+}
+
 }  // namespace
 
 DrawnSurface::DrawnSurface(const Tables& tables) {
@@ -88,6 +96,10 @@ void DrawnSurface::find_creases() {
     std::vector<Vector3f> face;
     for (const Vector3i& p : patch)
         face.push_back(unit_normal({rest_m[index(p[0])], rest_m[index(p[1])], rest_m[index(p[2])]}));
+    rest_face_ = face;
+    Eigen::AlignedBox3f box;
+    for (const Vector3f& x : rest_m) box.extend(x);
+    thinnest_m_ = box.sizes().minCoeff();
     crease.assign(patches(), {1, 1, 1});
     for (std::size_t p = 0; p < patches(); ++p)
         for (int c = 0; c < 3; ++c)
@@ -128,13 +140,17 @@ void DrawnSurface::mark_patches(const Tables& tables) {
         touched.insert(nodes);
     }
     neutral.assign(patches(), 0);
+    held.assign(patches(), 0);
     touchable.assign(patches(), 0);
+    const std::vector<bool> moves = moving_nodes(tables);
     for (std::size_t p = 0; p < patches(); ++p) {
         std::array<std::int32_t, 3> nodes = tables.surface[p];
         std::sort(nodes.begin(), nodes.end());
-        const bool fixed = !tables.row_id.empty() && row[index(patch[p][0])] < 0 && row[index(patch[p][1])] < 0 &&
-                           row[index(patch[p][2])] < 0;
         touchable[p] = touched.contains(nodes) ? 1 : 0;
+        const bool known = !tables.row_id.empty() || touchable[p] != 0;
+        const bool fixed =
+            known && std::none_of(nodes.begin(), nodes.end(), [&](std::int32_t node) { return moves[index(node)]; });
+        held[p] = fixed ? 1 : 0;
         neutral[p] = fixed || touchable[p] == 0 ? 1 : 0;
     }
 }
@@ -148,7 +164,10 @@ void DrawnSurface::deform(std::span<const float> displacement) {
 }
 
 void DrawnSurface::update_normals() {
+    constexpr float kFar = 0.25F;  // of the body's thinnest side: less, and no part has come through another
     std::fill(normal.begin(), normal.end(), Vector3f::Zero());
+    is_inside_out = std::any_of(displacement_m.begin(), displacement_m.end(),
+                                [&](const Vector3f& u) { return u.norm() > kFar * thinnest_m_; });
     for (std::size_t p = 0; p < patches(); ++p) {
         std::array<Vector3f, 3> corner;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -156,6 +175,7 @@ void DrawnSurface::update_normals() {
             corner[c] = rest_m[node] + displacement_m[node];
         }
         const Vector3f face = unit_normal(corner);
+        is_inside_out = is_inside_out || !(face.dot(rest_face_[p]) > 0.0F);
         for (std::size_t c = 0; c < 3; ++c)
             normal[index(normal_of[p][static_cast<int>(c)])] += corner_angle(corner, c) * face;
     }

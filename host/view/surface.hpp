@@ -39,6 +39,9 @@ public:
     std::vector<std::array<std::uint8_t, 3>> crease;  ///< [q] 1 where that edge is a crease or has no neighbour
     std::vector<std::uint8_t> touchable;              ///< [q] 1 for a patch that the finger may meet
     std::vector<std::uint8_t> neutral;                ///< [q] 1 for a patch that is fixed or must not be touched
+    std::vector<std::uint8_t> held;                   ///< [q] 1 for a patch whose nodes are all fixed
+    /// A patch shows its inside: it is turned over, or so much is displaced that a part may have come through another.
+    bool is_inside_out = false;
 
 private:
     void number_nodes(const Tables& tables);
@@ -46,6 +49,9 @@ private:
     void find_creases();
     void group_normals();
     void mark_patches(const Tables& tables);
+
+    std::vector<Eigen::Vector3f> rest_face_;  ///< [q] unit
+    float thinnest_m_ = 0.0F;                 ///< the least side of the rest shape's box
 };
 
 }  // namespace haptable

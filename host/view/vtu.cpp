@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "host/base/file.hpp"
 #include "host/base/index.hpp"
@@ -48,9 +49,39 @@ std::string vtu_text(const DrawnSurface& surface, std::span<const NodalForce> lo
     return out.finish();
 }
 
-void VtuSeries::add(double time_s, const DrawnSurface& surface, std::span<const NodalForce> loads) {
-    write_file(folder_ / (frame_name(time_s_.size()) + ".vtu"), vtu_text(surface, loads));
-    time_s_.push_back(time_s);
+std::string contact_text(const ContactFrame& frame) {
+    std::vector<Eigen::Vector3f> position_m, force_n;
+    std::vector<std::uint8_t> kind;
+    const auto add = [&](VtuPoint what, const Eigen::Vector3d& at_m, const Eigen::Vector3d& n) {
+        position_m.push_back(at_m.cast<float>());
+        force_n.push_back(n.cast<float>());
+        kind.push_back(static_cast<std::uint8_t>(what));
+    };
+    if (frame.finger_known) add(VtuPoint::finger, frame.finger_m, Eigen::Vector3d::Zero());
+    if (frame.contact) add(VtuPoint::god_object, frame.god_object_m, frame.force_n);
+    std::vector<std::size_t> number(kind.size()), offset(kind.size());
+    std::iota(number.begin(), number.end(), 0U);
+    std::iota(offset.begin(), offset.end(), 1U);
+    VtuText out(kind.size(), kind.size());
+    out.section("PointData");
+    out.array("UInt8", "kind", 1, kind);
+    out.array("Float32", "force_n", 3, force_n);
+    out.section("Points");
+    out.array("Float32", "position_m", 3, position_m);
+    out.section("Cells");
+    out.array("Int32", "connectivity", 1, number);
+    out.array("Int64", "offsets", 1, offset);
+    out.array("UInt8", "types", 1, std::vector<std::uint8_t>(kind.size(), kVtkVertex));
+    return out.finish();
+}
+
+std::array<std::filesystem::path, 2> VtuSeries::add(const DrawnSurface& surface, const ContactFrame& frame) {
+    const std::size_t number = time_s_.size();
+    const std::array files{folder_ / (frame_name(number) + ".vtu"), folder_ / (contact_name(number) + ".vtu")};
+    write_file(files[0], vtu_text(surface, frame.loads));
+    write_file(files[1], contact_text(frame));
+    time_s_.push_back(frame.time_s);
+    return files;
 }
 
 void VtuSeries::close() const {
@@ -58,11 +89,14 @@ void VtuSeries::close() const {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
         "<Collection>\n";
     for (std::size_t frame = 0; frame < time_s_.size(); ++frame)
-        text += fmt::format("<DataSet timestep=\"{:.6f}\" part=\"0\" file=\"{}.vtu\"/>\n", time_s_[frame],
-                            frame_name(frame));
+        for (const auto& [part, name] : {std::pair(0, frame_name(frame)), {1, contact_name(frame)}})
+            text +=
+                fmt::format("<DataSet timestep=\"{:.6f}\" part=\"{}\" file=\"{}.vtu\"/>\n", time_s_[frame], part, name);
     write_file(folder_ / "frames.pvd", text + "</Collection>\n</VTKFile>\n");
 }
 
 std::string frame_name(std::size_t frame) { return fmt::format("frame_{:06}", frame); }
+
+std::string contact_name(std::size_t frame) { return fmt::format("contact_{:06}", frame); }
 
 }  // namespace haptable

@@ -2,12 +2,15 @@
 // The deformed surfaces for ParaView.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "host/view/deformation.hpp"
+#include "host/view/frame.hpp"
 #include "host/view/surface.hpp"
 
 namespace haptable {
@@ -16,11 +19,19 @@ namespace haptable {
 /// mesh node of every point, and whether a patch may be touched.
 std::string vtu_text(const DrawnSurface& surface, std::span<const NodalForce> loads);
 
-/// A series of them in a folder, and the .pvd file that gives ParaView their times.
+/// `kind` of a point.
+enum class VtuPoint : std::uint8_t { finger = 0, god_object = 1 };
+
+/// One unstructured grid of points: the finger where it is known, the god-object of a contact with the force on the
+/// finger (N).
+std::string contact_text(const ContactFrame& frame);
+
+/// A series of both in a folder, and the .pvd file that gives ParaView their times.
 class VtuSeries {
 public:
     explicit VtuSeries(std::filesystem::path folder) : folder_(std::move(folder)) {}
-    void add(double time_s, const DrawnSurface& surface, std::span<const NodalForce> loads);
+    /// Returns the files that it wrote.
+    std::array<std::filesystem::path, 2> add(const DrawnSurface& surface, const ContactFrame& frame);
     /// Writes `folder`/frames.pvd.
     void close() const;
 
@@ -31,5 +42,7 @@ private:
 
 /// frame_000012 for 12: the name of a frame's files without their suffix.
 std::string frame_name(std::size_t frame);
+/// contact_000012, of the points.
+std::string contact_name(std::size_t frame);
 
 }  // namespace haptable

@@ -118,6 +118,30 @@ TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
     EXPECT_TRUE(fs::exists(folder_.path() / "b/summary.json"));
 }
 
+// The page has the surface's patches, each held or touchable, and where the body is loose its nodes.
+TEST_F(PrecomputeProgram, CheckDrawsWhatItFound) {
+    const auto data_of = [&](const char* how, int status) {
+        const test::Outcome check = run(std::string("scene.toml --check ") + how);
+        EXPECT_EQ(check.status, status) << check.err;
+        const std::string page = read_file(folder_.path() / "a/check.html");
+        EXPECT_EQ(page.substr(page.size() - 8), "</html>\n");
+        const std::size_t begin = page.find("const data = ") + 13;
+        return nlohmann::json::parse(page.substr(begin, page.find(";\n", begin) - begin));
+    };
+    const auto data = data_of("-o a", 0);
+    EXPECT_EQ(data.at("patch").size(), 48U);  // 3 x 3 x 3 nodes: six sides of 8
+    const auto kinds = data.at("kind").get<std::vector<int>>();
+    EXPECT_EQ(std::count(kinds.begin(), kinds.end(), 1), 8) << "the bottom is held";
+    EXPECT_EQ(std::count(kinds.begin(), kinds.end(), 0), 40);
+    EXPECT_EQ(data.at("worst").size(), 5U);
+    EXPECT_EQ(data.at("loose").size(), 0U);
+    std::string loose = kScene;  // one node alone is held
+    loose.replace(loose.find("box = ["), loose.find(']', loose.find("box = [")) - loose.find("box = [") + 1,
+                  "box = [-1.0, -1.0, -1.0, 1e-9, 1e-9, 1e-9]");
+    write_file(scene_, loose);
+    EXPECT_EQ(data_of("-o a --quiet", 1).at("loose").size(), 26U);
+}
+
 TEST_F(PrecomputeProgram, PrintNameWritesNothing) {
     const test::Outcome outcome = run("scene.toml --print-name");
     EXPECT_EQ(outcome.out, "small\n");

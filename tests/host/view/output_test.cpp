@@ -45,6 +45,25 @@ TEST(ViewOutput, AFolderHoldsTheFramesOfThisRunOnly) {
                                                  "notes.txt", "frame_12.png"}));
 }
 
+TEST(ViewOutput, WhatIsBrokenOffLeavesNothingAndSaysSo) {
+    const TestFolder folder;
+    const fs::path out = folder.path() / "pictures", old = folder.path() / "old";
+    fs::create_directories(old);
+    write_file(old / "notes.txt", "kept");
+    for (const fs::path& place : {out, old}) {
+        testing::internal::CaptureStderr();
+        {
+            Output output(place, 8, 8, 33.0);
+            for (int k = 0; k < 3; ++k) output.add(grey(8, 8));
+            write_file(place / "frame_000000.vtu", "beside");
+            output.note_file(place / "frame_000000.vtu");
+        }
+        EXPECT_NE(testing::internal::GetCapturedStderr().find("broken off after 3 pictures"), std::string::npos);
+    }
+    EXPECT_EQ(names(folder.path()), std::set<std::string>{"old"});
+    EXPECT_EQ(names(old), std::set<std::string>{"notes.txt"});
+}
+
 TEST(ViewOutput, APngHoldsOnePicture) {
     const TestFolder folder;
     Output output(folder.path() / "a.png", 8, 8, 33.0);
@@ -212,14 +231,36 @@ TEST(ViewVtu, ASeriesHasItsTimes) {
     write_cube_tables(folder.path() / "tables");
     const DrawnSurface surface(read_tables(folder.path() / "tables"));
     VtuSeries series(folder.path());
-    series.add(0.0, surface, {});
-    series.add(0.033, surface, {});
+    ContactFrame frame;
+    series.add(surface, frame);
+    frame.time_s = 0.033;
+    series.add(surface, frame);
     series.close();
     const std::string pvd = read_file(folder.path() / "frames.pvd");
-    EXPECT_EQ(parse_xml(pvd).at("DataSet"), 2);
+    EXPECT_EQ(parse_xml(pvd).at("DataSet"), 4);
     EXPECT_NE(pvd.find("timestep=\"0.033000\" part=\"0\" file=\"frame_000001.vtu\""), std::string::npos);
+    EXPECT_NE(pvd.find("timestep=\"0.033000\" part=\"1\" file=\"contact_000001.vtu\""), std::string::npos);
     EXPECT_EQ(names(folder.path()),
-              (std::set<std::string>{"frame_000000.vtu", "frame_000001.vtu", "frames.pvd", "tables"}));
+              (std::set<std::string>{"contact_000000.vtu", "contact_000001.vtu", "frame_000000.vtu", "frame_000001.vtu",
+                                     "frames.pvd", "tables"}));
+}
+
+TEST(ViewVtu, FingerAndGodObjectArePointsAndTheForceIsTheGodObjects) {
+    ContactFrame frame;
+    frame.finger_known = frame.contact = true;
+    frame.finger_m = {0.25, 0.5, 0.125};
+    frame.god_object_m = {0.25, 0.5, 0.75};
+    frame.force_n = {1.0, -2.0, 4.0};
+    const std::string text = contact_text(frame);
+    parse_xml(text);
+    EXPECT_EQ(numbers(text, "kind"), (std::vector<double>{0.0, 1.0}));
+    EXPECT_EQ(numbers(text, "position_m"), (std::vector<double>{0.25, 0.5, 0.125, 0.25, 0.5, 0.75}));
+    EXPECT_EQ(numbers(text, "force_n"), (std::vector<double>{0.0, 0.0, 0.0, 1.0, -2.0, 4.0}));
+    EXPECT_EQ(numbers(text, "types"), (std::vector<double>{1.0, 1.0}));
+    frame.contact = false;
+    EXPECT_EQ(numbers(contact_text(frame), "kind"), std::vector<double>{0.0});
+    frame.finger_known = false;
+    EXPECT_NE(contact_text(frame).find("NumberOfPoints=\"0\""), std::string::npos);
 }
 
 }  // namespace

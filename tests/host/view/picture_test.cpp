@@ -14,6 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/view/annotate.hpp"
+#include "host/view/antialias.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/painter.hpp"
 #include "host/view/png.hpp"
@@ -197,9 +198,10 @@ TEST_F(ViewPicture, TheRestShapeSeenAlongADiagonalIsSymmetric) {
     const Image image = painter.paint_mesh();
     const float axis = painter.renderer().camera().pixel({0.015F, 0.015F, 0.015F}).x();
     int rows = 0;
-    for (int y = 100; y < image.height; ++y) {  // below the title
+    for (int y = 100; y < image.height - static_cast<int>(kBottomMargin * 720.0F); ++y) {  // below the title
         int left = image.width, right = -1;
-        for (int x = 0; x < image.width; ++x)
+        // Beside and below it stand axes, legend and length.
+        for (int x = 0; x < image.width - static_cast<int>(kBarMargin * 720.0F); ++x)
             if (!is_background(image.at(x, y))) left = std::min(left, x), right = x;
         if (right < 0) continue;
         EXPECT_WITHIN(std::abs(0.5F * static_cast<float>(left + right + 1) - axis), .epsilon = 1.6) << "row " << y;
@@ -228,6 +230,211 @@ TEST_F(ViewPicture, TheSameFrameGivesTheSameBytes) {
     ContactFrame deeper = press();
     deeper.finger_m.z() -= 0.001;
     EXPECT_NE(once, encode_png(painted(deeper)));
+}
+
+/// A half plane under a slope, as one sample a pixel draws it, and the share of each pixel that it covers.
+struct Slope {
+    Image drawn{200, 120, std::vector<std::uint32_t>(200 * 120, 0xFFFFFFU)};
+    std::vector<double> covered;
+};
+
+Slope slope(double rise) {
+    Slope out;
+    for (int y = 0; y < out.drawn.height; ++y)
+        for (int x = 0; x < out.drawn.width; ++x) {
+            const auto edge = [&](double at) { return 20.3 + rise * at; };
+            double share = 0.0;
+            for (int k = 0; k < 64; ++k) share += std::clamp(y + 1.0 - edge(x + (k + 0.5) / 64.0), 0.0, 1.0) / 64.0;
+            out.covered.push_back(share);
+            if (y + 0.5 > edge(x + 0.5)) out.drawn.pixel[static_cast<std::size_t>(y * out.drawn.width + x)] = 0x202020U;
+        }
+    return out;
+}
+
+/// Mean square difference to the covered share, in the middle of the picture.
+double roughness(const Image& image, const std::vector<double>& covered) {
+    double sum = 0.0;
+    for (int y = 30; y < image.height - 30; ++y)
+        for (int x = 40; x < image.width - 40; ++x) {
+            const double white = (static_cast<double>(image.at(x, y) & 0xFFU) - 0x20) / (0xFF - 0x20);
+            const double off = 1.0 - white - covered[static_cast<std::size_t>(y * image.width + x)];
+            sum += off * off;
+        }
+    return sum;
+}
+
+// The straight edge that the steps stand for is found: what is left is a fraction of the staircase.
+TEST(ViewSmoothing, AStaircaseBecomesAnEdge) {
+    for (const double rise : {0.11, 0.23, 0.37, 0.55}) {
+        Slope with = slope(rise);
+        const double before = roughness(with.drawn, with.covered);
+        PixelBox all;
+        all.include({100.0F, 60.0F}, 200.0F);
+        Smoothing smoothing;
+        smoothing.run(with.drawn, all);
+        EXPECT_LT(roughness(with.drawn, with.covered), 0.35 * before) << rise;
+    }
+}
+
+TEST(ViewSmoothing, EvenPicturesAndWhatIsOutsideTheBoxStay) {
+    Image even{40, 30, std::vector<std::uint32_t>(40 * 30, 0x123456U)};
+    const std::vector<std::uint32_t> before = even.pixel;
+    PixelBox all;
+    all.include({20.0F, 15.0F}, 60.0F);
+    Smoothing smoothing;
+    smoothing.run(even, all);
+    EXPECT_EQ(even.pixel, before);
+    Slope with = slope(0.2);
+    const Image drawn = with.drawn;
+    PixelBox right;
+    right.include({150.0F, 60.0F}, 40.0F);
+    smoothing.run(with.drawn, right);
+    std::size_t changed = 0;
+    for (int y = 0; y < drawn.height; ++y)
+        for (int x = 0; x < drawn.width; ++x) {
+            changed += drawn.at(x, y) != with.drawn.at(x, y) ? 1 : 0;
+            const bool inside = x >= 110 && x < 190 && y >= 20 && y < 100;
+            EXPECT_TRUE(inside || drawn.at(x, y) == with.drawn.at(x, y));
+        }
+    EXPECT_GT(changed, 20U);
+}
+
+// Held parts have their colour, also where columns name no rows.
+TEST_F(ViewPicture, HeldPartsAreNamedApart) {
+    ViewOptions below;
+    below.elevation = -40.0;
+    for (const char* columns : {"surface", "none"}) {
+        remake({.columns = columns});
+        Painter painter(tables_, folder_.path(), below, false);
+        const Image image = painter.paint_mesh();
+        const Vector2f bottom = painter.renderer().camera().pixel({0.0105F, 0.0122F, 0.0F});
+        EXPECT_WITHIN((hue(color_at(image, bottom)) - hue(kHeldColor)).norm(), .epsilon = 0.04) << columns;
+        const Vector2f side = painter.renderer().camera().pixel({0.0F, 0.0105F, 0.0165F});
+        EXPECT_WITHIN((hue(color_at(image, side)) - hue(kTouchableColor)).norm(), .epsilon = 0.04) << columns;
+    }
+}
+
+TEST_F(ViewPicture, TheArrowStaysInThePicture) {
+    ContactFrame frame = press();
+    frame.force_n *= 1.0 / frame.force_n.norm();
+    ViewOptions view;
+    view.zoom = 1.8;
+    Painter painter(tables_, folder_.path(), view, true);
+    Ranges ranges;
+    painter.measure(frame, ranges);
+    const Markers drawn = painter.markers(frame, ranges);
+    const Vector2f tip = painter.renderer().camera().pixel(*drawn.arrow_tip);
+    EXPECT_GE(tip.y(), 0.0F);
+    EXPECT_LT(tip.y(), painter.renderer().camera().pixel(*drawn.god_object).y());
+    // At its own length it would leave it.
+    const Vector3f whole = *drawn.god_object + Vector3f(0.0F, 0.0F, 0.23F * painter.renderer().size_m());
+    EXPECT_LT(painter.renderer().camera().pixel(whole).y(), 0.0F);
+}
+
+// Drawn larger, and kept as it is for ParaView.
+TEST_F(ViewPicture, ExaggerationIsOfThePictureAlone) {
+    const ContactFrame frame = press();
+    ViewOptions view;
+    view.exaggeration = 2.0;
+    Painter plain(tables_, folder_.path(), {}, true), large(tables_, folder_.path(), view, true);
+    Ranges ranges;
+    plain.measure(frame, ranges);
+    const Image once = plain.paint(frame, ranges), twice = large.paint(frame, ranges);
+    EXPECT_NE(once.pixel, twice.pixel);
+    const Markers drawn = large.markers(frame, ranges);
+    EXPECT_WITHIN((*drawn.finger - Vector3f(0.015F, 0.015F, 0.02F)).norm(), .count = 8, .epsilon = kFloat,
+                  .size = 0.03);
+    for (std::size_t i = 0; i < plain.surface().nodes(); ++i)
+        EXPECT_EQ(plain.surface().displacement_m[i], large.surface().displacement_m[i]);
+}
+
+// The rest shape shows over the dent, and nowhere else.
+TEST_F(ViewPicture, TheGhostStandsWhereTheBodyWas) {
+    ViewOptions view;
+    view.ghost = true;
+    const Image with = painted(press(), view), without = painted(press());
+    std::size_t changed = 0;
+    for (int y = 0; y < with.height; ++y)
+        for (int x = 0; x < with.width; ++x) changed += with.at(x, y) != without.at(x, y) ? 1 : 0;
+    EXPECT_GT(changed, 5000U);
+    const Painter painter(tables_, folder_.path(), view, true);
+    const Vector2f low = painter.renderer().camera().pixel({0.0F, 0.0105F, 0.0012F});
+    EXPECT_EQ(color_at(with, low), color_at(without, low));
+}
+
+// Nodal forces: the loaded node alone has a colour of the upper half.
+TEST_F(ViewPicture, ColoursByNodalForce) {
+    ViewOptions view;
+    view.color = "force";
+    Painter painter(tables_, folder_.path(), view, true);
+    Ranges ranges;
+    painter.measure(press(), ranges);
+    EXPECT_WITHIN(std::abs(ranges.nodal_force_n - press().force_n.norm()), .count = 4, .epsilon = kFloat,
+                  .size = ranges.nodal_force_n);
+    const Image image = painter.paint(press(), ranges);
+    // A cell away the body has moved by millimetres, and carries no force.
+    const Rgb8 beside = color_at(image, painter.renderer().camera().pixel({0.0263F, 0.0242F, 0.0295F}));
+    EXPECT_WITHIN((hue(beside) - hue(color_map().front())).norm(), .epsilon = 0.1);
+}
+
+TEST(ViewCamera, AnyAxisPointsUp) {
+    for (const char* up : {"x", "y", "z", "-x", "-y", "-z"}) {
+        const Eigen::Matrix3f rows = upright(up);
+        EXPECT_EQ(rows.determinant(), 1.0F) << up;
+        EXPECT_EQ(rows * rows.transpose(), Eigen::Matrix3f::Identity()) << up;
+        const float sign = up[0] == '-' ? -1.0F : 1.0F;
+        EXPECT_EQ(rows.row(2).transpose(), sign * Vector3f::Unit(up[up[0] == '-' ? 1 : 0] - 'x')) << up;
+    }
+    for (const char* none : {"", "w", "xy", "--x", "-"}) EXPECT_THROW(upright(none), Error) << none;
+}
+
+TEST_F(ViewPicture, WithAnotherAxisUpThatOneRisesInThePicture) {
+    const DrawnSurface surface(tables_);
+    ViewOptions view;
+    view.up = "-x";
+    const Renderer renderer(view, surface);
+    const Vector2f low = renderer.camera().pixel({0.03F, 0.015F, 0.015F});
+    const Vector2f high = renderer.camera().pixel({0.0F, 0.015F, 0.015F});
+    EXPECT_LT(high.y(), low.y() - 100.0F);
+    EXPECT_WITHIN(std::abs(high.x() - low.x()), .epsilon = 20.0);
+}
+
+// As vectors: well-formed, of every patch that is seen, the same bytes again; without a folder nothing and an error.
+TEST_F(ViewPicture, AFigureIsWrittenWholeOrNotAtAll) {
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(press(), ranges);
+    const std::filesystem::path svg = folder_.path() / "a.svg", pdf = folder_.path() / "a.pdf";
+    painter.figure(press(), ranges, svg);
+    painter.figure(press(), ranges, pdf);
+    const std::string text = read_file(svg), page = read_file(pdf);
+    EXPECT_EQ(text.rfind("</svg>"), text.size() - 7);
+    std::size_t paths = 0;
+    for (std::size_t at = text.find("<path"); at != std::string::npos; at = text.find("<path", at + 1)) ++paths;
+    EXPECT_GT(paths, 3U * 32U);  // of the cube's six faces three are seen
+    EXPECT_EQ(page.substr(0, 5), "%PDF-");
+    painter.figure(press(), ranges, pdf);
+    EXPECT_EQ(read_file(pdf), page);
+    EXPECT_THROW(painter.figure(press(), ranges, folder_.path() / "none" / "a.svg"), Error);
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "none"));
+}
+
+// What precompute found is drawn: an element in red over the surface.
+TEST_F(ViewPicture, AMeshAloneShowsItsWorstElements) {
+    const auto red = [&] {
+        Painter painter(tables_, folder_.path(), {}, false);
+        const Image image = painter.paint_mesh();
+        return std::count_if(image.pixel.begin(), image.pixel.end(), [](std::uint32_t p) {
+            return (p >> 16U & 0xFFU) > 180 && (p >> 8U & 0xFFU) < 60 && (p & 0xFFU) < 70;
+        });
+    };
+    EXPECT_LT(red(), 20);  // of the axes' x
+    auto summary = nlohmann::json::parse(read_file(folder_.path() / "summary.json"));
+    summary["mesh"] = nlohmann::json::parse(R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
+        {"tetrahedron": 7, "radius_ratio": 0.25, "nodes": [0, 4, 20, 112]},
+        {"tetrahedron": 8, "radius_ratio": 0.5, "nodes": [0, 4, 20, 99999]}]})");
+    write_file(folder_.path() / "summary.json", summary.dump());
+    EXPECT_GT(red(), 200);
 }
 
 TEST_F(ViewPicture, OneSampleShowsTheSamePictureWithRougherOutlines) {

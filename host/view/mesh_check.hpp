@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What haptable-precompute found wrong with a mesh, as its summary.json keeps it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace haptable {
+
+struct MeshCheck {
+    struct Element {
+        std::uint64_t number = 0;  ///< in the mesh's file
+        double radius_ratio = 0.0;
+        std::array<std::int32_t, 4> node{};  ///< mesh nodes
+    };
+    std::vector<Element> worst;                           ///< the worst first
+    std::vector<std::array<std::int32_t, 2>> hinge_edge;  ///< mesh nodes; the first ones where there are many
+    std::vector<std::int32_t> hinge_node;
+};
+
+/// Of the tables in `folder`. Where summary.json tells none (tables of an earlier version) or names nodes that there
+/// are not: none.
+MeshCheck read_mesh_check(const std::filesystem::path& folder, std::size_t node_count);
+
+}  // namespace haptable
