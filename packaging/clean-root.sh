@@ -22,7 +22,7 @@ haptable-codegen build/cube --export platformio -o exported && test -s exported/
 cp /usr/share/doc/libhaptable-dev/examples/touch.c . && cc touch.c $(pkg-config --cflags --libs haptable) -o touch && ./touch build/cube
 du -sk /usr/share/haptable /usr/lib/haptable
 apt-get purge -y haptable libhaptable-dev libhaptable1 >/dev/null
-test ! -e /usr/share/haptable && test ! -e /usr/lib/haptable && ! command -v haptable-build
+for left in /usr/share/haptable /usr/lib/haptable /usr/bin/haptable-build; do test ! -e $left; done
 END
 # The hooks are commands of the shell, with the root as $1.
 FOLDER=$(cd "$folder" && pwd) INSIDE=$inside

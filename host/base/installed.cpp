@@ -14,4 +14,8 @@ fs::path find_part(const std::string& name) {
     return {};
 }
 
+bool is_installed() { return fs::exists(program_folder() / "haptable-build"); }
+
+fs::path scenes_folder() { return is_installed() ? fs::path("build") : fs::proximate(program_folder().parent_path()); }
+
 }  // namespace haptable

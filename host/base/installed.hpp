@@ -14,4 +14,11 @@ std::filesystem::path program_folder();
 /// folder where it is installed, ../lib/NAME in a build. The first of these that exists; empty where none does.
 std::filesystem::path find_part(const std::string& name);
 
+/// Whether haptable-build is beside this program: in a build it is not.
+bool is_installed();
+
+/// Where the folders of scenes are, each by its scene's name: in a build the one above the program's; of installed
+/// programs build/ in the current folder.
+std::filesystem::path scenes_folder();
+
 }  // namespace haptable

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/base/installed.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/device/drivers.hpp"
@@ -104,8 +105,7 @@ bool is_recorded(const Options& o) { return std::filesystem::path(o.path).extens
 
 std::filesystem::path tables_folder(const Options& o, const Scene& scene) {
     if (!o.tables.empty()) return o.tables;
-    return std::filesystem::proximate(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path()) /
-           scene.name;
+    return scenes_folder() / scene.name;
 }
 
 /// Nothing where the tables are not needed and there are none.

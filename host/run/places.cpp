@@ -54,11 +54,9 @@ void make(const std::vector<std::string>& words, bool quiet) {
     run_maker("make", command, quiet);
 }
 
-/// What makes a servo where the programs are installed; it is not in a build.
-fs::path builder() { return program_folder() / "haptable-build"; }
-
 void build_installed(const fs::path& scene_file, const fs::path& folder, bool quiet) {
-    std::vector<std::string> command{builder().string(), scene_file.string(), "-o", folder.string()};
+    std::vector<std::string> command{(program_folder() / "haptable-build").string(), scene_file.string(), "-o",
+                                     folder.string()};
     if (quiet) command.emplace_back("--quiet");
     run_maker("haptable-build", command, quiet);
 }
@@ -81,8 +79,8 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
 Places find_places(const fs::path& scene_file, const std::string& name, const std::string& target, bool quiet) {
     Places places;
     places.programs = program_folder();
-    const bool installed = fs::exists(builder());
-    places.build = installed ? fs::path("build") : fs::proximate(places.programs.parent_path());
+    const bool installed = is_installed();
+    places.build = scenes_folder();
     places.scene = places.build / name;
     if (installed && !target.empty())
         throw Error("--target: runs in haptable's source folder, not where it is installed");

@@ -72,6 +72,19 @@ TEST_F(Installed, FindsItsModulesAndThePartsOfAPage) {
     EXPECT_EQ(read_file(work_ / "touch.html").rfind("<!", 0), 0U);
 }
 
+/// Its servo is made where it is missing, by haptable-build, in build/ of the current folder, where the device finds
+/// it.
+TEST_F(Installed, RunsASessionWithoutTheSourceTree) {
+    const std::string loopback = "sh " + fs::absolute("scripts/loopback.sh").string() + " ";
+    if (run(loopback + "true").status == 77) GTEST_SKIP() << "LCM cannot work here";
+    const Outcome session = in_shell(
+        loopback + "haptable-run 'my scenes/a cube.toml' --path poke --lockstep --draw nothing --json -o session");
+    ASSERT_EQ(session.status, 0) << session.err;
+    EXPECT_TRUE(fs::exists(work_ / "build/cube/servo"));
+    EXPECT_NE(session.out.find("\"contact_ticks\""), std::string::npos) << session.out;
+    EXPECT_EQ(session.out.find("\"contact_ticks\": 0,"), std::string::npos) << session.out;
+}
+
 TEST_F(Installed, StatusTellsWhoIsWrong) {
     for (const std::string name : {"build", "precompute", "codegen", "device", "view", "bridge", "run"}) {
         const std::string command = "haptable-" + name;
