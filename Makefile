@@ -412,7 +412,9 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
 	$(link) $(LIBS_LINK)
 
+# The second is a package's: packaging/install.mk says of which objects.
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(LIVE)
+$(BUILD)/bin/haptable-view $(BUILD)/package/deb/bin/haptable-view:
 	$(link) -lwebsockets $(LIBS_VIEW)
 
 $(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)

@@ -120,5 +120,4 @@ $(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
 	@mkdir -p $(@D)
 	$(Q)$(CXX) $(CXXFLAGS) -O3 -c $< -o $@
 
-$(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/deformation.cpp.o,$(VIEW)) $(DEB)/deformation.o
-	$(link) $(LIBS_VIEW)
+$(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
