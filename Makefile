@@ -87,10 +87,10 @@ MODULES = $(BUILD)/lib/haptable-cgal.so $(BUILD)/lib/haptable-gmsh.so
 IN_MODULES = $(patsubst %,$(BUILD)/%.o,$(wildcard host/mesh/*/*.cpp))
 
 # Equation 8 is a long product: it wants the widest instructions that this machine has (NATIVE=: those that all have).
-# It is drawn, not felt: a product and a sum may be rounded once.
 NATIVE ?= -march=native
 $(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 $(NATIVE)
-$(BUILD)/host/view/deformation.cpp.o: private FP = -ffp-contract=fast
+# What goes over every pixel.
+$(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private OPT = -O3
 
 # Not -I: MPI's headers are not ours to warn about.
 $(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/host/mpi/%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX

@@ -119,7 +119,8 @@ void Offscreen::read_over(Image& image) {
     const std::uint32_t* from = drawn_.data();
     for (GLint y = top_; y < bottom_; ++y) {
         std::uint32_t* to = image.pixel.data() + static_cast<std::ptrdiff_t>(y) * width_ + left_;
-        for (GLint x = 0; x < columns; ++x, ++from, ++to) *to = over(*from, *to);
+        for (GLint x = 0; x < columns; ++x, ++from, ++to)
+            if (*from != 0) *to = over(*from, *to);
     }
 }
 
