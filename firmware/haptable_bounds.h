@@ -28,6 +28,7 @@ enum { MOST_BOXES = HAPTABLE_TICK_BOXES /* counter most_boxes */ };
 enum {
     BOXES_OF_ENERGY = 12,
     FREE_ENERGIES = 6,
+    ENTRY_ENERGIES = 14, /* of a tick that begins contact: half of the boxes are left for the look that may end it */
     MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 3, /* counter most_energies */
     MOST_ENERGIES_WITH_MOST_BOXES = FREE_ENERGIES + 3,
     MOST_BOXES_WITH_MOST_ENERGIES = MOST_BOXES - BOXES_OF_ENERGY * (HAPTABLE_ENERGY_STEPS - FREE_ENERGIES)

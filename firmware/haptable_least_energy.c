@@ -28,7 +28,8 @@ struct walk {
     const struct haptable_model* model;
     const float* x_m;
     int steps; /* evaluations so far */
-    int most;  /* evaluations that the tick has */
+    int most;  /* evaluations that the tick has, less those that its searches took */
+    int all;   /* evaluations that the tick has */
     int nearest_steps;
 };
 
@@ -581,7 +582,7 @@ static void note_energies(const struct walk* walk, struct haptable_servo* servo)
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
     here->at = servo->contact;
-    walk->most = HAPTABLE_ENERGY_STEPS - servo->segment.boxes / BOXES_OF_ENERGY;
+    walk->most = walk->all - servo->segment.boxes / BOXES_OF_ENERGY;
     vec_copy(servo->contact.load_n, here->energy.load_n);
     if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
     if ((rested && follow(walk, servo->sensitivity_per_m, servo->finger_m, here)) || slide(walk, here)) {
@@ -623,6 +624,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     int slides;
     walk.model = model;
     walk.steps = 0;
+    walk.all = is_new ? ENTRY_ENERGIES : HAPTABLE_ENERGY_STEPS;
     walk.nearest_steps = 0;
     walk.x_m = x_m;
     if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;

@@ -381,6 +381,35 @@ TEST(Faults, AFingerLetGoAlongTheSurfaceIsOutside) {
     }
 }
 
+// A contact gives its force at once; where its finger is seen outside, the tick that begins it is to find out. So the
+// way that its god-object takes leaves boxes for the look.
+TEST(Faults, AContactThatBeginsIsLookedAt) {
+    int begun = 0;
+    for (const Shape& shape :
+         {torus_shape(40, 20, 0.03, 0.01), sphere_shape(3, 0.03), fanned_disk_shape(24, 0.03, 0.002)}) {
+        const TestModel model(shape, -1e9, GodObject::kLeastEnergy);
+        Finger finger(*model.get());
+        std::mt19937 dice(3);
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(dice);
+        };
+        for (int way = 0; way < 20000; ++way) {
+            const int patch = static_cast<int>(dice() % model.servo().patch.size());
+            const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
+            const Vector3d n = (b - a).cross(c - a).normalized(), along = (b - a).normalized();
+            finger.begin();
+            finger.to((a + b + c) / 3.0 + 1e-4 * n - between(0, 3e-3) * along);
+            const std::uint32_t contacts = finger.counters().contacts;
+            finger.to((a + b + c) / 3.0 - between(0, 2e-3) * n + between(0, 5e-3) * along);
+            if (!finger.touches() || finger.counters().contacts == contacts) continue;
+            ++begun;
+            if (!finger.servo().segment.unfinished) continue;
+            EXPECT_GE(finger.servo().segment.boxes, HAPTABLE_TICK_BOXES / 2) << shape.name << " " << way;
+        }
+    }
+    EXPECT_GT(begun, 10000);
+}
+
 // ---- friction, forces -----------------------------------------------------------------------------------------------
 
 TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
