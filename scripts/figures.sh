@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
 # Remakes every picture of README.md and docs/, in docs/pictures/. Called by `make figures` from the project's root, when
-# programs and scenes are made.
+# programs and scenes are made. `scripts/figures.sh pictures` makes those of the viewer and the page alone.
 set -eu
 BUILD=${BUILD:-build}
 work=$BUILD/figures
@@ -16,6 +16,7 @@ plot() {
     echo "  $pictures/$1.svg"
 }
 
+if [ "${1:-}" != pictures ]; then
 # ---- drawings ------------------------------------------------------------------------------------------------------
 
 plot signal-path
@@ -36,13 +37,29 @@ for name in accuracy error-time error-flash error-precompute large-strain contac
     echo "  $pictures/$name.svg"
 done
 
+fi
 # ---- pictures and film ---------------------------------------------------------------------------------------------
 
 BUILD=$BUILD sh scripts/demo.sh --figures >/dev/null
-for picture in cube-uz mouse-uz; do
+for picture in cube-mesh cube-uz cube-ux mouse-uz; do
     cp "$BUILD/demo/$picture.png" "$pictures/$picture.png"
     echo "  $pictures/$picture.png"
 done
+
+# What else a picture shows: the rest shape as a ghost, nodal forces of a mask, a mesh as it is judged.
+"$BUILD/bin/haptable-view" "$BUILD/cube" --quiet --csv "$BUILD/demo/cube-uz.csv" --ticks 150 --ghost --size 640x480 \
+    -o "$pictures/cube-ghost.png"
+echo "  $pictures/cube-ghost.png"
+"$BUILD/bin/haptable-view" "$BUILD/mouse" --quiet --mesh --elevation -30 --size 640x480 -o "$pictures/mouse-mesh.png"
+echo "  $pictures/mouse-mesh.png"
+
+# The page in a browser, its finger in the middle of the body.
+"$BUILD/bin/haptable-view" "$BUILD/mouse" --page "$work/touch.html" --quiet
+chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars --window-size=1280,800 \
+    --virtual-time-budget=100000 --screenshot="$work/touch.png" \
+    "file://$(realpath "$work/touch.html")?press=middle&theme=light&worker=off" >/dev/null 2>&1
+mv "$work/touch.png" "$pictures/touch.png"
+echo "  $pictures/touch.png"
 
 # A finger tip of 12 mm over the mouse: down, aside, across, back, up. Places are "ms x y z", mm; between them the
 # finger moves smoothly (minimum jerk).
@@ -62,5 +79,6 @@ awk 'NR == 1 { print "x,y,z" }
 PLACES
 "$BUILD/mouse-mask/servo" --quiet --replay "$work/mouse.path.csv" --out "$work/mouse.csv"
 "$BUILD/bin/haptable-view" "$BUILD/mouse-mask" --quiet --csv "$work/mouse.csv" --every 80 --size 560x420 --elevation 32 \
-    -o "$pictures/mouse.gif"
+    --samples 4 -o "$pictures/mouse.gif"
 echo "  $pictures/mouse.gif"
+[ "$(stat -c %s "$pictures/mouse.gif")" -lt 3000000 ] || { echo "$pictures/mouse.gif: is over 3 MB" >&2 && exit 1; }

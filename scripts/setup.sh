@@ -18,7 +18,7 @@ packages_of() {
     test) echo libgtest-dev python3-venv clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
-    figures) echo ffmpeg ;;
+    figures) echo ffmpeg chromium ;;
     cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
     package) echo help2man lintian mmdebstrap dpkg-dev ;; # make install, make deb
     mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines
