@@ -22,7 +22,7 @@ namespace {
 
 /// A folder that comes with the programs.
 fs::path require_part(const std::string& name) {
-    const fs::path part = find_part(name);
+    fs::path part = find_part(name);
     if (part.empty())
         throw Error(fmt::format("{} is not in {}: run make, or install haptable again", name,
                                 (program_folder().parent_path() / "lib").string()));

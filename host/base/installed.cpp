@@ -10,7 +10,7 @@ fs::path program_folder() { return fs::read_symlink("/proc/self/exe").parent_pat
 fs::path find_part(const std::string& name) {
     const fs::path above = program_folder().parent_path();
     for (const char* folder : {"lib/haptable", "share/haptable", "lib"})
-        if (const fs::path part = above / folder / name; fs::exists(part)) return part;
+        if (fs::path part = above / folder / name; fs::exists(part)) return part;
     return {};
 }
 
