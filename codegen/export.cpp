@@ -48,20 +48,26 @@ std::string upper(std::string text) {
     return text;
 }
 
+/// The names of files, each in a line of that form.
+std::string lines(const std::vector<fs::path>& files, fmt::format_string<std::string> form) {
+    std::vector<std::string> text;
+    for (const fs::path& file : files) text.push_back(fmt::format(form, file.filename().string()));
+    return fmt::format("{}", fmt::join(text, "\n"));
+}
+
 /// What a template may ask for, as @NAME@.
 std::map<std::string, std::string> values_of(const fs::path& folder, const ServoSources& files) {
     const Tables tables = read_tables(folder);
     const ServoModel servo = build_model(tables);
     const haptable_model model = model_in_memory(tables, servo);
-    std::string sources;
-    for (const fs::path& file : files.sources) sources += "    src/" + file.filename().string() + "\n";
     return {{"name", "haptable_" + plain(tables.name)},
             {"NAME", "HAPTABLE_" + upper(plain(tables.name))},
             {"scene", tables.name},
             {"version", kVersion},
             {"tables_hash", fmt::format("{:016x}", model.hash)},
             {"flash_bytes", std::to_string(flash_bytes(servo))},
-            {"sources", sources.substr(0, sources.size() - 1)}};
+            {"sources", lines(files.sources, "    src/{}")},
+            {"component_files", lines(files.sources, "        <file category=\"sourceC\" name=\"src/{}\"/>")}};
 }
 
 /// The template with its values. An @ that begins no name of one stays.
@@ -118,7 +124,7 @@ void export_servo(const fs::path& tables, const std::string& kind, const fs::pat
     copy_into(beside.path() / "src", files.headers);
     for (const auto& entry : fs::recursive_directory_iterator(templates)) {
         if (entry.is_directory()) continue;
-        const fs::path to = beside.path() / entry.path().lexically_relative(templates);
+        const fs::path to = beside.path() / filled(entry.path().lexically_relative(templates).string(), values);
         fs::create_directories(to.parent_path());
         write_file(to, filled(read_file(entry.path()), values));
     }

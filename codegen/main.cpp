@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
     std::string kind;
     app.option("DIR", folder, "folder that haptable-precompute wrote").required();
     const haptable::Option exported = app.option(
-        "--export", kind, "then write servo and tables as a library for: arduino, cmake, esp-idf, platformio, zephyr");
+        "--export", kind,
+        "then write servo and tables as a library for: arduino, cmake, cmsis-pack, esp-idf, platformio, zephyr");
     const haptable::Option to = app.option("-o", out, "folder of that library, which is new");
     exported.needs(to);
     to.needs(exported);

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKinds[] = {"arduino", "cmake", "esp-idf", "platformio", "zephyr"};
+constexpr const char* kKinds[] = {"arduino", "cmake", "cmsis-pack", "esp-idf", "platformio", "zephyr"};
 constexpr const char* kStm32 = "-mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard";
 constexpr const char* kRp2350 = "-mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard";
 constexpr std::size_t kTableBytes = 6752, kMostCodeBytes = 19500;  // of the cube, as in firmware/README.md's test
@@ -74,7 +74,8 @@ TEST_F(Export, HasTheSameFilesForEveryKind) {
         for (const auto& entry : fs::recursive_directory_iterator(root() / kind))
             if (entry.is_regular_file() && entry.path().parent_path().filename() != "src") {
                 const std::string text = read_file(entry.path());
-                for (const char* mark : {"@name@", "@NAME@", "@scene@", "@version@", "@sources@", "@tables_hash@"})
+                for (const char* mark :
+                     {"@name@", "@NAME@", "@scene@", "@version@", "@sources@", "@tables_hash@", "@component_files@"})
                     EXPECT_EQ(text.find(mark), std::string::npos) << entry.path() << " " << mark;
             }
     }
@@ -83,7 +84,8 @@ TEST_F(Export, HasTheSameFilesForEveryKind) {
 TEST_F(Export, RefusesKindsAndFoldersThatItCannotTake) {
     const Outcome kind = codegen("avr", "none");
     EXPECT_EQ(kind.status, 1);
-    EXPECT_NE(kind.err.find("\"avr\" is none of arduino, cmake, esp-idf, platformio, zephyr"), std::string::npos)
+    EXPECT_NE(kind.err.find("\"avr\" is none of arduino, cmake, cmsis-pack, esp-idf, platformio, zephyr"),
+              std::string::npos)
         << kind.err;
     EXPECT_FALSE(fs::exists(root() / "none"));
     const Outcome again = codegen("cmake", "cmake");
@@ -169,6 +171,20 @@ TEST_F(Export, ZephyrsAndEspIdfsListsNameEveryFile) {
     const std::string files =
         "-- " + std::to_string(servo_sources("firmware", root() / "tables").sources.size()) + " files\n";
     EXPECT_EQ(looked.out, files + "-- 1 files\n" + files);
+}
+
+/// What packchk looks at first: it can be read, and every file of it is there. Its own schema is not here.
+TEST_F(Export, ThePackNamesItsFiles) {
+    const Outcome read =
+        run("python3 -c 'import pathlib, xml.etree.ElementTree as tree\n"
+            "root = pathlib.Path(\"cmsis-pack\")\n"
+            "pack = tree.parse(root / \"haptable.haptable_cube.pdsc\").getroot()\n"
+            "files = pack.findall(\"components/component/files/file\")\n"
+            "assert all((root / f.get(\"name\")).exists() for f in files)\n"
+            "print(sum(f.get(\"category\") == \"sourceC\" for f in files))'",
+            root());
+    ASSERT_EQ(read.status, 0) << read.err;
+    EXPECT_EQ(read.out, std::to_string(servo_sources("firmware", root() / "tables").sources.size()) + "\n");
 }
 
 TEST_F(Export, TheirOwnToolsTakeThem) {
