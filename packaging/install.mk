@@ -121,3 +121,6 @@ $(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
 	$(Q)$(CXX) $(CXXFLAGS) -O3 -c $< -o $@
 
 $(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
+
+# Its tests export from there.
+$(BUILD)/tests/unit: | $(BOARD_PARTS)
