@@ -65,6 +65,12 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     if (!servo.packed.empty()) model.unpack = unpack_of(tables.precision);
     if (!servo.reads_stiffness()) model.stiffness_n_per_m = nullptr;
     set_modes(tables, model);
+    model.term_count = static_cast<std::uint8_t>(servo.term.size());
+    model.relaxation_reach_m = servo.relaxation_reach_m;
+    if (model.relax != nullptr) {
+        servo.relaxed_in_memory = std::make_shared<haptable_relaxed>();
+        model.relaxed = servo.relaxed_in_memory.get();
+    }
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
         haptable_compliance& compliance = *servo.compliance.in_memory;

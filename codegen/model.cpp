@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "codegen/modes.hpp"
 #include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
@@ -81,6 +82,31 @@ float diagonal(const std::vector<std::array<float, 3>>& points) {
     return static_cast<float>(std::sqrt(sum));
 }
 
+/// A point's dent is as wide as an edge, a mask's as the mask.
+double dent_reach_m(const Tables& tables) {
+    double sum_m = 0.0;
+    for (const auto& corners : tables.patch)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto& a = tables.position[static_cast<std::size_t>(corners[c])];
+            const auto& b = tables.position[static_cast<std::size_t>(corners[(c + 1) % 3])];
+            sum_m += std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+        }
+    return std::max(tables.mask_radius_m, sum_m / (3.0 * static_cast<double>(tables.patch.size())));
+}
+
+void add_relaxation(const Tables& tables, ServoModel& model) {
+    if (tables.relaxation.empty()) return;
+    if (tables.relaxation.size() > HAPTABLE_TERMS)
+        throw Error(fmt::format("{} [[relaxation]] terms are more than the servo's {}", tables.relaxation.size(),
+                                HAPTABLE_TERMS));
+    for (const RelaxationTerm& term : tables.relaxation) {
+        const TickRelaxation tick = relaxation_of_tick(term);
+        model.term.push_back(
+            {static_cast<float>(term.share), static_cast<float>(tick.fall), static_cast<float>(tick.rise)});
+    }
+    model.relaxation_reach_m = finite(dent_reach_m(tables), "a length");
+}
+
 }  // namespace
 
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what) {
@@ -119,6 +145,7 @@ ServoModel build_model(const Tables& tables) {
     if (tables.compliance.degree != 0) model.compliance = build_compliance(tables, model);
     couple(tables, model);
     pack_blocks(tables.precision, model);
+    add_relaxation(tables, model);
     return model;
 }
 

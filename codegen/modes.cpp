@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "host/base/error.hpp"
 
 namespace haptable {
@@ -39,7 +41,22 @@ void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& 
     model.check = limits.check ? haptable_check_crc : nullptr;
 }
 
+/// The law is linear in time: what a tick of it does, exactly. The terms themselves are a table.
+void set_relaxation(const Tables& tables, bool is_held, haptable_model& model) {
+    const bool relaxes = !tables.relaxation.empty();
+    model.relax = !relaxes ? nullptr : is_held ? haptable_relaxation_held : haptable_relaxation;
+    model.rest_share = relaxes ? static_cast<float>(rest_share(tables.relaxation)) : 0.0F;
+    double tick_share = relaxes ? rest_share(tables.relaxation) : 0.0;
+    for (const RelaxationTerm& term : tables.relaxation) tick_share += term.share * relaxation_of_tick(term).rise;
+    model.tick_share = static_cast<float>(tick_share);
+}
+
 }  // namespace
+
+TickRelaxation relaxation_of_tick(const RelaxationTerm& term) {
+    const double ticks = term.time_s / (1e-6 * HAPTABLE_TICK_US), fall = -std::expm1(-1.0 / ticks);
+    return {fall, ticks * fall};
+}
 
 void set_modes(const Tables& tables, haptable_model& model) {
     static constexpr haptable_god_object_fn* kGodObject[] = {haptable_god_object_nearest,
@@ -64,6 +81,7 @@ void set_modes(const Tables& tables, haptable_model& model) {
     model.release = tables.release_n_per_ms > 0.0 ? haptable_release_slew : nullptr;
     model.release_n = static_cast<float>(tables.release_n_per_ms);
     model.passivity = tables.passivity ? haptable_passivity_control : nullptr;
+    set_relaxation(tables, friction || tables.limits.grab, model);
     set_limits(tables.limits, tables.max_force_n, model);
     model.ungrabbed = tables.limits.grab ? model.god_object : nullptr;
     if (tables.limits.grab) model.god_object = haptable_god_object_grab;

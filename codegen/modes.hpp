@@ -7,6 +7,12 @@
 
 namespace haptable {
 
+/// What a tick does to a term's load: by which part it falls, and what is left of a change that came during the tick.
+struct TickRelaxation {
+    double fall, rise;
+};
+TickRelaxation relaxation_of_tick(const RelaxationTerm& term);
+
 /// Sets the functions that the tables' options choose, and the numbers that these take; not how blocks are unpacked.
 void set_modes(const Tables& tables, haptable_model& model);
 

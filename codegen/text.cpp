@@ -233,6 +233,7 @@ std::string compliance_text(const haptable_compliance* compliance) {
 std::string model_fields(const haptable_model& from, const std::string& macro) {
     Initialiser to(macro);
     to.add("hash", macro + "_HASH");
+    if (from.relaxed != nullptr) to.add("relaxed", "&relaxed");
     HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
     return to.text();
 }
@@ -243,6 +244,10 @@ std::string source_text(const Tables& tables, const ServoModel& servo, const hap
     std::string text = banner(tables, servo) + "#include \"model.h\"\n\n";
     text += definitions(servo, macro);
     text += compliance_text(model.compliance);
+    if (model.relaxed != nullptr)
+        text +=
+            "/* What the body remembers of its contact: the one thing here that is not const. */\n"
+            "static struct haptable_relaxed relaxed;\n\n";
     text += asserts(name, macro, servo);
     text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(servo.node));
     text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, model_fields(model, macro));

@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 7
+#define HAPTABLE_TABLE_VERSION 8
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -73,6 +73,9 @@ extern "C" {
 
 /* So many patches a tick are looked at for the one that is nearest to a finger which may be inside (resume). */
 #define HAPTABLE_SEEK_PATCHES 8
+
+/* The most terms by which a body relaxes. */
+#define HAPTABLE_TERMS 8
 
 /* For haptable_check: all of the tables; and what fits beside a tick. */
 #define HAPTABLE_CHECK_ALL 0xFFFFFFFFu
@@ -188,6 +191,13 @@ typedef int haptable_plausible_fn(const struct haptable_model* model, struct hap
 typedef void haptable_limit_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                const float force_n[3]);
 
+struct haptable_output;
+
+/* What time makes of the contact's force, or of the dent that it left: changes out. before: out holds the elastic
+ * force, or none, not clamped. */
+typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                               struct haptable_output* out);
+
 /* Goes on with the check of the model's tables, which servo->check holds: see haptable_check. */
 typedef void haptable_check_fn(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes);
 
@@ -236,11 +246,20 @@ typedef void haptable_check_fn(const struct haptable_model* model, struct haptab
     VALUE(float, mean_slope)    /* for mean: 2 (max_force_n^2 / mean_limit_n2 - 1), > 0 */                             \
     FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
     VALUE(float, resume_gain) /* for resume: by how much the gain rises in a tick, > 0 */                              \
+    FUNCTION(haptable_relax_fn, relax, HAPTABLE_RELAXATIONS)                                                           \
+    VALUE(uint8_t, term_count)               /* for relax: at most HAPTABLE_TERMS */                                   \
+    TABLE(haptable_float3, term, term_count) /* share g; 1 - exp(-tick / time) = d; time / tick d */                   \
+    VALUE(float, rest_share)                 /* for relax: 1 less all shares, > 0 */                                   \
+    VALUE(float, tick_share)         /* for relax: what a tick leaves of a steady rise: rest and g d time / tick */    \
+    VALUE(float, relaxation_reach_m) /* for relax: from the last contact; a new one beyond knows nothing of it */      \
     FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
     VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_tables_crc */
 
+struct haptable_relaxed;
+
 struct haptable_model {
     uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
+    struct haptable_relaxed* relaxed; /* for relax: what the body remembers, in RAM; NULL without */
     HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
 };
 #undef HAPTABLE_VALUE_FIELD
@@ -372,11 +391,41 @@ struct haptable_output {
     uint8_t state;             /* enum haptable_state */
     uint8_t faults;            /* enum haptable_fault; 0 but in HAPTABLE_FAULTED, HAPTABLE_SILENT */
     uint16_t patch;            /* HAPTABLE_NONE without contact */
-    uint16_t vertex[3];        /* of that patch; HAPTABLE_NONE without contact */
-    float alpha[3];            /* 0 without contact */
+    uint16_t vertex[3];        /* of that patch, or of a dent that recovers; HAPTABLE_NONE without either */
+    float alpha[3];            /* 0 without either */
     float god_object_m[3];     /* the finger itself without contact; 0 when it was rejected */
-    float nodal_force_n[3][3]; /* F_i on vertex[i] (eq. 10), not clamped: the load of the drawn deformation */
+    float nodal_force_n[3][3]; /* F_i on vertex[i] (eq. 10), not clamped: the load of the drawn deformation; where the
+                                  body relaxes, that by which it would be so deformed at once */
     float force_n[3];          /* what the user feels (eq. 12), |force_n| <= max_force_n */
+};
+
+/* One term of a relaxing body: its own load, g times which is a part of the force. */
+struct haptable_relaxed_term {
+    float branch[3]; /* sqrt(J), of which one is used; or N, where `held` */
+    float lost[3];   /* what rounding left of it */
+};
+
+/* What a relaxing body remembers, of one servo at a time: a model that names `relax` brings it. Where another servo
+ * takes the model, or positions pause, it is forgotten. */
+struct haptable_relaxed {
+    const struct haptable_servo* servo; /* whose */
+    uint32_t tick;                      /* of its counters: the last */
+    uint32_t time_us;                   /* of that tick */
+    uint8_t touches;                    /* 1: it had contact */
+    uint8_t held;                       /* 1: branches are vectors */
+    float dent;                         /* of the surface: the root of twice the elastic energy that it would store */
+    float dent_lost;                    /* what rounding left of it */
+    float stress;                       /* the same of the relaxed load, > 0; 0 where the surface is free */
+    float branches;                     /* the sum of all, by their shares */
+    float fall;                         /* by how much that falls in a tick of rest */
+    float pressed;                      /* the dent when the finger left it, with these loads: */
+    uint16_t vertex[3];
+    float alpha[3];
+    float god_object_m[3];
+    float nodal_force_n[3][3];
+    float offset_m[3]; /* where a contact may be held: u of the last tick */
+    float load_n[3];   /* and S u */
+    struct haptable_relaxed_term term[HAPTABLE_TERMS];
 };
 
 /* Makes a servo that has no contact and knows no finger. */
@@ -428,6 +477,7 @@ uint32_t haptable_tables_crc(const struct haptable_model* model);
 #define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
 #define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
 #define HAPTABLE_CHECKS(X) X(haptable_check_crc)
+#define HAPTABLE_RELAXATIONS(X) X(haptable_relaxation) X(haptable_relaxation_held)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
 
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
@@ -497,6 +547,12 @@ haptable_limit_fn haptable_limit_mean;
  * a contact at the nearest patch, with a gain that rises from zero by resume_gain a tick, as does one that a limit has
  * lowered. Without it contact begins after the finger has left. */
 haptable_god_object_fn haptable_resume_ramp;
+
+/* relax: a body whose stiffness falls with time by a sum of exponentials, the same everywhere. A finger is met where
+ * the surface is, which comes back slowly; then the dent is still drawn. The one for a contact that friction or a hand
+ * may hold: there each direction has its own history. haptable_relaxation.c has the law. */
+haptable_relax_fn haptable_relaxation;
+haptable_relax_fn haptable_relaxation_held;
 
 /* check: CRC-32 of every value and table. */
 haptable_check_fn haptable_check_crc;

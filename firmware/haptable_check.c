@@ -2,7 +2,7 @@
  *
  * crc == CRC-32 of every value and table of the model, field after field
  *
- * Not covered: the functions that a model names, the addresses of its tables, and model->hash.
+ * Not covered: the functions that a model names, the addresses of its tables, model->hash and model->relaxed.
  */
 #include "haptable.h"
 #include "haptable_crc.h"
@@ -43,6 +43,7 @@ static struct span span_of(const struct haptable_model* model, uint32_t field) {
     const int patch_count = model->patch_count;
     const int box_count = model->box_count;
     const int hinge_count = model->hinge_count;
+    const int term_count = model->term_count;
     const int degree = compliance->degree;
     const int edge_count = compliance->edge_count;
 #define VALUE(type, name) \

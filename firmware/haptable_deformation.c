@@ -42,7 +42,6 @@ void haptable_deform(const struct haptable_deformation* deformation, const struc
     uint16_t row;
     int corner;
     for (row = 0; row < deformation->row_count; ++row) vec_zero(displacement_m[row]);
-    if (!haptable_touches(out->state)) return;
     for (corner = 0; corner < 3; ++corner)
         if (out->vertex[corner] < deformation->free_count)
             deformation->add(deformation, out->vertex[corner], out->nodal_force_n[corner], displacement_m);

@@ -176,12 +176,14 @@ static void put_force(const struct haptable_model* model, struct haptable_servo*
         servo->state = HAPTABLE_FREE;
         put_nothing(HAPTABLE_FREE, out);
         vec_copy(servo->finger_m, out->god_object_m);
+        if (model->relax) model->relax(model, servo, out);
         return;
     }
     ++servo->counters.contact_ticks;
     servo->state = HAPTABLE_CONTACT;
     put_contact(model, servo, out);
     model->force(model, &servo->contact, servo->finger_m, out->nodal_force_n, out->force_n);
+    if (model->relax) model->relax(model, servo, out);
     if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
     gate_force(model, servo, out);
 }

@@ -41,6 +41,8 @@ namespace haptable::test::reference {
 #define haptable_tables_crc reference_tables_crc
 #define haptable_check reference_check
 #define haptable_touches reference_touches
+#define haptable_relaxation reference_relaxation
+#define haptable_relaxation_held reference_relaxation_held
 #undef HAPTABLE_H
 #define float double
 #define restrict
@@ -106,6 +108,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_tables_crc
 #undef haptable_check
 #undef haptable_touches
+#undef haptable_relaxation
+#undef haptable_relaxation_held
 
 }  // namespace haptable::test::reference
 

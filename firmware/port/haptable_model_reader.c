@@ -50,6 +50,7 @@ static const struct haptable_compliance* take_compliance(struct haptable_model_r
 int haptable_read_model(struct haptable_model_reader* in, struct haptable_model* to) {
     in->is_whole = 1;
     to->compliance = 0;
+    to->relaxed = &in->relaxed;
     HAPTABLE_MODEL_FIELDS(TAKE_VALUE, TAKE_TABLE, TAKE_FUNCTION, TAKE_PART)
     return in->is_whole;
 }

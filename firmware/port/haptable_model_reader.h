@@ -17,6 +17,7 @@ struct haptable_model_reader {
     uint32_t used_words;                   /* 0 at first */
     int is_whole;                          /* set by the reader */
     struct haptable_compliance compliance; /* that the model points to */
+    struct haptable_relaxed relaxed;       /* the same */
 };
 
 /* Fills in all of *to but its hash, which is not among the bytes. Returns 1, or 0 where the bytes end too early, name a

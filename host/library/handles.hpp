@@ -16,4 +16,6 @@ struct haptable_finger {
     std::shared_ptr<const haptable::LoadedObject> loaded;
     haptable_servo servo;
     haptable::EnergyAccount energy;
+    haptable_model model;      ///< the object's, but that it remembers for this finger alone
+    haptable_relaxed relaxed;  ///< where the body relaxes
 };

@@ -121,9 +121,10 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
-        auto* finger = new haptable_finger{object->loaded, {}, {}};
+        auto* finger = new haptable_finger{object->loaded, {}, {}, object->loaded->model(), {}};
+        if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
         haptable_init(&finger->servo);
-        haptable_check(&finger->loaded->model(), &finger->servo, HAPTABLE_CHECK_ALL);
+        haptable_check(&finger->model, &finger->servo, HAPTABLE_CHECK_ALL);
         return finger;
     });
 }
@@ -133,7 +134,7 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
     haptable_output out;
-    haptable_step(&finger->loaded->model(), &finger->servo, position_m, now_us, &out);
+    haptable_step(&finger->model, &finger->servo, position_m, now_us, &out);
     finger->energy.add({position_m[0], position_m[1], position_m[2]}, out);
     *touch = haptable::to_touch(*finger->loaded, out);
 }

@@ -111,6 +111,8 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     const double delay_s = whole_delay_s(scene.device);
     if (scale != 1.0 || delay_s != 0.0)
         for (double value : {scale, delay_s}) hash.add(value);
+    for (const RelaxationTerm& term : scene.relaxation)
+        for (const double value : {term.share, term.time_s}) hash.add(value);
     hash.add(servo_force_limit_n(scene));
     const SafetyLimits limits = servo_limits(scene);
     if (limits != SafetyLimits())

@@ -355,6 +355,8 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["contact"] = {{"force", word(scene.contact.force)},
                        {"god_object", word(scene.contact.god_object)},
                        {"rigid_stiffness_n_per_m", scene.contact.rigid_stiffness_n_per_m}};
+    for (const RelaxationTerm& term : scene.relaxation)
+        json["relaxation"].push_back({{"share", term.share}, {"time_s", term.time_s}});
     add_options(scene.contact, json["contact"]);
     if (scene.contact.mask_radius_m > 0.0)
         json["contact"]["mask"] = {{"radius_m", scene.contact.mask_radius_m},

@@ -581,6 +581,23 @@ std::vector<Bed> read_beds(const Section& root) {
     return beds;
 }
 
+constexpr std::size_t kMostTerms = 8;  // HAPTABLE_TERMS: the servo's state
+
+std::vector<RelaxationTerm> read_relaxation(const Section& root) {
+    std::vector<RelaxationTerm> terms;
+    for (const Section& section : root.sections("relaxation", {"share", "time"})) {
+        terms.push_back({section.positive("share"), section.positive("time")});
+        if (!(rest_share(terms) > 1e-6))
+            section.fail("share",
+                         fmt::format("brings the sum of all shares to {:g}, and a body whose stiffness relaxes "
+                                     "to nothing flows: keep the sum below 1",
+                                     1.0 - rest_share(terms)));
+        if (terms.size() > kMostTerms)
+            section.fail("time", fmt::format("is of term {}, and a servo has at most {}", terms.size(), kMostTerms));
+    }
+    return terms;
+}
+
 std::optional<Gravity> read_gravity(const Section& root) {
     if (!root.has("gravity")) return {};
     const Section section = root.section("gravity", {"density", "direction", "acceleration", "prestress"}, true);
@@ -831,8 +848,8 @@ SafetyLimits servo_limits(const Scene& scene) {
 Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
     const Section root(file, "", table,
-                       {"name", "mesh", "material", "region", "fixed", "membrane", "bed", "gravity", "touch", "contact",
-                        "device", "tables"});
+                       {"name", "mesh", "material", "region", "fixed", "membrane", "bed", "gravity", "relaxation",
+                        "touch", "contact", "device", "tables"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
@@ -844,6 +861,7 @@ Scene read_scene(const fs::path& file) {
     scene.membranes = read_membranes(root);
     scene.beds = read_beds(root);
     scene.gravity = read_gravity(root);
+    scene.relaxation = read_relaxation(root);
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
     const Section device = root.section(

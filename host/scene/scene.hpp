@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/base/modes.hpp"
+#include "host/base/relaxation.hpp"
 #include "host/scene/device.hpp"
 #include "host/scene/material.hpp"
 
@@ -102,7 +103,8 @@ struct Scene {
     std::vector<Membrane> membranes;  ///< they add where they share a face, and so do beds
     std::vector<Bed> beds;
     std::optional<Gravity> gravity;
-    std::vector<Selection> touch;  ///< empty: the whole surface but inner cavities
+    std::vector<RelaxationTerm> relaxation;  ///< none: an elastic body
+    std::vector<Selection> touch;            ///< empty: the whole surface but inner cavities
     ContactOptions contact;
     Device device;
     DeviceMap device_map;

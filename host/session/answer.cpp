@@ -45,8 +45,10 @@ void Answer::publish_contact(const device_state& state, const haptable_output& o
     contact_.session = state.session;
     std::copy_n(state.position_m, 3, contact_.finger_m);
     std::copy_n(output.god_object_m, 3, contact_.god_object_m);
+    std::copy_n(output.force_n, 3, contact_.felt_n);
+    contact_.touches = static_cast<std::int8_t>(haptable_touches(output.state));
     contact_.node.clear();
-    for (std::size_t corner = 0; corner < 3 && haptable_touches(output.state) != 0; ++corner) {
+    for (std::size_t corner = 0; corner < 3 && output.vertex[corner] != HAPTABLE_NONE; ++corner) {
         contact_.node.push_back(mesh_node(scene_, output, corner));
         contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
     }

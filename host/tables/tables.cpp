@@ -118,6 +118,9 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
         read_options(summary.at("contact"), summary.at("device"), tables);
         tables.limits = read_limits(summary);
+        tables.mask_radius_m = summary.at("contact").value("mask", json::object()).value("radius_m", 0.0);
+        for (const json& term : summary.value("relaxation", json::array()))
+            tables.relaxation.push_back({term.at("share").get<double>(), term.at("time_s").get<double>()});
         tables.precision = choice<Storage>(summary.at("tables"), "precision", Storage::kFloat32);
         tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
         tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
@@ -190,6 +193,11 @@ void check_limits(const fs::path& path, const Tables& tables) {
     positive("rigid_stiffness_n_per_m", tables.rigid_stiffness_n_per_m);
     not_negative("friction.kinetic", tables.kinetic_friction);
     check("friction.static", tables.static_friction, tables.static_friction >= tables.kinetic_friction);
+    for (const RelaxationTerm& term : tables.relaxation) {
+        positive("relaxation.share", term.share);
+        positive("relaxation.time_s", term.time_s);
+    }
+    positive("1 - the sum of relaxation.share", rest_share(tables.relaxation));
     not_negative("release_n_per_ms", tables.release_n_per_ms);
     not_negative("max_speed_m_s", tables.limits.max_speed_m_s);
     not_negative("max_force_rate_n_per_s", tables.limits.max_force_rate_n_per_s);

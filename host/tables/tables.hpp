@@ -10,6 +10,7 @@
 
 #include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
+#include "host/base/relaxation.hpp"
 
 namespace haptable {
 
@@ -37,10 +38,12 @@ struct Tables {
     std::string scene_file;        ///< file name only, no folder
     ForceLaw force = ForceLaw::kInterpolated;
     GodObject god_object = GodObject::kNearest;
-    Storage precision = Storage::kFloat32;  ///< of S in the servo
-    std::uintmax_t flash_budget = 0;        ///< bytes; 0: none
-    double rigid_stiffness_n_per_m = 0.0;   ///< S of a fixed node, N/m
-    double static_friction = 0.0;           ///< 0: without friction
+    Storage precision = Storage::kFloat32;   ///< of S in the servo
+    std::uintmax_t flash_budget = 0;         ///< bytes; 0: none
+    double rigid_stiffness_n_per_m = 0.0;    ///< S of a fixed node, N/m
+    double mask_radius_m = 0.0;              ///< of a pressure mask; 0 for the other forces
+    std::vector<RelaxationTerm> relaxation;  ///< none: an elastic body
+    double static_friction = 0.0;            ///< 0: without friction
     double kinetic_friction = 0.0;
     double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
     bool passivity = false;

@@ -27,14 +27,6 @@ constexpr std::chrono::seconds kServoGone{1};
 
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// Only the limit of the device is known of the force that the user felt: the message has the body's loads.
-Eigen::Vector3d felt(const std::vector<NodalForce>& loads, double max_force_n) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // equation 12
-    for (const NodalForce& load : loads) sum -= Eigen::Vector3d(load.force_n[0], load.force_n[1], load.force_n[2]);
-    const double length = sum.norm();
-    return length > max_force_n ? Eigen::Vector3d(sum * (max_force_n / length)) : sum;
-}
-
 NodalForce to_load(const contact& message, std::size_t i, const Tables& tables, const std::string& source) {
     const std::int32_t node = message.node[i];
     if (node < 0 || static_cast<std::size_t>(node) >= tables.position.size())
@@ -161,15 +153,15 @@ ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::in
     frame.time_s = static_cast<double>(message.utime - begin_utime) * 1e-6;
     frame.finger_m = vector(message.finger_m);
     frame.finger_known = frame.finger_m.allFinite();
-    frame.contact = message.count > 0 && frame.finger_known;
-    if (!frame.contact) return frame;
+    frame.contact = message.touches != 0 && message.count > 0 && frame.finger_known;
+    if (message.count == 0 || !frame.finger_known) return frame;
     frame.god_object_m = vector(message.god_object_m);
-    if (!frame.god_object_m.allFinite())
-        throw Error(fmt::format("{}: contact message {} has a god-object that is not finite: is it damaged?", source,
-                                message.seq));
+    frame.force_n = vector(message.felt_n);
+    if (!frame.god_object_m.allFinite() || !frame.force_n.allFinite())
+        throw Error(fmt::format("{}: contact message {} has a god-object or a force that is not finite: is it damaged?",
+                                source, message.seq));
     for (std::size_t i = 0; i < static_cast<std::size_t>(message.count); ++i)
         frame.loads.push_back(to_load(message, i, tables, source));
-    frame.force_n = felt(frame.loads, tables.max_force_n);
     frame.loads = loads.spread(frame.loads);
     return frame;
 }

@@ -20,7 +20,7 @@ struct ContactFrame {
     Eigen::Vector3d finger_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();  ///< of a contact
     Eigen::Vector3d force_n = Eigen::Vector3d::Zero();       ///< what the user feels (equation 12)
-    std::vector<NodalForce> loads;                           ///< of the body (equation 10)
+    std::vector<NodalForce> loads;                           ///< of the body (equation 10); or of a dent
 };
 
 /// Which moments are drawn.

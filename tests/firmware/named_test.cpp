@@ -36,6 +36,11 @@ const Feature kFeatures[] = {
      "haptable_god_object_friction"},
     {"release", [](Scene& s) { s.contact.release_n_per_ms = 0.01; }, "haptable_release_slew"},
     {"passivity", [](Scene& s) { s.contact.passivity = true; }, "haptable_passivity_control"},
+    {"relaxation",
+     [](Scene& s) {
+         s.relaxation = {{0.5, 0.1}};
+     },
+     "haptable_relaxation"},
     {"display rows",
      [](Scene& s) {
          s.tables.columns = ColumnRows::kSurface;
@@ -86,8 +91,10 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
         }
         if (std::string(feature.name) == "display rows")
             EXPECT_EQ(with.ram, plain.ram + 12) << "three floats a row";
+        else if (std::string(feature.name) == "relaxation")
+            EXPECT_EQ(with.ram, plain.ram + 132 + HAPTABLE_TERMS * 24) << "what the body remembers";
         else
-            EXPECT_EQ(with.ram, plain.ram) << "no mode has a state of its own";
+            EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
     }
 }
 

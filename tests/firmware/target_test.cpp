@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -229,6 +230,44 @@ TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     EXPECT_LE(counts.jump.worst, limit(r.jump_worst));
     EXPECT_LT(counts.sliding.median, 1500U);
     EXPECT_LT(counts.sliding.worst, 12000U);
+}
+
+// Relaxing, of either god-object and force, and let go and pressed again on the dent: the host's bits; and what each
+// term adds.
+TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    Tables host_tables = tables();
+    host_tables.limits = {};
+    const auto path_m = stroke_path(host_tables, 40);
+    const auto median = [&](std::size_t terms, bool friction) {
+        host_tables.relaxation.clear();
+        for (std::size_t k = 0; k < terms; ++k)
+            host_tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
+        host_tables.static_friction = host_tables.kinetic_friction = friction ? 0.3 : 0.0;
+        const ServoModel built = build_model(host_tables);
+        const haptable_model model = model_in_memory(host_tables, built);
+        const std::vector<TargetTick> ticks = TargetImage(build_folder(), "cube", target).measure(model, path_m);
+        haptable_servo servo;
+        haptable_init(&servo);
+        std::size_t behind = 0;
+        for (std::size_t i = 0; i < path_m.size(); ++i) {
+            haptable_output out;
+            haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+            EXPECT_TRUE(same_bits(ticks[i].force_n, out.force_n)) << "tick " << i;
+            if (testing::Test::HasFailure()) break;
+            behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
+        }
+        EXPECT_EQ(behind > 10U, terms > 0) << "a dent is left";
+        return count_ticks(path_m, ticks).sliding.median;
+    };
+    const std::uint64_t none = median(0, false), one = median(1, false), eight = median(8, false);
+    const std::uint64_t rough_one = median(1, true), rough_eight = median(8, true);
+    RecordProperty("relaxation", scene + " " + target + " " + std::to_string(none) + " " + std::to_string(one) + " " +
+                                     std::to_string(eight) + " held " + std::to_string(rough_one) + " " +
+                                     std::to_string(rough_eight));
+    EXPECT_LE(eight, one + 7 * 60);
+    EXPECT_LE(rough_eight, rough_one + 7 * 60);
+    EXPECT_LE(one, none + 400);
 }
 
 // What the scene's limits, all but grab and ramp, add to a tick: they do not know the body.

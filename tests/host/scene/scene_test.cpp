@@ -389,6 +389,23 @@ TEST_F(SceneFile, MembranesBedsAndGravityAreRead) {
     EXPECT_FALSE(scene.gravity->prestress);
 }
 
+TEST_F(SceneFile, RelaxationIsReadAndWhatCannotBeIsAnErrorAtItsLine) {
+    const Scene scene =
+        read(kGood + "[[relaxation]]\nshare = 0.3\ntime = 0.1\n[[relaxation]]\nshare = 0.2\ntime = 5\n");
+    EXPECT_EQ(scene.relaxation, (std::vector<RelaxationTerm>{{0.3, 0.1}, {0.2, 5.0}}));
+    const std::string end = "columns = \"none\"\n", term = "[[relaxation]]\nshare = 0.5\ntime = 1\n";
+    const auto expect = [&](const std::string& more, int line, const std::string& part) {
+        expect_error(end, end + more, line, part);
+    };
+    expect("[[relaxation]]\nshare = 0.5\n", 19, "relaxation.time: is missing");
+    expect("[[relaxation]]\nshare = -0.5\ntime = 1\n", 20, "relaxation.share: is -0.5");
+    expect("[[relaxation]]\nshare = 0.5\ntime = 0\n", 21, "relaxation.time: is 0");
+    expect(term + term, 23, "relaxation.share: brings the sum of all shares to 1");
+    std::string nine;
+    for (int i = 0; i < 9; ++i) nine += "[[relaxation]]\nshare = 0.05\ntime = 1\n";
+    expect(nine, 45, "relaxation.time: is of term 9, and a servo has at most 8");
+}
+
 TEST_F(SceneFile, MembranesBedsAndGravityThatCannotBeAreErrorsAtTheirLine) {
     const std::string end = "columns = \"none\"\n";
     const auto expect = [&](const std::string& more, int line, const std::string& part) {
