@@ -65,6 +65,7 @@ SERVO      = $(call objects,host/servo) $(SESSION)
 BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES) $(TABLES)
 RUN        = $(call objects,host/run) $(LINK) $(SCENES)
+FIT        = $(call objects,host/fit) $(BUILD)/host/run/child.cpp.o $(SERVO) $(SCENES) $(CODEGEN)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(SOLVE) $(LINK) $(CODEGEN)
 LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
@@ -108,7 +109,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report haptable-fit)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -412,6 +413,9 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 $(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
 	$(link) $(LIBS_LINK)
 
+$(BUILD)/bin/haptable-fit: $(BUILD)/host/fit/main.cpp.o $(FIT)
+	$(link) $(LIBS_LINK)
+
 # The second is a package's: packaging/install.mk says of which objects.
 $(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(LIVE)
 $(BUILD)/bin/haptable-view $(BUILD)/package/deb/bin/haptable-view:
@@ -459,7 +463,7 @@ $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(RE
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

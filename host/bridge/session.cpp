@@ -127,6 +127,7 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     const double size_n = std::hypot(output.force_n[0], output.force_n[1], output.force_n[2]);
     if (size_n > 1.001 * double(model.max_force_n)) return false;
     if (haptable_touches(output.state) != 0) return is_on_a_patch(output);
+    if (output.state == HAPTABLE_FREE && output.vertex[0] != HAPTABLE_NONE && !is_on_a_patch(output)) return false;
     const bool fades = output.state == HAPTABLE_FREE && (model.release != nullptr || model.passivity != nullptr);
     return fades || size_n <= 0.0;
 }

@@ -48,7 +48,8 @@ void Answer::publish_contact(const device_state& state, const haptable_output& o
     std::copy_n(output.force_n, 3, contact_.felt_n);
     contact_.touches = static_cast<std::int8_t>(haptable_touches(output.state));
     contact_.node.clear();
-    for (std::size_t corner = 0; corner < 3 && output.vertex[corner] != HAPTABLE_NONE; ++corner) {
+    const bool has_dent = output.state == HAPTABLE_FREE && output.vertex[0] != HAPTABLE_NONE;
+    for (std::size_t corner = 0; corner < 3 && (contact_.touches != 0 || has_dent); ++corner) {
         contact_.node.push_back(mesh_node(scene_, output, corner));
         contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
     }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "codegen/in_memory.hpp"
@@ -119,6 +120,47 @@ TEST(SlidingOverARelaxingBody, IsExactAtAFixedContactAndErrsByTheHistoryThatStay
         EXPECT_LT(after_long.sliding, ratio < 0.02 ? 0.05 : 1.0);
         before = after_long.sliding;
     }
+}
+
+/// Energy given to the finger by one loop: down at the top's middle, aside at constant depth, up. J.
+double loop(const haptable_model& model, int ticks, bool backwards) {
+    Finger finger(model);
+    const Vector3d over(0.015, 0.015, 0.0301), in(0.015, 0.015, 0.028), aside(0.020, 0.021, 0.028),
+        up(0.020, 0.021, 0.0301);
+    std::vector<Vector3d> corner = {over, in, aside, up, over};
+    if (backwards) std::reverse(corner.begin(), corner.end());
+    double given_j = 0.0;
+    finger.to(corner[0]);
+    for (std::size_t leg = 1; leg < corner.size(); ++leg)
+        for (int tick = 1; tick <= ticks; ++tick) {
+            const Vector3d from = finger.at(), force = finger.force();
+            finger.to(corner[leg - 1] + (corner[leg] - corner[leg - 1]) * tick / ticks);
+            given_j += 0.5 * (force + finger.force()).dot(finger.at() - from);
+        }
+    return given_j;
+}
+
+// Pressed as slowly as the body relaxes, faster and slower: with least energy no loop gives any, in either sense.
+TEST(SlidingOverARelaxingBody, LoopsWithLeastEnergyGiveNothing) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
+    for (const double time_s : {1e-3, 0.03, 0.3, 3.0, 1000.0})
+        for (const bool backwards : {false, true}) {
+            Tables tables = body.tables();
+            tables.relaxation = {{0.3, time_s}, {0.3, 5.0 * time_s}};
+            tables.limits = {};
+            tables.god_object = GodObject::kLeastEnergy;
+            const ServoModel servo_model = build_model(tables);
+            const double given_j = loop(model_in_memory(tables, servo_model), 2000, backwards);
+            printf("time %g s, %s: %.3g uJ\n", time_s, backwards ? "backwards" : "forwards", 1e6 * given_j);
+            EXPECT_LT(given_j, 0.0);
+            tables.god_object = GodObject::kNearest;
+            const ServoModel nearest = build_model(tables);
+            if (time_s < 0.01 && !backwards) {
+                const double worst = std::max(loop(model_in_memory(tables, nearest), 2000, false),
+                                              loop(model_in_memory(tables, nearest), 2000, true));
+                EXPECT_GT(worst, 0.0) << "the loop is one that gives where the god-object is the nearest point";
+            }
+        }
 }
 
 }  // namespace

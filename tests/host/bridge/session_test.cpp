@@ -155,6 +155,10 @@ TEST_F(BridgeSessionTest, GatesForces) {
     faults.emplace_back([](haptable_output& o) { o.alpha[1] = 0.5F; });
     faults.emplace_back([](haptable_output& o) { o.alpha[1] = std::nanf(""); });
     faults.emplace_back([](haptable_output& o) { o.state = 200; });
+    faults.emplace_back([](haptable_output& o) {  // a dent that no body has
+        o.state = HAPTABLE_FREE;
+        o.vertex[1] = 60000;
+    });
     for (const std::uint8_t state : {HAPTABLE_SILENT, HAPTABLE_FREE, HAPTABLE_REJECTED, HAPTABLE_FAULTED})
         faults.emplace_back([state](haptable_output& o) {
             o.state = state;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/fit/fit.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "codegen/in_memory.hpp"
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/run/child.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr std::chrono::seconds kPatience{60};
+
+std::string data_of(const char* name, const std::vector<double>& time_s, const std::vector<double>& value) {
+    std::string text = fmt::format("${} << END\n", name);
+    for (std::size_t i = 0; i < value.size(); ++i)
+        fmt::format_to(std::back_inserter(text), "{:.9g} {:.9g}\n", time_s[i], value[i]);
+    return text + "END\n";
+}
+
+constexpr const char* kPlot =
+    "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output '{}'\n"
+    "set multiplot layout 2,1\nset grid lc rgb '#d0d0d0'\nset lmargin 10\nset rmargin 3\nset ylabel 'N'\n"
+    "plot $measured with dots lc rgb '#808080' title 'measured', $fitted with lines lw 1.5 lc rgb '#1f4e9c' title "
+    "'fit'\nset xlabel 's'\nset ylabel 'fit - measured, N'\n"
+    "plot $misfit with lines lc rgb '#c0392b' notitle\nunset multiplot\n";
+
+}  // namespace
+
+double stiffness_at_once(Tables tables, const std::string& place, Poke where) {
+    tables.relaxation.clear();
+    tables.limits = {};
+    tables.static_friction = tables.kinetic_friction = 0.0;
+    tables.max_force_n = 1e9;
+    const ServoModel servo = build_model(tables);
+    const haptable_model model = model_in_memory(tables, servo);
+    const std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
+    where.at_m = place_of(place, model);
+    const Poked end = poke({&model, node.data(), tables.name.c_str()}, where);
+    return end.force_n.norm() / end.depth_m;
+}
+
+std::string scene_lines(const Scene& scene, double factor, const PronyFit& fit) {
+    const bool is_one =
+        !scene.material.orthotropic && scene.regions.empty() && scene.membranes.empty() && scene.beds.empty();
+    std::string text =
+        is_one ? fmt::format("[material]\nyoung = {:.6g}  # Pa, at once; +- {:.2g} %\npoisson = {:g}\n",
+                             factor * scene.material.young_pa, 100.0 * fit.stiffness_error, scene.material.poisson)
+               : fmt::format("# all moduli of the scene, of its membranes and beds too, times {:.6g}; +- {:.2g} %\n",
+                             factor, 100.0 * fit.stiffness_error);
+    for (std::size_t k = 0; k < fit.relaxation.size(); ++k)
+        text += fmt::format("\n[[relaxation]]\nshare = {:.6g}  # +- {:.2g} %\ntime = {:.6g}  # s, +- {:.2g} %\n",
+                            fit.relaxation[k].share, 100.0 * fit.share_error[k], fit.relaxation[k].time_s,
+                            100.0 * fit.time_error[k]);
+    return text;
+}
+
+void plot_fit(const ForceRecord& record, const PronyFit& fit, const std::filesystem::path& svg) {
+    std::vector<double> misfit_n(fit.force_n);
+    for (std::size_t i = 0; i < misfit_n.size(); ++i) misfit_n[i] -= record.force_n[i];
+    const std::filesystem::path script = svg.string() + ".gnuplot", beside = svg.string() + ".new";
+    write_file(script, data_of("measured", record.time_s, record.force_n) +
+                           data_of("fitted", record.time_s, fit.force_n) + data_of("misfit", record.time_s, misfit_n) +
+                           fmt::format(kPlot, beside.string()));
+    Child gnuplot("gnuplot", {"gnuplot", script.string()});
+    gnuplot.wait(kPatience);
+    std::filesystem::remove(script);
+    if (!gnuplot.is_well())
+        throw Error(fmt::format("{}: gnuplot (Debian: gnuplot-nox) does not draw it: {}", svg.string(),
+                                gnuplot.how_it_ended()));
+    std::filesystem::rename(beside, svg);
+}
+
+}  // namespace haptable
