@@ -139,7 +139,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS) library
+test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory images
@@ -290,7 +290,7 @@ format: $(BUILD)/setup-lint.stamp
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
 .PHONY: setup
-setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lint)
+setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lint package)
 
 # clean: remove what was made, but not people's tables
 .PHONY: clean

@@ -94,7 +94,7 @@ $(PYTHON_PARTS)/messages/__init__.py: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/s
 
 # wheel: the Python package for this machine's Python, in build/package/wheel
 .PHONY: wheel
-wheel: python-parts $(BUILD)/setup-test.stamp
+wheel: python-parts | $(BUILD)/setup-package.stamp
 	@[ -x $(BUILD)/package/venv/bin/pip ] || python3 -m venv $(BUILD)/package/venv
 	$(Q)BUILD=$(BUILD) $(BUILD)/package/venv/bin/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(BUILD)/package/wheel .
 	@ls -s $(BUILD)/package/wheel

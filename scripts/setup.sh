@@ -20,7 +20,7 @@ packages_of() {
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
     figures) echo ffmpeg chromium ;;
     cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
-    package) echo help2man lintian mmdebstrap dpkg-dev ;; # make install, make deb
+    package) echo help2man lintian mmdebstrap dpkg-dev cmake pkgconf python3-dev python3-venv ;; # make install, deb, wheel
     mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines
     *) echo "setup: no set $1" >&2 && exit 2 ;;
     esac
