@@ -20,7 +20,7 @@ struct ViewOptions {
     int samples = 4;  ///< a pixel: 4, or 1 with outlines smoothed afterwards (antialias.hpp), for 3 times the speed
     std::string up = "z";                ///< the body's axis that points up in the picture: x y z -x -y -z
     bool ghost = false;                  ///< the rest shape too, half transparent
-    std::string color = "displacement";  ///< what the colours show: displacement or force (of the nodes)
+    std::string color = "displacement";  ///< what the colours show: displacement, force (of the nodes) or stress
     double exaggeration = 1.0;           ///< of what is drawn of the displacements
     double speed = 0.0;                  ///< of a film: seconds of the session in a second; 0: no film
 };

@@ -37,7 +37,7 @@ struct Options {
     LiveLimits limits;
     ViewOptions view;
     std::string size = "960x720";
-    double range = 0.0;  ///< mm or mN
+    double range = 0.0;  ///< mm, mN or kPa
     double fps = 0.0;    ///< 0: real time
     double page_mb = 1e-6 * kPageBytes;
     int samples = 0;            ///< 0: as fits the source
@@ -80,8 +80,11 @@ void add_options(CommandLine& app, Options& o) {
         .show_default();
     app.option("--zoom", o.view.zoom, "1 shows the whole body").range(0.05, 50.0).show_default();
     app.option("--up", o.view.up, "the body's axis that points up: x y z -x -y -z").show_default();
-    app.option("--color", o.view.color, "what the colours show: displacement, or force (of the nodes)").show_default();
-    app.option("--range", o.range, "end of the colour scale, mm or mN [the largest value]").positive();
+    app.option("--color", o.view.color,
+               "what the colours show: displacement, force (of the nodes), or stress (von Mises, of the surface's "
+               "elements; needs columns = \"all\")")
+        .show_default();
+    app.option("--range", o.range, "end of the colour scale, mm, mN or kPa [the largest value]").positive();
     app.option("--exaggerate", o.view.exaggeration, "draw displacements so many times as large; the caption says so")
         .positive()
         .show_default();
@@ -131,7 +134,10 @@ public:
 
     void add(const ContactFrame& frame) {
         Ranges ranges = report.largest;
-        if (options_.range > 0.0) ranges.displacement_m = ranges.nodal_force_n = 1e-3 * options_.range;
+        if (options_.range > 0.0) {
+            ranges.displacement_m = ranges.nodal_force_n = 1e-3 * options_.range;
+            ranges.stress_pa = 1e3 * options_.range;
+        }
         if (output_)
             finish([&]() -> const Image& { return painter_.paint(frame, ranges); });
         else
@@ -281,8 +287,8 @@ void complete(Options& o) {
     o.view.samples = o.samples != 0 ? o.samples : o.lcm || film ? 1 : 4;
     if (!std::isfinite(o.view.azimuth + o.view.elevation + o.view.zoom + o.range + o.view.exaggeration))
         throw Error("--azimuth, --elevation, --zoom, --range and --exaggerate take finite numbers");
-    if (o.view.color != "displacement" && o.view.color != "force")
-        throw Error("--color " + o.view.color + ": give displacement or force");
+    if (o.view.color != "displacement" && o.view.color != "force" && o.view.color != "stress")
+        throw Error("--color " + o.view.color + ": give displacement, force or stress");
     constexpr std::int64_t kEvery_ms = 33;
     if (o.fps > 0.0 && !film) throw Error("--fps: is of films, and " + o.out.string() + " is none: give .mp4 or .gif");
     const bool slowed = o.fps > 0.0 && o.every_ms > 0;

@@ -22,6 +22,8 @@ constexpr double kLeastRange_m = 1e-6;
 constexpr double kRestRange_m = 1e-3;
 constexpr double kLeastRange_n = 1e-12;
 constexpr double kRestRange_n = 1e-3;
+constexpr double kLeastRange_pa = 1e-6;
+constexpr double kRestRange_pa = 1e3;
 
 float size_of(const NodalForce& load) { return Eigen::Vector3f(load.force_n.data()).norm(); }
 
@@ -35,9 +37,10 @@ Painter::Painter(const Tables& tables, const std::filesystem::path& folder, cons
       small_strain_m_(read_small_strain_depth(folder)),
       surface_(tables),
       renderer_(view, surface_) {
-    if (deform)
+    if (deform) {
         deformation_.emplace(tables, folder);
-    else
+        if (view.color == "stress") stress_.emplace(tables, folder, surface_);
+    } else
         check_ = read_mesh_check(folder, tables.position.size());
 }
 
@@ -50,6 +53,9 @@ void Painter::measure(const ContactFrame& frame, Ranges& ranges) {
     for (const NodalForce& load : frame.loads)
         ranges.nodal_force_n = std::max(ranges.nodal_force_n, static_cast<double>(size_of(load)));
     ranges.force_n = std::max(ranges.force_n, frame.force_n.norm());
+    if (!stress_) return;
+    find_values(frame);
+    for (const float stress : value_) ranges.stress_pa = std::max(ranges.stress_pa, static_cast<double>(stress));
 }
 
 /// The largest share of an arrow that ends inside the picture, below the title.
@@ -115,31 +121,45 @@ void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
                                     si(*small_strain_m_, "m"));
 }
 
+/// What the colours show, at every drawn node, of the surface as it is deformed now.
+void Painter::find_values(const ContactFrame& frame) {
+    if (stress_) return stress_->find(deformation_->displace(frame.loads), value_);
+    const bool by_force = view_.color == "force";
+    value_.clear();
+    for (const Eigen::Vector3f& u : surface_.displacement_m) value_.push_back(by_force ? 0.0F : u.norm());
+    if (!by_force) return;
+    for (const NodalForce& load : frame.loads) {
+        const auto found = std::lower_bound(surface_.node_id.begin(), surface_.node_id.end(), load.node);
+        if (found != surface_.node_id.end() && *found == load.node)
+            value_[static_cast<std::size_t>(found - surface_.node_id.begin())] += size_of(load);
+    }
+}
+
+/// Where nothing has happened some scale has to stand there.
+ColorBar Painter::bar_of(const Ranges& ranges) const {
+    const auto range = [](double widest, double least, double rest) { return widest > least ? widest : rest; };
+    if (view_.color == "force")
+        return {"force on a node (mN)", 1e3 * range(ranges.nodal_force_n, kLeastRange_n, kRestRange_n)};
+    if (view_.color == "stress")
+        return {"von Mises stress (kPa)", 1e-3 * range(ranges.stress_pa, kLeastRange_pa, kRestRange_pa)};
+    return {"displacement (mm)", 1e3 * range(ranges.displacement_m, kLeastRange_m, kRestRange_m)};
+}
+
 /// Deforms the surface as it is drawn, and finds all that stands beside it.
 Painter::Scene Painter::compose(const ContactFrame& frame, const Ranges& ranges) {
     deform(frame);
     Scene scene;
     scene.markers = markers(frame, ranges);
-    const bool by_force = view_.color == "force";
-    const double widest = by_force ? ranges.nodal_force_n : ranges.displacement_m;
-    const double range = widest > (by_force ? kLeastRange_n : kLeastRange_m) ? widest
-                         : by_force                                          ? kRestRange_n
-                                                                             : kRestRange_m;
-    value_.clear();
-    for (const Eigen::Vector3f& u : surface_.displacement_m) value_.push_back(by_force ? 0.0F : u.norm());
-    for (const NodalForce& load : frame.loads) {
-        const auto found = std::lower_bound(surface_.node_id.begin(), surface_.node_id.end(), load.node);
-        if (by_force && found != surface_.node_id.end() && *found == load.node)
-            value_[static_cast<std::size_t>(found - surface_.node_id.begin())] += size_of(load);
-    }
-    scene.shading = {value_, static_cast<float>(range)};
+    find_values(frame);
+    const ColorBar bar = bar_of(ranges);
+    const double per_unit = view_.color == "stress" ? 1e3 : 1e-3;  // of the bar's kPa, mN or mm
+    scene.shading = {value_, static_cast<float>(per_unit * bar.range)};
     if (view_.exaggeration != 1.0)
         for (Eigen::Vector3f& u : surface_.displacement_m) u *= static_cast<float>(view_.exaggeration);
     surface_.update_normals();
     Annotation& notes = scene.notes;
     add_caption(frame, notes);
-    const double milli = 1e3 * range;
-    notes.bar = {by_force ? "force on a node (mN)" : "displacement (mm)", milli};
+    notes.bar = bar;
     notes.legend = {{"finger", kFingerColor},
                     {"god-object", kGodObjectColor},
                     {"force on the finger", kArrowColor, LegendEntry::Sign::arrow}};

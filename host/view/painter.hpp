@@ -11,6 +11,7 @@
 #include "host/view/frame.hpp"
 #include "host/view/mesh_check.hpp"
 #include "host/view/renderer.hpp"
+#include "host/view/stress.hpp"
 #include "host/view/surface.hpp"
 
 namespace haptable {
@@ -20,6 +21,7 @@ struct Ranges {
     double displacement_m = 0.0;
     double force_n = 0.0;
     double nodal_force_n = 0.0;
+    double stress_pa = 0.0;
 };
 
 class Painter {
@@ -51,6 +53,8 @@ private:
     };
 
     void deform(const ContactFrame& frame);
+    void find_values(const ContactFrame& frame);
+    ColorBar bar_of(const Ranges& ranges) const;
     Scene compose(const ContactFrame& frame, const Ranges& ranges);
     Scene compose_mesh();
     void add_place(Annotation& notes) const;
@@ -66,6 +70,7 @@ private:
     DrawnSurface surface_;
     Renderer renderer_;
     Image image_;
+    std::optional<SurfaceStress> stress_;
     std::vector<float> value_;  ///< [m] what the colours show
 };
 
