@@ -48,8 +48,9 @@ enum haptable_touch_button {
 struct haptable_touch {
     uint32_t state;            /* enum haptable_touch_state */
     uint32_t faults;           /* bits: 1 tables, 2 force, 4 positions */
-    int32_t node[3];           /* of the patch that the god-object is on; -1 without contact */
-    float alpha[3];            /* its area coordinates there; 0 without contact */
+    int32_t node[3];           /* of the patch that the god-object is on, or of a dent that recovers (a body that
+                                  relaxes, the finger gone); -1 without either */
+    float alpha[3];            /* area coordinates there; 0 without either */
     float god_object_m[3];     /* the finger itself without contact; 0 where it was rejected */
     float force_n[3];          /* what the user feels (eq. 12), at most the scene's max_force */
     float nodal_force_n[3][3]; /* on node[0 .. 2] (eq. 10), not cut: what deforms the body */
@@ -94,8 +95,8 @@ HAPTABLE_LIBRARY_API void haptable_object_free(struct haptable_object* object);
 HAPTABLE_LIBRARY_API struct haptable_object_facts haptable_object_describe(const struct haptable_object* object);
 
 /* Displacements under the load of a touch (equation 8), m: of the rows row[0 .. count - 1], or, where row is NULL, of
- * all, count being row_count. Zero without contact. Float32; any number of threads. -1 where there are no columns or a
- * number is wrong; then nothing is written. cost: 3 loads (a mask: its nodes) of 18 flops a row. */
+ * all, count being row_count. Zero without contact or dent. Float32; any number of threads. -1 where there are no
+ * columns or a number is wrong; then nothing is written. cost: 3 loads (a mask: its nodes) of 18 flops a row. */
 HAPTABLE_LIBRARY_API int haptable_object_deform(const struct haptable_object* object,
                                                 const struct haptable_touch* touch, const uint32_t* row, size_t count,
                                                 float (*displacement_m)[3]);

@@ -55,10 +55,11 @@ haptable_touch to_touch(const LoadedObject& object, const haptable_output& out) 
     return touch;
 }
 
-/// What a touch loads; nothing without contact. Throws Error for nodes that are none of the mesh's.
+/// What a touch loads, or a dent that the finger left; nothing without either. Throws Error for nodes that are none of
+/// the mesh's.
 std::vector<NodalForce> loads_of(const haptable_touch& touch, std::size_t node_count) {
     std::vector<NodalForce> loads;
-    if (haptable_touches(static_cast<int>(touch.state)) == 0) return loads;
+    if (touch.node[0] < 0) return loads;
     for (std::size_t c = 0; c < 3; ++c) {
         if (touch.node[c] < 0 || static_cast<std::size_t>(touch.node[c]) >= node_count)
             throw Error("the touch is of another object: it names node " + std::to_string(touch.node[c]));

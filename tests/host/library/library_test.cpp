@@ -42,7 +42,10 @@ std::string scene_text(const Mode& mode, const std::string& precision) {
     text.replace(contact, device - contact, chosen + "\n");
     const std::string stored = "precision = \"";
     const std::size_t at = text.find(stored) + stored.size();
-    return text.replace(at, text.find('"', at) - at, precision);
+    text.replace(at, text.find('"', at) - at, precision);
+    if (mode.more == "relaxation")
+        text += "\n[[relaxation]]\nshare = 0.3\ntime = 0.01\n[[relaxation]]\nshare = 0.2\ntime = 0.2\n";
+    return text;
 }
 
 /// What both programs are: a file of positions in, struct haptable_touch out.
@@ -158,6 +161,37 @@ TEST_F(Library, HasTheBitsOfPackedTables) {
         ASSERT_NO_FATAL_FAILURE(expect_same_bits({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, precision));
 }
 
+TEST_F(Library, HasTheBitsOfBodiesThatRelax) {
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+        ASSERT_NO_FATAL_FAILURE(expect_same_bits({ForceLaw::kConsistent, god_object, "relaxation"}, "float32"));
+}
+
+/// What a body remembers is each finger's own; and where a finger has left, its dent is still there.
+TEST_F(Library, GivesEachFingerItsOwnPast) {
+    ASSERT_NO_FATAL_FAILURE(
+        precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, "relaxation"}, "float32")));
+    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    const Finger alone(haptable_finger_new(object.get())), one(haptable_finger_new(object.get())),
+        other(haptable_finger_new(object.get()));
+    haptable_touch expected{}, touch{}, aside{};
+    for (std::uint32_t tick = 0; tick < 100; ++tick) {
+        const float x[3] = {0.015F, 0.015F, 0.026F}, above[3] = {0.015F, 0.015F, 0.031F}, y[3] = {0.01F, 0.02F, 0.027F};
+        const bool is_in = tick > 0 && tick < 99;
+        haptable_finger_step(alone.get(), is_in ? x : above, 1000 * tick, &expected);
+        haptable_finger_step(one.get(), is_in ? x : above, 1000 * tick, &touch);
+        haptable_finger_step(other.get(), tick > 0 ? y : above, 1000 * tick, &aside);
+        ASSERT_EQ(std::memcmp(&touch, &expected, sizeof touch), 0) << "tick " << tick;
+    }
+    EXPECT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_FREE});
+    ASSERT_GE(touch.node[0], 0) << "no dent";
+    std::vector<std::array<float, 3>> u(haptable_object_describe(object.get()).row_count);
+    ASSERT_EQ(haptable_object_deform(object.get(), &touch, nullptr, u.size(), reinterpret_cast<float(*)[3]>(u.data())),
+              0);
+    const auto deepest = std::min_element(u.begin(), u.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
+    EXPECT_LT((*deepest)[2], -1e-4F) << "of 4 mm";
+}
+
 TEST_F(Library, ExportsItsOwnNamesAlone) {
     const Outcome names = run("nm -D --defined-only " + lib() + "/libhaptable.so.1 | awk '$2 != \"A\" { print $3 }'");
     ASSERT_EQ(names.status, 0);
@@ -250,6 +284,7 @@ TEST_F(Library, RefusesTablesThatWereChanged) {
 TEST_F(Library, ReplayIsManySteps) {
     ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
     const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
     const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(folder_.path() / "tables"), 50);
     std::vector<haptable_touch> at_once(path_m.size()), singly(path_m.size());
     const Finger one(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
