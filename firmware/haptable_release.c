@@ -12,7 +12,8 @@
 /* The largest change of a contact's force over the finger's motion that is no jump, as a multiple of its stiffness. */
 #define JUMP 2.0f
 
-/* The square of the stiffness that the contact shows, |F| / |u|. before: contact. */
+/* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2.
+ * before: contact. */
 static float shown_stiffness2(const struct haptable_model* model, const struct haptable_servo* servo,
                               const float force_n[3]) {
     const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
@@ -23,6 +24,10 @@ static float shown_stiffness2(const struct haptable_model* model, const struct h
     u2 = vec_dot(u, u);
     force2 = vec_dot(force_n, force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
+    if (model->relaxed) {
+        const float twice_j = model->relaxed->dent * model->relaxed->dent;
+        force2 = twice_j * (twice_j / u2);
+    }
     return force2 < most2 * u2 ? force2 / u2 : most2;
 }
 

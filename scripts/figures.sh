@@ -28,6 +28,25 @@ printf 'x,y,z\n0.013,0.0165,0.031\n0.0118,0.0172,0.024\n' >"$work/tick.path.csv"
 "$BUILD/cube/servo" --quiet --replay "$work/tick.path.csv" --out "$work/tick.csv"
 plot contact "felt='$(tail -n 1 "$work/tick.csv" | tr , ' ')'"
 
+# Down 10 mm into the liver for 8 s, out for 1 s, and again. Places are "ms mm", smoothly.
+top=$("$BUILD/liver-capsule/servo" --poke top --json | sed -n 's/.*"at_m": "\(.*\)".*/\1/p')
+awk -v top="$top" 'BEGIN { split(top, at, " "); print "x,y,z" }
+     NR > 1 { for (i = 0; i < $1 - t; ++i) {
+         s = i / ($1 - t); s = s * s * s * (10 - 15 * s + 6 * s * s)
+         printf "%.6f,%.6f,%.6f\n", at[1], at[2], at[3] + (d + s * ($2 - d)) / 1e3 } }
+     { t = $1; d = $2 }' >"$work/relaxation.path.csv" <<PLACES
+0 5
+400 -10
+8400 -10
+8600 5
+9600 5
+10000 -10
+14000 -10
+14300 5
+PLACES
+"$BUILD/liver-capsule/servo" --quiet --replay "$work/relaxation.path.csv" --out "$work/relaxation.csv"
+plot relaxation "felt='$work/relaxation.csv'"
+
 # ---- plots of what was measured ------------------------------------------------------------------------------------
 
 "$BUILD/bin/haptable-contact" --curves --build "$BUILD/contact"

@@ -11,6 +11,6 @@ set y2label "under the shape at rest, mm"
 set y2tics
 set ytics nomirror
 set key outside below
-plot felt every 10::1 using ($1/1000):(sqrt($14**2+$15**2+$16**2)) with lines linewidth 2 title "force", \
-     "" every 10::1 using ($1/1000):($5==1 ? 1000*sqrt(($2-$11)**2+($3-$12)**2+($4-$13)**2) : 0) axes x1y2 with lines \
+plot felt every 20::1 using ($1/1000):(sqrt($15**2+$16**2+$17**2)) with lines linewidth 2 title "force", \
+     "" every 20::1 using ($1/1000):($5==1 ? 1000*sqrt(($2-$12)**2+($3-$13)**2+($4-$14)**2) : 0) axes x1y2 with lines \
         linewidth 1 dashtype 2 title "finger"

@@ -32,11 +32,14 @@ ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& p
 
 void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
                       const haptable_output& out) {
+    constexpr float kNowhere[3] = {};
+    const bool touches = haptable_touches(out.state) != 0;  // else these may be of a dent that the finger left
     line_ = std::to_string(tick);
     append_floats(finger_m.data(), line_);
-    fmt::format_to(std::back_inserter(line_), ",{},{},{},{}", haptable_touches(out.state), mesh_node(scene_, out, 0),
-                   mesh_node(scene_, out, 1), mesh_node(scene_, out, 2));
-    append_floats(out.alpha, line_);
+    fmt::format_to(std::back_inserter(line_), ",{:d}", touches);
+    for (std::size_t c = 0; c < 3; ++c)
+        fmt::format_to(std::back_inserter(line_), ",{}", touches ? mesh_node(scene_, out, c) : -1);
+    append_floats(touches ? out.alpha : kNowhere, line_);
     append_floats(out.god_object_m, line_);
     append_floats(out.force_n, line_);
     fmt::format_to(std::back_inserter(line_), ",{},{},{}\n", buttons, out.state, out.faults);

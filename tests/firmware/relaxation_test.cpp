@@ -8,8 +8,11 @@
 #include <random>
 
 #include "codegen/modes.hpp"
+#include "host/base/file.hpp"
+#include "host/session/record.hpp"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -238,6 +241,43 @@ TEST(Relaxation, AnEarlySecondPressMeetsTheDent) {
             }
         }
     }
+}
+
+// Over the dent a small force comes up as fast as the body is stiff at once: that is not a jump, which would be owed.
+TEST(Relaxation, ReleaseTakesASecondPressForNoJump) {
+    const Springs springs;
+    haptable_model soft_end = springs.model();
+    soft_end.release = haptable_release_slew;
+    soft_end.release_n = 0.01F;
+    Relaxing body(soft_end, {{0.5, 0.5}});
+    Press press(body);
+    const auto to = [&press](double from_m, double to_m) {
+        for (int tick = 1; tick <= 80; ++tick) press.to(from_m + (to_m - from_m) * tick / 80.0);
+    };
+    to(-0.001, 0.003);
+    for (int tick = 0; tick < 3000; ++tick) press.to(0.003);
+    to(0.003, -0.001);
+    const std::uint32_t jumps = press.finger().counters().jumps;
+    to(-0.001, 0.003);
+    EXPECT_EQ(press.finger().counters().jumps, jumps);
+    EXPECT_EQ(press.finger().servo().owed_j, 0.0F);
+    EXPECT_GT(press.finger().force().z(), 0.5 * kSpring * 0.003);
+}
+
+// The servo's CSV has no dents: what reads it takes nodes for a contact.
+TEST(Relaxation, ARecordNamesNoNodesOfADent) {
+    const Springs springs;
+    Relaxing body(springs.model(), {{0.5, 10.0}});
+    Press press(body);
+    for (int tick = 0; tick < 100; ++tick) press.to(0.003);
+    press.to(-0.001);
+    ASSERT_NE(press.finger().out().vertex[0], HAPTABLE_NONE);
+    const TemporaryFolder folder;
+    const std::vector<std::uint32_t> node(body.model().vertex_count, 7);
+    ServoRecord record({&body.model(), node.data(), "springs"}, folder.path() / "felt.csv");
+    record.add(0, {0.0F, 0.0F, 0.0F}, 0, press.finger().out());
+    record.finish();
+    EXPECT_NE(read_file(folder.path() / "felt.csv").find("\n0,0,0,0,0,-1,-1,-1,0,0,0,"), std::string::npos);
 }
 
 TEST(Relaxation, BesideTheDentTheBodyIsFresh) {

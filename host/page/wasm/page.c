@@ -81,13 +81,14 @@ EXPORT(page_begin) void page_begin(void) {
 }
 
 static void fill(struct page_tick* tick, const float finger_m[3], const struct haptable_output* out) {
+    const int touches = out->patch != HAPTABLE_NONE; /* else vertices may be those of a dent */
     int a;
     tick->state = out->state;
-    tick->patch = out->patch == HAPTABLE_NONE ? -1 : out->patch;
+    tick->patch = touches ? out->patch : -1;
     for (a = 0; a < 3; ++a) {
-        tick->vertex[a] = out->vertex[a] == HAPTABLE_NONE ? -1 : out->vertex[a];
+        tick->vertex[a] = touches ? out->vertex[a] : -1;
         tick->finger_m[a] = finger_m[a];
-        tick->alpha[a] = out->alpha[a];
+        tick->alpha[a] = touches ? out->alpha[a] : 0.0f;
         tick->god_object_m[a] = out->god_object_m[a];
         tick->force_n[a] = out->force_n[a];
     }
