@@ -7,4 +7,4 @@ _haptable() {
     mapfile -t COMPREPLY < <(compgen -W "$("$1" --help 2>/dev/null | grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,')" -- "$word")
 }
 complete -o default -F _haptable haptable-build haptable-precompute haptable-codegen haptable-device haptable-view \
-    haptable-bridge haptable-run
+    haptable-bridge haptable-run haptable-fit

@@ -10,7 +10,7 @@ LIBDIR ?= $(PREFIX)/lib
 BOARD_PARTS = $(patsubst firmware/%,$(BUILD)/lib/firmware/%,$(wildcard firmware/*.[ch])) \
     $(patsubst packaging/%,$(BUILD)/lib/%,$(shell find packaging/boards -type f))
 LIBRARY = $(BUILD)/lib/libhaptable.so.1
-INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run)
+INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-fit)
 MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUILD)/package/man/haptable-build.1
 
 # install: programs, manuals, libraries and sources into DESTDIR/PREFIX (make install PREFIX=$HOME/.local)

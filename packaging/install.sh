@@ -21,7 +21,7 @@ put() {
     done
 }
 
-for program in precompute codegen device view bridge run; do put 755 "$prefix/bin" "$BUILD/bin/haptable-$program"; done
+for program in precompute codegen device view bridge run fit; do put 755 "$prefix/bin" "$BUILD/bin/haptable-$program"; done
 put 755 "$prefix/bin" packaging/haptable-build
 
 put 644 "$prefix/lib/haptable" "$BUILD"/lib/haptable-*.so "$BUILD/lib/libhaptable-servo.a"
@@ -61,7 +61,7 @@ for page in "$BUILD"/package/man/*.1; do
 done
 install -D -m 644 packaging/completion.bash "$destdir$prefix/share/bash-completion/completions/haptable-precompute"
 echo "$prefix/share/bash-completion/completions/haptable-precompute" >>"$list"
-for program in build codegen device view bridge run; do # bash looks by the program's name
+for program in build codegen device view bridge run fit; do # bash looks by the program's name
     ln -sf haptable-precompute "$destdir$prefix/share/bash-completion/completions/haptable-$program"
     echo "$prefix/share/bash-completion/completions/haptable-$program" >>"$list"
 done

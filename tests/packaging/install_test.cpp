@@ -86,7 +86,7 @@ TEST_F(Installed, RunsASessionWithoutTheSourceTree) {
 }
 
 TEST_F(Installed, StatusTellsWhoIsWrong) {
-    for (const std::string name : {"build", "precompute", "codegen", "device", "view", "bridge", "run"}) {
+    for (const std::string name : {"build", "precompute", "codegen", "device", "view", "bridge", "run", "fit"}) {
         const std::string command = "haptable-" + name;
         EXPECT_EQ(in_shell(command + " --version").status, 0) << name;
         EXPECT_EQ(in_shell(command + " --no-such-option").status, 2) << name;
