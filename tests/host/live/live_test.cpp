@@ -183,6 +183,12 @@ TEST_F(LivePage, ItsPointerIsTheDeviceAndASecondPageLooks) {
     press(second);
     second.mouse("mouseReleased", top(second)[0], top(second)[1]);
     EXPECT_EQ(second.evaluate("haptable.live().goal"), nullptr);
+    // Nor does the server take a wish of it.
+    second.evaluate(
+        "haptable.live().socket.send(JSON.stringify({kind: 'goal', at: [0.015, 0.015, 0.02], place: true})); "
+        "globalThis.before = haptable.live().ticks; 0");
+    EXPECT_TRUE(second.wait_until("haptable.live().ticks > before + 500"));
+    EXPECT_EQ(second.evaluate("haptable.frame().state === 1 && haptable.frame().finger[2] > 0.03"), true);
     expect_quiet(*first, url);
     expect_quiet(second, url);
 
