@@ -467,7 +467,7 @@ $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/ben
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
-	$(link) -lgtest $(LIBS_LINK)
+	$(link) -lgtest $(LIBS_DEVICE)
 
 # One scene: `make scene` calls make again with its NAME.
 ifdef NAME

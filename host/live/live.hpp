@@ -28,7 +28,7 @@ struct LiveReport {
     std::int64_t sockets = 0;  ///< of pages that were open
     std::int64_t ticks = 0;    ///< that were heard
     std::int64_t lost_ticks = 0;
-    LeftOut left_out;
+    LiveLeftOut left_out;
     std::int64_t pointer_sessions = 0, pointer_ticks = 0;  ///< of the pointer as a device
 };
 

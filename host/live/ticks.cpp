@@ -96,10 +96,8 @@ bool LiveTicks::fill_contact(const contact& load, LiveTick& tick) const {
     for (std::size_t a = 0; a < 3; ++a) tick.finger_m[a] = static_cast<float>(load.finger_m[a]);
     const bool touches = haptable_touches(force_.servo_state) != 0;
     // Without a position there is no god-object either.
-    if (!touches) {
-        std::copy_n(tick.finger_m, 3, tick.god_object_m);
-        return load.count == 0;
-    }
+    std::copy_n(tick.finger_m, 3, tick.god_object_m);
+    if (load.count == 0) return !touches;  // else a dent that the finger left
     if (load.count != 3 || !copy_finite(load.finger_m, 3, tick.finger_m) ||
         !copy_finite(load.god_object_m, 3, tick.god_object_m))
         return false;

@@ -26,7 +26,7 @@ struct LiveTick {
 static_assert(sizeof(LiveTick) == 112);
 
 /// What is no tick, by why.
-struct LeftOut {
+struct LiveLeftOut {
     std::int64_t other_tables = 0;  ///< of another scene's servo, or of older tables
     std::int64_t other_servo = 0;   ///< of a second one, while the first speaks
     std::int64_t damaged = 0;       ///< that no servo of these tables can have sent
@@ -48,7 +48,7 @@ public:
     std::vector<LiveTick> ticks() { return std::exchange(ticks_, {}); }
     /// When the last tick came; the epoch's begin, where none did.
     Clock::time_point heard() const { return heard_; }
-    const LeftOut& left_out() const { return left_out_; }
+    const LiveLeftOut& left_out() const { return left_out_; }
     /// Ticks of which a message was not heard.
     std::int64_t lost() const { return lost_; }
     /// Times that a servo told another device that it is not its.
@@ -70,7 +70,7 @@ private:
     std::uint32_t buttons_ = 0;
     Clock::time_point heard_{};
     std::vector<LiveTick> ticks_;
-    LeftOut left_out_;
+    LiveLeftOut left_out_;
     std::int64_t lost_ = 0, refusals_ = 0;
     std::uint64_t other_hash_ = 0;
 };

@@ -174,7 +174,9 @@ EXPORT(page_displace) const float* page_displace(const struct page_tick* tick) {
     int c;
     if (!displacement_m) return 0;
     page_deform_clear(&columns, displacement_m);
-    if (!haptable_touches((int)tick->state)) return displacement_m;
+    /* Free, it may have a dent that the finger left. */
+    if (!haptable_touches((int)tick->state) && (tick->state != HAPTABLE_FREE || tick->vertex[0] < 0))
+        return displacement_m;
     if (is_spread) {
         const uint16_t vertex[3] = {(uint16_t)tick->vertex[0], (uint16_t)tick->vertex[1], (uint16_t)tick->vertex[2]};
         page_deform_add_spread(&columns, &spread, vertex, (uint16_t)tick->patch, tick->nodal_force_n, displacement_m);

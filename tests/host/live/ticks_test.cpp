@@ -81,6 +81,24 @@ TEST_F(LiveTicksTest, JoinAForceAndItsContact) {
         EXPECT_NE(std::find(corners.begin(), corners.end(), static_cast<std::uint16_t>(tick.vertex[c])), corners.end());
 }
 
+// A body that relaxes keeps a dent, which is drawn though nothing touches it.
+TEST_F(LiveTicksTest, KeepTheDentThatAFingerLeft) {
+    servo_force free = force(0);
+    free.servo_state = servo_force::FREE;
+    take(free, load(0));
+    const std::vector<LiveTick> made = ticks.ticks();
+    ASSERT_EQ(made.size(), 1U);
+    EXPECT_EQ(made[0].state, 1U);
+    EXPECT_GE(made[0].vertex[0], 0);
+    EXPECT_EQ(made[0].nodal_force_n[2][2], -0.3F);
+    contact empty = load(1);
+    empty.count = 0;
+    empty.node.clear();
+    empty.force_n.clear();
+    take(force(1), empty);
+    EXPECT_EQ(ticks.left_out().damaged, 1) << "a contact without a patch";
+}
+
 TEST_F(LiveTicksTest, CountWhatIsNone) {
     take(force(0), load(0));
     contact none = load(1);
