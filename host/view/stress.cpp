@@ -82,7 +82,8 @@ std::vector<Tet> surface_tets(const Tables& tables, const std::string& text, con
 
 Eigen::Matrix<float, 3, 4> shape_gradients(const std::array<Eigen::Vector3d, 4>& corner_m) {
     Eigen::Matrix3d edges;
-    for (int c = 0; c < 3; ++c) edges.row(c) = (corner_m[static_cast<std::size_t>(c + 1)] - corner_m[0]).transpose();
+    for (std::size_t c = 1; c < 4; ++c)
+        edges.row(static_cast<Eigen::Index>(c - 1)) = (corner_m[c] - corner_m[0]).transpose();
     const Eigen::Matrix3d gradients = edges.inverse();
     Eigen::Matrix<float, 3, 4> out;
     out.rightCols<3>() = gradients.cast<float>();
