@@ -26,7 +26,7 @@ public:
     /// times a second at least.
     template <typename Text>
     void look(std::string_view counter, std::int64_t value, Clock::time_point now, const Text& text) {
-        if (value <= 0) return;
+        // Even of 0: a session has all the memory that it needs from its first look on.
         auto seen = seen_.find(counter);
         if (seen == seen_.end()) seen = seen_.emplace(counter, Seen{}).first;
         if (value <= seen->second.value) return;
