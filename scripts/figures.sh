@@ -57,6 +57,13 @@ for name in accuracy error-time error-flash error-precompute large-strain contac
 done
 
 fi
+# The dent that is there 0.1 s after the finger has left, in a session on the same path.
+"$BUILD/bin/haptable-run" meshes/liver-capsule.toml --path "$work/relaxation.path.csv" --lockstep --seconds 9 \
+    --draw nothing --quiet --out "$work/relaxation"
+"$BUILD/bin/haptable-view" "$BUILD/liver-capsule" --quiet --log "$work/relaxation/session.lcmlog" --ticks 8650 \
+    --size 640x480 -o "$pictures/liver-dent.png"
+echo "  $pictures/liver-dent.png"
+
 # ---- pictures and film ---------------------------------------------------------------------------------------------
 
 BUILD=$BUILD sh scripts/demo.sh --figures >/dev/null

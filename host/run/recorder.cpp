@@ -77,7 +77,7 @@ void Recorder::take(const contact& touched) {
     for (int axis = 0; axis < 3; ++axis)
         square_m2 += (touched.finger_m[axis] - touched.god_object_m[axis]) *
                      (touched.finger_m[axis] - touched.god_object_m[axis]);
-    depth_m_ = touched.count > 0 ? std::sqrt(square_m2) : 0.0;
+    depth_m_ = touched.touches != 0 ? std::sqrt(square_m2) : 0.0;
 }
 
 void Recorder::take(const servo_status& status) {

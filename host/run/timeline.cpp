@@ -93,7 +93,7 @@ private:
         if (tick == nullptr) return;
         std::copy_n(touched.god_object_m, 3, tick->god_object_m.begin());
         tick->depth_m = tick->stored_j = 0.0;
-        for (std::size_t axis = 0; touched.count > 0 && axis < 3; ++axis) {
+        for (std::size_t axis = 0; touched.touches != 0 && axis < 3; ++axis) {
             const double u_m = touched.finger_m[axis] - touched.god_object_m[axis];
             tick->depth_m = std::hypot(tick->depth_m, u_m);
             for (const auto& load_n : touched.force_n) tick->stored_j += 0.5 * load_n[axis] * u_m;
