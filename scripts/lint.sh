@@ -46,6 +46,7 @@ arrow host/target host/report host/base host/tables codegen host/target firmware
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
+arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h
 arrow host/library host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h
