@@ -79,7 +79,7 @@ void LiveTicks::take(const contact& load) {
         ++left_out_.damaged;
         return;
     }
-    tick.state = static_cast<std::uint32_t>(force_.servo_state);
+    tick.state = static_cast<std::uint8_t>(force_.servo_state);
     tick.faults = static_cast<std::uint32_t>(force_.faults);
     if (load.session == session_ && load.servo == servo_ && load.seq > seq_ + 1) lost_ += load.seq - seq_ - 1;
     if (load.session != session_) buttons_ = 0;
