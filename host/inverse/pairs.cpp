@@ -75,9 +75,9 @@ CompliancePairs::CompliancePairs(const Supernodes& factor, std::span<const NodeP
 
 void CompliancePairs::find_unique(std::span<const NodePair> wanted) {
     struct Ask {
-        std::int32_t earlier, later;  // places in the tree
-        std::size_t number;           // of the wanted pair
-        auto operator<=>(const Ask&) const = default;
+        std::int32_t earlier, later;                   // places in the tree
+        std::size_t number;                            // of the wanted pair
+        auto operator<=>(const Ask&) const = default;  // NOLINT(modernize-use-nullptr): it is none
     };
     std::vector<std::int32_t> place(tree_.place.size() / 3), node_at(tree_.place.size());
     for (std::size_t node = 0; node < place.size(); ++node) {

@@ -48,7 +48,10 @@ Eigen::MatrixXd multiply(const Sparse& m, const Eigen::Ref<const Eigen::MatrixXd
 
 }  // namespace
 
-Stiffness::Stiffness(Sparse k) : matrix_(std::move(k)) { matrix_.makeCompressed(); }
+Stiffness::Stiffness(Sparse k) {
+    matrix_.swap(k);  // Eigen's would be copied by a move
+    matrix_.makeCompressed();
+}
 
 Stiffness::Stiffness(const Sparse& a, const ByRows& g, std::vector<std::int32_t> node) : node_(std::move(node)) {
     const Sparse by_columns = g;

@@ -190,7 +190,7 @@ void require_columns(const Tables& tables, const fs::path& folder) {
 
 fs::path page_parts() {
     const fs::path found = find_part("page");
-    const fs::path parts = found.empty() ? program_folder().parent_path() / "lib/page" : found;
+    fs::path parts = found.empty() ? program_folder().parent_path() / "lib/page" : found;
     for (const char* file : {"servo.wasm", "three.min.js", "page.html"})
         if (!fs::exists(parts / file))
             throw Error(

@@ -33,6 +33,7 @@ haptable_output step(const ServoScene& scene, haptable_servo& servo, const Recor
 void compare(const RecordedTick& tick, const haptable_output& output, ReplayReport& report) {
     if (!tick.force_n) return;
     ++report.compared;
+    // Bit for bit. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(tick.force_n->data(), output.force_n, sizeof output.force_n) == 0) return;
     if (report.other_forces++ == 0) report.first_other = tick.number;
 }

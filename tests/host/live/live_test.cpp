@@ -122,10 +122,11 @@ TEST_F(LivePage, ShowsASessionAsTheServoRecordsIt) {
     open(browser, url);
     EXPECT_TRUE(says(browser, "The servo waits for a device.")) << link(browser);
     browser.key("r");
-    Process partner(device({"--seconds", "3", "--path", "poke,drag"}));
+    Process partner(device({"--seconds", "300", "--path", "poke,drag"}));  // until it was seen
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().displacement.some(u => u < -1e-4)"));
     EXPECT_TRUE(says(browser, "this page only looks")) << link(browser);
     press(browser);
+    partner.kill(SIGINT);
     EXPECT_EQ(partner.wait_for_exit(), 0);
     browser.key("r");
     ASSERT_TRUE(browser.wait_until("haptable.saved"));
