@@ -24,7 +24,7 @@ static float shown_stiffness2(const struct haptable_model* model, const struct h
     u2 = vec_dot(u, u);
     force2 = vec_dot(force_n, force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
-    if (model->relaxed) {
+    if (model->relax) {
         const float twice_j = model->relaxed->dent * model->relaxed->dent;
         force2 = twice_j * (twice_j / u2);
     }

@@ -94,6 +94,9 @@ std::string numbers(const std::vector<std::array<float, 3>>& path_m) {
     return text;
 }
 
+/// Not at the first touch, of which a slow machine may see a frame.
+constexpr const char* kDented = "haptable.frame().contact && haptable.frame().displacement.some(u => u < -2e-4)";
+
 /// The displacements that the page shows are equation 8 of its loads by the viewer, to the rounding of its columns.
 /// `largest`: of any block of L, m/N.
 void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::path& folder, double epsilon,
@@ -261,7 +264,7 @@ TEST_F(TouchPage, DeformsAsTheViewerDoes) {
         Browser browser;
         open(browser, url());
         press(browser, top(browser));
-        ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 1e-3"));
+        ASSERT_TRUE(browser.wait_until(kDented));
         const double largest = cube_compliance({0.015, 0.015, 0.03}, {0.015, 0.015, 0.03}).cwiseAbs().maxCoeff();
         expect_viewers_surface(browser, tables, folder / "cube", half ? kHalf : kFloat, largest);
     }
