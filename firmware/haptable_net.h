@@ -227,7 +227,7 @@ static inline void vary_fraction(const struct haptable_model* model, uint16_t pa
 }
 
 /* What C lacks may change its sign within HAPTABLE_CORRECTION of a point, to first order and a tenth. */
-#define LIFT_REACH (1.1f * HAPTABLE_CORRECTION)
+#define HAPTABLE_LIFT_REACH (1.1f * HAPTABLE_CORRECTION)
 
 /* 1 where the lift may begin or end there. before: C is not lifted yet. */
 static inline int is_at_lift(const struct haptable_model* model, uint16_t patch, float fraction, int degree,
@@ -235,7 +235,7 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
     const uint16_t* vertex = model->patch[patch];
     const float compliance = 1.0f / model->rigid_stiffness_n_per_m;
     const float missing = missing_of(model, fraction, c);
-    const float reach = LIFT_REACH * (float)degree;
+    const float reach = HAPTABLE_LIFT_REACH * (float)degree;
     float steepest = 0.0f;
     int b;
     for (b = 1; b < 3; ++b) {

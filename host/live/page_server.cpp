@@ -68,7 +68,7 @@ std::string header(lws* socket, lws_token_indexes token) {
 
 }  // namespace
 
-struct PageServerCallback {
+struct PageServer::Callback {
     static int call(lws* socket, lws_callback_reasons reason, void*, void* in, std::size_t size) {
         auto* server = static_cast<PageServer*>(lws_context_user(lws_get_context(socket)));
         return server->on_event(socket, reason, in, size);
@@ -85,7 +85,7 @@ PageServer::PageServer(int port, Events events) : events_(std::move(events)), po
     lws_context_creation_info info{};
     info.port = port;
     info.iface = kHere;
-    info.protocols = PageServerCallback::kProtocols.data();
+    info.protocols = Callback::kProtocols.data();
     info.gid = static_cast<gid_t>(-1);
     info.uid = static_cast<uid_t>(-1);
     info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND | LWS_SERVER_OPTION_DISABLE_IPV6;

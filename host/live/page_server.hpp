@@ -68,7 +68,7 @@ private:
     void receive(lws* socket, std::string_view bytes);
     int write(lws* socket);
     int on_event(lws* socket, int reason, void* in, std::size_t size);
-    friend struct PageServerCallback;
+    struct Callback;  ///< of libwebsockets
 
     Events events_;
     int port_;
