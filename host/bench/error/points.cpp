@@ -239,7 +239,7 @@ NumberTable order_table(const std::vector<Point>& points) {
     std::map<std::pair<std::string, std::string>, const Point*> coarser;
     for (const Point& point : points) {
         if (point.force != word(ForceLaw::kPressureMask) || point.god_object != word(GodObject::kNearest) ||
-            point.body.find("cube") != 0)
+            point.precision != word(Storage::kFloat32) || point.body.find("cube") != 0)
             continue;
         table.rows.push_back({point.body, point.element, point.mesh, signed_share(point.mean), std::string()});
         const Point*& last = coarser[{point.body, point.element}];
