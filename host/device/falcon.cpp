@@ -50,6 +50,26 @@ std::optional<Leg> leg_at(std::size_t leg, double angle, const Vector3d& grip_m)
     return found;
 }
 
+/// All three, a row each.
+struct Legs {
+    Vector3d g;
+    Matrix3d by_grip;
+    Vector3d by_angle;
+};
+
+std::optional<Legs> legs_at(const Vector3d& angle, const Vector3d& grip_m) {
+    Legs found;
+    for (std::size_t leg = 0; leg < 3; ++leg) {
+        const auto row = static_cast<Eigen::Index>(leg);
+        const std::optional<Leg> at = leg_at(leg, angle[row], grip_m);
+        if (!at) return std::nullopt;
+        found.g[row] = at->g;
+        found.by_grip.row(row) = at->by_grip.transpose();
+        found.by_angle[row] = at->by_angle;
+    }
+    return found;
+}
+
 std::int16_t nibbles(std::span<const std::uint8_t> four) {
     unsigned value = 0;
     for (std::size_t i = 0; i < 4; ++i) value |= ((four[i] - unsigned{kZero}) & 0xFU) << (4 * i);
@@ -106,16 +126,9 @@ double falcon_angle(std::int16_t encoder) { return (35.0 + 360.0 / 1280.0 * 14.2
 std::optional<Vector3d> falcon_grip_m(const Vector3d& angle, const Vector3d& near_m) {
     Vector3d grip_m = near_m;
     for (int step = 0; step < 20; ++step) {
-        Matrix3d by_grip;
-        Vector3d g;
-        for (std::size_t leg = 0; leg < 3; ++leg) {
-            const auto row = static_cast<Eigen::Index>(leg);
-            const std::optional<Leg> at = leg_at(leg, angle[row], grip_m);
-            if (!at) return std::nullopt;
-            by_grip.row(row) = at->by_grip.transpose();
-            g[row] = at->g;
-        }
-        const Vector3d more_m = by_grip.partialPivLu().solve(-g);
+        const std::optional<Legs> legs = legs_at(angle, grip_m);
+        if (!legs) return std::nullopt;
+        const Vector3d more_m = legs->by_grip.partialPivLu().solve(-legs->g);
         if (!more_m.allFinite()) return std::nullopt;
         grip_m += more_m;
         if (more_m.norm() < 1e-12) return grip_m;
@@ -138,16 +151,9 @@ std::optional<Vector3d> falcon_angles(const Vector3d& grip_m) {
 }
 
 std::optional<Matrix3d> falcon_jacobian(const Vector3d& angle, const Vector3d& grip_m) {
-    Matrix3d by_grip;
-    Vector3d by_angle;
-    for (std::size_t leg = 0; leg < 3; ++leg) {
-        const auto row = static_cast<Eigen::Index>(leg);
-        const std::optional<Leg> at = leg_at(leg, angle[row], grip_m);
-        if (!at) return std::nullopt;
-        by_grip.row(row) = at->by_grip.transpose();
-        by_angle[row] = at->by_angle;
-    }
-    const Matrix3d jacobian = by_grip.partialPivLu().solve(Matrix3d((-by_angle).asDiagonal()));
+    const std::optional<Legs> legs = legs_at(angle, grip_m);
+    if (!legs) return std::nullopt;
+    const Matrix3d jacobian = legs->by_grip.partialPivLu().solve(Matrix3d((-legs->by_angle).asDiagonal()));
     if (!jacobian.allFinite()) return std::nullopt;
     return jacobian;
 }
