@@ -71,14 +71,17 @@ TEST(Faults, BodiesWithoutHingesHaveNoTableOfThem) {
     EXPECT_EQ(model.get()->hinge, nullptr);
 }
 
-/// Pressed on its top: a finger of much friction, which holds the god-object.
-haptable_model held(const TestModel& model) {
+haptable_model with_friction(const TestModel& model, float at_rest, float sliding) {
     haptable_model rough = *model.get();
     rough.frictionless = rough.god_object;
     rough.god_object = haptable_god_object_friction;
-    rough.static_friction = rough.kinetic_friction = 1000.0F;
+    rough.static_friction = at_rest;
+    rough.kinetic_friction = sliding;
     return rough;
 }
+
+/// Pressed on its top: a finger of much friction, which holds the god-object.
+haptable_model held(const TestModel& model) { return with_friction(model, 1000.0F, 1000.0F); }
 
 // The frictionless god-object goes around half of the ball, which takes more steps than a tick has, while friction
 // holds the one that is felt.
@@ -416,11 +419,7 @@ TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
     for (const Shape& shape : {l_shape(3, 0.06), torus_shape(16, 8, 0.03, 0.01), spindle_shape(30, 0.02, 0.03),
                                sphere_shape(1, 0.03), box_shape(2, Vector3d(0.03, 0.03, 0.03))}) {
         const TestModel model(shape, -1e9, GodObject::kLeastEnergy);
-        haptable_model rough = *model.get();
-        rough.frictionless = rough.god_object;
-        rough.god_object = haptable_god_object_friction;
-        rough.static_friction = 0.3F;
-        rough.kinetic_friction = 0.2F;
+        const haptable_model rough = with_friction(model, 0.3F, 0.2F);
         Finger finger(rough);
         std::mt19937 dice(5);
         const auto between = [&](double low, double high) {
@@ -460,11 +459,7 @@ TEST(Faults, AHeldGodObjectDoesNotSeeTheFinger) {
     for (const Shape& shape : {fanned_disk_shape(24, 0.03, 0.002), box_shape(2, Vector3d(0.03, 0.03, 0.002))})
         for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
             const TestModel model(shape, -1e9, god);
-            haptable_model rough = *model.get();
-            rough.frictionless = rough.god_object;
-            rough.god_object = haptable_god_object_friction;
-            rough.static_friction = 3.0F;
-            rough.kinetic_friction = 2.0F;
+            const haptable_model rough = with_friction(model, 3.0F, 2.0F);
             Finger finger(rough);
             std::mt19937 dice(9);
             const auto between = [&](double low, double high) {

@@ -2,12 +2,15 @@
 // What the tests of link, servo, device and loop share: a work folder, a soft box to touch, a CSV reader.
 #pragma once
 
+#include <unistd.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
@@ -44,6 +47,19 @@ private:
     haptable_model tables_ = *model_.get();
     std::vector<std::uint32_t> node_;
 };
+
+/// An LCM URL on a port of this process's own: another run on this machine does not hear it.
+inline std::string own_url() { return "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0"; }
+
+/// Why LCM does not work there, for the want of a multicast route; nothing where it does.
+inline std::string why_no_lcm(const std::string& url) {
+    try {
+        const Connection connection(url);
+        return "";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
 
 /// The session of the device that asks in tests.
 inline constexpr std::int64_t kSession = 0x5E5510;

@@ -21,8 +21,7 @@ const std::vector<std::string> kPokes = {"--path", "poke", "--hold", "0.3", "--s
 class LcmLoop : public testing::Test {
 protected:
     void SetUp() override {
-        // A port of our own: another run on this machine does not hear us.
-        url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+        url = own_url();
         setenv("LCM_DEFAULT_URL", url.c_str(), 1);
         for (const std::string& program : {servo, device})
             if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built: make scene";

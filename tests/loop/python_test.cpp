@@ -11,6 +11,7 @@
 #include "host/link/log_reader.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
+#include "tests/wheels.hpp"
 
 namespace haptable::test {
 namespace {
@@ -27,14 +28,9 @@ class Python : public testing::Test {
 protected:
     void SetUp() override {
         setenv("LCM_DEFAULT_URL", url.c_str(), 1);
-        if (!std::filesystem::exists(python / "ready"))
-            GTEST_SKIP() << "the packages of PyPI are not there: make test installs them";
+        if (!has_wheels()) GTEST_SKIP() << kNoWheels;
         if (!std::filesystem::exists(servo)) GTEST_SKIP() << servo << " is not built: make scene";
-        try {
-            const Connection connection(url);
-        } catch (const Error& error) {
-            GTEST_SKIP() << error.what();
-        }
+        if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << why;
     }
     void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }
 
@@ -48,7 +44,7 @@ protected:
         return {servo, "--lcm", "--quiet", "--no-realtime", "--csv", (folder / csv).string()};
     }
 
-    std::string url = "udpm://239.255.72.84:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+    std::string url = own_url();
     std::filesystem::path python = std::filesystem::absolute(build_folder()) / "python";
     std::string servo = (build_folder() / "cube/servo").string();
     WorkFolder folder;

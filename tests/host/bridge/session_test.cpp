@@ -9,9 +9,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <thread>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 
 namespace haptable::test {
@@ -280,15 +282,6 @@ TEST_F(BridgeSessionTest, StatusCounts) {
 }
 
 // ---- lines ---------------------------------------------------------------------------------------------------------
-
-std::string error_of(const std::function<void()>& work) {
-    try {
-        work();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no error";
-}
 
 TEST(Line, ErrorsNameThePath) {
     WorkFolder folder;

@@ -13,11 +13,13 @@
 #include "host/device/exchange_driver.hpp"
 #include "host/device/five_bar.hpp"
 #include "host/device/session.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/device/falcon_board.hpp"
 #include "tests/host/device/hapi_board.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
+#include "tests/wheels.hpp"
 
 namespace haptable::test {
 namespace {
@@ -31,8 +33,6 @@ constexpr double kPatient_s = 20.0;
 
 /// Python with the packages of scripts/python.sh.
 std::string python() { return (build_folder() / "python/bin/python3").string(); }
-bool has_python() { return std::filesystem::exists(build_folder() / "python/ready"); }
-constexpr const char* kNoPython = "the packages of PyPI are not there: make test installs them";
 
 DriverOptions at_port(const std::string& port) {
     DriverOptions options;
@@ -59,17 +59,6 @@ std::int64_t counter(const Driver& driver, const std::string& name) {
     for (const Counter& one : driver.counters())
         if (one.name == name) return one.value;
     return -1;
-}
-
-/// The message of the Error that `act` throws.
-template <typename Act>
-std::string error_of(Act act) {
-    try {
-        act();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no error";
 }
 
 TEST(Drivers, AreKnownByName) {
@@ -125,7 +114,7 @@ protected:
 // Haply's unmodified Python client and our driver at the same board: the same set-up byte for byte, the same place, the
 // same torques for a force.
 TEST_P(Hapi, TheDriverIsWhatHaplysOwnClientIs) {
-    if (!has_python()) GTEST_SKIP() << kNoPython;
+    if (!has_wheels()) GTEST_SKIP() << kNoWheels;
     const Vector2d degrees(140.0, 35.0), force_n(0.5, -0.25);
     HapiBoard theirs(degrees[0], degrees[1]), ours(degrees[0], degrees[1]);
     const Outcome outcome = run(python() + " tests/host/device/hapi_client.py " + theirs.port() + " " +
@@ -384,7 +373,7 @@ private:
 class Inverse3 : public testing::Test {
 protected:
     void SetUp() override {
-        if (!has_python()) GTEST_SKIP() << kNoPython;
+        if (!has_wheels()) GTEST_SKIP() << kNoWheels;
     }
 };
 

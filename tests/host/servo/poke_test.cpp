@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 
@@ -11,15 +12,6 @@ namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string error_of(const std::function<void()>& work) {
-    try {
-        work();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "";
-}
 
 // The box reaches to 30 mm: pushed 4 mm down at its top, the god-object stays on it and the force is S u.
 TEST(Poke, TellsWhatTheFingerFeels) {
