@@ -113,6 +113,75 @@ TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
         }
 }
 
+/// The body of a force and a god-object, rough or not, as it relaxes by so many terms.
+struct RelaxingBody {
+    RelaxingBody(const ElasticBody& body, GodObject god_object, std::size_t terms, double friction)
+        : tables_(with(body.tables(), god_object, terms, friction)), servo_(build_model(tables_)) {}
+    haptable_model model() const { return model_in_memory(tables_, servo_); }
+
+private:
+    static Tables with(Tables tables, GodObject god_object, std::size_t terms, double friction) {
+        tables.limits = {};
+        tables.god_object = god_object;
+        tables.static_friction = tables.kinetic_friction = friction;
+        for (std::size_t k = 0; k < terms; ++k) tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
+        return tables;
+    }
+    Tables tables_;
+    ServoModel servo_;
+};
+
+/// The median sliding tick, every tick having the host's bits.
+std::uint64_t relaxing_tick(const TargetImage& image, const RelaxingBody& body,
+                            const std::vector<std::array<float, 3>>& path_m) {
+    const haptable_model model = body.model();
+    const std::vector<TargetTick> ticks = image.measure(model, path_m);
+    haptable_servo servo;
+    haptable_init(&servo);
+    std::size_t behind = 0;
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        const haptable_output out = step(model, servo, path_m, i);
+        EXPECT_TRUE(same(ticks[i], out)) << "tick " << i;
+        if (testing::Test::HasFailure()) break;
+        behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
+    }
+    EXPECT_EQ(behind > 10U, model.term_count > 0) << "a dent is left";
+    return count_ticks(path_m, ticks).sliding.median;
+}
+
+// Of both, smooth or rough: the host's bits, and at most 60 instructions a term.
+class RelaxingOnTarget : public testing::TestWithParam<std::string> {};
+
+TEST_P(RelaxingOnTarget, ConsistentAndMaskForcesHaveTheHostsBitsAndCostLittleATerm) {
+    const TargetImage image(build_folder(), "cube", GetParam());
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const auto& [god_object, friction] :
+             {std::pair{GodObject::kNearest, 0.0}, {GodObject::kLeastEnergy, 0.0}, {GodObject::kLeastEnergy, 0.4}}) {
+            const ElasticBody& touched = body("cube", force);
+            const auto path_m = stroke_path(touched.tables(), 8);
+            const auto median = [&](std::size_t terms) {
+                return relaxing_tick(image, RelaxingBody(touched, god_object, terms, friction), path_m);
+            };
+            const std::uint64_t one = median(1), eight = median(8);
+            const std::string what =
+                std::string(word(force)) + " " + word(god_object) + (friction > 0.0 ? " friction" : "");
+            RecordProperty(what, std::to_string(one) + " " + std::to_string(eight));
+            EXPECT_LE(eight, one + 7 * 60) << what;
+            if (god_object == GodObject::kNearest) {
+                EXPECT_LE(one, median(0) + 400) << what;
+            }
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, RelaxingOnTarget,
+                         testing::ValuesIn(std::vector<std::string>(kTargets.begin(), kTargets.end())),
+                         [](const auto& one) {
+                             std::string name = one.param;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
+
 // A tip of 31 patches: their normals, each with its angle, are most of what a tick that lets go there costs.
 TEST(Bound, HoldsOnATipOfManyPatches) {
     const TestModel tip(spindle_shape(31, 0.02, 0.03));
