@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 struct Options {
     fs::path folder, out, csv, log, page;
-    bool lcm = false, mesh = false, vtu = false, json = false, quiet = false, serve = false;
+    bool lcm = false, mesh = false, sag = false, vtu = false, json = false, quiet = false, serve = false;
     LiveOptions live;
     FrameChoice choice;
     LiveLimits limits;
@@ -51,6 +51,7 @@ void add_options(CommandLine& app, Options& o) {
     source.option("--log", o.log, "an LCM log (lcm-logger FILE)");
     const Option lcm = source.flag("--lcm", o.lcm, "live, until Ctrl-C, --frames or --seconds");
     source.flag("--mesh", o.mesh, "the rest shape alone");
+    source.flag("--sag", o.sag, "the body under its own weight ([gravity] of its scene), from its shape without");
     const Option page = source.option("--page", o.page, "write one HTML file that lets a pointer touch the body");
     const Option serve = app.flag("--serve", o.serve,
                                   "with --lcm: that page over the live session, for browsers of this machine alone, at "
@@ -122,12 +123,10 @@ class Session {
 public:
     Session(const Options& options, const Tables& tables)
         : options_(options), painter_(tables, options.folder, options.view, !options.mesh) {
-        if (!is_figure(options.out))
-            output_.emplace(options.out, options.view.width, options.view.height, frame_ms(options));
-        if (!options.vtu) return;
-        if (!output_ || output_->folder() == nullptr)
-            throw Error("--vtu: give a folder with -o, not " + options.out.string());
-        vtu_.emplace(*output_->folder());
+        open();
+    }
+    Session(const Options& options, const Sag& sag) : options_(options), painter_(sag, options.folder, options.view) {
+        open();
     }
 
     void widen(const ContactFrame& frame) { painter_.measure(frame, report.largest); }
@@ -161,6 +160,15 @@ public:
     Report report;
 
 private:
+    void open() {
+        if (!is_figure(options_.out))
+            output_.emplace(options_.out, options_.view.width, options_.view.height, frame_ms(options_));
+        if (!options_.vtu) return;
+        if (!output_ || output_->folder() == nullptr)
+            throw Error("--vtu: give a folder with -o, not " + options_.out.string());
+        vtu_.emplace(*output_->folder());
+    }
+
     void add_vtu(const ContactFrame& frame) {
         for (const fs::path& file : vtu_->add(painter_.surface(), frame)) output_->note_file(file);
     }
@@ -212,7 +220,8 @@ Report draw_recorded(const Options& options, const Tables& tables) {
     return session.report;
 }
 
-Report draw_live(Options options, const Tables& tables) {
+Report draw_live(const Options& given, const Tables& tables) {
+    Options options = given;
     if (options.out.extension() == ".png" || is_figure(options.out)) options.limits.frames = 1;
     catch_interrupts();  // Ctrl-C is the usual end
     Session session(options, tables);
@@ -229,6 +238,15 @@ Report draw_live(Options options, const Tables& tables) {
 Report draw_mesh(const Options& options, const Tables& tables) {
     Session session(options, tables);
     session.add_mesh();
+    session.close();
+    return session.report;
+}
+
+Report draw_sag(const Options& options, const Tables& tables) {
+    const Sag sag = read_sag(tables, options.folder);
+    Session session(options, sag);
+    session.widen({});
+    session.add({});
     session.close();
     return session.report;
 }
@@ -304,10 +322,8 @@ void view(Options& options) {
     if (options.out.empty()) throw BadCommandLine("--out is required");
     complete(options);
     const Tables tables = read_tables(options.folder);
-    if (options.lcm)
-        print(draw_live(options, tables), options);
-    else
-        print(options.mesh ? draw_mesh(options, tables) : draw_recorded(options, tables), options);
+    const auto draw = options.lcm ? draw_live : options.mesh ? draw_mesh : options.sag ? draw_sag : draw_recorded;
+    print(draw(options, tables), options);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/error.hpp"
 #include "host/base/si.hpp"
 #include "host/tables/small_strain.hpp"
 #include "host/view/colormap.hpp"
@@ -44,7 +45,15 @@ Painter::Painter(const Tables& tables, const std::filesystem::path& folder, cons
         check_ = read_mesh_check(folder, tables.position.size());
 }
 
-void Painter::deform(const ContactFrame& frame) { surface_.deform(deformation_->displace(frame.loads)); }
+Painter::Painter(const Sag& sag, const std::filesystem::path& folder, const ViewOptions& view)
+    : Painter(sag.tables, folder, view, false) {
+    if (view.color != "displacement") throw Error("--color " + view.color + ": of a sag the colours show displacement");
+    sag_m_ = &sag.displacement_m;
+}
+
+void Painter::deform(const ContactFrame& frame) {
+    surface_.deform(sag_m_ != nullptr ? *sag_m_ : deformation_->displace(frame.loads));
+}
 
 void Painter::measure(const ContactFrame& frame, Ranges& ranges) {
     deform(frame);
@@ -116,9 +125,18 @@ void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
         notes.details.push_back(view_.speed < 1.0 ? fmt::format("{:.3g} times slower", 1.0 / view_.speed)
                                                   : fmt::format("{:.3g} times faster", view_.speed));
     if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
+    notes.legend = {{"finger", kFingerColor},
+                    {"god-object", kGodObjectColor},
+                    {"force on the finger", kArrowColor, LegendEntry::Sign::arrow}};
     if (small_strain_m_ && depth_m > *small_strain_m_)
         notes.warning = fmt::format("beyond small strain ({}): a rubber's force would be off by 10 % and more",
                                     si(*small_strain_m_, "m"));
+}
+
+void Painter::add_weight(const Ranges& ranges, Annotation& notes) const {
+    notes.title = tables_.name;
+    notes.details = {"under its own weight", "moves by up to " + si(ranges.displacement_m, "m")};
+    if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
 }
 
 /// What the colours show, at every drawn node, of the surface as it is deformed now.
@@ -158,11 +176,8 @@ Painter::Scene Painter::compose(const ContactFrame& frame, const Ranges& ranges)
         for (Eigen::Vector3f& u : surface_.displacement_m) u *= static_cast<float>(view_.exaggeration);
     surface_.update_normals();
     Annotation& notes = scene.notes;
-    add_caption(frame, notes);
+    sag_m_ != nullptr ? add_weight(ranges, notes) : add_caption(frame, notes);
     notes.bar = bar;
-    notes.legend = {{"finger", kFingerColor},
-                    {"god-object", kGodObjectColor},
-                    {"force on the finger", kArrowColor, LegendEntry::Sign::arrow}};
     add_place(notes);
     if (scene.markers.arrow_tip && frame.force_n.norm() > 0.0) {
         notes.label = si(frame.force_n.norm(), "N");

@@ -11,6 +11,7 @@
 #include "host/view/frame.hpp"
 #include "host/view/mesh_check.hpp"
 #include "host/view/renderer.hpp"
+#include "host/view/sag.hpp"
 #include "host/view/stress.hpp"
 #include "host/view/surface.hpp"
 
@@ -28,6 +29,8 @@ class Painter {
 public:
     /// `folder`: of the tables. Without `deform` only the rest shape can be painted, and no columns are needed.
     Painter(const Tables& tables, const std::filesystem::path& folder, const ViewOptions& view, bool deform);
+    /// The body under its own weight, whatever the frame; no columns are needed.
+    Painter(const Sag& sag, const std::filesystem::path& folder, const ViewOptions& view);
 
     /// Deforms the surface as the frame's loads do and widens the ranges by it.
     void measure(const ContactFrame& frame, Ranges& ranges);
@@ -59,6 +62,7 @@ private:
     Scene compose_mesh();
     void add_place(Annotation& notes) const;
     void add_caption(const ContactFrame& frame, Annotation& notes) const;
+    void add_weight(const Ranges& ranges, Annotation& notes) const;
     void add_faults(Annotation& notes) const;
     float room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& arrow_m) const;
 
@@ -67,6 +71,7 @@ private:
     MeshCheck check_;                       ///< of a mesh alone
     std::optional<double> small_strain_m_;  ///< depth up to which the force is a rubber's too
     std::optional<Deformation> deformation_;
+    const std::vector<float>* sag_m_ = nullptr;  ///< [r,3] instead
     DrawnSurface surface_;
     Renderer renderer_;
     Image image_;

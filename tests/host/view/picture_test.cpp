@@ -18,6 +18,7 @@
 #include "host/view/colormap.hpp"
 #include "host/view/painter.hpp"
 #include "host/view/png.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -362,6 +363,37 @@ TEST_F(ViewPicture, TheGhostStandsWhereTheBodyWas) {
     const Painter painter(tables_, folder_.path(), view, true);
     const Vector2f low = painter.renderer().camera().pixel({0.0F, 0.0105F, 0.0012F});
     EXPECT_EQ(color_at(with, low), color_at(without, low));
+}
+
+// The tables' positions have sagged: what is drawn goes from the shape without weight to them.
+TEST_F(ViewPicture, ASagIsDrawnFromTheShapeWithoutWeight) {
+    EXPECT_NE(error_of([&] { read_sag(tables_, folder_.path()); }).find("has no sag: give the scene a [gravity]"),
+              std::string::npos);
+    std::vector<double> sag_m;
+    for (const auto& x : tables_.position) sag_m.insert(sag_m.end(), {0.0, 0.0, -0.05 * x[2]});
+    write_npy<double>(folder_.path() / "sag.npy", {tables_.position.size(), 3}, sag_m);
+    const Sag sag = read_sag(tables_, folder_.path());
+    ViewOptions view;
+    view.exaggeration = 2.0;
+    Painter painter(sag, folder_.path(), view);
+    Ranges ranges;
+    painter.measure({}, ranges);
+    EXPECT_WITHIN(std::abs(ranges.displacement_m - 0.0015), .count = 4, .epsilon = kFloat, .size = 0.0015);
+    const Image image = painter.paint({}, ranges);
+    for (std::size_t i = 0; i < painter.surface().nodes(); ++i) {
+        const auto& x = tables_.position[static_cast<std::size_t>(painter.surface().node_id[i])];
+        const Vector3f drawn = painter.surface().rest_m[i] + painter.surface().displacement_m[i];
+        EXPECT_WITHIN((drawn.cast<double>() - Vector3d(x[0], x[1], x[2])).norm(), .count = 8, .epsilon = kFloat,
+                      .size = 0.03);
+    }
+    // The top, whose middle is drawn at twice its way, has the colour of the largest.
+    const Vector2f top = painter.renderer().camera().pixel({0.016F, 0.017F, 0.0285F});
+    EXPECT_LT((hue(color_at(image, top)) - hue(color_map().back())).norm(), 0.15F);
+    view.color = "stress";
+    EXPECT_THROW(Painter(sag, folder_.path(), view), Error);
+    sag_m.pop_back();
+    write_npy<double>(folder_.path() / "sag.npy", {sag_m.size()}, sag_m);
+    EXPECT_NE(error_of([&] { read_sag(tables_, folder_.path()); }).find("make the tables again"), std::string::npos);
 }
 
 // Nodal forces: the loaded node alone has a colour of the upper half.
