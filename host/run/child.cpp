@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -59,6 +60,13 @@ std::string last_line(std::string_view text) {
     return std::string(text.substr(text.find_last_of("\r\n") + 1));
 }
 
+/// A signal that a program does not give itself.
+bool is_from_outside(int status) {
+    if (!WIFSIGNALED(status)) return false;
+    const int signal = WTERMSIG(status);
+    return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
+}
+
 }  // namespace
 
 Child::Child(std::string name, const std::vector<std::string>& command) : name_(std::move(name)) {
@@ -99,7 +107,10 @@ void Child::take(Pipe& from) {
         if (got < 0) return;  // nothing waits
         if (got == 0) return close_one(from.fd);
         from.text.append(part.data(), static_cast<std::size_t>(got));
-        if (from.text.size() > kMostKept_bytes) from.text.erase(0, from.text.size() - kMostKept_bytes);
+        if (from.text.size() <= kMostKept_bytes) continue;
+        const std::size_t too_much = from.text.size() - kMostKept_bytes;
+        from.text.erase(0, too_much);
+        from.told -= std::min(from.told, too_much);
     }
 }
 
@@ -137,6 +148,15 @@ void Child::wait(std::chrono::milliseconds patience) {
     }
 }
 
+std::vector<std::string> Child::new_lines() {
+    std::vector<std::string> lines;
+    for (std::size_t end = 0; (end = err_.text.find('\n', err_.told)) != std::string::npos; err_.told = end + 1)
+        lines.push_back(err_.text.substr(err_.told, end - err_.told));
+    return lines;
+}
+
+std::string Child::last_words() const { return last_line(err_.text); }
+
 std::string Child::how_it_ended() const {
     std::string how;
     if (WIFSIGNALED(status_))
@@ -144,7 +164,7 @@ std::string Child::how_it_ended() const {
     else
         how = fmt::format("{} ended with status {}", name_, WEXITSTATUS(status_));
     if (killed_) how += ", as it did not end by itself";
-    const std::string words = last_line(err_.text);
+    const std::string words = is_from_outside(status_) ? "" : last_words();
     return words.empty() ? how : how + ": " + words;
 }
 

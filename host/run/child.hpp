@@ -38,13 +38,18 @@ public:
 
     /// All that it printed, up to 1 MiB.
     const std::string& out() const { return out_.text; }
-    /// How an ended one ended, in words, with its last line of complaint.
+    /// The whole lines that came on its standard error since the last call.
+    std::vector<std::string> new_lines();
+    /// The last of them all, empty where there is none.
+    std::string last_words() const;
+    /// How an ended one ended, in words, with its last ones. A signal from outside comes without any.
     std::string how_it_ended() const;
 
 private:
     struct Pipe {
         int fd = -1;
         std::string text;
+        std::size_t told = 0;  ///< bytes of it that new_lines() has given
     };
     static void take(Pipe& from);
     void reap();

@@ -119,8 +119,18 @@ private:
         summary.add("latency_max_us", latency.max_us());
     }
 
+    Facts events() const {
+        Facts told{"What the programs told", {}};
+        for (const ToldEvent& event : outcome_.events)
+            told.rows.emplace_back(fmt::format("{:.2f} s", event.time_s), event.text);
+        if (outcome_.more_events > 0)
+            told.rows.emplace_back("later", fmt::format("{} more lines", outcome_.more_events));
+        return told;
+    }
+
     void write_page(const std::string& scene, const std::vector<Plot>& plots, const SummaryLines& summary) const {
-        std::vector<Facts> facts{facts_of("Session", summary.json()), facts_of("Servo", outcome_.servo_summary),
+        std::vector<Facts> facts{events(), facts_of("Session", summary.json()),
+                                 facts_of("Servo", outcome_.servo_summary),
                                  facts_of("Device", outcome_.device_summary)};
         Facts files{"Files beside this page", {}};
         for (const auto& [name, what] : std::initializer_list<std::pair<const char*, const char*>>{

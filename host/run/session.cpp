@@ -37,13 +37,12 @@ public:
         start_servo();
         if (o_.live) start_viewer();
         start_device();
-        const Clock::time_point begin = Clock::now();
-        follow(begin);
-        RunOutcome outcome;
-        outcome.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
-        outcome.interrupted = interrupted();
-        end(outcome);
-        return outcome;
+        begin_ = Clock::now();
+        follow();
+        outcome_.wall_s = since_begin_s();
+        outcome_.interrupted = interrupted();
+        end();
+        return outcome_;
     }
 
 private:
@@ -55,8 +54,8 @@ private:
 
     void start_servo() {
         if (!places_.image.empty()) return start_target();
-        servo_ = &start("servo", {(places_.scene / "servo").string(), "--lcm", "--csv", in(o_.folder, "servo.csv"),
-                                  "--json", "--quiet"});
+        servo_ = &start("servo",
+                        {(places_.scene / "servo").string(), "--lcm", "--csv", in(o_.folder, "servo.csv"), "--json"});
     }
 
     void start_target() {
@@ -67,24 +66,29 @@ private:
         }
         start("QEMU", {"env", "QEMU_SECONDS=0", "sh", "scripts/qemu.sh", o_.target, places_.image.string(), to, from});
         servo_ = &start("bridge", {(places_.programs / "haptable-bridge").string(), places_.scene.string(), "--pipes",
-                                   to, from, "--csv", in(o_.folder, "servo.csv"), "--json", "--quiet"});
+                                   to, from, "--csv", in(o_.folder, "servo.csv"), "--json"});
     }
 
+    /// And waits until it listens, so that a short session has pictures too.
     void start_viewer() {
-        start("viewer", {(places_.programs / "haptable-view").string(), places_.scene.string(), "--lcm", "--every",
-                         std::to_string(o_.every_ms), "-o", in(o_.folder, "pictures"), "--quiet"});
+        Child& viewer =
+            start("viewer", {(places_.programs / "haptable-view").string(), places_.scene.string(), "--lcm", "--every",
+                             std::to_string(o_.every_ms), "-o", in(o_.folder, "pictures"), "--json"});
+        const Clock::time_point give_up = Clock::now() + kPatience;
+        while (viewer.last_words().empty() && !viewer.has_ended() && !interrupted() && Clock::now() < give_up)
+            viewer.wait_some(kFlush);
     }
 
     void start_device() {
         std::vector<std::string> command{(places_.programs / "haptable-device").string(), o_.scene_file.string()};
         command.insert(command.end(), o_.device.begin(), o_.device.end());
-        command.insert(command.end(), {"--csv", in(o_.folder, "device.csv"), "--json", "--quiet"});
+        command.insert(command.end(), {"--csv", in(o_.folder, "device.csv"), "--json"});
         device_ = &start("device", std::move(command));
     }
 
     /// Until something ends it.
-    void follow(Clock::time_point begin) {
-        Clock::time_point next_line = begin + kLine, next_flush = begin + kFlush;
+    void follow() {
+        Clock::time_point next_line = begin_ + kLine, next_flush = begin_ + kFlush;
         for (int second = 1; !is_over();) {
             wait_until(std::min(next_line, next_flush));
             if (Clock::now() >= next_flush) flush(next_flush);
@@ -114,32 +118,50 @@ private:
         ::poll(from.data(), from.size(), static_cast<int>(std::max<std::int64_t>(left.count() + 1, 0)));
         while (connection_.handle_until(Clock::now()) && Clock::now() < deadline) {
         }
-        for (const auto& child : children_) child->look();
+        for (const auto& child : children_) {
+            child->look();
+            if (child->name() != "QEMU") hear(*child);
+        }
     }
 
+    /// What it tells its user. The last words of one that failed are told as the session's end.
+    void hear(Child& child) {
+        const std::string end = child.has_ended() && !child.is_well() ? child.last_words() : std::string();
+        for (std::string& line : child.new_lines()) {
+            if (line == end) continue;
+            if (!o_.quiet) fmt::print(stderr, "{:4.1f} s  {}\n", since_begin_s(), line);
+            if (outcome_.events.size() < kMostEvents)
+                outcome_.events.push_back({since_begin_s(), std::move(line)});
+            else
+                ++outcome_.more_events;
+        }
+    }
+
+    double since_begin_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
     /// Last to first: who answers ends after who asks, so that each tells of a whole session.
-    void end(RunOutcome& outcome) {
-        outcome.trouble = trouble();
-        for (auto child = children_.rbegin(); child != children_.rend(); ++child) end(**child, outcome);
-        outcome.device_summary = device_->out();
-        outcome.servo_summary = servo_->out();
+    void end() {
+        outcome_.trouble = trouble();
+        for (auto child = children_.rbegin(); child != children_.rend(); ++child) end(**child);
+        outcome_.device_summary = device_->out();
+        outcome_.servo_summary = servo_->out();
         wait_until(Clock::now() + kFlush);
         for (const char* pipe : {"to-target", "from-target"}) std::filesystem::remove(o_.folder / pipe);
         try {
             log_.finish();
         } catch (const Error& error) {
-            if (outcome.trouble.empty()) outcome.trouble = error.what();
+            if (outcome_.trouble.empty()) outcome_.trouble = error.what();
         }
     }
 
-    void end(Child& child, RunOutcome& outcome) {
+    void end(Child& child) {
         child.ask_to_end();
         const Clock::time_point give_up = Clock::now() + kPatience;
         while (!child.has_ended() && Clock::now() < give_up) wait_until(Clock::now() + kFlush);
         child.wait(std::chrono::milliseconds(0));
         // QEMU ends by our signal alone.
-        if (outcome.trouble.empty() && !child.is_well() && child.name() != "QEMU")
-            outcome.trouble = child.how_it_ended();
+        if (outcome_.trouble.empty() && !child.is_well() && child.name() != "QEMU")
+            outcome_.trouble = child.how_it_ended();
     }
 
     /// What ended the session before the device's own end.
@@ -155,6 +177,8 @@ private:
     Connection connection_;
     LogWriter log_;
     Recorder recorder_;
+    RunOutcome outcome_;
+    Clock::time_point begin_ = Clock::now();
     std::vector<std::unique_ptr<Child>> children_;  ///< in the order of their starts
     Child* servo_ = nullptr;                        ///< or the bridge
     Child* device_ = nullptr;

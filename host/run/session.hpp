@@ -2,6 +2,7 @@
 // A whole session: servo (or target and bridge), device, viewer and log, started and ended together.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,6 +10,8 @@
 #include "host/run/places.hpp"
 
 namespace haptable {
+
+inline constexpr std::size_t kMostEvents = 500;
 
 struct RunOptions {
     std::filesystem::path scene_file, folder;
@@ -19,9 +22,17 @@ struct RunOptions {
     bool no_realtime = false, quiet = false;
 };
 
+/// What servo, bridge or device told its user.
+struct ToldEvent {
+    double time_s = 0.0;  ///< since the session's begin, by the clock of the wall
+    std::string text;
+};
+
 /// What became of a session, whatever ended it.
 struct RunOutcome {
     std::string device_summary, servo_summary;  ///< JSON, as the programs print it; empty where they did not
+    std::vector<ToldEvent> events;              ///< the first of them: kMostEvents
+    std::int64_t more_events = 0;               ///< that came later
     double wall_s = 0.0;
     bool interrupted = false;
     std::string trouble;  ///< what ended it before its time; empty: nothing

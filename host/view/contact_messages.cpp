@@ -18,7 +18,6 @@ namespace haptable {
 
 namespace {
 
-constexpr std::chrono::microseconds kFramePeriod{33333};
 // A pause of the servo's clock longer than this is cut out of a log: it was stopped, or another session begins.
 constexpr std::int64_t kLongestPause_us = 10'000'000;
 constexpr std::int64_t kLastUtime = 4'102'444'800'000'000;  // the year 2100
@@ -225,13 +224,16 @@ private:
 }  // namespace
 
 FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
-                                 const std::function<void(const ContactFrame&)>& draw) {
+                                 const std::function<void(const ContactFrame&)>& draw,
+                                 const std::function<void(const std::string& url)>& listens) {
+    const std::chrono::milliseconds period(limits.every_ms);
     Connection connection;
     Newest newest(loads, connection.url());
     connection.subscribe<contact>(kContactChannel, [&](const contact& message, std::int64_t) { newest.take(message); });
     const Clock::time_point begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
-    Clock::time_point next = begin + kFramePeriod;
+    Clock::time_point next = begin + period;
+    if (listens) listens(connection.url());
     std::int64_t frames = 0;
     while (!interrupted() && (limits.frames == 0 || frames < limits.frames) &&
            (limits.seconds <= 0.0 || Clock::now() - begin < length)) {
@@ -239,11 +241,17 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
         while (!interrupted() && connection.handle_until(next)) {
         }
         if (Clock::now() < next) continue;
-        next = std::max(next + kFramePeriod, Clock::now());
+        next = std::max(next + period, Clock::now());
         const std::optional<ContactFrame> frame = newest.frame();
         if (!frame) continue;
         draw(*frame);
         ++frames;
+    }
+    // A session that was over within the first period has a picture too.
+    if (frames == 0) {
+        while (connection.handle_until(Clock::now())) {
+        }
+        if (const std::optional<ContactFrame> frame = newest.frame()) draw(*frame), ++frames;
     }
     if (frames == 0 && newest.left_out.count() > 0) throw Error(newest.left_out.first());
     if (frames == 0)

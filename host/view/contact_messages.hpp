@@ -37,6 +37,7 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
 struct LiveLimits {
     std::int64_t frames = 0;
     double seconds = 0.0;
+    std::int64_t every_ms = 33;  ///< from frame to frame, at the least
 };
 
 struct FollowedContacts {
@@ -44,10 +45,11 @@ struct FollowedContacts {
     std::int64_t left_out;  ///< that could not
 };
 
-/// Calls `draw` with the newest message of one servo, at most 30 times a second, until a limit or Ctrl-C. What is
+/// Calls `draw` with the newest message of one servo, so often as `limits` says, until a limit or Ctrl-C. What is
 /// damaged, of other tables or of a second servo is left out and counted. Throws Error when none came at all, or no
-/// other.
+/// other. `listens` may be empty: it is called with LCM's URL when messages are heard from now on.
 FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& limits,
-                                 const std::function<void(const ContactFrame&)>& draw);
+                                 const std::function<void(const ContactFrame&)>& draw,
+                                 const std::function<void(const std::string& url)>& listens = {});
 
 }  // namespace haptable

@@ -226,10 +226,13 @@ Report draw_live(const Options& given, const Tables& tables) {
     catch_interrupts();  // Ctrl-C is the usual end
     Session session(options, tables);
     const ContactLoads loads(tables);
-    const FollowedContacts followed = follow_contacts(loads, options.limits, [&](const ContactFrame& frame) {
+    const auto draw = [&](const ContactFrame& frame) {
         session.widen(frame);
         session.add(frame);
-    });
+    };
+    const LiveState live(teller("haptable-view", options.quiet));
+    const FollowedContacts followed = follow_contacts(
+        loads, options.limits, draw, [&](const std::string& url) { live.say("draws what comes on " + url); });
     session.close();
     session.report.left_out_messages = followed.left_out;
     return session.report;
@@ -311,7 +314,7 @@ void complete(Options& o) {
     if (o.fps > 0.0 && !film) throw Error("--fps: is of films, and " + o.out.string() + " is none: give .mp4 or .gif");
     const bool slowed = o.fps > 0.0 && o.every_ms > 0;
     if (o.every_ms == 0) o.every_ms = o.fps > 0.0 ? std::max<std::int64_t>(std::lround(1e3 / o.fps), 1) : kEvery_ms;
-    o.choice.every_ms = o.every_ms;
+    o.choice.every_ms = o.limits.every_ms = o.every_ms;
     if (!slowed) o.fps = 1e3 / static_cast<double>(o.every_ms);
     if (film) o.view.speed = 1e-3 * static_cast<double>(o.every_ms) * o.fps;
 }

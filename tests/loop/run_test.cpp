@@ -3,6 +3,7 @@
 // Skipped where LCM has no multicast route (run these under scripts/loopback.sh) or the programs are not built.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -112,6 +113,49 @@ TEST_F(Run, SaysThatTheFingerNeverMetTheBody) {
         EXPECT_EQ(summary().value("never_met", ""),
                   misses ? "the touchable surface lies in (0 0 0) to (0.03 0.03 0.03) m" : "");
         EXPECT_EQ(summary()["contact_ticks"] == 0, misses);
+    }
+}
+
+// What servo and device tell their user is beside the status lines, with its time, and in the report.
+TEST_F(Run, ShowsWhatTheProgramsTell) {
+    const std::string told = "m rejected, no force: it is not a number";
+    for (const bool quiet : {false, true}) {
+        std::vector<std::string> words =
+            command({"--path", "poke", "--draw", "nothing", "--lockstep", "--fault", "nan=0.01", "--seed", "2"});
+        if (quiet) words.emplace_back("--quiet");
+        std::filesystem::remove(folder / "stderr");
+        Process process(words, place());
+        ASSERT_EQ(process.wait_for_exit(), 0) << said();
+        const std::vector<std::string> lines = lines_of(said());
+        const auto with_time = [&](const std::string& line) {
+            return line.find(" s  servo: position ") != std::string::npos && line.ends_with(told);
+        };
+        EXPECT_EQ(std::any_of(lines.begin(), lines.end(), with_time), !quiet) << said();
+        EXPECT_EQ(lines.empty(), quiet) << said();
+        const std::string page = read_file(folder / "out/report.html");
+        EXPECT_NE(page.find(" s</th><td>servo: position "), std::string::npos);
+        EXPECT_NE(page.find(told + "</td>"), std::string::npos);
+    }
+}
+
+// Live, the viewer listens before the device begins: a session in lockstep, over in some 50 ms, has a picture too.
+TEST_F(Run, DrawsWhileItRuns) {
+    for (const bool lockstep : {true, false}) {
+        std::vector<std::string> words =
+            command({"--path", "poke", "--seconds", "1", "--draw", "live", "--every", "400"});
+        if (lockstep) words.emplace_back("--lockstep");
+        Process process(words, place());
+        ASSERT_EQ(process.wait_for_exit(), 0) << said();
+        expect_whole_record();
+        EXPECT_EQ(summary()["trouble"], "none");
+        std::size_t pictures = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(folder / "out/pictures")) {
+            EXPECT_EQ(read_file(entry.path()).substr(1, 3), "PNG") << entry.path();
+            ++pictures;
+        }
+        EXPECT_GE(pictures, 1U);
+        // One each 400 ms of the session's time, which a busy machine may stretch; not one each 33.
+        EXPECT_LE(static_cast<double>(pictures), summary()["wall_s"].get<double>() / 0.4 + 2.0);
     }
 }
 

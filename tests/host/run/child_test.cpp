@@ -41,6 +41,28 @@ TEST(Child, ASignalIsNamed) {
     EXPECT_EQ(child.how_it_ended(), "servo was ended by signal 9 (Killed)");
 }
 
+// Nor are its last words the reason: they were of something else.
+TEST(Child, ASignalFromOutsideHasNoLastWords) {
+    for (const char* signal : {"9", "15", "6"}) {
+        Child child("servo", {"sh", "-c", std::string("echo 'servo: hears' >&2; kill -") + signal + " $$"});
+        child.wait(kLong);
+        EXPECT_EQ(child.last_words(), "servo: hears");
+        EXPECT_EQ(child.how_it_ended().find("servo: hears") != std::string::npos, signal[0] == '6') << signal;
+    }
+}
+
+TEST(Child, TellsEachLineOnce) {
+    Child child("servo", {"sh", "-c", "printf 'first\\nsecond\\nhal' >&2; read wait"});
+    std::vector<std::string> lines;
+    while (lines.size() < 2 && !child.has_ended()) {
+        child.wait_some(kLong);
+        for (std::string& line : child.new_lines()) lines.push_back(std::move(line));
+    }
+    child.wait(kLong);
+    EXPECT_EQ(lines, (std::vector<std::string>{"first", "second"}));
+    EXPECT_TRUE(child.new_lines().empty());
+}
+
 TEST(Child, AProgramThatIsMissingIsNamed) {
     Child child("viewer", {"/nonexistent/haptable-view"});
     child.wait(kLong);
