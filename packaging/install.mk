@@ -122,5 +122,10 @@ $(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
 
 $(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
 
+# manifests: write again what makes the firmware a library of Arduino, PlatformIO, ESP-IDF, Zephyr, CMake and CMSIS-Pack
+.PHONY: manifests
+manifests:
+	@sh packaging/manifests.sh .
+
 # Its tests export from there.
 $(BUILD)/tests/unit: | $(BOARD_PARTS)

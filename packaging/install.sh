@@ -28,7 +28,8 @@ put 644 "$prefix/lib/haptable" "$BUILD"/lib/haptable-*.so "$BUILD/lib/libhaptabl
 for part in "$BUILD"/lib/page/*; do put 644 "$share/page" "$part"; done
 
 # What a scene's servo and an image for a microcontroller are compiled from.
-put 644 "$share/firmware" firmware/*.[ch] firmware/README.md
+put 644 "$share/firmware" firmware/*.[ch] firmware/README.md firmware/CMakeLists.txt firmware/idf_component.yml firmware/library.* firmware/*.pdsc
+put 644 "$share/firmware/zephyr" firmware/zephyr/*
 put 644 "$share/firmware/port" firmware/port/*
 for file in $(cd packaging && find boards -type f); do put 644 "$share/$(dirname "$file")" "packaging/$file"; done
 for file in host/servo/main.cpp host/servo/servo.hpp host/session/scene.hpp host/base/error.hpp; do

@@ -17,7 +17,8 @@ TEST(DebianPackages, HaveNoErrorAndNothingTwice) {
         run("for deb in " + debs + "/*.deb; do dpkg-deb --contents $deb; done | grep -v '/$' | awk '{ print $6 }'");
     for (const char* file :
          {"./usr/bin/haptable-build", "./usr/lib/haptable/haptable-gmsh.so", "./usr/share/haptable/firmware/haptable.h",
-          "./usr/include/haptable/haptable_library.h", "libhaptable.so.1", "libhaptable.so"})
+          "./usr/share/haptable/firmware/zephyr/module.yml", "./usr/include/haptable/haptable_library.h",
+          "libhaptable.so.1", "libhaptable.so"})
         EXPECT_NE((files.out + "\n").find(std::string(file) + "\n"), std::string::npos) << file;
     EXPECT_EQ(run("printf '%s' '" + files.out + "' | sort | uniq -d").out, "");
     const Outcome needs = run("dpkg-deb --field " + debs + "/haptable_*.deb Depends");
