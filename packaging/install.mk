@@ -87,7 +87,7 @@ $(PYTHON_PARTS)/libhaptable.so.1: $(LIBRARY)
 # lcm-gen makes a package of the types' own name, which is ours.
 $(PYTHON_PARTS)/messages/__init__.py: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup.stamp
 	$(say) LCM $(@D)
-	@mkdir -p $(@D)
+	@rm -rf $(@D) $(PYTHON_PARTS)/types && mkdir -p $(@D)
 	$(Q)lcm-gen -p --ppath $(PYTHON_PARTS)/types $^
 	@cp $(PYTHON_PARTS)/types/haptable/*.py $(@D)/
 	@touch $@
@@ -121,6 +121,13 @@ $(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
 	$(Q)$(CXX) $(CXXFLAGS) -O3 -c $< -o $@
 
 $(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
+
+# bench-ways: size and time of each way from nothing to a force, and of a tick from Python beside C (then: make report)
+.PHONY: bench-ways
+bench-ways: all library $(BUILD)/python/ready | $(BUILD)/setup-package.stamp $(BUILD)/setup-cross.stamp
+	@mkdir -p $(BUILD)/report
+	@BUILD=$(BUILD) python3 packaging/ways.py $(BUILD)/report/ways.json
+	@BUILD=$(BUILD) $(BUILD)/ways/venv/bin/python python/tests/measure.py $(BUILD)/report/python.json
 
 # manifests: write again what makes the firmware a library of Arduino, PlatformIO, ESP-IDF, Zephyr, CMake and CMSIS-Pack
 .PHONY: manifests

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What Python costs beside C, in one run: a call of step, and a replay against the same loop in C.
 
-python python/tests/measure.py [REPETITIONS]: the medians, on build/cube; from the project's root, `make library` done."""
+python python/tests/measure.py OUT.json [REPETITIONS]: the medians, on build/cube, as numbers for docs/PYTHON.md; from the
+project's root, `make library` done. `make bench-ways` calls it."""
+import json
 import os
 import pathlib
 import statistics
@@ -41,7 +43,7 @@ int main(int argc, char** argv) {
 
 
 def main() -> None:
-    repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else 15
+    repetitions = int(sys.argv[2]) if len(sys.argv) > 2 else 15
     body = haptable.load(BUILD / "cube")
     phase = np.arange(20000, dtype=np.float32)
     path = np.stack([0.015 + 0.005 * np.sin(1e-3 * phase), 0.015 + 0.005 * np.cos(1e-3 * phase),
@@ -68,9 +70,25 @@ def main() -> None:
                 servo.step(row)
             step.append((time.process_time_ns() - begin) / len(path))
     c, r, s = (statistics.median(ns) for ns in (in_c, replay, step))
-    print(f"a tick in a C loop  {c:7.0f} ns")
-    print(f"in Servo.replay     {r:7.0f} ns, {r / c:.2f} of C")
-    print(f"in Servo.step       {s:7.0f} ns, {s - c:.0f} ns of it Python's")
+    rows = [["`haptable_finger_step` in a C loop", tick_of(c), ""], ["`Servo.replay`", tick_of(r), ratio(r / c)],
+            ["`Servo.step`", tick_of(s), ratio(s / c)]]
+    topic = {"command": "make bench-ways", "machine": machine(), "columns": ["a tick", "processor time", "of C's"],
+             "rows": rows}
+    pathlib.Path(sys.argv[1]).write_text(json.dumps({"python": topic}, indent=1) + "\n")
+
+
+def tick_of(ns: float) -> dict:
+    return {"value": 1e-9 * ns, "text": f"{ns:.0f} ns" if ns < 1000 else f"{1e-3 * ns:.2g} us"}
+
+
+def ratio(value: float) -> dict:
+    return {"value": value, "text": f"{value:.2f}" if value < 10 else f"{value:.0f}"}
+
+
+def machine() -> str:
+    with open("/proc/cpuinfo") as cpu:
+        model = next((line.split(": ", 1)[1].strip() for line in cpu if line.startswith("model name")), "unknown")
+    return f"{os.cpu_count()} x {model}"
 
 
 main()
