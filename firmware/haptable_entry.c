@@ -158,9 +158,123 @@ static int meets_box(const struct grid_segment* grid, const struct haptable_box*
     return 1;
 }
 
-/* Takes the leaf's patch that the segment enters first, if it comes before the one that was found. */
+/* ---- clearance ------------------------------------------------------------------------------------------------ */
+
+/* A ball around the segment's end in which no surface lies, as far as it was searched; in tolerance_m. */
+struct clearance {
+    float radius; /* 0: none */
+    float least;  /* below which it is none: the segment's length, as far as the finger comes in a tick */
+    float steps;  /* of the grid in tolerance_m */
+};
+
+/* It is sought as far as a finger comes in so many ticks that goes on as it goes, or, where it rests, in tolerance_m:
+ * then most boxes are soon known to be farther. */
+#define CLEAR_TICKS 32.0f
+#define CLEAR_REST 4096.0f
+
+/* Of the segment's end, where the search begins with it; of none where that goes on, or looks from the surface. */
+static struct clearance begin_clearance(const struct haptable_model* model, const struct haptable_segment* segment,
+                                        const float along[3]) {
+    struct clearance clear = {0.0f, 0.0f, 0.0f};
+    if (segment->box != 0 || segment->left[0] != HAPTABLE_NONE) return clear;
+    clear.least = vec_dot(along, along) * haptable_surface_inverse_length(along) / model->tolerance_m;
+    clear.radius = CLEAR_TICKS * clear.least + CLEAR_REST;
+    clear.steps = model->grid_per_m * model->tolerance_m;
+    return clear;
+}
+
+/* Limits it to what the segment is far from a box along one of the box's axes. */
+static void limit_by_box(const struct grid_segment* grid, const struct haptable_box* box, struct clearance* clear) {
+    const float enough = clear->radius * clear->steps;
+    float gap = 0.0f;
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const float under = (float)box->low[i] - grid->middle[i] - grid->size[i];
+        const float over = grid->middle[i] - grid->size[i] - (float)box->high[i];
+        if (under > gap) gap = under;
+        if (over > gap) gap = over;
+        if (gap >= enough) return;
+    }
+    gap /= clear->steps;
+    clear->radius = gap > clear->least ? gap : 0.0f;
+}
+
+/* How far x is from the box of a patch along the axis where that is farthest; from corner 0, with these edges there. */
+static float gap_to_patch(const float edge1[3], const float edge2[3], const float x[3]) {
+    float gap = 0.0f;
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const float least = edge1[i] < edge2[i] ? edge1[i] : edge2[i];
+        const float most = edge1[i] < edge2[i] ? edge2[i] : edge1[i];
+        const float under = (least < 0.0f ? least : 0.0f) - x[i];
+        const float over = x[i] - (most > 0.0f ? most : 0.0f);
+        if (under > gap) gap = under;
+        if (over > gap) gap = over;
+    }
+    return gap;
+}
+
+/* The sine of the angle between a patch's edges from which on its plane is where its points are: rounding turns the
+ * normal by less than 5e-6 then. */
+#define SINE_OF_PLANE 0.0625f
+
+/* Limits it to what the segment's end is far from a patch: no less than its height over the patch's plane, nor than
+ * its distance from the patch's box. */
+static void limit_by_patch(const struct haptable_model* model, uint16_t patch, const float end_m[3],
+                           struct clearance* clear) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float offset[3];
+    float height;
+    float area2;
+    float far_away;
+    patch_frame(model, patch, edge1, edge2, normal);
+    vec_sub(end_m, vertex_of(model, patch, 0), offset);
+    height = magnitude(vec_dot(normal, offset)) / model->tolerance_m;
+    area2 = vec_dot(normal, normal);
+    if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_dot(edge1, edge1) * vec_dot(edge2, edge2)) height = 0.0f;
+    if (height * height > clear->radius * clear->radius * area2) return;
+    far_away = gap_to_patch(edge1, edge2, offset) / model->tolerance_m;
+    if (far_away >= clear->radius) return;
+    height *= haptable_surface_inverse_length(normal);
+    if (far_away < height) far_away = height;
+    clear->radius = far_away > clear->least ? far_away : 0.0f;
+}
+
+/* What is taken off a clearance covers the rounding of heights (see SINE_OF_PLANE) and grid steps, and leaves more than
+ * the tolerance around the patches. */
+#define CLEAR_SHARE 0.99f
+#define CLEAR_STEPS 2.0f
+
+/* Keeps that of a search that met nothing. */
+static void keep_clearance(const struct haptable_model* model, const struct clearance* clear,
+                           struct haptable_segment* segment) {
+    float radius_m;
+    if (clear->radius <= 0.0f || segment->unfinished || segment->patch != HAPTABLE_NONE) return;
+    radius_m = CLEAR_SHARE * clear->radius * model->tolerance_m - CLEAR_STEPS / model->grid_per_m;
+    if (radius_m <= 0.0f) return;
+    vec_copy(segment->to_m, segment->from_m);
+    segment->fraction = -radius_m;
+}
+
+static int is_within_clearance(const struct haptable_segment* segment, const float x_m[3]) {
+    return gap2(x_m, segment->from_m) < segment->fraction * segment->fraction;
+}
+
+/* 1 where the path from its last position to x meets nothing, for both are within the clearance: a search of it would
+ * say so. */
+static int is_clear(const struct haptable_segment* segment, const float x_m[3]) {
+    return !segment->unfinished && segment->fraction < 0.0f && is_within_clearance(segment, x_m) &&
+           is_within_clearance(segment, segment->to_m);
+}
+
+/* ---- the search ----------------------------------------------------------------------------------------------- */
+
+/* Takes the leaf's patch that the segment enters first, if it comes before the one that was found; as long as there is
+ * none, its patches limit the clearance. */
 static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct view* view,
-                       struct haptable_segment* segment) {
+                       struct haptable_segment* segment, struct clearance* clear) {
     const int left = (int)model->patch_count - (int)first;
     const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
     int i;
@@ -171,6 +285,9 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, const
         segment->fraction = here;
         segment->patch = candidate;
     }
+    if (segment->patch != HAPTABLE_NONE) clear->radius = 0.0f;
+    for (i = 0; i < count && clear->radius > 0.0f; ++i)
+        limit_by_patch(model, (uint16_t)(first + i), segment->to_m, clear);
 }
 
 /* Searches the segment with what is left of the boxes that the tick has: depth first, so that one index is all that a
@@ -178,22 +295,26 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, const
 static void search(const struct haptable_model* model, int boxes, struct haptable_segment* segment) {
     const struct grid_segment grid = to_grid(model, segment);
     uint16_t box = segment->box;
+    struct clearance clear;
     struct view view;
     float along[3];
     vec_sub(segment->to_m, segment->from_m, along);
     view = view_along(along);
+    clear = begin_clearance(model, segment, along);
     while (box < model->box_count && segment->boxes < boxes) {
         const struct haptable_box* here = &model->box[box];
         ++segment->boxes;
         if (!meets_box(&grid, here)) {
+            if (clear.radius > 0.0f) limit_by_box(&grid, here, &clear);
             box = here->skip;
             continue;
         }
-        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, &view, segment);
+        if (here->patch != HAPTABLE_NONE) enter_leaf(model, here->patch, &view, segment, &clear);
         ++box;
     }
     segment->box = box;
     segment->unfinished = box < model->box_count;
+    keep_clearance(model, &clear, segment);
 }
 
 static void begin(const float from_m[3], const float to_m[3], struct haptable_segment* segment) {
@@ -248,6 +369,10 @@ enum haptable_sight haptable_segment_search(const struct haptable_model* model, 
 int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
                            struct haptable_contact* contact, struct haptable_counters* counters) {
     enum haptable_sight sight;
+    if (is_clear(segment, x_m)) {
+        vec_copy(x_m, segment->to_m);
+        return 0;
+    }
     do {
         if (!segment->unfinished) begin(segment->to_m, x_m, segment);
         sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, segment, counters);

@@ -11,7 +11,9 @@
  * enters, by the spatial index. First the segment that is not finished, if there is one, then from its end to x_m.
  * Returns 0, and leaves the contact, when it enters none as far as the tick's boxes go. after: contact, or the segment
  * up to x_m is searched, or segment->unfinished and box_limits counted. cost: at most HAPTABLE_TICK_BOXES boxes for all
- * calls of one tick. */
+ * calls of one tick.
+ * Where segment->fraction is negative, no surface lies within -fraction, m, of segment->from_m: a search that found
+ * nothing says so, and as long as the finger stays within, there is none and nothing changes but to_m. */
 int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
                            struct haptable_contact* contact, struct haptable_counters* counters);
 

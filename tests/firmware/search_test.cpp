@@ -3,6 +3,9 @@
 // more than a tick has.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <cmath>
 #include <random>
 
 #include "tests/finger.hpp"
@@ -106,6 +109,111 @@ TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
         EXPECT_GT(3 * most, stated) << shape.name;
         printf("%s, %zu boxes: stated %zu, found %zu\n", shape.name.c_str(), model.servo().box.size(), stated, most);
     }
+}
+
+/// A servo, and one that forgets at every tick what it knows of the air around the finger: so it searches every path.
+class WithAndWithoutClearance {
+public:
+    explicit WithAndWithoutClearance(const TestModel& model) : model_(*model.get()) {
+        haptable_init(&with_);
+        haptable_init(&without_);
+    }
+
+    /// One tick of both: 1 where they have the same bits of force, god-object and path.
+    bool to(const Vector3d& x) {
+        const std::array<float, 3> finger_m{float(x[0]), float(x[1]), float(x[2])};
+        haptable_output out{}, searched{};
+        if (without_.contact.patch == HAPTABLE_NONE && without_.segment.unfinished == 0) without_.segment.fraction = 0;
+        haptable_step(&model_, &with_, finger_m.data(), time_us_ += HAPTABLE_TICK_US, &out);
+        haptable_step(&model_, &without_, finger_m.data(), time_us_, &searched);
+        boxes_ += with_.segment.boxes;
+        searches_ += with_.segment.boxes > 0 ? 1U : 0U;
+        boxes_without_ += without_.segment.boxes;
+        contact_ticks_ += std::size_t(haptable_touches(out.state));
+        return out.patch == searched.patch && with_.counters.contacts == without_.counters.contacts &&
+               same(out.force_n, searched.force_n) && same(out.god_object_m, searched.god_object_m) &&
+               same(with_.segment.to_m, without_.segment.to_m);
+    }
+
+    std::size_t boxes() const { return boxes_; }
+    std::size_t searches() const { return searches_; }
+    std::size_t boxes_without() const { return boxes_without_; }
+    std::size_t contact_ticks() const { return contact_ticks_; }
+
+private:
+    static bool same(const float a[3], const float b[3]) {
+        for (int c = 0; c < 3; ++c)
+            if (std::bit_cast<std::uint32_t>(a[c]) != std::bit_cast<std::uint32_t>(b[c])) return false;
+        return true;
+    }
+
+    haptable_model model_;
+    haptable_servo with_{};
+    haptable_servo without_{};
+    std::uint32_t time_us_ = 0;
+    std::size_t boxes_ = 0;
+    std::size_t searches_ = 0;
+    std::size_t boxes_without_ = 0;
+    std::size_t contact_ticks_ = 0;
+};
+
+const std::vector<Shape>& shapes() {
+    static const std::vector<Shape> shapes{box_shape(4, Vector3d(0.03, 0.03, 0.03)),
+                                           box_shape(20, Vector3d(0.03, 0.03, 0.001)),
+                                           sphere_shape(4, 0.03),
+                                           torus_shape(48, 24, 0.05, 0.02),
+                                           l_shape(4, 0.03),
+                                           hollow_shape(5, 0.03),
+                                           spindle_shape(31, 0.01, 0.03),
+                                           fanned_disk_shape(24, 0.02, 0.001),
+                                           scaled(sphere_shape(3, 0.03), 1e-4)};
+    return shapes;
+}
+
+// A finger that goes round 2 mm over a sphere of 30 mm, 0.1 mm a tick. A tick without a search visits no box.
+TEST(Search, AHoveringFingerSearchesSeldom) {
+    const TestModel model(sphere_shape(4, 0.03));
+    WithAndWithoutClearance finger(model);
+    for (int tick = 0; tick < 2000; ++tick) {
+        const double angle = 0.1 / 32.0 * tick;
+        ASSERT_TRUE(finger.to(0.032 * Vector3d(std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle))));
+    }
+    EXPECT_EQ(finger.contact_ticks(), 0U);
+    EXPECT_LT(2 * finger.boxes(), finger.boxes_without());
+    EXPECT_LT(finger.searches(), 1000U);
+    printf("boxes a tick: %.2f, %.2f without clearance\n", double(finger.boxes()) / 2000.0,
+           double(finger.boxes_without()) / 2000.0);
+}
+
+/// How far a finger goes in a tick: sizes from a thousandth of the body's on, and now and then a jump.
+double stride(std::mt19937& random, double size) {
+    std::uniform_real_distribution<double> u(0.0, 1.0);
+    return u(random) < 0.02 ? 0.3 * size : size * std::pow(10.0, -4.5 + 2.5 * u(random));
+}
+
+// Random fingers around and through every shape: near the surface, where a clearance ends, most of the time.
+TEST(Search, AClearanceChangesNoBitOfAnyStroke) {
+    for (const Shape& shape : shapes())
+        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            const TestModel model(shape, -1e9, god_object);
+            WithAndWithoutClearance finger(model);
+            std::mt19937 random(7);
+            std::normal_distribution<double> normal;
+            Vector3d x = 2.0 * model.corner(0, 0), to = x;
+            for (int tick = 0; tick < 20000; ++tick) {
+                if (tick % 50 == 0)
+                    to = model.corner(int(random() % model.servo().patch.size()), int(random() % 3)) +
+                         0.02 * model.size() * Vector3d(normal(random), normal(random), normal(random));
+                const Vector3d way =
+                    to - x + 0.01 * model.size() * Vector3d(normal(random), normal(random), normal(random));
+                x += way.normalized() * std::min(way.norm(), stride(random, model.size()));
+                ASSERT_TRUE(finger.to(x)) << shape.name << " tick " << tick;
+            }
+            EXPECT_GT(finger.contact_ticks(), 1000U) << shape.name;
+            EXPECT_LT(finger.boxes(), finger.boxes_without()) << shape.name;
+            printf("%s: %zu of 20000 ticks in contact, boxes %zu, %zu without clearance\n", shape.name.c_str(),
+                   finger.contact_ticks(), finger.boxes(), finger.boxes_without());
+        }
 }
 
 }  // namespace
