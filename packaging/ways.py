@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 
+MAKE = f"make -s BUILD={shlex.quote(os.environ.get('BUILD', 'build'))}"  # the name of it that make's dependencies have
 BUILD = pathlib.Path(os.environ.get("BUILD", "build")).resolve()
 WORK = BUILD / "ways"
 USR = WORK / "root/usr"
@@ -73,13 +74,13 @@ def room(value):
 
 
 def installed():
-    time, _ = run(f"make -s install DESTDIR={WORK}/root PREFIX=/usr BUILD={BUILD}", pathlib.Path.cwd())
+    time, _ = run(f"{MAKE} install DESTDIR={WORK}/root PREFIX=/usr", pathlib.Path.cwd())
     files = (USR / "share/haptable/installed.txt").read_text().count("\n")
     return [f"`make install`, all built: {files} files", room(bytes_of(USR)), seconds(time)]
 
 
 def debian():
-    time, _ = run(f"make -s deb BUILD={BUILD}", pathlib.Path.cwd())
+    time, _ = run(f"{MAKE} deb", pathlib.Path.cwd())
     packages = sorted((BUILD / "package/deb").glob("*.deb"))
     _, listed = run("for deb in " + " ".join(map(str, packages)) + "; do dpkg-deb --field $deb Installed-Size; done")
     return [f"`make deb`, all built: {len(packages)} packages, {1e-3 * sum(map(int, listed.split())):.3g} MB installed",

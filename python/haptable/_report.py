@@ -23,6 +23,18 @@ def _thin(x: NDArray, y: NDArray) -> Tuple[NDArray, NDArray]:
     return x[at], y[at]
 
 
+def _ticks(low: float, high: float, most: int) -> NDArray:
+    """Round values in [low, high], at most so many and two more: of steps of 1, 2 or 5 times a power of ten.
+
+    >>> _ticks(0.0, 0.323, 5).round(6).tolist()
+    [0.0, 0.1, 0.2, 0.3]
+    """
+    least = (high - low) / most
+    power = 10.0 ** np.floor(np.log10(least))
+    step = power * next(m for m in (1, 2, 5, 10) if m * power >= 0.999 * least)
+    return step * np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) + 0.0  # no -0
+
+
 def plot(title: str, unit: str, time: NDArray, value: NDArray) -> str:
     """One curve against time, as SVG. time: [n] s, ascending; value: [n] in `unit`, finite or left out.
 
@@ -35,18 +47,26 @@ def plot(title: str, unit: str, time: NDArray, value: NDArray) -> str:
         return f"<p>{html.escape(title)}: no values</p>"
     low, high = min(0.0, value.min()), max(0.0, value.max())
     high = high if high > low else low + 1.0
-    span = max(time[-1] - time[0], 1e-9)
-    x = _MARGIN + (time - time[0]) / span * (_WIDTH - _MARGIN - 10)
-    y = 20 + (high - value) / (high - low) * (_HEIGHT - 45)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y))
-    zero = 20 + high / (high - low) * (_HEIGHT - 45)
-    return (f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{html.escape(title)}">'
-            f'<text x="{_MARGIN}" y="14">{html.escape(title)}, {html.escape(unit)}</text>'
-            f'<line x1="{_MARGIN}" x2="{_WIDTH - 10}" y1="{zero:.1f}" y2="{zero:.1f}"/>'
-            f'<polyline points="{points}"/>'
-            f'<text x="2" y="26">{high:.3g}</text><text x="2" y="{_HEIGHT - 25}">{low:.3g}</text>'
-            f'<text x="{_MARGIN}" y="{_HEIGHT - 6}">{time[0]:.3g} s</text>'
-            f'<text x="{_WIDTH - 60}" y="{_HEIGHT - 6}">{time[-1]:.3g} s</text></svg>')
+    end = max(time[-1], time[0] + 1e-9)
+    right, bottom = _WIDTH - 20, _HEIGHT - 25
+
+    def across(t: NDArray) -> NDArray:
+        return _MARGIN + (t - time[0]) / (end - time[0]) * (right - _MARGIN)
+
+    def down(v: NDArray) -> NDArray:
+        return 20 + (high - v) / (high - low) * (bottom - 20)
+    parts = [f'<text x="{_MARGIN}" y="12">{html.escape(title)}, {html.escape(unit)}</text>']
+    for v in _ticks(low, high, 5):
+        y = down(v)
+        parts.append(f'<line x1="{_MARGIN}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>'
+                     f'<text x="{_MARGIN - 6}" y="{y + 4:.1f}" text-anchor="end">{v:.4g}</text>')
+    for t in _ticks(time[0], end, 8):
+        x = across(t)
+        parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{bottom}"/>'
+                     f'<text x="{x:.1f}" y="{_HEIGHT - 8}" text-anchor="middle">{t:.4g} s</text>')
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across(time), down(value)))
+    parts.append(f'<polyline points="{points}"/>')
+    return f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{html.escape(title)}">{"".join(parts)}</svg>'
 
 
 def report(file: Union[str, "os.PathLike[str]"], positions: NDArray, contacts: NDArray,
@@ -73,8 +93,8 @@ def report(file: Union[str, "os.PathLike[str]"], positions: NDArray, contacts: N
     name = html.escape(title)
     page = (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>'
             "body{font:14px sans-serif;max-width:800px;margin:2em auto}svg{width:100%;margin:.5em 0}"
-            "polyline{fill:none;stroke:#1a6faf;stroke-width:1.2}line{stroke:#bbb}text{font-size:11px;fill:#444}</style>"
-            f"<h1>{name}</h1><p>{n} ticks, {int(touches.sum())} with contact; largest force "
+            "polyline{fill:none;stroke:#1a6faf;stroke-width:1.2}line{stroke:#ddd}text{font-size:11px;fill:#444}</style>"
+            f"<h1>{name}</h1><p>{n:,} ticks, {int(touches.sum()):,} with contact; largest force "
             f"{force.max() if n else 0.0:.4g} N.</p>{body}</html>\n")
     beside = os.fspath(file) + f".partial-{os.getpid()}"
     with open(beside, "w", encoding="utf-8") as out:
