@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 
+#include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/modes.hpp"
@@ -181,6 +182,64 @@ INSTANTIATE_TEST_SUITE_P(Targets, RelaxingOnTarget,
                              std::replace(name.begin(), name.end(), '-', '_');
                              return name;
                          });
+
+/// What stands in a text between its numbers.
+std::string without_numbers(const std::string& text) {
+    std::string rest;
+    bool in_number = false;
+    for (const char c : text) {
+        in_number = std::isdigit(c) != 0 || (in_number && (std::isalnum(c) != 0 || c == '.' || c == '-' || c == '+'));
+        if (!in_number && c != '-') rest += c;
+    }
+    return rest;
+}
+
+/// The cube of fibres, in a skin, on a bed and with its weight.
+Scene dressed_cube() {
+    Scene scene = cube_scene(5, 0.3);
+    scene.material = like(fibre(6e4, 8e3, 0.35, 0.45, 5e3));
+    scene.material.orthotropic->axes.direction = {{{0.48, 0.6, 0.64}, {0.8, -0.64, 0}}};
+    const auto box = [](double low, double high) {
+        return Selection{std::array<double, 6>{-1, -1, low, 1, 1, high}, "", 1};
+    };
+    scene.membranes = {{box(0.0299, 1), 1e-4, 3e6, 0.3}};
+    scene.beds = {{box(-1, 1e-9), 2e6, 7e5}};
+    scene.fixed.clear();
+    scene.gravity = Gravity{1100.0, {0, 0, -9.81}, false};
+    return scene;
+}
+
+// Only numbers differ: no byte of code or tables, and where the god-object is the nearest point no instruction.
+TEST(MaterialsOnTarget, WhatABodyIsMadeOfCostsNoByteAndNoInstruction) {
+    const ElasticBody dressed(dressed_cube(), ForceLaw::kInterpolated);
+    Scene held_by_bed = cube_scene(5, 0.3);
+    held_by_bed.fixed.clear();
+    held_by_bed.beds = dressed_cube().beds;
+    const ElasticBody isotropic(held_by_bed, ForceLaw::kInterpolated);
+    Tables plain = isotropic.tables(), other = dressed.tables();
+    EXPECT_NE(plain.stiffness, other.stiffness);
+    plain.position = other.position;  // as it has sagged
+    plain.limits = other.limits = {};
+    const ServoModel plain_servo = build_model(plain), other_servo = build_model(other);
+    EXPECT_EQ(flash_bytes(plain_servo), flash_bytes(other_servo));
+    const ModelText text = model_text(plain, plain_servo), other_text = model_text(other, other_servo);
+    EXPECT_NE(text.source, other_text.source);
+    EXPECT_EQ(without_numbers(text.header), without_numbers(other_text.header));
+    EXPECT_EQ(without_numbers(text.source), without_numbers(other_text.source));
+    const auto path_m = stroke_path(other, 20);
+    for (const char* target : kTargets) {
+        const TargetImage image(build_folder(), "cube", target);
+        if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+        const auto ticks = image.measure(model_in_memory(plain, plain_servo), path_m);
+        const auto others = image.measure(model_in_memory(other, other_servo), path_m);
+        std::size_t felt = 0;
+        for (std::size_t i = 0; i < ticks.size(); ++i) {
+            ASSERT_EQ(ticks[i].instructions, others[i].instructions) << target << " tick " << i;
+            felt += ticks[i].force_n != others[i].force_n;
+        }
+        EXPECT_GT(felt, path_m.size() / 3) << "another force";
+    }
+}
 
 // A tip of 31 patches: their normals, each with its angle, are most of what a tick that lets go there costs.
 TEST(Bound, HoldsOnATipOfManyPatches) {
