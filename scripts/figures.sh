@@ -47,6 +47,11 @@ PLACES
 "$BUILD/liver-capsule/servo" --quiet --replay "$work/relaxation.path.csv" --out "$work/relaxation.csv"
 plot relaxation "felt='$work/relaxation.csv'"
 
+# The table of docs/TIME.md, which a test measures.
+awk -F'|' '/speed x time . radius/ { on = 1; next } on && /^\|[- |]*$/ { next } on && !/^\|/ { exit } on { print $2, $3, $4 }' \
+    docs/TIME.md >"$work/sliding.txt"
+plot relaxation-sliding "errors='$work/sliding.txt'"
+
 # ---- plots of what was measured ------------------------------------------------------------------------------------
 
 "$BUILD/bin/haptable-contact" --curves --build "$BUILD/contact"
@@ -64,6 +69,13 @@ fi
     --size 640x480 -o "$pictures/liver-dent.png"
 echo "  $pictures/liver-dent.png"
 
+# The liver poked and dragged over, as docs/LIVER.md has it.
+"$BUILD/bin/haptable-run" meshes/liver-capsule.toml --path poke,drag --lockstep --seconds 6 --draw nothing --quiet \
+    --out "$work/liver"
+"$BUILD/bin/haptable-view" "$BUILD/liver-capsule" --quiet --log "$work/liver/session.lcmlog" --every 150 --size 400x300 \
+    --elevation 25 -o "$pictures/liver.gif"
+echo "  $pictures/liver.gif"
+
 # ---- pictures and film ---------------------------------------------------------------------------------------------
 
 BUILD=$BUILD sh scripts/demo.sh --figures >/dev/null
@@ -78,6 +90,33 @@ done
 echo "  $pictures/cube-ghost.png"
 "$BUILD/bin/haptable-view" "$BUILD/mouse" --quiet --mesh --elevation -30 --size 640x480 -o "$pictures/mouse-mesh.png"
 echo "  $pictures/mouse-mesh.png"
+
+# A picture a law (docs/MATERIALS.md).
+# sag NAME SCENE [OPTIONS]: the scene under its own weight.
+sag() {
+    name=$1 scene=$2
+    shift 2
+    "$BUILD/bin/haptable-precompute" "$scene" -o "$work/$name" --quiet
+    "$BUILD/bin/haptable-view" "$work/$name" --quiet --sag --ghost --size 480x360 "$@" -o "$pictures/$name.png"
+    echo "  $pictures/$name.png"
+}
+# press NAME SCENE X Y TOP [OPTIONS]: pressed 2 mm deep.
+press() {
+    name=$1 scene=$2
+    awk -v x="$3" -v y="$4" -v top="$5" 'BEGIN { print "x,y,z"
+        for (i = 0; i <= 100; ++i) printf "%g,%g,%.6f\n", x, y, top + 5e-4 - 2.5e-5 * i }' >"$work/$name.path.csv"
+    shift 5
+    "$BUILD/$scene/servo" --quiet --replay "$work/$name.path.csv" --out "$work/$name.csv"
+    "$BUILD/bin/haptable-view" "$BUILD/$scene" --quiet --csv "$work/$name.csv" --ticks 100 --size 480x360 "$@" \
+        -o "$pictures/$name.png"
+    echo "  $pictures/$name.png"
+}
+sag law-bar meshes/laws/bar.toml --azimuth -90 --elevation 5 --zoom 0.85 --exaggerate 10
+sag law-ball meshes/laws/ball.toml --zoom 0.75 --exaggerate 3 --range 4
+sag law-balloon meshes/laws/balloon.toml --zoom 0.75 --exaggerate 3 --range 4
+sag liver-sag meshes/liver-capsule.toml --azimuth -90 --elevation 10 --exaggerate 4
+press law-fibres fibres 0.015 0.015 0.03 --azimuth -90 --elevation 75 --zoom 1.1 --exaggerate 2
+press law-bed bed 0.0262 0.015 0.03 --azimuth -90 --elevation 8 --zoom 0.85 --exaggerate 3 --ghost
 
 # The page in a browser, its finger in the middle of the body.
 "$BUILD/bin/haptable-view" "$BUILD/mouse" --page "$work/touch.html" --quiet

@@ -133,9 +133,11 @@ void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
                                     si(*small_strain_m_, "m"));
 }
 
-void Painter::add_weight(const Ranges& ranges, Annotation& notes) const {
+void Painter::add_weight(Annotation& notes) const {
+    float most_m = 0.0F;
+    for (const Eigen::Vector3f& u : surface_.displacement_m) most_m = std::max(most_m, u.norm());
     notes.title = tables_.name;
-    notes.details = {"under its own weight", "moves by up to " + si(ranges.displacement_m, "m")};
+    notes.details = {"under its own weight", "moves by up to " + si(static_cast<double>(most_m), "m")};
     if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
 }
 
@@ -172,12 +174,12 @@ Painter::Scene Painter::compose(const ContactFrame& frame, const Ranges& ranges)
     const ColorBar bar = bar_of(ranges);
     const double per_unit = view_.color == "stress" ? 1e3 : 1e-3;  // of the bar's kPa, mN or mm
     scene.shading = {value_, static_cast<float>(per_unit * bar.range)};
+    Annotation& notes = scene.notes;
+    sag_m_ != nullptr ? add_weight(notes) : add_caption(frame, notes);
+    notes.bar = bar;
     if (view_.exaggeration != 1.0)
         for (Eigen::Vector3f& u : surface_.displacement_m) u *= static_cast<float>(view_.exaggeration);
     surface_.update_normals();
-    Annotation& notes = scene.notes;
-    sag_m_ != nullptr ? add_weight(ranges, notes) : add_caption(frame, notes);
-    notes.bar = bar;
     add_place(notes);
     if (scene.markers.arrow_tip && frame.force_n.norm() > 0.0) {
         notes.label = si(frame.force_n.norm(), "N");

@@ -62,7 +62,7 @@ private:
     Scene compose_mesh();
     void add_place(Annotation& notes) const;
     void add_caption(const ContactFrame& frame, Annotation& notes) const;
-    void add_weight(const Ranges& ranges, Annotation& notes) const;
+    void add_weight(Annotation& notes) const;
     void add_faults(Annotation& notes) const;
     float room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& arrow_m) const;
 

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A liver by other people, from its mesh to its picture, by the programs that a user runs.
+// A liver by other people, from its mesh to its picture, by the programs that a user runs; and ours, as docs/LIVER.md
+// has it touched.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
 #include "host/servo/replay.hpp"
+#include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -56,6 +60,49 @@ TEST(Liver, FromMeshToPicture) {
                   .status,
               0);
     EXPECT_GT(fs::file_size(picture), 20'000U) << "a picture of one colour takes a few hundred bytes";
+}
+
+/// The lines of the first block of shell in a page, with the build's folder for `build`.
+std::vector<std::string> commands_of(const fs::path& page) {
+    const std::string text = read_file(page), begin = "```sh\n";
+    const std::size_t first = text.find(begin) + begin.size();
+    std::vector<std::string> commands;
+    std::istringstream block(text.substr(first, text.find("```", first) - first));
+    const std::string build = build_folder().string();
+    for (std::string line; std::getline(block, line); commands.push_back(line)) {
+        for (std::size_t at = 0; (at = line.find("build/", at)) != std::string::npos; at += build.size())
+            line.replace(at, 5, build);
+        if (line.rfind("make ", 0) == 0) line += " BUILD=" + build;
+    }
+    return commands;
+}
+
+// docs/LIVER.md, as a reader copies it.
+TEST(Liver, ThePagesLinesTouchIt) {
+    const std::string url = own_url();
+    if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << why;
+    if (!fs::exists(program("haptable-device"))) GTEST_SKIP() << "haptable-device is not built: make";
+    setenv("LCM_DEFAULT_URL", url.c_str(), 1);
+    const std::vector<std::string> commands = commands_of("docs/LIVER.md");
+    ASSERT_EQ(commands.size(), 6U);
+    const fs::path made = build_folder() / "liver-capsule";
+    for (const char* old : {"sag.png", "session", "touched.gif", "touch.html"}) fs::remove_all(made / old);
+    std::string said;
+    for (const std::string& command : commands) {
+        const Outcome outcome = run(command);
+        ASSERT_EQ(outcome.status, 0) << command << "\n" << outcome.err;
+        said += outcome.out;
+    }
+    unsetenv("LCM_DEFAULT_URL");
+    EXPECT_NE(said.find("force_size_n       0.65"), std::string::npos) << said;
+    for (const char* file : {"sag.png", "touched.gif", "session/report.html", "touch.html"})
+        EXPECT_GT(fs::file_size(made / file), 20'000U) << file;
+    const auto session = nlohmann::json::parse(read_file(made / "session/summary.json"));
+    EXPECT_EQ(session.at("ticks"), 6000);
+    EXPECT_GT(session.at("contact_ticks"), 2000);
+    const Tables tables = read_tables(made);
+    EXPECT_EQ(tables.relaxation.size(), 2U);
+    EXPECT_TRUE(fs::exists(made / "sag.npy"));
 }
 
 }  // namespace
