@@ -110,7 +110,7 @@ void check(const Scene& scene, const Options& options) {
         print_check(audit, {}, options);
         throw;
     }
-    say(options.telling, "warning", locking_warnings(scene, body.mesh));
+    say(options.telling, "warning", locking_warnings(scene, foresee_locking(scene, body.mesh)));
     draw_check(scene, body, audit, under_constrained, options);
     std::optional<GravityFacts> gravity;
     if (scene.gravity && under_constrained.empty()) gravity = weigh(scene, body);

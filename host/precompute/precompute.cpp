@@ -234,6 +234,8 @@ Matrices compute(const Run& run, Summary& summary) {
     k = Stiffness();
     clock.begin("small_strain");
     summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, inverse);
+    clock.begin("locking");
+    summary.inverse.locking = measure_locking(scene, body, plan.masks, inverse);
     // 6. L_ii of nodes, L_ij of edges and under masks.
     clock.begin("blocks");
     const Blocks blocks = compute_blocks(run, sample);
@@ -264,6 +266,8 @@ Matrices take_over(const Run& run, Summary& summary) {
     summary.inverse = plan.earlier.summary();
     if (auto& known = summary.inverse.small_strain; known && known->finger_radius_m != scene.contact.mask_radius_m)
         known.reset();  // of another finger
+    if (auto& known = summary.inverse.locking; known.finger_radius_m != pad_radius_m(scene, body.mesh))
+        known = foresee_locking(scene, body.mesh);
     if (plan.drawing == Drawing::kColumns) {
         const ColumnFormat format = format_of(scene, plan.earlier.compliance());
         const std::vector<std::int32_t>& rows = rows_of(scene, body);

@@ -90,6 +90,10 @@ std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
                        json.at("sideways_m")};
 }
 
+Locking read_locking(const nlohmann::json& json) {
+    return {json.at("expected_locking"), json.at("finger_radius_m"), json.at("places")};
+}
+
 nlohmann::ordered_json to_json(const GravityFacts& facts) {
     return {{"weight_n", facts.weight_n},
             {"largest_sag_m", facts.largest_sag_m},
@@ -234,7 +238,7 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
         old->value("program", "") != program_hash())
         return {};
     EarlierSummary earlier;
-    auto& [factor, blocks, columns, checks, small_strain, gravity] = earlier.inverse;
+    auto& [factor, blocks, columns, checks, small_strain, locking, gravity] = earlier.inverse;
     gravity = read_gravity(*old);
     const nlohmann::json& json = *old;
     json.at("tolerance").get_to(earlier.tolerance);
@@ -253,6 +257,7 @@ std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, 
     json.at("columns").at("flops").get_to(columns.facts.flops);
     checks = read_checks(json.at("checks"));
     small_strain = read_small_strain(json.at("small_strain"));
+    locking = read_locking(json.at("element"));
     return earlier;
 } catch (const nlohmann::json::exception&) {
     return {};
@@ -315,7 +320,8 @@ std::string stiffness_line(const Scene& scene, const ServoStiffness& k, const Pr
 }  // namespace
 
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
-    std::vector<std::string> warnings = digit_warnings(scene, summary);
+    std::vector<std::string> warnings = locking_warnings(scene, summary.inverse.locking);
+    for (const std::string& warning : digit_warnings(scene, summary)) warnings.push_back(warning);
     for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity)) warnings.push_back(warning);
     return warnings;
 }
@@ -334,7 +340,7 @@ std::vector<std::string> kept_warnings(const std::filesystem::path& folder) {
 }
 
 std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    const auto& [factor, blocks, columns, checks, small_strain, gravity] = summary.inverse;
+    const auto& [factor, blocks, columns, checks, small_strain, locking, gravity] = summary.inverse;
     nlohmann::ordered_json json = to_json(scene, summary.identity);
     json["tables_hash"] = fmt::format("{:016x}", summary.size.tables_hash);
     json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
@@ -347,7 +353,10 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["counts"] = counts(body);
     json["mesh"] = to_json(summary.audit);
     json["mesh"]["body"] = to_json(summary.supports);
-    json["element"] = {{"name", word(scene.mesh.element)}, {"expected_locking", expected_locking(scene, body.mesh)}};
+    json["element"] = {{"name", word(scene.mesh.element)},
+                       {"expected_locking", locking.excess},
+                       {"finger_radius_m", locking.finger_radius_m},
+                       {"places", locking.places}};
     json["material"] = to_json(scene.material);
     if (!body.layered.empty()) json["layers"] = layers(body);
     if (gravity) json["gravity"] = to_json(*gravity);

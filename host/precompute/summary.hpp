@@ -12,6 +12,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
+#include "host/precompute/locking.hpp"
 #include "host/precompute/press.hpp"
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
@@ -48,6 +49,7 @@ struct InverseSummary {
     ColumnSummary columns;
     Checks checks;
     std::optional<SmallStrain> small_strain;
+    Locking locking;
     std::optional<GravityFacts> gravity;  ///< of a scene with [gravity]
 };
 

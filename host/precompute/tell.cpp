@@ -8,7 +8,6 @@
 #include "host/base/file.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/digits.hpp"
-#include "host/precompute/locking.hpp"
 #include "host/precompute/press.hpp"
 
 namespace haptable {
@@ -22,7 +21,6 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
     const auto& [body, summary, unchanged] = result;
     say(telling, "note", body.mesh.notes);
     say(telling, "warning", warnings_of(summary.audit));
-    say(telling, "warning", locking_warnings(scene, body.mesh));
     say(telling, "warning", unchanged ? kept_warnings(folder) : run_warnings(scene, summary));
     if (telling.json)
         fmt::print("{}", unchanged ? read_file(folder / "summary.json") : to_json(scene, body, summary));

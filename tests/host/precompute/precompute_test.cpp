@@ -253,6 +253,29 @@ TEST_F(PrecomputeRun, TheDepthOfSmallStrainIsToldAndKept) {
     EXPECT_FALSE(read_small_strain_depth(out_));
 }
 
+TEST_F(PrecomputeRun, HowMuchItLocksIsToldAndKept) {
+    Scene scene = cube_scene();
+    const auto told = [&] {
+        run(scene, out_);
+        return nlohmann::json::parse(read_file(out_ / "summary.json"));
+    };
+    const nlohmann::json first = told();
+    EXPECT_EQ(first.at("element").at("places"), 5U);
+    EXPECT_GT(first.at("element").at("expected_locking"), 0.05);
+    EXPECT_NE(first.at("warnings").at(0).get<std::string>().find("a finger's pad of 0.005 m feels this mesh"),
+              std::string::npos);
+    scene.contact.static_friction = scene.contact.kinetic_friction = 0.3;  // of the same body: nothing is solved
+    EXPECT_EQ(told().at("element"), first.at("element"));
+    scene.contact.force = ForceLaw::kPressureMask;
+    scene.contact.mask_radius_m = 0.012;
+    EXPECT_EQ(told().at("element").at("finger_radius_m"), 0.012);
+    scene.contact.force = ForceLaw::kInterpolated;
+    scene.contact.mask_radius_m = 0.0;
+    const nlohmann::json again = told();
+    EXPECT_EQ(again.at("element").at("places"), 0U) << "blocks of an earlier run, locking of another finger: foreseen";
+    EXPECT_GT(again.at("element").at("expected_locking"), 0.05);
+}
+
 TEST_F(PrecomputeRun, TwoRunsGiveTheSameBytes) {
     run(cube_scene(), out_);
     run(cube_scene(), temporary_.path() / "again");
