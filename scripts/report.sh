@@ -7,11 +7,18 @@ set -eu
 BUILD=${BUILD:-build}
 docs=$1
 out=$2
-pages="ACCURACY REFERENCES HARD CONFIGURATIONS CONTACT FEEL INSTRUCTIONS MICROCONTROLLER PRECOMPUTE SCALE STROKES"
+pages="ACCURACY REFERENCES HARD CONFIGURATIONS design/elements CONTACT FEEL STROKES INSTRUCTIONS MICROCONTROLLER LATENCY DEVICES STABILITY PRECOMPUTE design/masks design/meshes SCALE"
 
-# A link to a page of the report leads into it, one to another file to where that lies from DIR.
+# A link to a page of the report leads into it, one to another file to where that lies from OUT. Links of a page in a
+# folder are told from docs/ first.
+from_docs() { # PAGE
+    case $1 in
+    */*) sed -E "s@href=\"([a-zA-Z][^\":]*\.md[^\"]*)\"@href=\"${1%/*}/\1\"@g; s@href=\"\.\./([^\":]*)\"@href=\"\1\"@g" ;;
+    *) cat ;;
+    esac
+}
 inward="s:href=\"($(echo "$pages" | tr ' ' '|'))\.md(#[^\"]*)?\":href=\"#\1\":g"
-outward="s:href=\"([a-z.][^\":]*)\":href=\"$(realpath --relative-to="$out" docs)/\1\":g"
+outward="s:href=\"([a-zA-Z.][^\":]*)\":href=\"$(realpath --relative-to="$out" docs)/\1\":g"
 
 sh scripts/plots.sh "$docs/numbers.json" "$out"
 
@@ -54,7 +61,7 @@ HEAD
     printf '<a href="#runs">What was run</a></nav>\n'
     for page in $pages; do
         printf '<section id="%s">\n' "$page"
-        cmark-gfm -e table "$docs/$page.md" | grep -v '^<!-- raw HTML omitted -->$' | sed -E "$inward; $outward" | with_pictures
+        cmark-gfm -e table "$docs/$page.md" | grep -v '^<!-- raw HTML omitted -->$' | from_docs "$page" | sed -E "$inward; $outward" | with_pictures
         printf '</section>\n'
     done
     printf '<section id="runs"><h1>What was run</h1>\n'

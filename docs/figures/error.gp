@@ -6,28 +6,32 @@ set output out
 column_of = axis eq "time" ? 9 : axis eq "flash" ? 10 : 11
 unit = axis eq "time" ? "microseconds of CPU a tick" : axis eq "flash" ? "kB of tables" : "seconds of CPU to precompute"
 scale = axis eq "time" ? 1e6 : axis eq "flash" ? 1e-3 : 1
-set multiplot layout 2,2 margins 0.07,0.96,0.06,0.86 spacing 0.09,0.1 title "Error of the force against the body (RMS), and ".unit
+set multiplot layout 2,2 margins 0.085,0.98,0.06,0.86 spacing 0.09,0.1 title "How far the force is from the body's, against ".unit
 set logscale xy
-set offsets graph 0.22, graph 0.08, graph 0.05, graph 0.05
+# One frame for all four, so that bodies can be compared; left of the points is where names stand.
+stats data using (scale * column(column_of)) nooutput
+set xrange [(axis eq "time" ? 2e-4 : STATS_min / 12):STATS_max * 3]
+set yrange [0.03:300]
 set grid
 set format x "10^{%T}"
-set format y "%g %%"
+set format y "%g"
 set xlabel unit
-set ytics (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
+set ylabel "error of the force, RMS, % of it" offset 1,0
+set ytics (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200)
 array force[7] = ["interpolated", "consistent", "pressure-mask", "dense inverse", "sparse solve", "conjugate gradients", "the paper, 1998"]
 array colour[7] = [0x3b528b, 0x21918c, 0xd6337c, 0x9a958a, 0x6b6459, 0x2d2a26, 0x7c3aed]
 array sign[7] = [6, 8, 4, 2, 1, 3, 15]
 is(b, f, least) = strcol(1) eq b && strcol(4) eq force[f] && (strcol(5) eq "least-energy") == least
 at(b, f, least) = is(b, f, least) ? scale * column(column_of) : NaN
 best(b) = strcol(1) eq b && strstrt(strcol(12), axis) > 0 ? scale * column(column_of) : NaN
-# Of two precisions on one place, one has a name.
-named(b) = axis ne "time" || strcol(6) eq "float32" ? best(b) : NaN
+# Of precisions next to each other, one has a name.
+named(b) = axis eq "precompute" || strcol(6) eq (axis eq "time" ? "float32" : "float16") ? best(b) : NaN
 # Of the best front: nodes a side, or of all; the elements where they are not linear.
 short(mesh, element) = word(mesh, 1).(element eq "linear" ? "" : element eq "quadratic" ? " quadratic" : " nodal pressure")
 array body[4] = ["cube, nu 0.3", "cube, nu 0.49", "mouse", "liver"]
 do for [b=1:4] {
   set title body[b]
-  if (b == 1) { set key at screen 0.5,0.96 center top maxrows 4 font ",9" samplen 1 } else { unset key }
+  if (b == 1) { set key at screen 0.5,0.96 center top maxrows 4 font ",9" samplen 1 reverse Left } else { unset key }
   plot for [f=1:7] data using (at(body[b], f, 0)):(100 * column(7)) with points pointtype sign[f] linecolor rgb colour[f] title force[f], \
        for [f=1:3] data using (at(body[b], f, 1)):(100 * column(7)) with points pointtype sign[f] + 1 linecolor rgb colour[f] \
            title force[f].", least energy", \
