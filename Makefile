@@ -443,7 +443,7 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(BENCH)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-bench-error: $(BUILD)/host/bench/error/main.cpp.o $(call objects,host/bench/error) $(BUILD)/host/bench/contact/bodies.cpp.o $(BENCH)
+$(BUILD)/bin/haptable-bench-error: $(BUILD)/host/bench/error/main.cpp.o $(call objects,host/bench/error) $(BUILD)/host/bench/contact/bodies.cpp.o $(BUILD)/host/hard/cells.cpp.o $(BENCH)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(call objects,host/bench/target) $(BENCH) $(TARGETED)

@@ -3,91 +3,21 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "host/base/process_cost.hpp"
-#include "host/bench/error/footprint.hpp"
-#include "host/bench/error/mask_load.hpp"
+#include "host/bench/error/masked.hpp"
 #include "host/bench/error/specimen.hpp"
-#include "host/inverse/cholmod_inverse.hpp"
-#include "host/precompute/assembly.hpp"
-#include "host/precompute/locking.hpp"
 
 namespace haptable {
 
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Matrix3d;
 
 constexpr double kNotKept = 0.4999;
 constexpr std::array kRatios{0.3, 0.49, kNotKept};
-constexpr std::array kLockingRatios{0.3, 0.45, 0.49, 0.499};
-
-/// A body of one element with the masks of a finger at places; Poisson's ratio comes later.
-class Masked {
-public:
-    Masked(Scene scene, Element element, double radius_m, std::span<const Place> places) : scene_(std::move(scene)) {
-        scene_.mesh.element = element;
-        scene_.contact.mask_radius_m = radius_m;
-        body_ = make_body(scene_, make_mesh(scene_.mesh));
-        Workers workers(1);
-        Progress quiet(true);
-        const Masks masks =
-            make_masks(body_.mesh.position_m, body_.touch_patch, radius_m, workers, quiet, body_.touch_quarter);
-        for (const Place& place : places) {
-            const auto [patch, alpha] = locate(body_.mesh.position_m, body_.touch_patch, place.on_m);
-            load_.push_back(mask_load(masks, patch, alpha));
-            outward_.push_back(place.outward);
-        }
-    }
-
-    struct Felt {
-        std::vector<double> normal_n_per_m;  ///< n . S n at the places
-        double cpu_s = 0.0;                  ///< of the factor and the blocks L_ii, one thread
-    };
-    Felt at(double poisson) {
-        scene_.material.poisson = poisson;
-        const Stiffness k = assemble_free(scene_, body_);
-        std::vector<NodePair> blocks;
-        for (std::int32_t node : body_.touch_node) {
-            const std::int32_t i = body_.unknown[static_cast<std::size_t>(node)];
-            blocks.push_back({i, i});
-        }
-        Felt felt;
-        Progress quiet(true);
-        const double begin = process_cost().cpu_s;
-        CholmodInverse inverse(1);
-        inverse.analyse(k, {{blocks}, {}, {}, false, 3});
-        inverse.factorize(k, quiet);
-        inverse.blocks(blocks, Precision::kDouble, quiet);
-        felt.cpu_s = process_cost().cpu_s - begin;
-        const std::vector<Matrix3d> c = compliances(inverse, load_, body_.unknown);
-        for (std::size_t i = 0; i < c.size(); ++i)
-            felt.normal_n_per_m.push_back(outward_[i].dot(c[i].inverse() * outward_[i]));
-        return felt;
-    }
-    double expected_locking_at(double poisson) {
-        scene_.material.poisson = poisson;
-        return expected_locking(scene_, body_.mesh);
-    }
-    std::size_t nodes() const { return body_.mesh.position_m.size(); }
-
-private:
-    Scene scene_;
-    Body body_;
-    std::vector<LoadShares> load_;
-    std::vector<Eigen::Vector3d> outward_;
-};
-
-/// The mean over the places of one over the other, less 1.
-double excess(const std::vector<double>& felt, const std::vector<double>& body) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < felt.size(); ++i) sum += felt[i] / body[i] - 1.0;
-    return sum / static_cast<double>(felt.size());
-}
+constexpr std::array kLockingRatios{0.3, 0.45, 0.49, 0.499, 0.4999};
 
 Number percent(double share) { return number(share, fmt::format("{:+.1f} %", 100.0 * share)); }
 
@@ -118,10 +48,10 @@ NumberTable measure_worth(const Specimen& cube, const nlohmann::ordered_json& kn
     for (const Element element : {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic})
         for (const Meshed& meshed : cube.meshes) {
             const bool is_quadratic = element == Element::kQuadratic;
-            if (meshed.fineness == Fineness::kFine || meshed.name == (is_quadratic ? "17 a side" : "5 a side"))
-                continue;
+            const bool is_fine = meshed.fineness == Fineness::kFine || meshed.name == "17 a side";
+            if (is_quadratic ? is_fine : meshed.name == "5 a side") continue;
             progress.stage(fmt::format("elements: {}, {}", word(element), meshed.name));
-            Masked masked(meshed.scene, element, cube.finger_radius_m, places);
+            Masked masked(meshed.scene, element, fingers_at(places, cube.finger_radius_m));
             auto& row = table.rows.emplace_back(
                 std::vector<Cell>{fmt::format("{}, {}", word(element), meshed.name), thousands(masked.nodes())});
             double cpu_s = 0.0;
@@ -141,23 +71,28 @@ NumberTable measure_worth(const Specimen& cube, const nlohmann::ordered_json& kn
 }
 
 NumberTable measure_locking(const std::vector<Specimen>& all, Progress& progress) {
-    NumberTable table{{"body, mesh", "finger's radius", "Poisson's ratio", "expected", "measured"}, {}};
+    NumberTable table{{"body, mesh", "finger's radius", "Poisson's ratio", "foreseen (--check)", "told by a run",
+                       "over quadratic, the same mesh"},
+                      {}};
     for (const Specimen& specimen : all) {
         const std::vector<Place> places = places_of(specimen);
         const std::string body = specimen.name.substr(0, specimen.name.find(','));
         for (const Meshed& meshed : specimen.meshes) {
             if (meshed.fineness == Fineness::kFine || meshed.name == "5 a side" || meshed.name == "17 a side") continue;
             progress.stage(fmt::format("locking: {}, {}", body, meshed.name));
-            Masked linear(meshed.scene, Element::kLinear, specimen.finger_radius_m, places);
-            Masked quadratic(meshed.scene, Element::kQuadratic, specimen.finger_radius_m, places);
+            const std::vector<Finger> fingers = fingers_at(places, specimen.finger_radius_m);
+            Masked linear(meshed.scene, Element::kLinear, fingers);
+            Masked quadratic(meshed.scene, Element::kQuadratic, fingers);
             for (const double poisson : kLockingRatios) {
-                const double off = excess(linear.at(poisson).normal_n_per_m, quadratic.at(poisson).normal_n_per_m);
-                const double expected = linear.expected_locking_at(poisson);
+                const Masked::Felt felt = linear.at(poisson);
+                const double off = excess(felt.normal_n_per_m, quadratic.at(poisson).normal_n_per_m);
+                const bool told = felt.told.places > 0;
                 table.rows.push_back(
                     {fmt::format("{}, {}", body, meshed.name),
                      number(specimen.finger_radius_m, fmt::format("{:g} mm", 1e3 * specimen.finger_radius_m)),
-                     number(poisson, fmt::format("{}", poisson)), expected > 0.0 ? Cell(percent(expected)) : Cell(""),
-                     percent(off)});
+                     number(poisson, fmt::format("{}", poisson)),
+                     told ? Cell(percent(linear.foreseen_at(poisson))) : Cell(""),
+                     told ? Cell(percent(felt.told.excess)) : Cell(""), percent(off)});
             }
         }
     }

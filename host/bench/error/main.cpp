@@ -9,6 +9,7 @@
 #include "host/base/progress.hpp"
 #include "host/bench/error/contact_error.hpp"
 #include "host/bench/error/elements.hpp"
+#include "host/bench/error/elsewhere.hpp"
 #include "host/bench/error/known.hpp"
 #include "host/bench/error/large_strain.hpp"
 #include "host/bench/error/points.hpp"
@@ -59,6 +60,12 @@ Numbers compare_with_known(const fs::path& build, Progress& progress) {
     return numbers;
 }
 
+Numbers compare_elsewhere(const fs::path& build, Progress& progress) {
+    Numbers numbers("build/bin/haptable-bench-error --elsewhere -o build/report/elsewhere.json");
+    numbers.add("elsewhere", measure_elsewhere(build, progress));
+    return numbers;
+}
+
 Numbers measure_large_strain(const fs::path& build, Progress& progress) {
     Numbers numbers("build/bin/haptable-bench-error --large-strain -o build/report/large-strain.json");
     const LargeStrain measured = large_strain(build / "large", progress);
@@ -80,7 +87,8 @@ Numbers compare_elements(const fs::path& known, const fs::path& build, Progress&
 int main(int argc, char** argv) {
     CommandLine app("Measures error against the body, and what it costs, by configuration.", "haptable-bench-error");
     fs::path build = "build/error", out, known = "docs/numbers.json";
-    bool truth = false, answers = false, strain = false, elements = false, quick = false, quiet = false;
+    bool truth = false, answers = false, strain = false, elements = false, elsewhere = false, quick = false,
+         quiet = false;
     app.option("--build", build, "folder for tables").show_default();
     app.option("--numbers", known, "where the truth is kept").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
@@ -88,6 +96,7 @@ int main(int argc, char** argv) {
     app.flag("--known-answers", answers, "compare with closed forms and with CalculiX instead");
     app.flag("--large-strain", strain, "compare with CalculiX at large strain instead: many minutes, kept there too");
     app.flag("--elements", elements, "compare the elements with the body itself instead: minutes, kept there too");
+    app.flag("--elsewhere", elsewhere, "the same of other fingers, places and bodies instead: minutes, kept there too");
     app.flag("--quick", quick, "coarse meshes only");
     app.flag("--quiet", quiet, "no progress bar");
     return run_program(app, argc, argv, [&] {
@@ -101,6 +110,8 @@ int main(int argc, char** argv) {
             numbers = measure_large_strain(build, progress);
         else if (elements)
             numbers = compare_elements(known, build, progress);
+        else if (elsewhere)
+            numbers = compare_elsewhere(build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();

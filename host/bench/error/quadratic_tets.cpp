@@ -45,22 +45,26 @@ Eigen::Matrix<double, 3, 10> gradients(const Linear& linear, const Eigen::Vector
 
 using ElementMatrix = Eigen::Matrix<double, 30, 30>;
 
-ElementMatrix tet_stiffness(const TetGeometry& geometry, const Lame& material) {
+ElementMatrix tet_stiffness(const TetGeometry& geometry, const Lame& material, Volume volume) {
     constexpr double kFar = 0.58541019662496852, kNear = 0.1381966011250105;  // exact for degree 2
     ElementMatrix k = ElementMatrix::Zero();
+    Eigen::Matrix<double, 3, 10> mean = Eigen::Matrix<double, 3, 10>::Zero();
+    const double lambda_pa = volume == Volume::kEverywhere ? material.lambda_pa : 0.0;
     for (Index q = 0; q < 4; ++q) {
         Eigen::Vector4d at = Eigen::Vector4d::Constant(kNear);
         at[q] = kFar;
         const auto g = gradients(geometry.gradient_per_m, at);
+        mean += 0.25 * g;
         for (Index a = 0; a < 10; ++a)
             for (Index b = 0; b < 10; ++b)
                 k.block<3, 3>(3 * a, 3 * b) +=
                     0.25 * geometry.volume_m3 *
-                    (material.lambda_pa * g.col(a) * g.col(b).transpose() +
+                    (lambda_pa * g.col(a) * g.col(b).transpose() +
                      material.mu_pa *
                          (g.col(b) * g.col(a).transpose() + g.col(a).dot(g.col(b)) * Eigen::Matrix3d::Identity()));
     }
-    return k;
+    const Eigen::Map<const Eigen::Matrix<double, 30, 1>> swelling(mean.data());
+    return k + (material.lambda_pa - lambda_pa) * geometry.volume_m3 * swelling * swelling.transpose();
 }
 
 bool is_held(const Scene& scene, const Vector3d& x) {
@@ -113,13 +117,13 @@ QuadraticMesh make_quadratic(const Scene& scene, const TetMesh& mesh) {
     return quadratic;
 }
 
-Eigen::SparseMatrix<double> assemble_quadratic(const QuadraticMesh& mesh, const Material& material) {
+Eigen::SparseMatrix<double> assemble_quadratic(const QuadraticMesh& mesh, const Material& material, Volume volume) {
     const Lame lame = Lame::from_young(material.young_pa, material.poisson);
     std::vector<Eigen::Triplet<double>> entries;
     for (const auto& tet : mesh.tet) {
         Corners corner;
         for (std::size_t c = 0; c < 4; ++c) corner[c] = mesh.position_m[static_cast<std::size_t>(tet[c])];
-        const ElementMatrix k = tet_stiffness(tet_geometry(corner), lame);
+        const ElementMatrix k = tet_stiffness(tet_geometry(corner), lame, volume);
         for (Index a = 0; a < 30; ++a)
             for (Index b = 0; b < 30; ++b) {
                 const std::int32_t i = mesh.unknown[static_cast<std::size_t>(tet[static_cast<std::size_t>(a / 3)])];

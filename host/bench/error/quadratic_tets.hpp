@@ -24,8 +24,15 @@ struct QuadraticMesh {
 /// Held where the scene's boxes hold it; the scene's material alone.
 QuadraticMesh make_quadratic(const Scene& scene, const TetMesh& mesh);
 
+/// Where an element resists a change of volume.
+enum class Volume {
+    kEverywhere,  ///< the textbook's (C3D10): never softer than the body, and too stiff near Poisson's ratio 0.5
+    kOnAverage,   ///< one pressure an element (Crouzeix and Raviart 1973): stable for any ratio, too soft if anything
+};
+
 /// K of its free nodes, N/m.
-Eigen::SparseMatrix<double> assemble_quadratic(const QuadraticMesh& mesh, const Material& material);
+Eigen::SparseMatrix<double> assemble_quadratic(const QuadraticMesh& mesh, const Material& material,
+                                               Volume volume = Volume::kEverywhere);
 
 /// A footprint's pressure against the quadratic shape functions of the surface.
 LoadShares shares_on(const QuadraticMesh& mesh, const Footprint& footprint);

@@ -66,17 +66,6 @@ Specimen from_file(const std::string& name, double finger_radius_m, bool quick, 
 
 // ---- truth of a cube -----------------------------------------------------------------------------------------------
 
-/// A spiral around the middle of the top, 4 mm wide: no mesh has its nodes there.
-std::vector<Place> cube_places() {
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < kPlaces; ++i) {
-        const double r = 0.004 * std::sqrt((static_cast<double>(i) + 0.5) / kPlaces);
-        const double angle = 2.399963 * static_cast<double>(i);  // the golden angle
-        places.push_back({{0.015 + r * std::cos(angle), 0.015 + r * std::sin(angle), 0.03}, Vector3d::UnitZ()});
-    }
-    return places;
-}
-
 std::vector<Eigen::Matrix3d> cube_stiffness(const Material& material, const std::vector<Footprint>& footprints,
                                             int inner, int outer) {
     const auto across = graded_planes(0.0, 0.03, 0.006, 0.024, inner, outer);
@@ -88,7 +77,36 @@ std::vector<Eigen::Matrix3d> cube_stiffness(const Material& material, const std:
 
 // ---- truth of a mesh -----------------------------------------------------------------------------------------------
 
-/// Points of patches around which the surface is free and nearly flat as far as the finger reaches.
+std::vector<Eigen::Matrix3d> mesh_stiffness(const Scene& scene, const TetMesh& mesh,
+                                            const std::vector<Footprint>& footprints) {
+    const QuadraticMesh quadratic = make_quadratic(scene, mesh);
+    const Factor factor(assemble_quadratic(quadratic, scene.material));
+    std::vector<LoadShares> loads;
+    for (const Footprint& footprint : footprints) loads.push_back(shares_on(quadratic, footprint));
+    auto c = compliances(factor, loads, quadratic.unknown);
+    for (auto& one : c) one = one.inverse().eval();
+    return c;
+}
+
+bool is_cube(const Specimen& specimen) { return !specimen.meshes.front().scene.mesh.generate.empty(); }
+
+}  // namespace
+
+std::vector<Specimen> specimens(bool quick, const fs::path& build) {
+    return {cubes(0.3, quick), cubes(0.49, quick), from_file("mouse", 0.010, quick, build),
+            from_file("liver", 0.015, quick, build)};
+}
+
+std::vector<Place> spiral(const Vector3d& middle_m, double width_m, std::size_t count) {
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double r = 0.5 * width_m * std::sqrt((static_cast<double>(i) + 0.5) / static_cast<double>(count));
+        const double angle = 2.399963 * static_cast<double>(i);  // the golden angle
+        places.push_back({middle_m + r * Vector3d(std::cos(angle), std::sin(angle), 0.0), Vector3d::UnitZ()});
+    }
+    return places;
+}
+
 std::vector<Place> mesh_places(const Scene& scene, const TetMesh& mesh, double radius_m) {
     const QuadraticMesh marked = make_quadratic(scene, mesh);
     const auto at = [&](std::int32_t node) { return marked.position_m[static_cast<std::size_t>(node)]; };
@@ -117,29 +135,10 @@ std::vector<Place> mesh_places(const Scene& scene, const TetMesh& mesh, double r
     return places;
 }
 
-std::vector<Eigen::Matrix3d> mesh_stiffness(const Scene& scene, const TetMesh& mesh,
-                                            const std::vector<Footprint>& footprints) {
-    const QuadraticMesh quadratic = make_quadratic(scene, mesh);
-    const Factor factor(assemble_quadratic(quadratic, scene.material));
-    std::vector<LoadShares> loads;
-    for (const Footprint& footprint : footprints) loads.push_back(shares_on(quadratic, footprint));
-    auto c = compliances(factor, loads, quadratic.unknown);
-    for (auto& one : c) one = one.inverse().eval();
-    return c;
-}
-
-bool is_cube(const Specimen& specimen) { return !specimen.meshes.front().scene.mesh.generate.empty(); }
-
-}  // namespace
-
-std::vector<Specimen> specimens(bool quick, const fs::path& build) {
-    return {cubes(0.3, quick), cubes(0.49, quick), from_file("mouse", 0.010, quick, build),
-            from_file("liver", 0.015, quick, build)};
-}
-
 std::vector<Place> places_of(const Specimen& specimen) {
     const Scene& scene = specimen.meshes.front().scene;
-    return is_cube(specimen) ? cube_places() : mesh_places(scene, make_mesh(scene.mesh), specimen.finger_radius_m);
+    return is_cube(specimen) ? spiral({0.015, 0.015, 0.03}, 0.008, kPlaces)
+                             : mesh_places(scene, make_mesh(scene.mesh), specimen.finger_radius_m);
 }
 
 std::vector<Truth> solve_truth(const Specimen& specimen, bool coarser_alone) {

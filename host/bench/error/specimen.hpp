@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host/mesh/mesh.hpp"
 #include "host/report/numbers.hpp"
 #include "host/scene/scene.hpp"
 
@@ -47,6 +48,12 @@ std::vector<Specimen> specimens(bool quick, const std::filesystem::path& build);
 
 /// The places that are pressed, twelve.
 std::vector<Place> places_of(const Specimen& specimen);
+
+/// A spiral of `count` places on a plane that faces +z, `width_m` across: no mesh has its nodes there.
+std::vector<Place> spiral(const Eigen::Vector3d& middle_m, double width_m, std::size_t count);
+
+/// Twelve points of a mesh's patches around which its surface is free and nearly flat as far as the finger reaches.
+std::vector<Place> mesh_places(const Scene& scene, const TetMesh& mesh, double radius_m);
 
 /// Solves for the body itself. Minutes; on the coarser mesh alone, which then stands for both, a part of one.
 std::vector<Truth> solve_truth(const Specimen& specimen, bool coarser_alone = false);
