@@ -106,7 +106,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 
 # The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
 # at the end.
-TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')))
+TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report haptable-fit)
@@ -266,7 +266,7 @@ report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp
 
 # figures: remake every picture of README and docs
 .PHONY: figures
-figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact haptable-report) $(PAGE_PARTS)
+figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact haptable-report) $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
 	@sh scripts/setup.sh figures
 	@for scene in cube mouse mouse-mask liver-capsule laws/fibres laws/bed; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
 	@BUILD=$(BUILD) sh scripts/figures.sh
@@ -475,6 +475,10 @@ $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/ben
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
 	$(link) -lgtest $(LIBS_DEVICE)
+
+# The page's picture (make figures), by the browser of the tests.
+$(BUILD)/tests/touch_picture/touch-picture: $(patsubst %,$(BUILD)/tests/%.cpp.o,touch_picture/main browser) $(BASE)
+	$(link) -lgtest $(LIBS_BASE)
 
 # One scene: `make scene` calls make again with its NAME.
 ifdef NAME

@@ -118,12 +118,9 @@ sag liver-sag meshes/liver-capsule.toml --azimuth -90 --elevation 10 --exaggerat
 press law-fibres fibres 0.015 0.015 0.03 --azimuth -90 --elevation 75 --zoom 1.1 --exaggerate 2
 press law-bed bed 0.0262 0.015 0.03 --azimuth -90 --elevation 8 --zoom 0.85 --exaggerate 3 --ghost
 
-# The page in a browser, its finger in the middle of the body.
+# The page in a browser, pressed and dragged by a pointer.
 "$BUILD/bin/haptable-view" "$BUILD/mouse" --page "$work/touch.html" --quiet
-chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars --window-size=1280,800 \
-    --virtual-time-budget=100000 --screenshot="$work/touch.png" \
-    "file://$(realpath "$work/touch.html")?press=middle&theme=light&worker=off" >/dev/null 2>&1
-mv "$work/touch.png" "$pictures/touch.png"
+"$BUILD/tests/touch_picture/touch-picture" "$work/touch.html" -o "$pictures/touch.png"
 echo "  $pictures/touch.png"
 
 # A finger tip of 12 mm over the mouse: down, aside, across, back, up. Places are "ms x y z", mm; between them the

@@ -98,7 +98,7 @@
       }
       scene = data.scene;
       try {
-        picture = new Picture($('stage'), $('picture'), $('overlay'), scene, data.table);
+        picture = new Picture($('stage'), $('picture'), $('overlay'), scene, data.table, query.get('smooth') === 'on');
       } catch (error) {
         picture = null;
       }
@@ -409,9 +409,13 @@
 
   // Where pictures come too slowly (no graphics processor), they get coarser: at most to half.
   function spare(now) {
-    if (!picture || query.get('ratio') || frames.length < 60 || now - (spare.last || 0) < 2000) return;
-    spare.last = now;
-    if (api.rate() < 40) picture.coarser();
+    if (!picture || query.get('ratio')) return;
+    const since = now - (spare.last === undefined ? now : spare.last), pause = now - (spare.seen || now) > 3000;  // of a hidden tab
+    spare.seen = now;
+    spare.count = (spare.count || 0) + 1;
+    if (since < 1500 && spare.last !== undefined && !pause) return;
+    if (!pause && since > 0 && 1000 * spare.count / since < 40) picture.coarser();
+    Object.assign(spare, {last: now, count: 0});
   }
 
   function show(message) {
@@ -425,7 +429,8 @@
     }
     const now = performance.now();
     if (picture && changed(message)) picture.show(message, $('colour').value);
-    if (now - (show.last || 0) < 30) return;  // eyes read no faster
+    // Eyes read no faster; and where the processor draws all, texts and plots must not take the body's time.
+    if (now - (show.last || 0) < Math.max(100, 4000 / Math.max(api.rate(), 4))) return;
     show.last = now;
     numbers(message);
     plots();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The body, the finger and its force, drawn by three.js. Lengths of the scene are metres over the body's diagonal.
+const OVERLAY = 240;  // CSS pixels
 class Picture {
-  // Throws where the browser gives no WebGL.
-  constructor(stage, canvas, overlay, scene, table) {
+  // Throws where the browser gives no WebGL. smooth: four samples of a pixel, whoever draws.
+  constructor(stage, canvas, overlay, scene, table, smooth) {
     Object.assign(this, {stage, canvas, overlay, scene});
     this.q = scene.surface.patches;
     this.rest = table('rest', Float32Array);
@@ -11,7 +12,7 @@ class Picture {
     this.row = table('row', Int32Array);
     this.surface_node = table('surface_node', Int32Array);
     this.mark = table('mark', Uint8Array);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, alpha: true, powerPreference: 'high-performance'});
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: smooth || !Picture.is_software(), alpha: true, powerPreference: 'high-performance'});
     this.measure();
     this.world = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(26, 1, 0.05, 60);
@@ -25,6 +26,12 @@ class Picture {
     this.dirty = true;
   }
 
+  // Whether the processor draws: then four samples of a pixel take twice the time of one.
+  static is_software() {
+    const gl = document.createElement('canvas').getContext('webgl'), info = gl && gl.getExtension('WEBGL_debug_renderer_info');
+    return Boolean(info) && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
+  }
+
   measure() {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < this.rest.length; ++i) {
@@ -35,6 +42,7 @@ class Picture {
     this.high = high;
     this.centre = low.map((x, a) => 0.5 * (x + high[a]));
     this.size = Math.hypot(...low.map((x, a) => high[a] - x));
+    this.thinnest = Math.min(...low.map((x, a) => high[a] - x));
   }
 
   scaled(x) { return new THREE.Vector3(...this.centre.map((c, a) => (x[a] - c) / this.size)); }
@@ -65,7 +73,7 @@ class Picture {
     this.place_of_node = new Map(Array.from(this.surface_node, (node, i) => [node, i]));
     this.map = this.colour_map();
     this.material = new THREE.ShaderMaterial({
-      extensions: {derivatives: true}, side: THREE.DoubleSide,
+      extensions: {derivatives: true},
       uniforms: {map: {value: this.map}, plain: {value: new THREE.Color(0x9aa3b2)}, held: {value: new THREE.Color(0x3b4252)},
         lines: {value: 1}, line_color: {value: new THREE.Color(0x0b0d14)}, pixel: {value: 1}},
       vertexShader: `
@@ -98,7 +106,7 @@ class Picture {
           } else if (v_look.y > 0.5) base = plain;
           base *= base;
           float diffuse = 0.40 + 0.10 * (0.5 + 0.5 * n.y) + 0.46 * max(dot(n, key), 0.0) + 0.22 * max(dot(n, fill), 0.0);
-          float shine = pow(max(dot(n, normalize(key + to_eye)), 0.0), 36.0);
+          float s = max(dot(n, normalize(key + to_eye)), 0.0), s4 = s * s * s * s, s16 = s4 * s4 * s4 * s4, shine = s16 * s16 * s4;
           vec3 lit = sqrt(base * diffuse + 0.07 * shine);
           vec3 height = 1.0 / max(fwidth(v_area), 1e-6);
           vec3 half_px = 0.5 * pixel * (1.0 + 0.9 * v_crease);
@@ -112,7 +120,8 @@ class Picture {
     this.world.add(this.body);
     this.ghost = this.rest_lines();
     this.world.add(this.ghost);
-    this.fill();
+    this.rest_face = new Float32Array(3 * this.q);
+    this.fill(true);
     this.rest_normal = new Float32Array(this.normal.array);
   }
 
@@ -163,8 +172,9 @@ class Picture {
 
   get moved() { return this.moved_m || (this.moved_m = new Float32Array(this.row.length)); }
 
-  // Corners, normals by the angles at each node, split at creases.
-  fill() {
+  // Corners, normals by the angles at each node, split at creases. `at_rest`: these are what patches are turned over from.
+  fill(at_rest = false) {
+    this.turned = false;
     const normals = new Float32Array(3 * this.scene.surface.normals), p = this.position.array, size = this.size, node = this.node_m;
     const [cx, cy, cz] = this.centre;
     for (let q = 0; q < this.q; ++q) {
@@ -177,7 +187,9 @@ class Picture {
       }
       const ax = p[at + 3] - p[at], ay = p[at + 4] - p[at + 1], az = p[at + 5] - p[at + 2];
       const bx = p[at + 6] - p[at], by = p[at + 7] - p[at + 1], bz = p[at + 8] - p[at + 2];
-      const nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx, twice = Math.hypot(nx, ny, nz) || 1;
+      const nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx, twice = Math.hypot(nx, ny, nz) || 1, face = this.rest_face;
+      if (at_rest) face.set([nx, ny, nz], 3 * q);
+      else if (nx * face[3 * q] + ny * face[3 * q + 1] + nz * face[3 * q + 2] < 0) this.turned = true;
       for (let c = 0; c < 3; ++c) {
         const i = at + 3 * c, j = at + 3 * ((c + 1) % 3), k = at + 3 * ((c + 2) % 3);
         const dot = (p[j] - p[i]) * (p[k] - p[i]) + (p[j + 1] - p[i + 1]) * (p[k + 1] - p[i + 1]) + (p[j + 2] - p[i + 2]) * (p[k + 2] - p[i + 2]);
@@ -263,6 +275,8 @@ class Picture {
     const contact = frame.contact;
     const largest = this.deform(frame.displacement);
     this.fill();
+    // Elsewhere nobody sees the inside.
+    this.material.side = this.turned || this.exaggerate * largest > 0.25 * this.thinnest ? THREE.DoubleSide : THREE.FrontSide;
     let value = this.moved, size = largest;
     if (colour === 'load') {
       this.load.fill(0);
@@ -332,7 +346,7 @@ class Picture {
       Object.assign(this, {width: w, height: h, ratio});
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(w, h, false);
-      Object.assign(this.overlay, {width: w * this.sharp, height: h * this.sharp});
+      Object.assign(this.overlay, {width: Math.min(w, OVERLAY) * this.sharp, height: h * this.sharp});
       this.camera.aspect = w / h;
       this.dirty = true;
     }
@@ -357,12 +371,16 @@ class Picture {
     this.draw_overlay();
   }
 
-  // Axes and a scale bar, over the picture.
+  // Axes and a scale bar, over the picture's right edge; anew where the eye has moved.
   draw_overlay() {
-    const c = this.overlay.getContext('2d'), style = getComputedStyle(document.documentElement);
-    const ink = style.getPropertyValue('--quiet').trim();
+    const style = getComputedStyle(document.documentElement), ink = style.getPropertyValue('--quiet').trim();
+    const key = [this.width, this.height, this.sharp, this.azimuth, this.elevation, this.far, this.lifted, ink].join();
+    if (key === this.overlaid) return;
+    this.overlaid = key;
+    const c = this.overlay.getContext('2d', {willReadFrequently: true});
     c.setTransform(this.sharp, 0, 0, this.sharp, 0, 0);
     c.clearRect(0, 0, this.width, this.height);
+    c.translate(Math.min(OVERLAY - this.width, 0), 0);
     c.font = '12px system-ui, "DejaVu Sans", sans-serif';
     c.lineCap = 'round';
     this.draw_axes(c, this.width - 58, 62);

@@ -11,7 +11,7 @@ class Plot {
     const scale = window.devicePixelRatio || 1, box = this.canvas.getBoundingClientRect();
     const width = Math.round(box.width * scale), height = Math.round(box.height * scale);
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
-    const c = this.canvas.getContext('2d');
+    const c = this.canvas.getContext('2d', {willReadFrequently: true});  // small and often: not the graphics processor's
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, box.width, box.height);
     const style = getComputedStyle(document.documentElement);

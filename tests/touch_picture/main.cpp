@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The page in a browser, touched by a pointer: a press, a drag, and a picture of it. `make figures` runs it.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "host/base/file.hpp"
+#include "host/base/program.hpp"
+#include "tests/browser.hpp"
+
+namespace haptable::test {
+namespace {
+
+struct Options {
+    std::filesystem::path page, out;
+    std::string size = "1280x800";
+};
+
+void want(Browser& browser, const std::string& expression, const char* what) {
+    if (!browser.wait_until(expression, 120.0)) throw std::runtime_error(std::string("the page shows no ") + what);
+}
+
+/// Ticks of the page's servo, at a thousand a second of its time.
+void wait_ticks(Browser& browser, int ticks) {
+    const auto now = browser.evaluate("haptable.frame().tick").get<std::int64_t>();
+    want(browser, fmt::format("haptable.frame().tick > {}", now + ticks), "time that goes on");
+}
+
+/// A drag in steps, as a hand makes them.
+void drag(Browser& browser, double x, double y, double dx, double dy) {
+    constexpr int kSteps = 20;
+    for (int i = 1; i <= kSteps; ++i) {
+        const double share = 0.5 - 0.5 * std::cos(M_PI * i / kSteps);
+        browser.mouse("mouseMoved", x + share * dx, y + share * dy);
+        wait_ticks(browser, 60);
+    }
+}
+
+void take(const Options& o) {
+    int width = 0, height = 0;
+    if (std::sscanf(o.size.c_str(), "%dx%d", &width, &height) != 2) throw std::runtime_error("--size: as 1280x800");
+    Browser browser({}, width, height);
+    browser.open("file://" + std::filesystem::absolute(o.page).string() + "?theme=light&ratio=1&smooth=on");
+    browser.evaluate("haptable.ready");
+    const auto middle = browser.evaluate("haptable.picture().project(haptable.picture().centre)");
+    const double x = middle.at(0).get<double>() - 90.0, y = middle.at(1).get<double>() - 40.0;
+    browser.mouse("mouseMoved", x - 20, y);
+    browser.mouse("mouseMoved", x, y);
+    browser.mouse("mousePressed", x, y);
+    want(browser, "haptable.frame().contact", "contact");
+    drag(browser, x, y, 130, 50);
+    browser.mouse("mouseReleased", x + 130, y + 50);
+    wait_ticks(browser, 300);
+    browser.mouse("mousePressed", x + 130, y + 50);
+    wait_ticks(browser, 700);
+    for (int notch = 0; notch < 4; ++notch) browser.mouse("mouseWheel", x + 130, y + 50, -100);
+    wait_ticks(browser, 900);
+    want(browser, "haptable.frame().contact && haptable.frame().displacement.some(u => u < -1e-3)", "dent");
+    write_file(o.out, browser.screenshot());
+}
+
+}  // namespace
+}  // namespace haptable::test
+
+int main(int argc, char** argv) {
+    haptable::CommandLine app("Touches a page in Chromium by a pointer, and takes its picture.", "touch-picture");
+    haptable::test::Options options;
+    app.option("PAGE", options.page, "that haptable-view --page wrote").required();
+    app.option("-o,--out", options.out, "a PNG").required();
+    app.option("--size", options.size, "of the page, CSS pixels").show_default();
+    return haptable::run_program(app, argc, argv, [&] { haptable::test::take(options); });
+}
