@@ -190,6 +190,7 @@ scene: all
 SCENE_MAKES ?= servo
 .PHONY: scene-alone
 scene-alone: $(BUILD)/bin/haptable-precompute
+	@[ -n '$(SCENE)' ] || { echo "make: name a scene, as in make scene SCENE=meshes/cube.toml" >&2; exit 1; }
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
 	mkdir -p $(BUILD)/$$name && \
 	{ echo '$(SCENE)' | cmp -s - $(BUILD)/$$name/scene.path || echo '$(SCENE)' >$(BUILD)/$$name/scene.path; } && \

@@ -11,11 +11,20 @@ inside=$(mktemp)
 trap 'rm -f "$inside"' EXIT
 cat >"$inside" <<'END'
 set -eux
+used() { df --output=used -k / | tail -n 1; }
+since() { echo $(($(date +%s) - $1)); }
+begin=$(date +%s) before=$(used)
 apt-get install -y --no-install-recommends /packages/*.deb pkgconf >/dev/null
+echo "clean-root: installed in $(since "$begin") s, $((($(used) - before) / 1000)) MB with all that it depends on"
+for program in build precompute codegen device view bridge run fit; do
+    haptable-$program --version && test -s /usr/share/man/man1/haptable-$program.1.gz
+done
+begin=$(date +%s)
 mkdir "/a scene" && cd "/a scene"
 cp /usr/share/haptable/meshes/* .
 haptable-build cube.toml --quiet
 build/cube/servo --poke top
+echo "clean-root: from there to the cube's force in $(since "$begin") s"
 haptable-precompute mouse.toml --quiet
 haptable-view build/cube --page touch.html --quiet && test -s touch.html
 haptable-codegen build/cube --export platformio -o exported && test -s exported/src/model.c

@@ -5,6 +5,10 @@
 # listed in share/haptable/installed.txt, which `make uninstall` reads.
 set -eu
 destdir=$1 prefix=$2 libdir=$3
+case $prefix$libdir in
+/*) ;;
+*) echo "install: PREFIX=$prefix: give it from the root, as in PREFIX=\$HOME/.local" >&2 && exit 1 ;;
+esac
 share=$prefix/share/haptable
 list=$(mktemp)
 trap 'rm -f "$list"' EXIT

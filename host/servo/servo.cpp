@@ -115,14 +115,24 @@ void require_same(const Options& o, const ReplayReport& report) {
                                 report.other_forces, report.compared, report.first_other));
 }
 
+/// Why a path was not felt: it leaps, which no finger does, or is elsewhere.
+void tell_no_contact(const ServoScene& scene, const Options& o, std::uint32_t implausible) {
+    const std::string leaps = implausible == 0
+                                  ? ""
+                                  : fmt::format(
+                                        "; {} of its positions leap farther than max_speed allows in a tick and were "
+                                        "left out: give one a millisecond",
+                                        implausible);
+    fmt::print(stderr, "servo: note: {} never meets the body: {}{}\n", o.in, where_it_is(*scene.model), leaps);
+}
+
 void run_replay(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     require_places(o);
     const Recording recording = read_recording(o.in);
     require_tables(scene, o, recording.tables_hash);
     const ReplayReport report = replay(scene, recording, o.out, o.quiet);
-    if (report.counters.contact_ticks == 0 && !o.quiet)
-        fmt::print(stderr, "servo: note: {} never meets the body: {}\n", o.in, where_it_is(*scene.model));
+    if (report.counters.contact_ticks == 0 && !o.quiet) tell_no_contact(scene, o, report.counters.implausible);
     SummaryLines summary = head(scene);
     add_report(report, summary);
     if (report.compared > 0) {

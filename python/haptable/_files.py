@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import pathlib
+import shutil
 import struct
 import subprocess
 from typing import Any, Iterator, NamedTuple, Optional, Union
@@ -22,7 +23,11 @@ _HEADER = struct.Struct(">IqqII")
 
 def precompute(scene: PathLike, folder: Optional[PathLike] = None, program: str = "haptable-precompute") -> pathlib.Path:
     """Runs the installed haptable-precompute, which does nothing where the folder holds these tables already. Returns
-    the folder, build/NAME where none is given. Raises CalledProcessError, whose stderr says what is wrong."""
+    the folder, build/NAME where none is given. Raises CalledProcessError, whose stderr says what is wrong, and
+    FileNotFoundError where the program is not there."""
+    if shutil.which(program) is None:
+        raise FileNotFoundError(f"{program}: is not on the PATH: install haptable, or name it by program=")
+
     def run(*words: str) -> str:
         return subprocess.run([program, os.fspath(scene), *words], check=True, capture_output=True, text=True).stdout
     where = pathlib.Path(folder) if folder is not None else pathlib.Path("build") / run("--print-name").strip()
@@ -43,7 +48,10 @@ def read_csv(file: PathLike) -> NDArray:
     """
     with open(file) as lines:
         names = lines.readline().strip().split(",")
-        values = np.loadtxt(lines, delimiter=",", ndmin=2, converters=_number, encoding="utf-8")
+        try:
+            values = np.loadtxt(lines, delimiter=",", ndmin=2, converters=_number, encoding="utf-8")
+        except ValueError as error:
+            raise ValueError(f"{os.fspath(file)}: is no CSV of haptable's programs: {error}") from None
     if values.size == 0:
         values = values.reshape(0, len(names))
     if values.shape[1] != len(names):

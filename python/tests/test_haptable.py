@@ -96,6 +96,10 @@ class Package(unittest.TestCase):
             self.body.deform(felt, rows=[len(u)])
 
     def test_refusals_name_what_to_do(self):
+        with self.assertRaisesRegex(haptable.HaptableError, "holds no tables: make them"):
+            haptable.load(self.path)
+        with self.assertRaisesRegex(ValueError, "README.md: is no CSV"):
+            haptable.read_csv("README.md")
         with self.assertRaisesRegex(haptable.HaptableError, "that are wanted"):
             haptable.load(CUBE, "1")
         with self.assertRaisesRegex(ValueError, r"\[3\] in m"):
@@ -126,6 +130,8 @@ class Package(unittest.TestCase):
         program = BUILD / "bin" / "haptable-precompute"
         folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)
         self.assertEqual(haptable.load(folder).tables_hash, self.body.tables_hash)
+        with self.assertRaisesRegex(FileNotFoundError, "is not on the PATH"):
+            haptable.precompute("meshes/cube.toml", program="haptable-nowhere")
         with self.assertRaises(subprocess.CalledProcessError) as caught:
             haptable.precompute(self.path / "none.toml", self.path, program=program)
         self.assertIn("none.toml", caught.exception.stderr)

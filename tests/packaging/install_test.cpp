@@ -57,6 +57,9 @@ TEST_F(Installed, BuildsAServoWithTheBitsOfTheSourceTrees) {
     const std::string ours = fs::absolute(build_folder() / "cube/servo").string();
     ASSERT_EQ(in_shell(ours + " --quiet --replay path.csv --out expected.csv").status, 0);
     EXPECT_EQ(read_file(work_ / "felt.csv"), read_file(work_ / "expected.csv"));
+    std::ofstream(work_ / "leap.csv") << "x,y,z\n0.015,0.015,0.05\n0.015,0.015,0.02\n";
+    const Outcome leap = in_shell("build/cube/servo --replay leap.csv --out nothing-felt.csv");
+    EXPECT_NE(leap.err.find("1 of its positions leap"), std::string::npos) << leap.err;
     const auto made = fs::last_write_time(work_ / "build/cube/servo");
     ASSERT_EQ(in_shell("haptable-build 'my scenes/a cube.toml'").status, 0);
     EXPECT_EQ(fs::last_write_time(work_ / "build/cube/servo"), made) << "made twice";
@@ -152,6 +155,14 @@ TEST_F(Installed, GoesWithoutAResidue) {
     EXPECT_EQ(count_files(root.path()), 1U);
     EXPECT_TRUE(fs::exists(root.path() / "opt/share/haptable/mine"));
     EXPECT_FALSE(fs::exists(root.path() / "opt/bin"));
+}
+
+TEST(Install, RefusesAPrefixOfTheCurrentFolder) {
+    const Outcome outcome =
+        run("BUILD=" + build_folder().string() + " sh packaging/install.sh '' some/where some/where/lib");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("PREFIX=some/where: give it from the root"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(fs::exists("some"));
 }
 
 TEST(Clean, KeepsTablesAndFinishedColumns) {
