@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 /// What precompute wrote of itself. Throws Error where a file is another than it was.
 json checked_summary(const fs::path& folder) {
     if (!fs::exists(folder / "summary.json"))
-        throw Error(folder.string() + ": holds no tables: make them with haptable-precompute");
+        throw Error((folder / "summary.json").string() + ": is not there: make the tables with haptable-precompute");
     json summary = json::parse(read_file(folder / "summary.json"), nullptr, false);
     if (!summary.is_object() || !summary.contains("hash") || !summary.contains("tables_hash"))
         throw Error((folder / "summary.json").string() + ": is not a summary of haptable-precompute");

@@ -254,7 +254,7 @@ std::vector<std::string> read_files(const Tables& tables) {
 
 Tables read_tables(const fs::path& folder) {
     if (!fs::exists(folder / "summary.json"))
-        throw Error(folder.string() + ": holds no tables: make them with haptable-precompute");
+        throw Error((folder / "summary.json").string() + ": is not there: make the tables with haptable-precompute");
     Tables tables;
     read_summary(folder / "summary.json", tables);
     tables.position = read_rows<double, 3>(folder / "position.npy");

@@ -232,7 +232,7 @@ def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = No
     >>> load("no/such/folder")
     Traceback (most recent call last):
       ...
-    haptable._servo.HaptableError: no/such/folder: holds no tables: make them with haptable-precompute
+    haptable._servo.HaptableError: no/such/folder/summary.json: is not there: make the tables with haptable-precompute
     """
     wanted = int(tables_hash, 16) if tables_hash else 0
     handle = lib.haptable_object_load(os.fsencode(folder), wanted)
