@@ -26,7 +26,8 @@ std::string data_of(const char* name, const std::vector<double>& time_s, const s
 constexpr const char* kPlot =
     "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output '{}'\n"
     "set multiplot layout 2,1\nset grid lc rgb '#d0d0d0'\nset lmargin 10\nset rmargin 3\nset ylabel 'N'\n"
-    "plot $measured with dots lc rgb '#808080' title 'measured', $fitted with lines lw 1.5 lc rgb '#1f4e9c' title "
+    "plot $measured with points pt 7 ps 0.3 lc rgb '#808080' title 'measured', $fitted with lines lw 1.5 lc rgb "
+    "'#1f4e9c' title "
     "'fit'\nset xlabel 's'\nset ylabel 'fit - measured, N'\n"
     "plot $misfit with lines lc rgb '#c0392b' notitle\nunset multiplot\n";
 

@@ -80,10 +80,18 @@ private:
     VectorXd depth_;
 };
 
+/// The least time between two samples: they may be closer together where much happens.
+double closest_s(const ForceRecord& record) {
+    double least = record.time_s.back() - record.time_s.front();
+    for (std::size_t i = 1; i < record.time_s.size(); ++i)
+        least = std::min(least, record.time_s[i] - record.time_s[i - 1]);
+    return least;
+}
+
 /// Times spread evenly over the decades between a sample and the whole record, and the parts that fit best with them.
 VectorXd begin(const ForceRecord& record, std::size_t terms) {
     const double whole_s = record.time_s.back() - record.time_s.front();
-    const double sample_s = whole_s / static_cast<double>(record.time_s.size() - 1);
+    const double sample_s = closest_s(record);
     const auto count = static_cast<Eigen::Index>(terms);
     VectorXd x(1 + 2 * count);
     MatrixXd parts(static_cast<Eigen::Index>(record.time_s.size()), 1 + count);
@@ -150,11 +158,13 @@ PronyFit fit_terms(const ForceRecord& record, std::size_t terms) {
     return fit_of(record, x);
 }
 
-/// Schwarz's: a term is worth its two numbers only where it explains more than noise.
+/// Schwarz's: a term is worth its two numbers only where it explains more than noise, or than rounding.
 double criterion(const PronyFit& fit) {
+    constexpr double kRounding = 1e-7;  // of the largest force: a record has no more digits
+    const double least_n = kRounding * *std::max_element(fit.force_n.begin(), fit.force_n.end());
     const auto n = static_cast<double>(fit.force_n.size());
     const auto numbers = static_cast<double>(1 + 2 * fit.relaxation.size());
-    return 2.0 * n * std::log(std::max(fit.misfit_n, 1e-300)) + numbers * std::log(n);
+    return 2.0 * n * std::log(std::max(fit.misfit_n, least_n)) + numbers * std::log(n);
 }
 
 }  // namespace
