@@ -129,6 +129,11 @@ demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run
 	@BUILD=$(BUILD) sh scripts/demo.sh
 	@$(MAKE) --no-print-directory touch SCENE=meshes/mouse.toml
 
+# demo-tried: make demo in a clone in a Debian 12 that has git and make and nothing else
+.PHONY: demo-tried
+demo-tried: | $(BUILD)/setup-package.stamp
+	@sh scripts/bare.sh make demo
+
 # touch: one page that lets a pointer touch a scene's body, in any browser (make touch SCENE=meshes/mouse.toml)
 .PHONY: touch
 touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so
