@@ -53,7 +53,7 @@ arrow host/library host/base host/tables host/session/energy.hpp host/view/loads
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
 arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable.h haptable/
-arrow host/view host/base host/live/live.hpp host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
+arrow host/view host/base host/fem/hooke.hpp host/live/live.hpp host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)

@@ -64,6 +64,11 @@ void write_cells(const Scene& scene, const Body& body, VtuText& out) {
     for (std::size_t p = 1; p <= patches; ++p) offset.push_back(each * tets + 3 * p);
     out.section("CellData");
     out.array("UInt8", "touchable_patch", 1, is_patch);
+    if (!scene.regions.empty()) {
+        std::vector<std::int32_t> region = body.region;
+        region.resize(tets + patches, -1);
+        out.array("Int32", "region", 1, region);
+    }
     for (Eigen::Index k = 0; k < 3 && !body.axes.empty(); ++k) {  // none at a patch, nor where it is isotropic
         std::vector<Eigen::Vector3d> axis(tets + patches, Eigen::Vector3d::Zero());
         for (std::size_t t = 0; t < tets; ++t)
