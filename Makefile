@@ -180,12 +180,15 @@ soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= $(BUILD)/sanitize/tests/soak/soak
 	@UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 $(BUILD)/sanitize/tests/soak/soak --seconds $(SOAK_SECONDS) --seed $(SEED)
 
-# bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load: four minutes with nothing else on the machine (then: make report)
+# bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load, into docs/LATENCY.md: four minutes with nothing else on the machine (REALTIME_SECONDS=60)
+REALTIME_SECONDS ?= 60
 .PHONY: bench-realtime
-bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device)
+bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device haptable-report)
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
-	@mkdir -p $(BUILD)/report
-	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) -o $(BUILD)/report/realtime.json
+	@mkdir -p $(BUILD)/realtime
+	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) --seconds $(REALTIME_SECONDS) -o $(BUILD)/realtime/realtime.json
+	@rm -f $(BUILD)/report/realtime.json
+	@$(BUILD)/bin/haptable-report --numbers docs/numbers.json --take $(BUILD)/realtime docs/LATENCY.md
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene

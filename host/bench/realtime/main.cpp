@@ -2,8 +2,12 @@
 // haptable-bench-realtime: a session in real time beside one with a servo that does nothing, on a quiet machine and on
 // a busy one: what the loop adds to what LCM and the kernel take.
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -109,15 +113,50 @@ private:
     std::vector<std::int64_t> sent_, answered_;  ///< by seq, us; 0: not heard
 };
 
+/// Time of the machine's processors, s.
+struct ProcessorTime {
+    double all = 0.0, busy = 0.0;  ///< busy: not idle; a virtual machine's stolen time too
+    double ours = 0.0;             ///< of this program, and of those that it started and that have ended
+};
+
+ProcessorTime processor_time() {
+    std::ifstream stat("/proc/stat");
+    std::string cpu;
+    ProcessorTime time;
+    const auto tick_s = 1.0 / static_cast<double>(sysconf(_SC_CLK_TCK));
+    stat >> cpu;
+    for (int column = 0; column < 8; ++column) {  // user nice system idle iowait irq softirq steal
+        double ticks = 0.0;
+        stat >> ticks;
+        time.all += ticks * tick_s;
+        if (column != 3 && column != 4) time.busy += ticks * tick_s;
+    }
+    for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+        rusage used{};
+        getrusage(who, &used);
+        for (const timeval& part : {used.ru_utime, used.ru_stime})
+            time.ours += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);
+    }
+    return time;
+}
+
+/// The share of the processors' time that other programs took.
+double others_share(const ProcessorTime& before, const ProcessorTime& after) {
+    const double others = after.busy - before.busy - (after.ours - before.ours);
+    return std::clamp(others / std::max(after.all - before.all, 1e-3), 0.0, 1.0);
+}
+
 struct Measured {
     Wire::Times times;
     Json device;
+    double others_share = 0.0;
 };
 
 /// A session with that partner.
 Measured session_with(const std::vector<std::string>& partner, const Options& o, Progress& progress, double begun) {
     Connection connection;
     const Wire wire(connection);
+    const ProcessorTime before = processor_time();
     Child servo("servo", partner);
     Child device("device", {(o.build / "bin/haptable-device").string(), o.scene_file.string(), "--path",
                             "poke,drag,circle", "--seconds", fmt::format("{}", o.seconds), "--json", "--quiet"});
@@ -132,7 +171,7 @@ Measured session_with(const std::vector<std::string>& partner, const Options& o,
     servo.ask_to_end();
     servo.wait(std::chrono::seconds(10));
     if (!device.is_well()) throw Error(device.how_it_ended());
-    return {wire.times(), Json::parse(device.out())};
+    return {wire.times(), Json::parse(device.out()), others_share(before, processor_time())};
 }
 
 constexpr std::array kQuantities{std::pair{&Wire::Times::period, "from state to state"},
@@ -164,6 +203,7 @@ void add_counts(const std::string& machine, const char* partner, const Measured&
     for (const char* counter : {"ticks", "missed", "late_ticks", "silences"})
         row.emplace_back(count(measured.device.at(counter).get<std::uint64_t>()));
     row.emplace_back(count(static_cast<std::uint64_t>(measured.times.unheard)));
+    row.emplace_back(number(measured.others_share, fmt::format("{:.0f} %", 100.0 * measured.others_share)));
     table.rows.push_back(std::move(row));
 }
 
@@ -176,7 +216,7 @@ void measure(const Options& o, const std::string& program) {
     progress.stage("real time");
     NumberTable times{{"machine", "what", "with", "median", "99 %", "99.9 %", "worst"}, {}},
         counts{{"machine", "with", "ticks", "without an answer in time", "begun more than 1 ms late", "silences",
-                "not heard by the bench"},
+                "not heard by the bench", "processors' time that others took"},
                {}};
     double begun = 0.0;
     for (const char* machine : {"quiet", "busy"}) {
