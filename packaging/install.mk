@@ -127,7 +127,7 @@ $(DEB)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(filter-out %/view/defo
 bench-ways: all library $(BUILD)/python/ready | $(BUILD)/setup-package.stamp $(BUILD)/setup-cross.stamp
 	@mkdir -p $(BUILD)/report
 	@BUILD=$(BUILD) python3 packaging/ways.py $(BUILD)/report/ways.json
-	@BUILD=$(BUILD) $(BUILD)/ways/venv/bin/python python/tests/measure.py $(BUILD)/report/python.json
+	@BUILD=$(BUILD) $(BUILD)/package/ways/venv/bin/python python/tests/measure.py $(BUILD)/report/python.json
 
 # manifests: write again what makes the firmware a library of Arduino, PlatformIO, ESP-IDF, Zephyr, CMake and CMSIS-Pack
 .PHONY: manifests

@@ -2,7 +2,7 @@
 """What each way of docs/INSTALL.md takes, from what `make` built to a force: python3 packaging/ways.py OUT.json
 
 Processor time of all that a way runs, and what it leaves on the disk. Called by `make bench-ways` from the project's
-root; works in BUILD/ways. PyPI's packages are those of `make build/python/ready`, so that no network is measured."""
+root; works in BUILD/package/ways. PyPI's packages are those of `make build/python/ready`, so that no network is measured."""
 import json
 import os
 import pathlib
@@ -15,7 +15,7 @@ import sys
 
 MAKE = f"make -s BUILD={shlex.quote(os.environ.get('BUILD', 'build'))}"  # the name of it that make's dependencies have
 BUILD = pathlib.Path(os.environ.get("BUILD", "build")).resolve()
-WORK = BUILD / "ways"
+WORK = BUILD / "package/ways"
 USR = WORK / "root/usr"
 ENV = {"PATH": f"{USR}/bin:{os.environ['PATH']}", "PKG_CONFIG_PATH": f"{USR}/lib/pkgconfig",
        "PKG_CONFIG_SYSROOT_DIR": str(WORK / "root"), "CMAKE_PREFIX_PATH": str(USR), "LD_LIBRARY_PATH": f"{USR}/lib",

@@ -35,7 +35,7 @@ def precompute(scene: PathLike, folder: Optional[PathLike] = None, program: str 
     return where
 
 
-def read_csv(file: PathLike) -> NDArray:
+def read_csv(file: PathLike) -> NDArray[Any]:
     """A CSV of servo, bridge, device or haptable-run as a structured array, a field a column: int64 where every value
     is whole, otherwise float64.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from typing import Optional, Sequence, Tuple, Union
+from typing import Any, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 _WIDTH, _HEIGHT, _MARGIN, _MOST_POINTS = 760, 180, 50, 2000
 
 
-def _thin(x: NDArray, y: NDArray) -> Tuple[NDArray, NDArray]:
+def _thin(x: NDArray[Any], y: NDArray[Any]) -> Tuple[NDArray[Any], NDArray[Any]]:
     """At most so many points: of each stretch the least and the greatest, so that no peak is lost."""
     stretch = -(-len(y) // (_MOST_POINTS // 2))
     if stretch <= 2:
@@ -23,7 +23,7 @@ def _thin(x: NDArray, y: NDArray) -> Tuple[NDArray, NDArray]:
     return x[at], y[at]
 
 
-def _ticks(low: float, high: float, most: int) -> NDArray:
+def _ticks(low: float, high: float, most: int) -> NDArray[Any]:
     """Round values in [low, high], at most so many and two more: of steps of 1, 2 or 5 times a power of ten.
 
     >>> _ticks(0.0, 0.323, 5).round(6).tolist()
@@ -32,10 +32,11 @@ def _ticks(low: float, high: float, most: int) -> NDArray:
     least = (high - low) / most
     power = 10.0 ** np.floor(np.log10(least))
     step = power * next(m for m in (1, 2, 5, 10) if m * power >= 0.999 * least)
-    return step * np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) + 0.0  # no -0
+    ticks: NDArray[Any] = step * np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) + 0.0  # no -0
+    return ticks
 
 
-def plot(title: str, unit: str, time: NDArray, value: NDArray) -> str:
+def plot(title: str, unit: str, time: NDArray[Any], value: NDArray[Any]) -> str:
     """One curve against time, as SVG. time: [n] s, ascending; value: [n] in `unit`, finite or left out.
 
     >>> plot("force", "N", np.array([0.0, 1.0]), np.array([0.0, 2.0])).startswith("<svg")
@@ -50,10 +51,10 @@ def plot(title: str, unit: str, time: NDArray, value: NDArray) -> str:
     end = max(time[-1], time[0] + 1e-9)
     right, bottom = _WIDTH - 20, _HEIGHT - 25
 
-    def across(t: NDArray) -> NDArray:
+    def across(t: NDArray[Any]) -> Any:
         return _MARGIN + (t - time[0]) / (end - time[0]) * (right - _MARGIN)
 
-    def down(v: NDArray) -> NDArray:
+    def down(v: NDArray[Any]) -> Any:
         return 20 + (high - v) / (high - low) * (bottom - 20)
     parts = [f'<text x="{_MARGIN}" y="12">{html.escape(title)}, {html.escape(unit)}</text>']
     for v in _ticks(low, high, 5):
@@ -69,8 +70,8 @@ def plot(title: str, unit: str, time: NDArray, value: NDArray) -> str:
     return f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{html.escape(title)}">{"".join(parts)}</svg>'
 
 
-def report(file: Union[str, "os.PathLike[str]"], positions: NDArray, contacts: NDArray,
-           latency_us: Optional[NDArray] = None, title: str = "haptable", tick: float = 1e-3) -> None:
+def report(file: Union[str, "os.PathLike[str]"], positions: NDArray[Any], contacts: NDArray[Any],
+           latency_us: Optional[NDArray[Any]] = None, title: str = "haptable", tick: float = 1e-3) -> None:
     """Writes a page: force, depth, stored energy and, where it is given, latency against time.
 
     positions: [n, 3] m; contacts: [n] of dtype haptable.CONTACT, as Servo.replay gives them; latency_us: [n]; tick: s.
@@ -84,7 +85,7 @@ def report(file: Union[str, "os.PathLike[str]"], positions: NDArray, contacts: N
     load = contacts["nodal_forces"].astype(float).sum(axis=1)
     stored = np.where(touches, 0.5 * np.einsum("ij,ij->i", np.where(touches[:, None], u, 0.0), load), 0.0)
     depth = np.where(touches, np.linalg.norm(np.where(touches[:, None], u, 0.0), axis=1), 0.0)
-    curves: Sequence[Tuple[str, str, NDArray]] = [("force", "N", force), ("depth", "mm", 1e3 * depth),
+    curves: Sequence[Tuple[str, str, NDArray[Any]]] = [("force", "N", force), ("depth", "mm", 1e3 * depth),
                                                   ("stored energy", "mJ", 1e3 * stored)]
     if latency_us is not None:
         curves = [*curves, ("latency", "us", np.asarray(latency_us, float))]

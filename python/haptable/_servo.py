@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Dict, Optional, Sequence, Union
+from typing import Any, Dict, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,10 +37,10 @@ class Contact:
 
     __slots__ = ("_touch",)
 
-    def __init__(self, touch) -> None:
+    def __init__(self, touch: Any) -> None:
         self._touch = touch
 
-    def _view(self, begin: int, end: int, dtype) -> NDArray:
+    def _view(self, begin: int, end: int, dtype: Any) -> NDArray[Any]:
         return np.frombuffer(_buffer(self._touch), dtype, (end - begin) // 4, begin)
 
     def __bool__(self) -> bool:
@@ -57,7 +57,7 @@ class Contact:
     @property
     def faults(self) -> int:
         """Bits: 1 tables, 2 force, 4 positions."""
-        return self._touch.faults
+        return int(self._touch.faults)
 
     @property
     def nodes(self) -> NDArray[np.int32]:
@@ -116,7 +116,7 @@ class Servo:
         self._us = (us + 1000) & 0xFFFFFFFF
         return Contact(touch)
 
-    def replay(self, positions: ArrayLike, out: Optional[NDArray] = None) -> NDArray:
+    def replay(self, positions: ArrayLike, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
         """One tick a row, one a millisecond. positions: [n, 3] m. Returns [n] of dtype CONTACT, or fills `out`.
 
         >>> path = np.float32([0.015, 0.015, 0.032]) - np.outer(np.arange(60), np.float32([0, 0, 1e-4]))
@@ -160,7 +160,7 @@ class Body:
     ('cube', 3, 'int32')
     """
 
-    def __init__(self, handle) -> None:
+    def __init__(self, handle: Any) -> None:
         self._object = handle
         facts = lib.haptable_object_describe(handle)
         self.name: str = ffi.string(facts.name).decode()
@@ -172,11 +172,13 @@ class Body:
         self.patches: NDArray[np.int32] = self._array(facts.patch, np.int32, facts.patch_count, 3)  #: touchable ones
         self.row_nodes: NDArray[np.int32] = self._array(facts.row_node, np.int32, facts.row_count)  #: of deform
 
-    def _array(self, address, dtype, *shape: int) -> NDArray:
+    def _array(self, address: Any, dtype: Any, *shape: int) -> NDArray[Any]:
         count = int(np.prod(shape))
         if count == 0:
             return np.empty(shape, dtype)
-        return np.asarray(_Memory(ffi.buffer(address, count * np.dtype(dtype).itemsize), self._object)).view(dtype).reshape(shape)
+        memory = _Memory(ffi.buffer(address, count * np.dtype(dtype).itemsize), self._object)
+        array: NDArray[Any] = np.asarray(memory).view(dtype).reshape(shape)
+        return array
 
     def __repr__(self) -> str:
         return f"<Body {self.name}: {len(self.rest)} nodes, {len(self.patches)} patches, tables {self.tables_hash}>"
@@ -205,7 +207,7 @@ class Body:
 class _Memory:
     """Bytes of an object for NumPy, read-only, which keep it alive."""
 
-    def __init__(self, buffer, owner) -> None:
+    def __init__(self, buffer: Any, owner: Any) -> None:
         self._owner = owner
         address = int(ffi.cast("uintptr_t", ffi.from_buffer(buffer)))
         self.__array_interface__ = {"version": 3, "shape": (len(buffer),), "typestr": "|u1", "data": (address, True)}
@@ -218,8 +220,8 @@ def _position(position: ArrayLike) -> NDArray[np.float32]:
     return x
 
 
-def _touch_of(row: np.void):
-    row = np.asarray(row)
+def _touch_of(contact: np.void) -> Any:
+    row = np.asarray(contact)
     if row.dtype != CONTACT or row.shape != ():
         raise TypeError("contact: of Servo.step, or one element of what Servo.replay gives")
     return ffi.from_buffer("struct haptable_touch*", np.ascontiguousarray(row))
