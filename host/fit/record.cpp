@@ -62,6 +62,8 @@ ForceRecord read_force_record(const std::filesystem::path& file) {
     }
     if (record.time_s.empty() || *std::max_element(record.force_n.begin(), record.force_n.end()) <= 0.0)
         fail(file, 1, "holds no force above 0: the force is that of the body against the press");
+    if (*std::max_element(record.depth_m.begin(), record.depth_m.end()) <= 0.0)
+        fail(file, 1, "holds no depth above 0: the depth is how far the body is pressed in, in metres");
     cut(record);
     return record;
 }

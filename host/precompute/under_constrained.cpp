@@ -200,11 +200,15 @@ std::string describe_under_constrained(const std::vector<std::int32_t>& nodes, c
     for (std::int32_t i : nodes) box_m.extend(body.mesh.position_m[static_cast<std::size_t>(i)]);
     const std::size_t shown = std::min<std::size_t>(nodes.size(), 5);
     const auto first = nodes.begin();
+    const bool has_bed = std::any_of(body.layered.begin(), body.layered.end(),
+                                     [](const LayeredFace& face) { return face.layer.has_bed(); });
     return fmt::format(
         "{} of {} nodes are under-constrained (mesh nodes {}{}, in the box {}), so that K is singular; fix "
-        "at least three of them that are not on one line, by [[fixed]], or lay it on a [[bed]]",
+        "at least three of them that are not on one line, by [[fixed]], or {}",
         nodes.size(), body.mesh.position_m.size(), fmt::join(first, first + static_cast<std::ptrdiff_t>(shown), ", "),
-        shown < nodes.size() ? ", ..." : "", describe(box_m));
+        shown < nodes.size() ? ", ..." : "", describe(box_m),
+        has_bed ? "give its [[bed]] tangential too: on a flat one with normal alone a body slides"
+                : "lay it on a [[bed]]");
 }
 
 }  // namespace haptable

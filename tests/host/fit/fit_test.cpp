@@ -177,6 +177,7 @@ TEST(Fit, ARecordThatIsNoneIsAnErrorAtItsLine) {
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0,x\n").find(":2: holds what is no number"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0\n").find(":2: must be"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0.1,-1\n").find("no force above 0"), std::string::npos);
+    EXPECT_NE(error_of("time_s,depth_m,force_n\n0,-0.1,1\n").find("no depth above 0"), std::string::npos);
     EXPECT_EQ(error_of("time_s,depth_m,force_n\r\n0,0,0\r\n0.5,1e-3,2\r\n"), "none");
 }
 

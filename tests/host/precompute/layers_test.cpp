@@ -189,7 +189,9 @@ TEST(Bed, ABlockSinksByItsLoadOverTheBedAndNothingElseHoldsIt) {
 TEST(Bed, OneThatOnlyPressesLetsABodySlide) {
     Scene scene = block(Element::kLinear);
     scene.beds = {{kBottom, 3e5, 0.0}};
-    EXPECT_EQ(find_under_constrained(body_of(scene)).size(), 64U);
+    const Body sliding = body_of(scene);
+    EXPECT_EQ(find_under_constrained(sliding).size(), 64U);
+    EXPECT_NE(describe_under_constrained({0, 1}, sliding).find("give its [[bed]] tangential too"), std::string::npos);
     scene.beds.push_back({box(-1, -1, -1, 1e-9, 1, 1), 3e5, 0.0});  // and a wall
     EXPECT_EQ(find_under_constrained(body_of(scene)).size(), 64U);
     scene.beds.push_back({box(-1, -1, -1, 1, 1e-9, 1), 3e5, 0.0});  // and another
