@@ -211,6 +211,28 @@ TEST_F(Run, AFullDiskIsSaidAndLeavesAValidRecord) {
     expect_whole_record();
 }
 
+// The same on a disk that is full, all files at once: a megabyte of memory, in a mount namespace.
+TEST_F(Run, AFullTmpfsIsSaidAndLeavesAValidRecord) {
+    if (haptable::test::run("unshare -rm mount -t tmpfs none /mnt").status != 0)
+        GTEST_SKIP() << "no mount namespaces for this user: a disk of a megabyte cannot be tried";
+    const std::string disk = (folder / "disk").string();
+    std::filesystem::create_directory(disk);
+    Process process({"unshare", "-rm", "sh", "-c",
+                     "mount -t tmpfs -o size=1m none " + disk + "; " + run + " meshes/cube.toml -o " + disk +
+                         "/out --no-realtime --lockstep --seconds 60 --draw nothing --quiet; status=$?; cp -r " + disk +
+                         "/out " + folder.path().string() + "; exit $status"},
+                    place());
+    EXPECT_EQ(process.wait_for_exit(), 1);
+    EXPECT_EQ(lines_of(said()).size(), 1U) << said();
+    EXPECT_NE(said().find("cannot be written"), std::string::npos) << said();
+    LogReader log(folder / "out/session.lcmlog");
+    std::size_t events = 0;
+    while (log.next()) ++events;
+    EXPECT_GT(events, 100U);
+    EXPECT_EQ(log.damaged(), 0);
+    for (const char* csv : {"servo.csv", "device.csv"}) EXPECT_EQ(read_file(folder / "out" / csv).back(), '\n') << csv;
+}
+
 TEST_F(Run, KilledItLeavesNoProgramAndAValidLog) {
     Process process(command({"--seconds", "60", "--draw", "nothing", "--quiet"}), place());
     ASSERT_TRUE(wait_for_record()) << said();
