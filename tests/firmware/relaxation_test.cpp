@@ -10,6 +10,7 @@
 #include "codegen/modes.hpp"
 #include "host/base/file.hpp"
 #include "host/session/record.hpp"
+#include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
@@ -360,6 +361,26 @@ TEST(Relaxation, LeastEnergyGivesNothingAndEveryTickDissipates) {
         EXPECT_LT(walk.given_j, 0.0);
         EXPECT_GT(walk.contact, 1000);
         printf("times %g and %g ms: %d ticks of contact, %.3g J taken, %.3g J of it by the terms\n", tick, 7.0 * tick,
+               walk.contact, -walk.given_j, walk.lost_j);
+    }
+}
+
+// A body's own compliance between nodes and under masks instead of made-up blocks.
+TEST(Relaxation, SoItIsWithConsistentAndMaskForces) {
+    const ElasticBody consistent(cube_scene(5, 0.3), ForceLaw::kConsistent);
+    const ElasticBody mask(cube_scene(5, 0.3), ForceLaw::kPressureMask, 0.012);
+    const std::vector<RelaxationTerm> terms = {{0.3, 0.01}, {0.4, 0.3}};
+    for (const ElasticBody* body : {&consistent, &mask}) {
+        SCOPED_TRACE(word(body->tables().force));
+        haptable_model model = body->model(GodObject::kLeastEnergy);
+        model.max_force_n = 100.0F;
+        Relaxing relaxing(model, terms);
+        const Walk walk = wander(relaxing, terms, 1e-4, 0.0);
+        EXPECT_EQ(walk.negative, 0);
+        EXPECT_GT(walk.lost_j, 0.0);
+        EXPECT_LT(walk.given_j, 0.0);
+        EXPECT_GT(walk.contact, 1000);
+        printf("%s: %d ticks of contact, %.3g J taken, %.3g J of it by the terms\n", word(body->tables().force),
                walk.contact, -walk.given_j, walk.lost_j);
     }
 }

@@ -85,6 +85,9 @@ void expect_inverse(const Scene& scene, const Body& body, const Tables& tables) 
 void expect_felt(const Tables& tables) {
     const ServoModel servo = build_model(tables);
     const haptable_model model = model_in_memory(tables, servo);
+    Tables elastic = tables;
+    elastic.relaxation.clear();
+    EXPECT_EQ(servo.stiffness.felt_n_per_m, build_model(elastic).stiffness.felt_n_per_m) << "at once it is as stiff";
     Finger finger(model);
     finger.to({0.0145, 0.0162, 0.031});
     for (int tick = 0; tick <= 30; ++tick) finger.to({0.0145, 0.0162, 0.031 - 1e-4 * tick});
