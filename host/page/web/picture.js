@@ -2,7 +2,7 @@
 // The body, the finger and its force, drawn by three.js. Lengths of the scene are metres over the body's diagonal.
 const OVERLAY = 240;  // CSS pixels
 class Picture {
-  // Throws where the browser gives no WebGL. smooth: four samples of a pixel, whoever draws.
+  // Throws where the browser gives no WebGL. smooth: four samples of a pixel, over the page's ground, whoever draws.
   constructor(stage, canvas, overlay, scene, table, smooth) {
     Object.assign(this, {stage, canvas, overlay, scene});
     this.q = scene.surface.patches;
@@ -12,7 +12,8 @@ class Picture {
     this.row = table('row', Int32Array);
     this.surface_node = table('surface_node', Int32Array);
     this.mark = table('mark', Uint8Array);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: smooth || !Picture.is_software(), alpha: true, powerPreference: 'high-performance'});
+    this.plain = !smooth && Picture.is_software();
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.plain, alpha: !this.plain, powerPreference: 'high-performance'});
     this.measure();
     this.world = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(26, 1, 0.05, 60);
@@ -26,7 +27,8 @@ class Picture {
     this.dirty = true;
   }
 
-  // Whether the processor draws: then four samples of a pixel take twice the time of one.
+  // Whether the processor draws: then four samples of a pixel take twice the time of one, and what lies under a picture
+  // is drawn and mixed with it for a quarter more.
   static is_software() {
     const gl = document.createElement('canvas').getContext('webgl'), info = gl && gl.getExtension('WEBGL_debug_renderer_info');
     return Boolean(info) && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
@@ -366,7 +368,8 @@ class Picture {
     this.aim();
     if (!this.dirty) return;
     this.dirty = false;
-    this.renderer.setClearColor(0x000000, 0);
+    const ground = getComputedStyle(document.documentElement).getPropertyValue('--ground').trim();
+    this.renderer.setClearColor(this.plain ? new THREE.Color(ground) : 0x000000, this.plain ? 1 : 0);
     this.renderer.render(this.world, this.camera);
     this.draw_overlay();
   }
