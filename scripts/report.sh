@@ -7,7 +7,7 @@ set -eu
 BUILD=${BUILD:-build}
 docs=$1
 out=$2
-pages="ACCURACY REFERENCES HARD CONFIGURATIONS design/elements CONTACT FEEL STROKES INSTRUCTIONS MICROCONTROLLER LATENCY DEVICES STABILITY PRECOMPUTE design/masks design/meshes SCALE"
+pages="ACCURACY REFERENCES HARD CONFIGURATIONS design/elements design/locking CONTACT FEEL STROKES INSTRUCTIONS MICROCONTROLLER LATENCY DEVICES STABILITY PRECOMPUTE design/masks design/meshes SCALE"
 
 # A link to a page of the report leads into it, one to another file to where that lies from OUT. Links of a page in a
 # folder are told from docs/ first.
