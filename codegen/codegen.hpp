@@ -53,6 +53,8 @@ struct ModelText {
     std::string header;
     std::string source;
 };
-ModelText model_text(const Tables& tables, const ServoModel& servo);
+struct ServoPair;
+/// pair: of two fingers; null: one.
+ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr);
 
 }  // namespace haptable

@@ -14,6 +14,7 @@
 #include "codegen/codegen.hpp"
 #include "codegen/display.hpp"
 #include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -99,7 +100,7 @@ std::string banner(const Tables& tables, const ServoModel& model) {
         1e3 * static_cast<double>(HAPTABLE_FAST_SEGMENT_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
 }
 
-std::string header_text(const Tables& tables, const ServoModel& model, std::uint64_t hash) {
+std::string header_text(const Tables& tables, const ServoModel& model, std::uint64_t hash, bool is_pair) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
     std::string text = banner(tables, model);
@@ -108,6 +109,7 @@ std::string header_text(const Tables& tables, const ServoModel& model, std::uint
                    "#if HAPTABLE_TABLE_VERSION != {1}\n"
                    "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n",
                    macro, HAPTABLE_TABLE_VERSION);
+    if (is_pair) text.insert(text.find("#include \"haptable.h\"\n") + 22, "#include \"haptable_pair.h\"\n");
     fmt::format_to(Out(text),
                    "#define {0}_HASH 0x{1:016x}ULL\n#define {0}_VERTICES {2}\n#define {0}_FREE_VERTICES {3}\n"
                    "#define {0}_PATCHES {4}\n#define {0}_BOXES {5}\n#define {0}_FAST_WAY_BOXES {6}\n"
@@ -118,15 +120,15 @@ std::string header_text(const Tables& tables, const ServoModel& model, std::uint
         Out(text),
         "/* For a program with one model: what it is called. */\n#ifndef HAPTABLE_MODEL\n"
         "#define HAPTABLE_MODEL {0}\n#define HAPTABLE_MODEL_NODE {0}_node\n#define HAPTABLE_MODEL_NAME \"{1}\"\n"
-        "#endif\n\n",
-        name, tables.name);
+        "#define HAPTABLE_MODEL_PAIR {2}\n#endif\n\n",
+        name, tables.name, is_pair ? "&" + name + "_pair" : "0");
     fmt::format_to(Out(text),
                    "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
-                   "extern const struct haptable_model {0};\n\n"
+                   "extern const struct haptable_model {0};\n{2}\n"
                    "/* Mesh node of every vertex: for messages and logs; the servo does not need it. */\n"
                    "extern const uint32_t {0}_node[{1}_VERTICES];\n\n"
                    "#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
-                   name, macro);
+                   name, macro, is_pair ? fmt::format("extern const struct haptable_pair_model {}_pair;\n", name) : "");
     return text;
 }
 
@@ -317,9 +319,11 @@ std::string describe(const std::vector<Remedy>& remedies) {
     return list.empty() ? "" : fmt::format("; {}", fmt::join(list, ", "));
 }
 
-ModelText model_text(const Tables& tables, const ServoModel& servo) {
+ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair) {
     const haptable_model model = model_in_memory(tables, servo);
-    return {header_text(tables, servo, model.hash), source_text(tables, servo, model)};
+    ModelText text{header_text(tables, servo, model.hash, pair != nullptr), source_text(tables, servo, model)};
+    if (pair != nullptr) text.source += "\n" + pair_text(*pair, tables, model, "haptable_" + identifier(tables.name));
+    return text;
 }
 
 ModelSize generate_model(const std::filesystem::path& folder) {
@@ -329,6 +333,10 @@ ModelSize generate_model(const std::filesystem::path& folder) {
     const std::uint64_t hash = model_in_memory(tables, model).hash;
     ModelSize size{hash, flash_tables(model), {}, measure_servo(tables, model), {}, model.stiffness, model.search};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables, hash)});
+    std::optional<ServoPair> pair;
+    if (const std::optional<PairTables> files = read_pair(folder)) pair = build_pair(*files, tables, model);
+    if (pair)
+        for (const TableBytes& table : flash_tables(*pair)) size.flash.push_back(table);
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
     require_precision(size.precision, tables.precision);
@@ -338,7 +346,7 @@ ModelSize generate_model(const std::filesystem::path& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    const ModelText text = model_text(tables, model);
+    const ModelText text = model_text(tables, model, pair ? &*pair : nullptr);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);
     return size;

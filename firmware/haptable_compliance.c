@@ -4,25 +4,6 @@
  */
 #include "haptable_net.h"
 
-/* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one. */
-static inline void gather(const struct haptable_model* model, const struct haptable_compliance_form* form,
-                          uint16_t patch, struct net* net) {
-    const struct haptable_compliance* c = model->compliance;
-    const uint16_t* v = model->patch[patch];
-    const int per_edge = form->degree - 1;
-    int corner;
-    net->count = form->degree == 4 ? HAPTABLE_COMPLIANCE_CONTROLS : 6;
-    for (corner = 0; corner < 3; ++corner) {
-        const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
-        const int first = c->patch_edge[patch][corner] * per_edge;
-        const float(*edge)[6] = &c->edge[first];
-        int i;
-        net->block[form->vertex[corner]] = c->vertex[v[corner]];
-        for (i = 0; i < per_edge; ++i) net->block[form->edge[corner][i]] = edge[forward ? i : per_edge - 1 - i];
-        if (form->degree == 4) net->block[form->inside[corner]] = c->patch[3 * patch + corner];
-    }
-}
-
 void haptable_compliance_solve(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float c[6], float load_n[3]) {
     float u[3];

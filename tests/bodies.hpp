@@ -12,6 +12,7 @@
 #include "host/hard/cells.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"
+#include "host/tables/pair.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -41,6 +42,8 @@ public:
     const std::string& name() const { return tables_.name; }
     const Tables& tables() const { return tables_; }
     const ServoModel& servo() const { return servo_; }
+    /// Of a scene with two fingers.
+    PairTables pair() const { return *read_pair(folder_.path() / "out"); }
     /// The servo's model with the scene's force and this god-object.
     haptable_model model(GodObject god_object = GodObject::kNearest) const;
     /// L over the touchable free nodes, m/N, [3 n, 3 n] in the order of the vertices, by solves; made when first asked.

@@ -81,32 +81,49 @@ struct Columns {
     std::size_t count = 0;  ///< 0: the header is not one of a finger path
     std::size_t position = 0;
     std::ptrdiff_t buttons = -1, number = -1;
+    std::ptrdiff_t second = -1, second_buttons = -1;  ///< of a second finger
 };
 
 /// `header` without blanks.
 Columns columns_of(const std::string& header) {
     if (header == "x,y,z") return {3, 0, -1, -1};
     if (header == "x,y,z,buttons") return {4, 0, 3, -1};
+    if (header == "x,y,z,x2,y2,z2") return {6, 0, -1, -1, 3, -1};
+    if (header == "x,y,z,x2,y2,z2,buttons,buttons2") return {8, 0, 6, -1, 3, 7};
     if (!header.starts_with("tick,x,y,z,contact,")) return {};
     const std::vector<std::string_view> names = split(header);
-    const auto buttons = std::find(names.begin(), names.end(), "buttons");
-    return {names.size(), 1, buttons != names.end() ? buttons - names.begin() : -1, 0};
+    const auto place = [&](const char* name) -> std::ptrdiff_t {
+        const auto found = std::find(names.begin(), names.end(), name);
+        return found != names.end() ? found - names.begin() : -1;
+    };
+    const std::ptrdiff_t second = place("x2");
+    if (second + 3 > std::ssize(names)) return {};
+    return {names.size(), 1, place("buttons"), 0, second, place("buttons2")};
 }
 
 /// False unless there is exactly what belongs there.
 bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
     const std::vector<std::string_view> fields = split(line);
     if (fields.size() != columns.count) return false;
-    for (std::size_t i = 0; i < 3; ++i)
-        if (!to_number(fields[columns.position + i], tick.position_m[i])) return false;
+    const auto is_position = [&](std::size_t first, std::array<double, 3>& position_m) {
+        return to_number(fields[first], position_m[0]) && to_number(fields[first + 1], position_m[1]) &&
+               to_number(fields[first + 2], position_m[2]);
+    };
+    if (!is_position(columns.position, tick.position_m)) return false;
+    if (columns.second >= 0 && !is_position(static_cast<std::size_t>(columns.second), tick.second_m.emplace()))
+        return false;
     const auto is_there = [&](std::ptrdiff_t column, auto& value) {
         return column < 0 || to_integer(fields[static_cast<std::size_t>(column)], value);
     };
-    return is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number);
+    return is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number) &&
+           is_there(columns.second_buttons, tick.second_buttons);
 }
 
 std::string wanted_in(const Columns& columns) {
     if (columns.number >= 0) return "a line of a servo's CSV";
+    if (columns.second >= 0)
+        return columns.buttons >= 0 ? "six numbers x,y,z,x2,y2,z2 in metres and the buttons' bits of both"
+                                    : "six numbers x,y,z,x2,y2,z2 in metres";
     return columns.buttons >= 0 ? "three numbers x,y,z in metres and the buttons' bits"
                                 : "three numbers x,y,z in metres";
 }
@@ -145,13 +162,15 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
     if (columns.count == 0)
         fail(file, 1,
              "the header is " + excerpt(line) +
-                 ": a finger path begins with the line x,y,z, or x,y,z,buttons, or as a servo's CSV does");
+                 ": a finger path begins with the line x,y,z, or x,y,z,buttons, or of two fingers "
+                 "x,y,z,x2,y2,z2, or as a servo's CSV does");
     std::vector<FingerTick> path;
     while (!lines.only_blank_left() && lines.next(line)) {
         FingerTick tick;
         if (!to_tick(line, columns, tick))
             fail(file, lines.number(), excerpt(line) + " is not " + wanted_in(columns) + ": mend or remove the line");
-        if (allowed == Positions::finite && !is_finite(tick.position_m))
+        if (allowed == Positions::finite &&
+            !(is_finite(tick.position_m) && (!tick.second_m || is_finite(*tick.second_m))))
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
         path.push_back(tick);
     }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; or a servo's
-// own CSV, for its x,y,z and buttons.
+// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; of two fingers
+// x,y,z,x2,y2,z2, or with ,buttons,buttons2; or a servo's own CSV, for these.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace haptable {
@@ -19,8 +20,10 @@ enum class Positions {
 /// One line of a path.
 struct FingerTick {
     std::array<double, 3> position_m{};
-    std::uint32_t buttons = 0;  ///< held down: bits of enum haptable_button
-    std::int64_t number = -1;   ///< of a servo's CSV its tick, else -1
+    std::uint32_t buttons = 0;                           ///< held down: bits of enum haptable_button
+    std::int64_t number = -1;                            ///< of a servo's CSV its tick, else -1
+    std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
+    std::uint32_t second_buttons = 0;
 };
 
 /// Reads a path. Throws Error "FILE:LINE: ..." for a wrong header, a row that does not have its numbers, and, with

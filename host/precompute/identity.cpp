@@ -103,6 +103,10 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
         hash.add(std::string(name));
         hash.add(value);
     }
+    if (c.fingers == 2) {
+        hash.add(std::string("fingers"));
+        hash.add(static_cast<double>(scene.tables.coupling_bytes));
+    }
     if (c.auto_coupling)
         for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
             hash.add(value);

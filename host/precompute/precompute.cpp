@@ -15,6 +15,7 @@
 #include "host/base/hash.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/precompute/assembly.hpp"
+#include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
 #include "host/precompute/sample.hpp"
@@ -86,6 +87,7 @@ MemoryNeed foresee(const Run& run, const Stiffness& k) {
         request.row = plan.column_row;
     }
     MemoryNeed need = inverse.analyse(k, request);
+    if (scene.contact.fingers == 2) need.solves += pair_memory(pair_controls(scene, body, plan.masks));
     if (options.memory_bytes > 0.0) need.available = options.memory_bytes;
     require_memory(scene.file.string(), need, static_cast<double>(body.free_node.size()));
     if (plan.drawing == Drawing::kColumns) require_room("columns.npy", column_bytes(scene, body), beside);
@@ -147,6 +149,22 @@ MaskSummary make_mask(const Run& run) {
     write_mask(masks, compliance, run.beside);
     return {under.facts,      compliance.flops, under.l_ij.size(),
             masks.most_nodes, masks.widened,    masks.vertex_id.size() + masks.edge_id.size()};
+}
+
+/// What couples two fingers, and how good it is.
+PairSummary make_pair(const Run& run) {
+    constexpr std::size_t kPlaces = 10000, kOfExact = 500;  // where nothing is left out, the eigenvalue alone is asked
+    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    run.clock.begin("coupling");
+    const PairControls controls = pair_controls(scene, body, plan.masks);
+    const Eigen::MatrixXd l = loaded_compliance(inverse, controls, body.unknown, progress);
+    const PairTables tables =
+        make_pair_tables(controls, l, meeting_distance(scene, body), scene.tables.coupling_bytes, scene.contact);
+    write_pair(tables, beside);
+    return {
+        tables.control_count, tables.rank,
+        tables.block.size(),  pair_bytes(tables),
+        tables.meeting_m,     measure_pair(controls, l, tables, scene.contact, tables.is_exact() ? kOfExact : kPlaces)};
 }
 
 /// Entries of columns.npy in half precision are multiples of a power of 2 that puts the largest L_ii at 2^8: far above
@@ -248,6 +266,7 @@ Matrices compute(const Run& run, Summary& summary) {
     if (scene.contact.force == ForceLaw::kConsistent)
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
     if (!plan.mask_pairs.empty()) summary.mask = make_mask(run);
+    if (scene.contact.fingers == 2) summary.pair = make_pair(run);
     // 7. Columns; or the factor, for a viewer that solves.
     clock.begin("columns");
     if (plan.drawing == Drawing::kColumns)
@@ -332,7 +351,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");
-    Plan plan = make_plan(scene, body, drawing, summary.identity, folder, options.force);
+    const bool anew = options.force || scene.contact.fingers == 2;  // an earlier run's factor is not kept
+    Plan plan = make_plan(scene, body, drawing, summary.identity, folder, anew);
     Workers workers(threads_of(options));
     if (scene.contact.force == ForceLaw::kPressureMask) {
         clock.begin("masks");

@@ -287,6 +287,29 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
     if (c.coupling_n_per_m > 0.0) json["coupling"] = c.coupling_n_per_m;
 }
 
+nlohmann::ordered_json to_json(const PairSummary& pair) {
+    return {{"meeting_m", pair.meeting_m},
+            {"controls", pair.controls},
+            {"rank", pair.rank},
+            {"blocks", pair.blocks},
+            {"bytes", pair.bytes},
+            {"places", pair.error.places},
+            {"worst_error", pair.error.worst},
+            {"p99_error", pair.error.p99},
+            {"least_eigenvalue", pair.error.least},
+            {"meeting_places", pair.error.meeting}};
+}
+
+std::string describe(const PairSummary& pair) {
+    const std::string how = pair.rank == 0 ? fmt::format("all {} pairs of {} places", pair.blocks, pair.controls)
+                                           : fmt::format("{} near pairs of {} places and a far field of rank {}",
+                                                         pair.blocks, pair.controls, pair.rank);
+    return fmt::format(
+        "  two fingers: {}, {}; over {} pairs of places the forces are off by at most {:.2g} of themselves (99 %: "
+        "{:.2g})\n",
+        how, human_bytes(pair.bytes), pair.error.places, pair.error.worst, pair.error.p99);
+}
+
 /// Of [device]; what is off is left out.
 void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
     if (limits.max_speed_m_s > 0.0) json["max_speed_m_s"] = limits.max_speed_m_s;
@@ -376,6 +399,10 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                                    {"product_flops", summary.mask.product_flops},
                                    {"widened", summary.mask.widened},
                                    {"places", summary.mask.places}};
+    if (summary.pair) {
+        json["contact"]["fingers"] = 2;
+        json["contact"]["pair"] = to_json(*summary.pair);
+    }
     const std::array<double, 3>& mass_kg = scene.device.mass_kg;
     json["device"] = {{"max_force_n", servo_force_limit_n(scene)},
                       {"mass_kg", (mass_kg[0] + mass_kg[1] + mass_kg[2]) / 3.0},
@@ -456,6 +483,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "  pressure mask of {:g} m: at most {} nodes; at {} of {} vertices and edges the mesh is coarser, "
             "and the patch's own nodes carry the load\n",
             scene.contact.mask_radius_m, summary.mask.most_nodes, summary.mask.widened, summary.mask.places);
+    if (summary.pair) text += describe(*summary.pair);
     text += stiffness_line(scene, summary.size.stiffness, press);
     if (const auto& s = summary.inverse.small_strain)
         text += fmt::format(

@@ -13,6 +13,7 @@
 #include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
 #include "host/precompute/locking.hpp"
+#include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/press.hpp"
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
@@ -63,6 +64,13 @@ struct MaskSummary {
     std::size_t places = 0;      ///< vertices and edges
 };
 
+/// What couples two fingers.
+struct PairSummary {
+    std::size_t controls = 0, rank = 0, blocks = 0, bytes = 0;
+    double meeting_m = 0.0;
+    PairError error;
+};
+
 /// What an earlier run gave.
 struct Reused {
     bool all = false;                     ///< all blocks and columns: nothing was computed
@@ -82,6 +90,7 @@ struct Summary {
     MemoryNeed memory;              ///< foreseen
     InverseSummary inverse;
     MaskSummary mask;
+    std::optional<PairSummary> pair;     ///< of two fingers
     std::vector<Eigen::Vector3d> sag_m;  ///< [N] under the body's own weight; empty without [gravity]
     Reused reused;
     std::vector<ProcessCost> processes;  ///< where there are many

@@ -76,7 +76,11 @@ std::vector<std::string> optional_files() {
                                    "spread_weight.npy",
                                    "display.h",
                                    "display.c",
-                                   "sag.npy"};
+                                   "sag.npy",
+                                   "coupling.npy",
+                                   "coupling_begin.npy",
+                                   "coupling_near.npy",
+                                   "coupling_far.npy"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
 }

@@ -654,10 +654,11 @@ void read_coupling(const Section& section, ContactOptions& contact) {
 constexpr double kReleaseOfJumps = 0.01;
 
 ContactOptions read_contact(const Section& root) {
-    const Section section = root.section("contact",
-                                         {"force", "god_object", "rigid_stiffness", "mask_radius", "friction",
-                                          "kinetic_friction", "release_slew", "coupling", "passivity", "grab"},
-                                         false);
+    const Section section =
+        root.section("contact",
+                     {"force", "god_object", "rigid_stiffness", "mask_radius", "friction", "kinetic_friction",
+                      "release_slew", "coupling", "passivity", "grab", "fingers"},
+                     false);
     ContactOptions contact;
     contact.force = section.one_of<ForceLaw>("force");
     contact.god_object = section.one_of<GodObject>("god_object");
@@ -671,6 +672,9 @@ ContactOptions read_contact(const Section& root) {
     contact.release_n_per_ms = section.not_negative("release_slew", jumps ? kReleaseOfJumps : 0.0);
     contact.passivity = section.flag("passivity", false);
     contact.grab = section.flag("grab", false);
+    const std::int64_t fingers = section.integer("fingers", contact.fingers);
+    if (fingers != 1 && fingers != 2) section.fail("fingers", fmt::format("is {} and must be 1 or 2", fingers));
+    contact.fingers = static_cast<int>(fingers);
     read_coupling(section, contact);
     return contact;
 }
@@ -728,10 +732,24 @@ DeviceMap read_device_map(const Section& section) {
     return map;
 }
 
+/// What two fingers need besides, and what they cannot have yet.
+void read_coupling_bytes(const Section& section, const ContactOptions& contact, TableOptions& tables) {
+    const std::int64_t bytes = section.integer("coupling_bytes", static_cast<std::int64_t>(tables.coupling_bytes));
+    if (section.has("coupling_bytes") && contact.fingers == 1)
+        section.fail("coupling_bytes", "belongs to two fingers; write fingers = 2 in [contact], or remove it");
+    if (bytes <= 0) section.fail("coupling_bytes", fmt::format("is {} and must be greater than 0 (bytes)", bytes));
+    tables.coupling_bytes = static_cast<std::uintmax_t>(bytes);
+    const bool packs_compliance = contact.force != ForceLaw::kInterpolated && tables.precision != Storage::kFloat32;
+    if (contact.fingers == 2 && packs_compliance)
+        section.fail("precision", fmt::format("\"{}\" stores a compliance that two fingers read in float32; remove it, "
+                                              "or write force = \"interpolated\" in [contact]",
+                                              word(tables.precision)));
+}
+
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
     const Section section = root.section("tables",
                                          {"precision", "columns", "column_precision", "column_budget", "flash_budget",
-                                          "display_rows", "display_precision", "check"},
+                                          "display_rows", "display_precision", "check", "coupling_bytes"},
                                          false);
     TableOptions tables;
     tables.precision = section.one_of<Storage>("precision");
@@ -743,6 +761,7 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
         section.fail("flash_budget", fmt::format("is {} and must be greater than 0 (bytes)", budget));
     tables.flash_budget = static_cast<std::uintmax_t>(budget);
     tables.check = section.flag("check", true);
+    read_coupling_bytes(section, contact, tables);
     tables.display_rows = section.nodes("display_rows");
     tables.display_precision = section.one_of<Storage>("display_precision", {Storage::kFloat32, Storage::kInt16});
     if (!tables.display_rows.empty() && tables.columns == ColumnRows::kNone)
@@ -874,6 +893,9 @@ Scene read_scene(const fs::path& file) {
     scene.device_map = read_device_map(device);
     scene.device.limits.grab = scene.contact.grab;
     scene.tables = read_table_options(root, scene.contact);
+    if (scene.contact.fingers == 2 && !scene.relaxation.empty())
+        root.fail("relaxation",
+                  "a body that relaxes remembers one finger: write fingers = 1, or remove [[relaxation]]");
     scene.device.limits.check = scene.tables.check;
     return scene;
 }

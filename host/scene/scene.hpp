@@ -41,7 +41,7 @@ struct Selection {
 struct Region {
     Selection where;
     Material material;
-    std::optional<double> density_kg_per_m3 = {};  ///< as [gravity] where it is not given
+    std::optional<double> density_kg_per_m3 = {};  ///< as [gravity] or [body] where it is not given
 };
 
 /// [[membrane]]: faces of the surface that a skin covers, in plane stress; it does not bend.
@@ -66,6 +66,21 @@ struct Gravity {
     bool prestress = false;  ///< the stress of the weight stiffens or softens the body
 };
 
+/// [body]: one that nothing holds; it moves as a rigid body too.
+struct FreeBody {
+    struct Floor {
+        double height_m = 0.0;                        ///< along the normal
+        std::array<double, 3> normal{0.0, 0.0, 1.0};  ///< up, length 1
+        double friction = 0.0;                        ///< Coulomb's coefficient
+    };
+    double density_kg_per_m3 = 0.0;     ///< of what no region holds; 0: [gravity] says, or mass alone counts
+    double mass_kg = 0.0;               ///< to which all densities are scaled; 0: as they are
+    std::array<double, 6> stiffness{};  ///< of its suspension: N/m along x, y, z, N m/rad about them; 0: none
+    std::array<double, 6> damping{};    ///< N s/m, N m s
+    std::optional<Floor> floor;
+    int line = 0;  ///< of [body] in the scene file, for errors
+};
+
 /// [contact]
 struct ContactOptions {
     ForceLaw force = ForceLaw::kInterpolated;
@@ -77,6 +92,7 @@ struct ContactOptions {
     double release_n_per_ms = 0.0;  ///< how fast a force that ends is brought down; 0: at once
     bool passivity = false;         ///< a passivity observer and controller
     bool grab = false;              ///< a button holds the contact
+    int fingers = 1;                ///< on the body at once: 1 or 2
     bool auto_coupling = false;     ///< the smallest virtual coupling that the device needs
     double coupling_n_per_m = 0.0;  ///< a virtual coupling in series; 0: none
 };
@@ -89,6 +105,7 @@ struct TableOptions {
     Storage precision = Storage::kFloat32;         ///< of S in the servo
     bool check = false;                            ///< the servo takes their CRC; in a scene file true
     std::uintmax_t flash_budget = 0;               ///< most bytes of the servo's tables; 0: no bound
+    std::uintmax_t coupling_bytes = 2'000'000;     ///< most of what couples two fingers in the servo's tables
     std::vector<std::int32_t> display_rows;  ///< mesh nodes whose displacement the target computes; none: no such table
     Storage display_precision = Storage::kFloat32;  ///< float32 | int16: of their columns in the firmware
 };
@@ -109,16 +126,18 @@ struct Scene {
     Device device;
     DeviceMap device_map;
     TableOptions tables;
+    std::optional<FreeBody> free_body;  ///< none: [[fixed]] or a bed holds it
 
     /// Of a region, or of the body (-1).
     const Material& material_of(std::int32_t region) const {
         return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
     }
-    /// With [gravity].
+    /// With [gravity] or [body]; without a density there, 1.
     double density_of(std::int32_t region) const {
-        return region < 0
-                   ? gravity->density_kg_per_m3
-                   : regions[static_cast<std::size_t>(region)].density_kg_per_m3.value_or(gravity->density_kg_per_m3);
+        const double body = gravity                                           ? gravity->density_kg_per_m3
+                            : free_body && free_body->density_kg_per_m3 > 0.0 ? free_body->density_kg_per_m3
+                                                                              : 1.0;
+        return region < 0 ? body : regions[static_cast<std::size_t>(region)].density_kg_per_m3.value_or(body);
     }
 };
 

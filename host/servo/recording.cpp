@@ -31,7 +31,7 @@ Recording read_csv(const std::filesystem::path& file) {
         // A servo counts its ticks anew with each device.
         const bool begins = is_numbered && !recording.ticks.empty() && number <= recording.ticks.back().number;
         recording.ticks.push_back({number, static_cast<std::uint32_t>(number) * HAPTABLE_TICK_US, tick.position_m,
-                                   tick.buttons, begins, std::nullopt});
+                                   tick.buttons, begins, std::nullopt, tick.second_m, tick.second_buttons});
     }
     return recording;
 }

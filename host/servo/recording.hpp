@@ -16,7 +16,9 @@ struct RecordedTick {
     std::array<double, 3> position_m{};
     std::uint32_t buttons = 0;
     bool begins = false;  ///< a session, or a device that had let go: what was before is forgotten
-    std::optional<std::array<float, 3>> force_n;  ///< the servo's answer, where the record has it
+    std::optional<std::array<float, 3>> force_n;         ///< the servo's answer, where the record has it
+    std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
+    std::uint32_t second_buttons = 0;
 };
 
 struct Recording {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/servo/replay.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 
@@ -30,6 +31,33 @@ haptable_output step(const ServoScene& scene, haptable_servo& servo, const Recor
     return output;
 }
 
+/// What two fingers' ticks came to.
+void note(const std::array<std::array<float, 3>, 2>& finger_m, const haptable_output out[2], ReplayReport& report) {
+    report.note(finger_m[0], out[0]);
+    report.second->note(finger_m[1], out[1]);
+    report.most_given_j = std::max(report.most_given_j, report.energy.given_j() + report.second->energy.given_j());
+}
+
+/// The same of two fingers.
+void step(const ServoScene& scene, haptable_pair& pair, const RecordedTick& tick, haptable_output out[2],
+          ReplayReport& report) {
+    const std::array finger_m{to_finger(tick.position_m.data()), to_finger(tick.second_m->data())};
+    const float positions_m[2][3] = {{finger_m[0][0], finger_m[0][1], finger_m[0][2]},
+                                     {finger_m[1][0], finger_m[1][1], finger_m[1][2]}};
+    const Clock::time_point begin = Clock::now();
+    bool silent = false;
+    for (int finger = 0; finger < 2; ++finger) {
+        haptable_servo& servo = pair.servo[finger];
+        if (tick.begins) haptable_pair_watch(&pair, finger, servo.position_us + HAPTABLE_SILENCE_US, &out[finger]);
+        silent |= haptable_pair_watch(&pair, finger, tick.time_us, &out[finger]) != 0;
+        haptable_buttons(&servo, finger == 0 ? tick.buttons : tick.second_buttons);
+    }
+    if (silent) note(finger_m, out, report);
+    haptable_pair_step(scene.pair, &pair, positions_m, tick.time_us, out);
+    report.step.add(to_us(Clock::now() - begin));
+    note(finger_m, out, report);
+}
+
 void compare(const RecordedTick& tick, const haptable_output& output, ReplayReport& report) {
     if (!tick.force_n) return;
     ++report.compared;
@@ -40,9 +68,49 @@ void compare(const RecordedTick& tick, const haptable_output& output, ReplayRepo
 
 }  // namespace
 
+namespace {
+
+bool has_two(const Recording& recording) {
+    return !recording.ticks.empty() && recording.ticks.front().second_m.has_value();
+}
+
+/// Two fingers' record.
+ReplayReport replay_two(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out,
+                        Progress& progress) {
+    std::optional<ServoRecord> record;
+    if (!out.empty()) record.emplace(scene, out, 2);
+    ReplayReport report;
+    report.second.emplace();
+    haptable_pair pair;
+    haptable_pair_init(scene.pair, &pair);
+    for (haptable_servo& servo : pair.servo) require_whole_tables(scene, servo);
+    for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+        const RecordedTick& tick = recording.ticks[i];
+        haptable_output output[2]{};
+        step(scene, pair, tick, output, report);
+        if (record)
+            record->add(tick.number, {to_finger(tick.position_m.data()), to_finger(tick.second_m->data())},
+                        {tick.buttons, tick.second_buttons}, output);
+        if (i % kProgressEvery_ticks == 0)
+            progress.done(static_cast<double>(i) / static_cast<double>(recording.ticks.size()));
+    }
+    report.counters = pair.servo[0].counters;
+    report.second->counters = pair.servo[1].counters;
+    if (record) record->finish();
+    return report;
+}
+
+}  // namespace
+
 ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet) {
     Progress progress(quiet);
     progress.stage("replay");
+    if (has_two(recording)) {
+        if (scene.pair == nullptr)
+            throw Error(std::string("the path has two fingers, and the scene ") + scene.name +
+                        " has one: write fingers = 2 in [contact] and make it again");
+        return replay_two(scene, recording, out, progress);
+    }
     std::optional<ServoRecord> record;
     if (!out.empty()) record.emplace(scene, out);
     ReplayReport report;

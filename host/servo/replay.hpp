@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "host/link/statistics.hpp"
 #include "host/servo/recording.hpp"
@@ -14,13 +15,15 @@ namespace haptable {
 /// What happened in a run, by replay or over LCM.
 struct ServoReport : ForceReport {
     haptable_counters counters{};
-    DurationStatistics step;  ///< of haptable_step alone
+    DurationStatistics step;  ///< of haptable_step, of two fingers haptable_pair_step, alone
 };
 
 struct ReplayReport : ServoReport {
-    std::int64_t compared = 0;      ///< ticks whose force the record has
-    std::int64_t other_forces = 0;  ///< of these, whose force is another now, be it in one bit
-    std::int64_t first_other = -1;  ///< number of the first of them
+    std::int64_t compared = 0;               ///< ticks whose force the record has
+    std::int64_t other_forces = 0;           ///< of these, whose force is another now, be it in one bit
+    std::int64_t first_other = -1;           ///< number of the first of them
+    std::optional<ServoReport> second = {};  ///< of a second finger; the steps are in the first's
+    double most_given_j = 0.0;               ///< to both hands together, the largest so far
 };
 
 /// Steps the servo through a recording and writes its CSV to `out`, whole or not at all; nothing where `out` is empty.

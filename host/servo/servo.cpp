@@ -75,6 +75,15 @@ void add_report(const ServoReport& report, SummaryLines& summary) {
     summary.add("step_max_us", report.step.max_us());
 }
 
+/// Of a second finger.
+void add_second(const ReplayReport& report, SummaryLines& summary) {
+    if (!report.second) return;
+    summary.add("contact_ticks_2", std::int64_t{report.second->counters.contact_ticks});
+    summary.add("largest_force_n_2", report.second->largest_force_n);
+    for (const auto& [name, energy_j] : report.second->energy.by_name()) summary.add(name + "_j_2", energy_j);
+    summary.add("energy_most_given_to_both_j", report.most_given_j);
+}
+
 void add_link_report(const LinkReport& link, SummaryLines& summary) {
     link.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
     summary.add("latency_mean_us", link.latency.mean_us());
@@ -135,6 +144,7 @@ void run_replay(const ServoScene& scene, const Options& o) {
     if (report.counters.contact_ticks == 0 && !o.quiet) tell_no_contact(scene, o, report.counters.implausible);
     SummaryLines summary = head(scene);
     add_report(report, summary);
+    add_second(report, summary);
     if (report.compared > 0) {
         summary.add("compared_forces", report.compared);
         summary.add("other_forces", report.other_forces);

@@ -15,11 +15,15 @@ namespace haptable {
 class ServoRecord {
 public:
     /// Throws Error that names the path when it cannot be written there.
-    ServoRecord(const ServoScene& scene, const std::filesystem::path& path);
+    /// fingers: 1 or 2, of each line.
+    ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers = 1);
 
     /// One line. Floats have 9 digits, so that reading them back gives the same bits.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
              const haptable_output& out);
+    /// Of two fingers at once, where the scene has them: the second's columns follow the first's.
+    void add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
+             const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2]);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -27,6 +31,8 @@ public:
     void finish() { file_.finish(); }
 
 private:
+    void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
+
     ServoScene scene_;
     TextFile file_;
     std::string line_;

@@ -7,14 +7,16 @@
 #include <string>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 
 namespace haptable {
 
 struct ServoScene {
-    const haptable_model* model;  ///< the firmware's tables
-    const std::uint32_t* node;    ///< [model->vertex_count] mesh node of every vertex of the model
-    const char* name;             ///< of the scene
+    const haptable_model* model;                ///< the firmware's tables
+    const std::uint32_t* node;                  ///< [model->vertex_count] mesh node of every vertex of the model
+    const char* name;                           ///< of the scene
+    const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
 };
 
 /// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/pair.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <iterator>
+
+#include "codegen/polynomial.hpp"
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using Out = std::back_insert_iterator<std::string>;
+
+float finite(double value) {
+    const auto narrow = static_cast<float>(value);
+    if (!std::isfinite(narrow)) throw Error("the coupling of two fingers holds a number that is not finite");
+    return narrow;
+}
+
+std::array<float, 9> in_float(const Rows& block) {
+    std::array<float, 9> to{};
+    for (std::size_t i = 0; i < 9; ++i) to[i] = finite(block.data()[i]);
+    return to;
+}
+
+/// S of a control where the force is interpolated, else 1.
+class Scale {
+public:
+    Scale(const Tables& tables, const ServoModel& servo)
+        : is_stiffness_(tables.force == ForceLaw::kInterpolated), servo_(servo) {}
+    Matrix3d of(std::size_t control) const {
+        return is_stiffness_ ? Matrix3d(symmetric(servo_.stiffness_n_per_m[control])) : Matrix3d::Identity();
+    }
+
+private:
+    bool is_stiffness_;
+    const ServoModel& servo_;
+};
+
+void add_blocks(const PairTables& pair, const Scale& scale, ServoPair& to) {
+    std::size_t i = 0;
+    for (std::size_t k = 0; k < pair.control_count; ++k) {
+        const Matrix3d s_k = scale.of(k);
+        const std::size_t first = pair.is_exact() ? 0 : pair.near_begin[k];
+        const std::size_t count = pair.is_exact() ? k + 1 : pair.near_begin[k + 1] - first;
+        for (std::size_t j = 0; j < count; ++j, ++i) {
+            const std::size_t l = pair.is_exact() ? j : static_cast<std::size_t>(pair.near[first + j]);
+            to.block.push_back(in_float(s_k * Eigen::Map<const Rows>(pair.block[i].data()) * scale.of(l)));
+        }
+    }
+}
+
+void add_columns(const PairTables& pair, const Scale& scale, ServoPair& to) {
+    for (std::size_t k = 0; k < pair.control_count && pair.rank > 0; ++k) {
+        const Matrix3d s_k = scale.of(k);
+        for (std::size_t r = 0; r < pair.rank; ++r) {
+            const Eigen::Vector3d v = s_k * Eigen::Map<const Eigen::Vector3d>(pair.column[k * pair.rank + r].data());
+            to.column.push_back({finite(v[0]), finite(v[1]), finite(v[2])});
+        }
+    }
+}
+
+template <typename Rows_>
+void define(const char* type, const char* name, const char* extent, const Rows_& rows, std::string& text) {
+    if (rows.empty()) return;
+    fmt::format_to(Out(text), "static const {} pair_{}[{}]{} = {{\n", type, name, rows.size(), extent);
+    for (const auto& row : rows) {
+        if constexpr (std::is_integral_v<std::decay_t<decltype(row)>>) {
+            fmt::format_to(Out(text), "    {},\n", row);
+        } else {
+            text += "    {";
+            for (std::size_t i = 0; i < row.size(); ++i)
+                fmt::format_to(Out(text), "{}{:#.9g}f", i == 0 ? "" : ", ", row[i]);
+            text += "},\n";
+        }
+    }
+    text += "};\n\n";
+}
+
+const char* law_of(ForceLaw force) {
+    static constexpr const char* kLaw[] = {"interpolated", "consistent", "pressure_mask"};
+    return kLaw[static_cast<std::size_t>(force)];
+}
+
+}  // namespace
+
+ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoModel& servo) {
+    const std::size_t controls = tables.force == ForceLaw::kPressureMask
+                                     ? servo.node.size() + tables.compliance.edge_id.size()
+                                     : servo.free_count;
+    if (pair.control_count != controls)
+        throw Error(fmt::format("coupling.npy couples {} places and the surface has {}: make the tables again",
+                                pair.control_count, controls));
+    if (tables.force != ForceLaw::kInterpolated && !servo.packed.empty())
+        throw Error("two fingers read a compliance in float32: remove precision in [tables]");
+    const Scale scale(tables, servo);
+    ServoPair to;
+    add_blocks(pair, scale, to);
+    add_columns(pair, scale, to);
+    to.near_begin = pair.near_begin;
+    to.near.assign(pair.near.begin(), pair.near.end());
+    to.control_count = static_cast<std::uint16_t>(controls);
+    to.rank = static_cast<std::uint16_t>(pair.rank);
+    to.meeting_m = finite(pair.meeting_m);
+    return to;
+}
+
+haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
+    static constexpr const haptable_pair_law* kLaw[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
+                                                        &haptable_pair_pressure_mask};
+    static constexpr haptable_energy_fn* kEnergy[] = {
+        haptable_pair_energy_interpolated, haptable_pair_energy_consistent, haptable_pair_energy_pressure_mask};
+    haptable_pair_model to{};
+    to.model = &model;
+    to.law = kLaw[static_cast<std::size_t>(tables.force)];
+    to.energy = model.energy != nullptr ? kEnergy[static_cast<std::size_t>(tables.force)] : nullptr;
+    to.cross = pair.rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
+    to.far = pair.rank == 0 ? nullptr : haptable_pair_far_low_rank;
+    to.meeting_m = pair.meeting_m;
+    to.control_count = pair.control_count;
+    to.rank = pair.rank;
+    to.block = reinterpret_cast<const float(*)[9]>(pair.block.data());
+    to.near_begin = pair.near_begin.data();
+    to.near = pair.near.data();
+    to.column = reinterpret_cast<const float(*)[3]>(pair.column.data());
+    return to;
+}
+
+std::vector<TableBytes> flash_tables(const ServoPair& pair) {
+    std::vector<TableBytes> tables;
+    const auto add = [&](const char* name, const auto& rows) {
+        if (!rows.empty()) tables.push_back({name, rows.size() * sizeof rows[0]});
+    };
+    add("pair_block", pair.block);
+    add("pair_near_begin", pair.near_begin);
+    add("pair_near", pair.near);
+    add("pair_column", pair.column);
+    return tables;
+}
+
+std::string pair_text(const ServoPair& pair, const Tables& tables, const haptable_model& model,
+                      const std::string& name) {
+    std::string text = fmt::format(
+        "/* Two fingers: what couples two places. */\n#include \"haptable_pair.h\"\n\n"
+        "#if HAPTABLE_PAIR_VERSION != {}\n"
+        "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n",
+        HAPTABLE_PAIR_VERSION);
+    define("float", "block", "[9]", pair.block, text);
+    define("uint32_t", "near_begin", "", pair.near_begin, text);
+    define("uint16_t", "near", "", pair.near, text);
+    define("float", "column", "[3]", pair.column, text);
+    fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
+    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
+    if (model.energy != nullptr)
+        fmt::format_to(Out(text), "    .energy = haptable_pair_energy_{},\n", law_of(tables.force));
+    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{},\n", pair.rank == 0 ? "exact" : "low_rank");
+    if (pair.rank != 0) text += "    .far = haptable_pair_far_low_rank,\n";
+    fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n    .rank = {},\n", pair.meeting_m,
+                   pair.control_count, pair.rank);
+    for (const TableBytes& table : flash_tables(pair))
+        fmt::format_to(Out(text), "    .{} = {},\n", table.name.substr(5), table.name);
+    return text + "};\n";
+}
+
+}  // namespace haptable

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What couples two fingers, as the servo holds it: beside its model, in the same two files.
+#pragma once
+
+#include <string>
+
+#include "codegen/model.hpp"
+#include "firmware/haptable_pair.h"
+#include "host/tables/pair.hpp"
+
+namespace haptable {
+
+/// The tables of struct haptable_pair_model, by their names there. Of the interpolated force blocks are S_k C_kl S_l.
+struct ServoPair {
+    std::vector<std::array<float, 9>> block;
+    std::vector<std::uint32_t> near_begin;
+    std::vector<std::uint16_t> near;
+    std::vector<std::array<float, 3>> column;
+    std::uint16_t control_count = 0, rank = 0;
+    float meeting_m = 0.0F;
+};
+
+/// Throws Error where the tables do not fit the model, or hold a number that no float does.
+ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoModel& servo);
+
+/// Points to the model and to the pair's tables, which must outlive it.
+haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model);
+
+/// Bytes of flash, by table.
+std::vector<TableBytes> flash_tables(const ServoPair& pair);
+
+/// What model.c says of it behind the model; `name` is the model's.
+std::string pair_text(const ServoPair& pair, const Tables& tables, const haptable_model& model,
+                      const std::string& name);
+
+}  // namespace haptable

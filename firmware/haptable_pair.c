@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Both god-objects, one after the other; then [A_1 X; X^T A_2] v = s once, and the forces of both
+ *
+ * A god-object that goes by the energy, or by friction, is told of the other finger by its model: a copy whose energy
+ * and force are the pair's. It goes downhill in the energy of both while the other stays, so a tick gives no energy,
+ * however often the two would have to take turns to rest.
+ */
+#include "haptable_pair.h"
+
+#include "haptable_pair_terms.h"
+#include "haptable_surface.h"
+#include "haptable_tick.h"
+
+/* ---- what a finger is told of the other ----------------------------------------------------------------------- */
+
+static void look_at(const struct haptable_pair_model* tables, const struct haptable_servo* other,
+                    const float other_m[3], struct haptable_pair_view* view) {
+    const struct haptable_contact* contact = &other->contact;
+    struct haptable_pair_own own;
+    tables->law->own(tables->model, contact, other_m, &own);
+    pair_invert(own.a, view->m);
+    vec_copy(own.s, view->s);
+    vec_copy(contact->god_object_m, view->at_m);
+    pair_controls(tables, contact->patch, view->place.control);
+    pair_weights(tables, contact->alpha, view->place.weight);
+    if (tables->far) tables->far(view);
+}
+
+static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
+
+/* Before a finger moves. A god-object that has rested moves with the other finger too. */
+static void tell(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                 const float finger_m[3], const float other_m[3]) {
+    const int other = 1 - finger;
+    struct haptable_pair_view* view = &pair->view[finger];
+    struct haptable_servo* servo = &pair->servo[finger];
+    view->is_solved = 0;
+    view->is_coupled = has_contact(&pair->servo[other]) && pair->touches[other];
+    if (!view->is_coupled || !(tables->energy || tables->model->frictionless)) return;
+    look_at(tables, &pair->servo[other], other_m, view);
+    if (gap2(finger_m, servo->finger_m) > 0.0f) return;
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+}
+
+/* ---- the force ------------------------------------------------------------------------------------------------ */
+
+/* force: of the pair at a contact of this finger's, the other being where it was told. */
+static void feel(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
+                 float nodal_force_n[3][3], float force_n[3]) {
+    const struct haptable_pair_view* view = pair_view_of(model);
+    const struct haptable_pair_law* law = view->tables->law;
+    struct haptable_pair_own own;
+    struct pair_solved solved;
+    if (view->is_solved) {
+        law->load(model, contact, view->v, nodal_force_n, force_n);
+        return;
+    }
+    law->own(model, contact, finger_m, &own);
+    if (view->is_coupled) {
+        float x[9];
+        pair_cross(view, contact, x);
+        pair_solve(view, &own, x, &solved);
+    } else {
+        solved.n = factor(own.a);
+        solve(&solved.n, own.s, solved.v);
+    }
+    law->load(model, contact, solved.v, nodal_force_n, force_n);
+}
+
+/* passivity: takes back what both hands were given, from both as they move. */
+static void brake(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
+                  float force_n[3]) {
+    const struct haptable_pair_view* view = pair_view_of(model);
+    const float motion2 = vec_dot(motion_m, motion_m);
+    float by = view->brake_n_per_m;
+    (void)servo;
+    if (!(by > 0.0f && motion2 > 0.0f)) return;
+    if (by * by * motion2 > model->max_force_n * model->max_force_n)
+        by = model->max_force_n * vec_inverse_root(motion2 > 1e-30f ? motion2 : 1e-30f);
+    vec_add_scaled(-by, motion_m, force_n);
+}
+
+/* 1 where the surface, as the other finger alone would dent it, has left this finger behind: w is where it is then,
+ * seen from the finger, times A where A is a stiffness. One that pulls on the surface already, or holds it, is not let
+ * go by the other. */
+static int is_left_behind(const struct haptable_pair_model* tables, const struct haptable_servo* servo,
+                          const float inverse[6], const float t[3]) {
+    float normal[3];
+    float u[3];
+    float over[3];
+    if ((servo->buttons & HAPTABLE_BUTTON_GRAB) != 0) return 0;
+    haptable_surface_outward(tables->model, &servo->contact, normal);
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    if (vec_dot(normal, u) >= 0.0f) return 0;
+    vec_copy(t, over);
+    if (tables->law->is_stiffness) vec_symmetric_product(inverse, t, over);
+    return vec_dot(normal, over) >= 0.0f;
+}
+
+static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+    const struct haptable_servo* servo = &pair->servo[finger];
+    struct haptable_pair_own own;
+    struct factored factored;
+    tables->law->own(tables->model, &servo->contact, servo->finger_m, &own);
+    factored = factor(own.a);
+    solve(&factored, own.s, pair->view[finger].v);
+    pair->touches[finger] = 1;
+    pair->touches[1 - finger] = 0;
+    pair->energy_j = 0.5f * vec_dot(own.s, pair->view[finger].v);
+}
+
+/* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
+ * each would leave the other behind, both do touch. */
+static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+    struct haptable_pair_view* view = &pair->view[0];
+    struct haptable_pair_own own;
+    struct pair_solved solved;
+    float inverse[6];
+    float x[9];
+    float alone[2][3];
+    float t[3];
+    tables->law->own(tables->model, &pair->servo[0].contact, pair->servo[0].finger_m, &own);
+    look_at(tables, &pair->servo[1], pair->servo[1].finger_m, view);
+    pair_cross(view, &pair->servo[0].contact, x);
+    pair_invert(own.a, inverse);
+    vec_symmetric_product(inverse, own.s, alone[0]);
+    vec_symmetric_product(view->m, view->s, alone[1]);
+    pair_product(x, alone[1], t);
+    vec_sub(own.s, t, t);
+    pair->touches[0] = !is_left_behind(tables, &pair->servo[0], inverse, t);
+    pair_transposed_product(x, alone[0], t);
+    vec_sub(view->s, t, t);
+    pair->touches[1] = !is_left_behind(tables, &pair->servo[1], view->m, t);
+    if (pair->touches[0] == pair->touches[1]) {
+        pair->touches[0] = pair->touches[1] = 1;
+        pair_solve(view, &own, x, &solved);
+        vec_copy(solved.v, pair->view[0].v);
+        vec_copy(solved.other, pair->view[1].v);
+    } else {
+        int finger;
+        for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+            vec_zero(pair->view[finger].v);
+            if (pair->touches[finger]) vec_copy(alone[finger], pair->view[finger].v);
+        }
+    }
+    pair->energy_j = 0.5f * (vec_dot(own.s, pair->view[0].v) + vec_dot(view->s, pair->view[1].v));
+}
+
+static void solve_pair(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+    const int first = has_contact(&pair->servo[0]);
+    const int second = has_contact(&pair->servo[1]);
+    pair->view[0].is_solved = pair->view[1].is_solved = 1;
+    if (first && second) {
+        solve_two(tables, pair);
+    } else if (first || second) {
+        solve_one(tables, pair, first ? 0 : 1);
+    } else {
+        pair->touches[0] = pair->touches[1] = 0;
+        pair->energy_j = 0.0f;
+    }
+}
+
+/* ---- a tick --------------------------------------------------------------------------------------------------- */
+
+void haptable_pair_init(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+    int finger;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        struct haptable_pair_view* view = &pair->view[finger];
+        haptable_init(&pair->servo[finger]);
+        view->model = *tables->model;
+        view->model.force = feel;
+        view->model.energy = tables->energy;
+        if (view->model.passivity) view->model.passivity = brake;
+        view->tables = tables;
+        view->is_coupled = view->is_solved = 0;
+        view->brake_n_per_m = 0.0f;
+        vec_zero(view->v);
+        pair->touches[finger] = 0;
+    }
+    pair->energy_j = 0.0f;
+    pair->given_j = 0.0f;
+}
+
+/* The first stages of a finger's tick. Returns 0 where out is written already: a position or a state without force. */
+static int begin(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                 const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
+    struct haptable_servo* servo = &pair->servo[finger];
+    const uint32_t elapsed_us = now_us - servo->position_us;
+    ++servo->counters.ticks;
+    servo->position_us = now_us;
+    if (is_refused(tables->model, servo, finger_m, elapsed_us)) {
+        give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
+        return 0;
+    }
+    if (is_faulted(tables->model, servo)) {
+        give_nothing(servo, HAPTABLE_FAULTED, out);
+        if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
+        return 0;
+    }
+    return 1;
+}
+
+static void move_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                        const float finger_m[3], const float other_m[3], float motion_m[3]) {
+    tell(tables, pair, finger, finger_m, other_m);
+    move(&pair->view[finger].model, &pair->servo[finger], finger_m, motion_m);
+}
+
+/* The energy of the last tick's forces over both motions, and what takes back what is given. */
+static void observe(struct haptable_pair* pair, float motion_m[HAPTABLE_FINGERS][3]) {
+    float motion2 = 0.0f;
+    float by;
+    int finger;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        pair->given_j += vec_dot(pair->servo[finger].given_n, motion_m[finger]);
+        motion2 += vec_dot(motion_m[finger], motion_m[finger]);
+    }
+    by = pair->given_j > 0.0f && motion2 > 0.0f ? pair->given_j / motion2 : 0.0f;
+    pair->view[0].brake_n_per_m = pair->view[1].brake_n_per_m = by;
+}
+
+/* The last stages of a finger's tick. */
+static void finish(struct haptable_pair* pair, int finger, const float motion_m[3], struct haptable_output* out) {
+    const struct haptable_model* model = &pair->view[finger].model;
+    struct haptable_servo* servo = &pair->servo[finger];
+    put_force(model, servo, out);
+    if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
+    if (model->rate || model->mean || model->resume) limit_force(model, servo, out);
+    vec_copy(out->force_n, servo->given_n);
+}
+
+void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                        const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
+                        struct haptable_output out[HAPTABLE_FINGERS]) {
+    float motion_m[HAPTABLE_FINGERS][3];
+    int goes_on[HAPTABLE_FINGERS];
+    int finger;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        vec_zero(motion_m[finger]);
+        goes_on[finger] = begin(tables, pair, finger, finger_m[finger], now_us, &out[finger]);
+    }
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        if (goes_on[finger])
+            move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
+    solve_pair(tables, pair);
+    if (tables->model->passivity) observe(pair, motion_m);
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        if (goes_on[finger]) finish(pair, finger, motion_m[finger], &out[finger]);
+}
+
+void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                               const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
+    float motion_m[HAPTABLE_FINGERS][3];
+    vec_zero(motion_m[1 - finger]);
+    if (!begin(tables, pair, finger, finger_m, now_us, out)) return;
+    move_finger(tables, pair, finger, finger_m, pair->servo[1 - finger].finger_m, motion_m[finger]);
+    solve_pair(tables, pair);
+    if (tables->model->passivity) observe(pair, motion_m);
+    finish(pair, finger, motion_m[finger], out);
+}
+
+int haptable_pair_watch(struct haptable_pair* pair, int finger, uint32_t now_us, struct haptable_output* out) {
+    return haptable_watch(&pair->servo[finger], now_us, out);
+}

@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * [A_1 X; X^T A_2] v = s,   E = 1/2 s . v:   N v_1 = t,   N = A_1 - X A_2^-1 X^T,   t = s_1 - X A_2^-1 s_2
+ *
+ * dE/db = s_b . v_1 - 1/2 v_1^T A_b v_1 - v_1^T X_b v_2
+ * d2E/db dc = v_1 . s_bc - 1/2 v_1^T A_bc v_1 - v_1^T X_bc v_2 + y_b^T N^-1 y_c + r_b^T A_2^-1 r_c
+ * with r_b = -X_b^T v_1 and y_b = s_b - A_b v_1 - X_b v_2 - X A_2^-1 r_b: the last two terms are never negative.
+ *
+ * E is the energy of both over the place of the first, the second staying on the finger that holds it. What
+ * haptable_pair.c and the force laws for two are made of: one file for each, so that each has it inlined.
+ */
+#ifndef HAPTABLE_PAIR_TERMS_H
+#define HAPTABLE_PAIR_TERMS_H
+
+#include "haptable_net.h"
+#include "haptable_pair.h"
+#include "haptable_surface.h"
+#include "haptable_vector.h"
+
+/* ---- 3x3 matrices, row by row --------------------------------------------------------------------------------- */
+
+static inline void pair_product(const float x[9], const float v[3], float out[3]) {
+    out[0] = x[0] * v[0] + x[1] * v[1] + x[2] * v[2];
+    out[1] = x[3] * v[0] + x[4] * v[1] + x[5] * v[2];
+    out[2] = x[6] * v[0] + x[7] * v[1] + x[8] * v[2];
+}
+
+static inline void pair_transposed_product(const float x[9], const float v[3], float out[3]) {
+    out[0] = x[0] * v[0] + x[3] * v[1] + x[6] * v[2];
+    out[1] = x[1] * v[0] + x[4] * v[1] + x[7] * v[2];
+    out[2] = x[2] * v[0] + x[5] * v[1] + x[8] * v[2];
+}
+
+static inline void pair_add(float w, const float x[9], float out[9]) {
+    int i;
+    for (i = 0; i < 9; ++i) out[i] += w * x[i];
+}
+
+static inline void pair_set(float w, const float x[9], float out[9]) {
+    int i;
+    for (i = 0; i < 9; ++i) out[i] = w * x[i];
+}
+
+/* The inverse of a symmetric positive definite matrix. */
+static inline void pair_invert(const float a[6], float inverse[6]) {
+    const struct factored f = factor(a);
+    static const float unit[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
+    float column[3][3];
+    int i;
+    for (i = 0; i < 3; ++i) solve(&f, unit[i], column[i]);
+    inverse[0] = column[0][0];
+    inverse[1] = column[1][1];
+    inverse[2] = column[2][2];
+    inverse[3] = column[0][1];
+    inverse[4] = column[1][2];
+    inverse[5] = column[2][0];
+}
+
+/* a - X M X^T */
+static inline void pair_reduce(const float a[6], const float x[9], const float m[6], float n[6]) {
+    float xm[3][3];
+    int i;
+    for (i = 0; i < 3; ++i) vec_symmetric_product(m, &x[3 * i], xm[i]); /* M is symmetric: a row of X M */
+    n[0] = a[0] - vec_dot(xm[0], &x[0]);
+    n[1] = a[1] - vec_dot(xm[1], &x[3]);
+    n[2] = a[2] - vec_dot(xm[2], &x[6]);
+    n[3] = a[3] - vec_dot(xm[0], &x[3]);
+    n[4] = a[4] - vec_dot(xm[1], &x[6]);
+    n[5] = a[5] - vec_dot(xm[2], &x[0]);
+}
+
+/* ---- places --------------------------------------------------------------------------------------------------- */
+
+/* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
+static inline void pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]) {
+    const struct haptable_model* model = tables->model;
+    const int is_mask = tables->law->controls == HAPTABLE_PAIR_CONTROLS;
+    int c;
+    for (c = 0; c < 3; ++c) {
+        const uint16_t vertex = model->patch[patch][c];
+        control[c] = is_mask || vertex < model->free_count ? vertex : HAPTABLE_NONE;
+        if (is_mask) control[3 + c] = (uint16_t)(model->vertex_count + model->compliance->patch_edge[patch][c]);
+    }
+}
+
+static inline void pair_weights(const struct haptable_pair_model* tables, const float alpha[3], float weight[]) {
+    int c;
+    vec_copy(alpha, weight);
+    if (tables->law->controls != HAPTABLE_PAIR_CONTROLS) return;
+    for (c = 0; c < 3; ++c) {
+        weight[c] = alpha[c] * alpha[c];
+        weight[3 + c] = 2.0f * alpha[next_corner(c)] * alpha[previous_corner(c)];
+    }
+}
+
+/* ---- how two places are coupled ------------------------------------------------------------------------------- */
+
+/* What is left of the coupling, and how that changes with the place of the first: 1 where the fingers are apart. */
+struct pair_meeting {
+    float share;
+    float first[2];
+    float second[3]; /* 11 12 22 */
+};
+
+static inline float pair_nearness(const struct haptable_pair_view* view, const float god_object_m[3]) {
+    const float per_m = 1.0f / view->tables->meeting_m;
+    return 1.0f - gap2(god_object_m, view->at_m) * per_m * per_m;
+}
+
+static inline float pair_share(const struct haptable_pair_view* view, const float god_object_m[3]) {
+    const float near = pair_nearness(view, god_object_m);
+    return near > 0.0f ? 1.0f - HAPTABLE_PAIR_MEETING * near * near : 1.0f;
+}
+
+/* e: the patch's edges from corner 0. */
+static inline struct pair_meeting pair_meet(const struct haptable_pair_view* view, const float god_object_m[3],
+                                            float e[2][3]) {
+    struct pair_meeting meeting = {1.0f, {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    const float near = pair_nearness(view, god_object_m);
+    const float scale = -2.0f / (view->tables->meeting_m * view->tables->meeting_m);
+    float apart[3];
+    float slope[2];
+    if (near <= 0.0f) return meeting;
+    vec_sub(god_object_m, view->at_m, apart);
+    slope[0] = scale * vec_dot(apart, e[0]); /* of near */
+    slope[1] = scale * vec_dot(apart, e[1]);
+    meeting.share = 1.0f - HAPTABLE_PAIR_MEETING * near * near;
+    meeting.first[0] = -2.0f * HAPTABLE_PAIR_MEETING * near * slope[0];
+    meeting.first[1] = -2.0f * HAPTABLE_PAIR_MEETING * near * slope[1];
+    meeting.second[0] = -2.0f * HAPTABLE_PAIR_MEETING * (slope[0] * slope[0] + near * scale * vec_dot(e[0], e[0]));
+    meeting.second[1] = -2.0f * HAPTABLE_PAIR_MEETING * (slope[0] * slope[1] + near * scale * vec_dot(e[0], e[1]));
+    meeting.second[2] = -2.0f * HAPTABLE_PAIR_MEETING * (slope[1] * slope[1] + near * scale * vec_dot(e[1], e[1]));
+    return meeting;
+}
+
+/* The coupling of every control of a patch with the other's place. */
+static inline void pair_gather(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
+    const int count = view->tables->law->controls;
+    uint16_t control[HAPTABLE_PAIR_CONTROLS];
+    int k;
+    int i;
+    for (k = 0; k < count; ++k)
+        for (i = 0; i < 9; ++i) x[k][i] = 0.0f;
+    pair_controls(view->tables, patch, control);
+    view->tables->cross(view, control, count, x);
+}
+
+/* X of a contact. */
+static inline void pair_cross(const struct haptable_pair_view* view, const struct haptable_contact* contact,
+                              float x[9]) {
+    const float share = pair_share(view, contact->god_object_m);
+    float control[HAPTABLE_PAIR_CONTROLS][9];
+    float weight[HAPTABLE_PAIR_CONTROLS];
+    int k;
+    pair_gather(view, contact->patch, control);
+    pair_weights(view->tables, contact->alpha, weight);
+    pair_set(share * weight[0], control[0], x);
+    for (k = 1; k < view->tables->law->controls; ++k) pair_add(share * weight[k], control[k], x);
+}
+
+/* The control of corners c and d of a mask's patch. */
+static inline int pair_control_of(int c, int d) { return c == d ? c : 6 - c - d; }
+
+/* dX by alpha_c, all alpha being free. */
+static inline void pair_slope(const struct haptable_pair_view* view, float (*control)[9], const float alpha[3], int c,
+                              float x[9]) {
+    int d;
+    pair_set(0.0f, control[0], x);
+    if (view->tables->law->controls != HAPTABLE_PAIR_CONTROLS) {
+        pair_add(1.0f, control[c], x);
+        return;
+    }
+    for (d = 0; d < 3; ++d) pair_add(2.0f * alpha[d], control[pair_control_of(c, d)], x);
+}
+
+/* X of a contact and its first derivatives by alpha_1, alpha_2; and v . X_bc w for the second. */
+struct pair_coupling {
+    float x[9];
+    float first[2][9];
+    float control[HAPTABLE_PAIR_CONTROLS][9];
+    struct pair_meeting meeting;
+};
+
+static inline void pair_couple(const struct haptable_pair_view* view, const struct haptable_contact* contact,
+                               float e[2][3], struct pair_coupling* to) {
+    const float* alpha = contact->alpha;
+    float weight[HAPTABLE_PAIR_CONTROLS];
+    float raw[9];
+    float slope[3][9];
+    int b;
+    int k;
+    pair_gather(view, contact->patch, to->control);
+    pair_weights(view->tables, alpha, weight);
+    to->meeting = pair_meet(view, contact->god_object_m, e);
+    pair_set(weight[0], to->control[0], raw);
+    for (k = 1; k < view->tables->law->controls; ++k) pair_add(weight[k], to->control[k], raw);
+    for (k = 0; k < 3; ++k) pair_slope(view, to->control, alpha, k, slope[k]);
+    pair_set(to->meeting.share, raw, to->x);
+    for (b = 0; b < 2; ++b) {
+        pair_set(to->meeting.share, slope[b + 1], to->first[b]);
+        pair_add(-to->meeting.share, slope[0], to->first[b]);
+        pair_add(to->meeting.first[b], raw, to->first[b]);
+    }
+}
+
+static inline float pair_bilinear(const float x[9], const float v[3], const float w[3]) {
+    float xw[3];
+    pair_product(x, w, xw);
+    return vec_dot(v, xw);
+}
+
+/* v . X_bc w: 11 12 22. share X = X without the fingers' nearness, so that X_b holds share' of it already. */
+static inline void pair_couple_twice(const struct haptable_pair_view* view, const struct pair_coupling* of,
+                                     const float v[3], const float w[3], float second_j[3]) {
+    const struct pair_meeting* m = &of->meeting;
+    const float x = pair_bilinear(of->x, v, w) / m->share; /* of the tables alone */
+    const float x1 = (pair_bilinear(of->first[0], v, w) - m->first[0] * x) / m->share;
+    const float x2 = (pair_bilinear(of->first[1], v, w) - m->first[1] * x) / m->share;
+    second_j[0] = 2.0f * m->first[0] * x1 + m->second[0] * x;
+    second_j[1] = m->first[0] * x2 + m->first[1] * x1 + m->second[1] * x;
+    second_j[2] = 2.0f * m->first[1] * x2 + m->second[2] * x;
+    if (view->tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
+        float q[HAPTABLE_PAIR_CONTROLS];
+        int k;
+        for (k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) q[k] = 2.0f * m->share * pair_bilinear(of->control[k], v, w);
+        second_j[0] += q[1] - 2.0f * q[pair_control_of(1, 0)] + q[0];
+        second_j[1] += q[pair_control_of(1, 2)] - q[pair_control_of(1, 0)] - q[pair_control_of(2, 0)] + q[0];
+        second_j[2] += q[2] - 2.0f * q[pair_control_of(2, 0)] + q[0];
+    }
+}
+
+/* ---- the solve ------------------------------------------------------------------------------------------------ */
+
+/* Both fingers' v, the first's place being given by its own terms and X. */
+struct pair_solved {
+    struct factored n;
+    float v[3];     /* of the first */
+    float other[3]; /* of the second */
+    float energy_j; /* 1/2 t . v_1: of both, less what the second stores alone */
+};
+
+/* v_2 = A_2^-1 (s_2 - X^T v_1) */
+static inline void pair_other(const struct haptable_pair_view* view, const float x[9], const float v[3],
+                              float other[3]) {
+    float pressed[3];
+    pair_transposed_product(x, v, pressed);
+    vec_sub(view->s, pressed, pressed);
+    vec_symmetric_product(view->m, pressed, other);
+}
+
+static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                              const float x[9], struct pair_solved* solved) {
+    float n[6];
+    float t[3];
+    float alone[3];
+    pair_reduce(own->a, x, view->m, n);
+    vec_symmetric_product(view->m, view->s, alone);
+    pair_product(x, alone, t);
+    vec_sub(own->s, t, t);
+    solved->n = factor(n);
+    solve(&solved->n, t, solved->v);
+    pair_other(view, x, solved->v, solved->other);
+    solved->energy_j = 0.5f * vec_dot(t, solved->v);
+}
+
+/* Curvature: hessian_j holds v . s_bc - 1/2 v A_bc v; y holds s_b - A_b v, and becomes N^-1 y. */
+static inline void pair_bend(const struct haptable_pair_view* view, const struct pair_coupling* coupling,
+                             const struct pair_solved* solved, float y[2][3], struct haptable_energy* energy) {
+    float r[2][3];
+    float mr[2][3];
+    float z[2][3];
+    float second_j[3];
+    int b;
+    pair_couple_twice(view, coupling, solved->v, solved->other, second_j);
+    for (b = 0; b < 2; ++b) {
+        float more[3];
+        pair_transposed_product(coupling->first[b], solved->v, r[b]);
+        vec_symmetric_product(view->m, r[b], mr[b]); /* of -r_b */
+        pair_product(coupling->x, mr[b], more);
+        vec_add_scaled(1.0f, more, y[b]);
+        pair_product(coupling->first[b], solved->other, more);
+        vec_sub(y[b], more, y[b]);
+        solve(&solved->n, y[b], z[b]);
+    }
+    energy->gauss_newton_j[0] = vec_dot(y[0], z[0]) + vec_dot(r[0], mr[0]);
+    energy->gauss_newton_j[1] = vec_dot(y[0], z[1]) + vec_dot(r[0], mr[1]);
+    energy->gauss_newton_j[2] = vec_dot(y[1], z[1]) + vec_dot(r[1], mr[1]);
+    for (b = 0; b < 3; ++b) energy->hessian_j[b] += energy->gauss_newton_j[b] - second_j[b];
+    for (b = 0; b < 2; ++b) vec_copy(z[b], y[b]);
+}
+
+static inline const struct haptable_pair_view* pair_view_of(const struct haptable_model* model) {
+    return (const struct haptable_pair_view*)model; /* the model is its first member */
+}
+
+#endif

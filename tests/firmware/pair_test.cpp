@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Two fingers on one body: the pair's forces, energies and god-objects.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "tests/bodies.hpp"
+#include "tests/dense.hpp"
+#include "tests/finger.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Vector6d = Eigen::Vector<double, 6>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+constexpr ForceLaw kForces[] = {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask};
+constexpr std::uintmax_t kAll = 1'000'000'000;
+
+Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAll) {
+    scene.contact.fingers = 2;
+    scene.tables.coupling_bytes = coupling_bytes;
+    return scene;
+}
+
+/// A body for two, with what its servo holds.
+class Pair {
+public:
+    Pair(const ElasticBody& body, GodObject god_object, double friction = 0.0)
+        : body_(body), tables_(body.tables()), pair_(build_pair(body.pair(), tables_, body.servo())) {
+        tables_.god_object = god_object;
+        tables_.static_friction = tables_.kinetic_friction = friction;
+        tables_.release_n_per_ms = 0.0;
+        tables_.max_force_n = 1e6;
+        tables_.limits = {};
+        model_ = model_in_memory(tables_, body.servo());
+        pair_model_ = pair_in_memory(pair_, tables_, model_);
+        begin();
+    }
+    Pair(const Pair&) = delete;
+    Pair& operator=(const Pair&) = delete;
+
+    void begin() { haptable_pair_init(&pair_model_, &state_); }
+    /// Puts a god-object there, the finger having been at x.
+    void put(int finger, int patch, const Vector3d& alpha, const Vector3d& x) {
+        haptable_servo& servo = state_.servo[finger];
+        servo.contact = contact_at(body_, patch, alpha);
+        for (int c = 0; c < 3; ++c) servo.finger_m[c] = float(x[c]);
+        servo.finger_known = 1;
+        servo.state = HAPTABLE_CONTACT;
+        state_.touches[finger] = 1;
+    }
+    void to(const Vector3d& x, const Vector3d& y) {
+        float finger_m[2][3];
+        for (int c = 0; c < 3; ++c) {
+            finger_m[0][c] = float(x[c]);
+            finger_m[1][c] = float(y[c]);
+        }
+        haptable_pair_step(&pair_model_, &state_, finger_m, time_us_ += HAPTABLE_TICK_US, out);
+        at[0] = to_vector(finger_m[0]);
+        at[1] = to_vector(finger_m[1]);
+    }
+    Vector3d force(int finger) const { return to_vector(out[finger].force_n); }
+    Vector3d u(int finger) const { return at[finger] - to_vector(out[finger].god_object_m); }
+    bool touches(int finger) const { return state_.touches[finger] != 0; }
+    double energy() const { return double(state_.energy_j); }
+    const haptable_pair& state() const { return state_; }
+    haptable_pair& state() { return state_; }
+    const haptable_pair_model& model() const { return pair_model_; }
+
+    haptable_output out[2]{};
+    Vector3d at[2];
+
+private:
+    const ElasticBody& body_;
+    Tables tables_;
+    ServoPair pair_;
+    haptable_model model_{};
+    haptable_pair_model pair_model_{};
+    haptable_pair state_{};
+    std::uint32_t time_us_ = 0;
+};
+
+Vector3d random_alpha(std::mt19937& random) {
+    std::exponential_distribution<double> e;
+    const Vector3d a(e(random), e(random), e(random));
+    return a / a.sum();
+}
+
+/// C between two places by L from solves, as docs/FINGERS.md has it.
+class Direct {
+public:
+    Direct(const ElasticBody& body, ForceLaw force) : body_(body), force_(force) {}
+
+    struct Place {
+        Eigen::MatrixXd share;  // [3 n, 3]: nodal forces of a load
+        Matrix3d own;
+        Vector3d at;
+    };
+    Place place(int patch, const Vector3d& alpha) const {
+        Place to;
+        to.at = body_.point(patch, alpha);
+        const Eigen::VectorXd w = body_.weights(patch, alpha);
+        to.share = Eigen::MatrixXd::Zero(3 * w.size(), 3);
+        if (force_ == ForceLaw::kInterpolated) return interpolated(patch, alpha, to);
+        std::vector<Eigen::Index> loaded;
+        for (Eigen::Index i = 0; i < w.size(); ++i)
+            if (w[i] != 0.0) loaded.push_back(i);
+        for (const Eigen::Index i : loaded) to.share.middleRows<3>(3 * i) = w[i] * Matrix3d::Identity();
+        to.own.setZero();
+        for (const Eigen::Index i : loaded)
+            for (const Eigen::Index j : loaded) to.own += w[i] * w[j] * l(i, j);
+        lift(patch, alpha, to.own);
+        return to;
+    }
+    Matrix6d compliance(const Place& a, const Place& b, double meeting_m) const {
+        Matrix3d x = Matrix3d::Zero();
+        const auto loads = [](const Place& place) {
+            std::vector<Eigen::Index> node;
+            for (Eigen::Index i = 0; i < place.share.rows() / 3; ++i)
+                if (!place.share.middleRows<3>(3 * i).isZero(0.0)) node.push_back(i);
+            return node;
+        };
+        const auto first = loads(a), second = loads(b);
+        for (const Eigen::Index i : first)
+            for (const Eigen::Index j : second)
+                x += a.share.middleRows<3>(3 * i).transpose() * l(i, j) * b.share.middleRows<3>(3 * j);
+        const double near = std::max(0.0, 1.0 - (a.at - b.at).squaredNorm() / (meeting_m * meeting_m));
+        x *= 1.0 - 0.125 * near * near;
+        Matrix6d c;
+        c << a.own, x, x.transpose(), b.own;
+        return c;
+    }
+
+private:
+    Matrix3d l(Eigen::Index i, Eigen::Index j) const { return body_.compliance().block<3, 3>(3 * i, 3 * j); }
+    double rigid() const { return body_.tables().rigid_stiffness_n_per_m; }
+    Place& interpolated(int patch, const Vector3d& alpha, Place& to) const {
+        Matrix3d s[3], sum = Matrix3d::Zero();
+        for (int c = 0; c < 3; ++c) {
+            const auto v = Eigen::Index(body_.vertex(patch, c));
+            s[c] = body_.is_free(body_.vertex(patch, c)) ? Matrix3d(l(v, v).inverse())
+                                                         : Matrix3d(rigid() * Matrix3d::Identity());
+            sum += alpha[c] * s[c];
+        }
+        to.own = sum.inverse();
+        for (int c = 0; c < 3; ++c)
+            if (body_.is_free(body_.vertex(patch, c)))
+                to.share.middleRows<3>(3 * Eigen::Index(body_.vertex(patch, c))) = alpha[c] * s[c] * to.own;
+        return to;
+    }
+    void lift(int patch, const Vector3d& alpha, Matrix3d& own) const {
+        double fixed = 0.0;
+        for (int c = 0; c < 3; ++c)
+            if (!body_.is_free(body_.vertex(patch, c))) fixed += alpha[c];
+        const double missing = fixed / rigid() - own.trace() / 3.0;
+        if (fixed > 0.0 && missing > 0.0) own += missing * Matrix3d::Identity();
+    }
+
+    const ElasticBody& body_;
+    ForceLaw force_;
+};
+
+Vector3d alpha_of(const haptable_output& out) { return to_vector(out.alpha); }
+
+struct Errors {
+    double worst = 0.0, condition = 0.0;
+    int both = 0, alone = 0, meeting = 0;
+};
+
+/// Forces at random pairs of places against direct solves, by what the condition allows.
+Errors compare_forces(const ElasticBody& body, ForceLaw force, int pairs) {
+    Pair pair(body, GodObject::kNearest);
+    const Direct direct(body, force);
+    std::mt19937 random(5);
+    std::uniform_int_distribution<int> any(0, body.patches() - 1);
+    std::uniform_real_distribution<double> depth(1e-4, 1e-3);
+    const auto meeting_m = double(pair.model().meeting_m);
+    Errors errors;
+    while (errors.both + errors.alone < pairs) {
+        pair.begin();
+        Vector3d x[2];
+        for (int finger = 0; finger < 2; ++finger) {
+            const int patch = any(random);
+            const Vector3d alpha = random_alpha(random);
+            x[finger] = body.point(patch, alpha) - depth(random) * body.normal(patch);
+            pair.put(finger, patch, alpha, x[finger]);
+        }
+        pair.to(x[0], x[1]);
+        if (pair.out[0].state != HAPTABLE_CONTACT || pair.out[1].state != HAPTABLE_CONTACT) continue;
+        const auto a = direct.place(pair.out[0].patch, alpha_of(pair.out[0]));
+        const auto b = direct.place(pair.out[1].patch, alpha_of(pair.out[1]));
+        if (!(a.own.trace() > 0.0 && b.own.trace() > 0.0)) continue;
+        Vector6d felt, u, wanted = Vector6d::Zero();
+        felt << pair.force(0), pair.force(1);
+        u << pair.u(0), pair.u(1);
+        const Matrix6d c = direct.compliance(a, b, meeting_m);
+        const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(c, Eigen::EigenvaluesOnly);
+        const double condition = eigen.eigenvalues()[5] / eigen.eigenvalues()[0];
+        if (pair.touches(0) && pair.touches(1)) {
+            wanted = -c.llt().solve(u);
+            ++errors.both;
+        } else {
+            const int one = pair.touches(0) ? 0 : 1;
+            wanted.segment<3>(3 * one) = -(one == 0 ? a : b).own.llt().solve(u.segment<3>(3 * one));
+            ++errors.alone;
+        }
+        errors.meeting += (a.at - b.at).norm() < meeting_m ? 1 : 0;
+        const double error = (felt - wanted).norm() / wanted.norm();
+        errors.worst = std::max(errors.worst, error);
+        errors.condition = std::max(errors.condition, condition);
+        // Of a 6x6 by blocks of rounded numbers, and of the place's own rounding over the depth.
+        const Bound bound{.count = 32,
+                          .epsilon = kFloat,
+                          .condition = condition + body.size() / pair.u(0).norm() + body.size() / pair.u(1).norm()};
+        EXPECT_WITHIN(error, bound) << force << " " << errors.both;
+    }
+    return errors;
+}
+
+TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheCube) {
+    for (const ForceLaw force : kForces) {
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const Errors errors = compare_forces(body, force, 3000);
+        EXPECT_LT(errors.worst, 1e-5) << force;
+        EXPECT_GT(errors.both, 2000);
+        EXPECT_GT(errors.meeting, 0);
+    }
+}
+
+/// Two vertices of an edge between free ones.
+std::pair<int, Vector3d> edge_of_top(const ElasticBody& body, Vector3d& other) {
+    Vector3d alpha;
+    const int patch = body.patch_over(0.0151, 0.0141, alpha);
+    alpha = Vector3d(1, 0, 0);
+    other = Vector3d(0, 1, 0);
+    return {patch, alpha};
+}
+
+TEST(Pair, TwoNeighbouringNodesAreThePapersThreeNByThreeN) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kInterpolated);
+    Pair pair(body, GodObject::kNearest);
+    Vector3d other;
+    const auto [patch, alpha] = edge_of_top(body, other);
+    const Vector3d down(0, 0, -0.001);
+    pair.put(0, patch, alpha, body.point(patch, alpha) + down);
+    pair.put(1, patch, other, body.point(patch, other) + down);
+    pair.to(body.point(patch, alpha) + down, body.point(patch, other) + down);
+    ASSERT_TRUE(pair.touches(0) && pair.touches(1));
+    const auto i = Eigen::Index(body.vertex(patch, 0)), j = Eigen::Index(body.vertex(patch, 1));
+    const Eigen::MatrixXd& l = body.compliance();
+    Matrix6d two;
+    two << l.block<3, 3>(3 * i, 3 * i), l.block<3, 3>(3 * i, 3 * j), l.block<3, 3>(3 * j, 3 * i),
+        l.block<3, 3>(3 * j, 3 * j);
+    Vector6d u, felt, single;
+    u << pair.u(0), pair.u(1);
+    felt << pair.force(0), pair.force(1);
+    single << two.block<3, 3>(0, 0).inverse() * u.head<3>(), two.block<3, 3>(3, 3).inverse() * u.tail<3>();
+    const Vector6d wanted = two.inverse() * u;
+    EXPECT_WITHIN((felt + wanted).norm(), .count = 64, .epsilon = kFloat, .condition = 16, .size = wanted.norm());
+    const double stiffer = (single[2] + single[5]) / (wanted[2] + wanted[5]) - 1.0;
+    EXPECT_GT(stiffer, 0.2);  // what equation 7 alone makes of them
+}
+
+TEST(Pair, OneFingerIsTheServo) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    Pair pair(body, GodObject::kLeastEnergy);
+    haptable_servo servo;
+    haptable_init(&servo);
+    const haptable_model& model = *pair.model().model;
+    for (int tick = 0; tick < 400; ++tick) {
+        const float x[3] = {0.012F + 1e-5F * float(tick), 0.014F, 0.031F - 1e-5F * float(tick)};
+        haptable_output out{};
+        haptable_step(&model, &servo, x, std::uint32_t(tick + 1) * HAPTABLE_TICK_US, &out);
+        pair.to(Vector3d(double(x[0]), double(x[1]), double(x[2])), Vector3d(0.1, 0.1, 0.1));
+        ASSERT_EQ(out.state, pair.out[0].state) << tick;
+        EXPECT_WITHIN((to_vector(out.god_object_m) - to_vector(pair.out[0].god_object_m)).norm(), .size = 0.0);
+        // Least energy gives the load to first order between evaluations: LOAD_CORRECTION squared.
+        EXPECT_WITHIN((to_vector(out.force_n) - pair.force(0)).norm(), .count = 16, .epsilon = 6.25e-6,
+                      .size = to_vector(out.force_n).norm());
+    }
+}
+
+TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
+    for (const ForceLaw force : kForces) {
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        Pair pair(body, GodObject::kLeastEnergy);
+        std::mt19937 random(3);
+        std::uniform_int_distribution<int> any(0, body.patches() - 1);
+        double worst_slope = 0.0, worst_bend = 0.0;
+        for (int i = 0; i < 200; ++i) {
+            const int p = any(random), q = i % 4 == 0 ? p : any(random);
+            const Vector3d alpha = (random_alpha(random) + Vector3d::Ones()) / 4.0, beta = random_alpha(random);
+            const Vector3d x = body.point(p, alpha) - 0.002 * body.normal(p) + 3e-4 * random_alpha(random);
+            const Vector3d y = body.point(q, beta) - 0.001 * body.normal(q);
+            pair.begin();
+            pair.put(0, p, alpha, x);
+            pair.put(1, q, beta, y);
+            pair.to(x, y);
+            if (!pair.touches(0) || !pair.touches(1)) continue;
+            haptable_pair_view view = pair.state().view[0];
+            view.is_coupled = 1;
+            const auto at = [&](double b, double c) {
+                const haptable_contact contact = contact_at(body, p, alpha + Vector3d(-b - c, b, c));
+                const float finger_m[3] = {float(x[0]), float(x[1]), float(x[2])};
+                haptable_energy e{};
+                pair.model().energy(&view.model, &contact, finger_m, HAPTABLE_ENERGY_ALL, &e);
+                return e;
+            };
+            const haptable_energy e = at(0, 0);
+            const double h = 0.02, size = double(e.energy_j);
+            for (int b = 0; b < 2; ++b) {
+                const double hb = b == 0 ? h : 0, hc = b == 1 ? h : 0;
+                const haptable_energy more = at(hb, hc), less = at(-hb, -hc);
+                const double slope = double(more.energy_j - less.energy_j) / (2 * h);
+                const double bend = double(more.gradient_j[b] - less.gradient_j[b]) / (2 * h);
+                worst_slope =
+                    std::max(worst_slope, std::abs(slope - double(e.gradient_j[b])) / (std::abs(slope) + size));
+                worst_bend = std::max(worst_bend,
+                                      std::abs(bend - double(e.hessian_j[b == 0 ? 0 : 2])) / (std::abs(bend) + size));
+                const Vector3d load = (to_vector(more.load_n) - to_vector(less.load_n)) / (2 * h);
+                EXPECT_WITHIN(
+                    (load - to_vector(e.load_gradient_n[b])).norm() / (load.norm() + to_vector(e.load_n).norm()),
+                    .count = 100, .epsilon = h * h);
+            }
+            const double cross = double(at(0, h).gradient_j[0] - at(0, -h).gradient_j[0]) / (2 * h);
+            worst_bend = std::max(worst_bend, std::abs(cross - double(e.hessian_j[1])) / (std::abs(cross) + size));
+        }
+        // Of second order in h over patches of 4 times u, and roundings over h.
+        EXPECT_WITHIN(worst_slope, .count = 100, .epsilon = 4e-4) << force;
+        EXPECT_WITHIN(worst_bend, .count = 250, .epsilon = 4e-4) << force;
+    }
+}
+
+/// Both fingers in, and around a closed path each.
+struct Loops {
+    double worst = -1.0;  ///< most given over most stored
+    int loops = 0;
+};
+
+/// Each finger on an ellipse of its own in a plane at a depth, after it came in along the normal.
+Loops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m, int ticks) {
+    Pair pair(body, GodObject::kLeastEnergy);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    Loops result;
+    while (result.loops < loops) {
+        Vector3d x[2], n[2], along[2], beside[2];
+        double phase[2], deep[2];
+        for (int finger = 0; finger < 2; ++finger) {
+            const int patch = std::uniform_int_distribution<int>(0, body.patches() - 1)(random);
+            n[finger] = body.normal(patch);
+            x[finger] = body.point(patch, random_alpha(random)) + 1e-4 * n[finger];
+            along[finger] = wide_m * uniform(random) * n[finger].unitOrthogonal();
+            beside[finger] = wide_m * uniform(random) * n[finger].cross(n[finger].unitOrthogonal());
+            phase[finger] = 6.28 * uniform(random);
+            deep[finger] = deep_m * (0.3 + 0.7 * uniform(random));
+        }
+        pair.begin();
+        double given = 0.0, stored = 0.0;
+        bool both = true;
+        Vector3d last[2] = {x[0], x[1]}, force[2] = {Vector3d::Zero(), Vector3d::Zero()};
+        const auto at = [&](int finger, double t, double depth) {
+            const double a = 2 * M_PI * t;
+            return Vector3d(x[finger] - depth * deep[finger] * n[finger] +
+                            (std::cos(a + phase[finger]) - std::cos(phase[finger])) * along[finger] +
+                            std::sin(a) * beside[finger]);
+        };
+        const auto go = [&](const Vector3d& a, const Vector3d& b) {
+            pair.to(a, b);
+            for (int finger = 0; finger < 2; ++finger) {
+                given += 0.5 * (pair.force(finger) + force[finger]).dot(pair.at[finger] - last[finger]);
+                last[finger] = pair.at[finger];
+                force[finger] = pair.force(finger);
+            }
+            stored = std::max(stored, pair.energy());
+            both = both && pair.touches(0) && pair.touches(1);
+        };
+        pair.to(x[0], x[1]);
+        for (int i = 1; i <= ticks / 4; ++i) go(at(0, 0, 4.0 * i / ticks), at(1, 0, 4.0 * i / ticks));
+        // Where both god-objects have come to rest, around, and to rest again.
+        for (int i = 0; i < 50; ++i) go(at(0, 0, 1), at(1, 0, 1));
+        const double before = pair.energy();
+        given = 0.0;
+        both = true;
+        for (int i = 1; i <= ticks; ++i) go(at(0, double(i) / ticks, 1), at(1, double(i) / ticks, 1));
+        for (int i = 0; i < 50; ++i) go(at(0, 1, 1), at(1, 1, 1));
+        if (stored < 1e-7 || !both) continue;
+        given += pair.energy() - before;  // what is left there may be another minimum's
+        ++result.loops;
+        result.worst = std::max(result.worst, given / stored);
+    }
+    return result;
+}
+
+TEST(Pair, ClosedLoopsOfBothGiveNoEnergy) {
+    for (const ForceLaw force : kForces) {
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const Loops loops = run_loops(body, 12, 0.003, 0.004, 12800);
+        EXPECT_LT(loops.worst, 1e-3) << force;
+    }
+}
+
+TEST(Pair, EachFingerLetsGoOnItsOwn) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    Pair pair(body, GodObject::kNearest);
+    // The second rests a little in, the first presses ever deeper beside it: the surface leaves the second behind.
+    const Vector3d first(0.0126, 0.0152, 0.0301), second(0.0181, 0.0152, 0.0301);
+    double last = 0.0;
+    int left = -1;
+    for (int i = 0; i <= 500; ++i) {
+        const double deep = 3e-6 * std::min(i, 100);
+        pair.to(first - Vector3d(0, 0, deep + 5e-6 * std::max(0, i - 100)), second - Vector3d(0, 0, deep));
+        if (i < 110) continue;
+        ASSERT_TRUE(pair.touches(0)) << i;
+        if (!pair.touches(1)) {
+            if (left < 0) left = i;
+            EXPECT_EQ(pair.force(1).norm(), 0.0) << i;  // and no suction
+        } else {
+            EXPECT_LT(left, 0) << i;
+            last = pair.force(1).z();
+            EXPECT_GT(last, -0.02 * pair.force(0).z()) << i;
+        }
+    }
+    EXPECT_GT(left, 110);
+    EXPECT_EQ(pair.out[1].state, HAPTABLE_CONTACT);  // its god-object stays
+}
+
+TEST(Pair, FingersThatMeetStayWellPosed) {
+    for (const ForceLaw force : kForces) {
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        Pair pair(body, GodObject::kNearest);
+        Vector3d alpha;
+        const int patch = body.patch_over(0.0161, 0.0131, alpha);
+        const Vector3d start = body.point(patch, alpha), along(0.6, 0.8, 0.0);
+        const auto meeting_m = double(pair.model().meeting_m);
+        Vector3d last = Vector3d::Zero(), alone = Vector3d::Zero();
+        double steepest = 0.0;
+        // From beyond the meeting distance through the other finger, which is pressed half as deep.
+        const int steps = 800;
+        for (int i = 0; i <= steps; ++i) {
+            const double apart = meeting_m * 1.5 * (2.0 * i / steps - 1.0);
+            pair.begin();
+            const Vector3d g = start + apart * along;
+            Vector3d at;
+            const int here = body.patch_over(g.x(), g.y(), at);
+            pair.put(0, here, at, g - Vector3d(0, 0, 1e-3));
+            pair.put(1, patch, alpha, start - Vector3d(0, 0, 0.9e-3));
+            pair.to(g - Vector3d(0, 0, 1e-3), start - Vector3d(0, 0, 0.9e-3));
+            ASSERT_TRUE(pair.force(0).allFinite());
+            if (i == 0) alone = pair.force(0);
+            if (i > 0) steepest = std::max(steepest, (pair.force(0) - last).norm());
+            last = pair.force(0);
+            // With an eighth of the coupling gone, C is at least an eighth of that of a finger alone.
+            EXPECT_LT(pair.force(0).norm(), 8.0 * 2.0 * alone.norm()) << force;
+        }
+        // No step of these is a jump: each is a small part of the force.
+        EXPECT_LT(steepest, 0.05 * alone.norm()) << force;
+    }
+}
+
+TEST(Pair, AFingerIsFeltByTheOther) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    Pair pair(body, GodObject::kNearest);
+    const Vector3d first(0.0101, 0.0152, 0.0301), second(0.0201, 0.0152, 0.0301);
+    Vector3d before;
+    for (int i = 0; i <= 200; ++i) {
+        pair.to(first - Vector3d(0, 0, 2e-5 * std::max(0, i - 100)), second - Vector3d(0, 0, 1e-5 * std::min(i, 100)));
+        if (i == 100) before = pair.force(1);
+    }
+    // The dent of the first takes the surface away under the second, which has not moved.
+    EXPECT_LT(pair.force(1).z(), 0.98 * before.z());
+    EXPECT_TRUE(pair.touches(1));
+}
+
+TEST(Pair, AFarFieldOfLowRankKeepsToItsBytesAndItsError) {
+    const std::uintmax_t bytes = 80'000;
+    const ElasticBody body(for_two(cube_scene(5, 0.3), bytes), ForceLaw::kConsistent);
+    const ElasticBody all(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    const PairTables few = body.pair();
+    EXPECT_FALSE(few.is_exact());
+    EXPECT_LE(pair_bytes(few), bytes);
+    EXPECT_GT(pair_bytes(few), bytes - 38);
+    Pair low(body, GodObject::kNearest), exact(all, GodObject::kNearest);
+    std::mt19937 random(5);
+    std::uniform_int_distribution<int> any(0, body.patches() - 1);
+    double worst = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+        Vector3d x[2];
+        for (int finger = 0; finger < 2; ++finger) {
+            const int patch = any(random);
+            x[finger] = body.point(patch, random_alpha(random)) + 1e-3 * body.normal(patch);
+        }
+        for (Pair* pair : {&low, &exact}) {
+            pair->begin();
+            pair->to(x[0], x[1]);
+        }
+        for (int finger = 0; finger < 2; ++finger)
+            x[finger] -= 2e-3 * (x[finger] - Vector3d(0.015, 0.015, 0.015)).normalized();
+        low.to(x[0], x[1]);
+        exact.to(x[0], x[1]);
+        const double size = exact.force(0).norm() + exact.force(1).norm();
+        if (size > 0.0 && low.touches(0) == exact.touches(0) && low.touches(1) == exact.touches(1))
+            worst = std::max(worst,
+                             ((low.force(0) - exact.force(0)).norm() + (low.force(1) - exact.force(1)).norm()) / size);
+    }
+    EXPECT_GT(worst, 0.0);
+    EXPECT_LT(worst, 0.05);
+}
+
+}  // namespace
+}  // namespace haptable::test
