@@ -287,8 +287,8 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
 # tidy: clang-tidy on what changed since it had nothing to say (20 s a file)
-# Not the servo's main, which needs a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
+# Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
+TIDY = $(filter-out host/servo/main.cpp host/servo/free/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(TIDY))
@@ -503,9 +503,10 @@ $(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
 	$(say) C $(HERE)/model.c
 	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
 
-$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json firmware/haptable.h | $(precompiled)
+# A model whose body is not held says so.
+$(HERE)/servo.o: host/servo/main.cpp host/servo/free/main.cpp $(HERE)/summary.json firmware/haptable.h | $(precompiled)
 	$(say) C++ $<
-	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c $< -o $@
+	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c host/servo/$$(grep -q HAPTABLE_MODEL_BODY $(HERE)/model.h && echo free/)main.cpp -o $@
 
 $(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
 	$(link) $(LIBS_LINK)

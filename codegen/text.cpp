@@ -15,6 +15,7 @@
 #include "codegen/display.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -256,6 +257,19 @@ std::string source_text(const Tables& tables, const ServoModel& servo, const hap
     return text;
 }
 
+/// What the files say besides of a body that is not held.
+void add_body(const Tables& tables, const haptable_body& body, ModelText& text) {
+    const std::string name = "haptable_" + identifier(tables.name) + "_body";
+    text.header.insert(
+        text.header.rfind("#endif"),
+        fmt::format("/* The body is not held: haptable_body_step moves it. */\n#include \"haptable_body.h\"\n\n"
+                    "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\nextern const struct haptable_body {0};\n\n"
+                    "#ifdef __cplusplus\n}}\n#endif\n\n#ifndef HAPTABLE_MODEL_BODY\n#define HAPTABLE_MODEL_BODY {0}\n"
+                    "#endif\n\n",
+                    name));
+    text.source += "\n" + rigid_body_text(body, name);
+}
+
 }  // namespace
 
 std::vector<TableBytes> flash_tables(const ServoModel& model) {
@@ -346,7 +360,8 @@ ModelSize generate_model(const std::filesystem::path& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    const ModelText text = model_text(tables, model, pair ? &*pair : nullptr);
+    ModelText text = model_text(tables, model, pair ? &*pair : nullptr);
+    if (const auto body = read_rigid_body(folder)) add_body(tables, *body, text);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);
     return size;

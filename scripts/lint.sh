@@ -32,14 +32,14 @@ arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
-arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h firmware/haptable_body.h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
 arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link host/session firmware/haptable.h haptable/
+arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h model.h haptable/
 arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
@@ -83,7 +83,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h'
+public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h firmware/haptable_body.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:

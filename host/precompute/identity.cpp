@@ -42,6 +42,11 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
         hash.add(nodes_of(face));
         for (double value : {l.lambda_n_per_m, l.mu_n_per_m, l.normal_n_per_m3, l.tangential_n_per_m3}) hash.add(value);
     }
+    if (scene.free_body) {  // how its weight is distributed; the elastic part has no unit of it
+        hash.add(std::string("free"));
+        hash.add(scene.density_of(-1));
+        for (std::size_t r = 0; r < scene.regions.size(); ++r) hash.add(scene.density_of(static_cast<std::int32_t>(r)));
+    }
     if (!scene.gravity) return;
     hash.add(std::string(scene.gravity->prestress ? "gravity with prestress" : "gravity"));
     hash.add(std::span<const double>(scene.gravity->acceleration_m_per_s2));
@@ -117,6 +122,15 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
         for (double value : {scale, delay_s}) hash.add(value);
     for (const RelaxationTerm& term : scene.relaxation)
         for (const double value : {term.share, term.time_s}) hash.add(value);
+    if (scene.free_body) {
+        const FreeBody& free = *scene.free_body;
+        hash.add(free.mass_kg);
+        for (const auto* six : {&free.stiffness, &free.damping}) hash.add(std::span<const double>(*six));
+        if (free.floor) {
+            hash.add(std::span<const double>(free.floor->normal));
+            for (const double value : {free.floor->height_m, free.floor->friction}) hash.add(value);
+        }
+    }
     hash.add(servo_force_limit_n(scene));
     const SafetyLimits limits = servo_limits(scene);
     if (limits != SafetyLimits())

@@ -14,10 +14,12 @@
 #include "host/base/folder_lock.hpp"
 #include "host/base/hash.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
+#include "host/inverse/free_inverse.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
+#include "host/precompute/rigid_body.hpp"
 #include "host/precompute/sample.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/solve/factor_file.hpp"
@@ -64,14 +66,15 @@ Body read_body(const Scene& scene, Progress& progress) {
                      }));
 }
 
-/// A factor that is distributed over processes cannot be left for the viewer: then nothing is drawn, and a note says
-/// so.
+/// A factor that is distributed over processes, or of a body that is held where it should not be, cannot be left for
+/// the viewer: then nothing is drawn, and a note says so.
 Drawing choose_drawing(const Scene& scene, const Inverse& inverse, Body& body) {
     const Drawing drawing = drawing_of(scene, body);
-    if (drawing != Drawing::kSolves || !inverse.is_distributed()) return drawing;
+    if (drawing != Drawing::kSolves || !(inverse.is_distributed() || scene.free_body)) return drawing;
     body.mesh.notes.push_back(fmt::format(
         "columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
-        "draw (the factor that a viewer could solve with is haptable-precompute's, on one machine); raise it "
+        "draw (the factor that a viewer could solve with is haptable-precompute's, on one machine, of a body that "
+        "is held); raise it "
         "or touch a smaller region",
         column_bytes(scene, body) / 1e9));
     return Drawing::kNone;
@@ -230,15 +233,27 @@ void settle(const Run& run, Stiffness& k, Summary& summary) {
     factorize(run, k, summary);
 }
 
+/// K of a body that is not held, in place of K_c, which was factorised.
+void let_go(const Run& run, Stiffness& k) {
+    if (run.scene.free_body) k = assemble_free(run.scene, run.body);
+}
+
+/// K, or K_c of a body that is not held.
+Stiffness assemble(const Scene& scene, const Body& body) {
+    Stiffness k = assemble_free(scene, body);
+    return scene.free_body ? assemble_free(scene, body, hold_springs(body, k.diagonal())) : k;
+}
+
 /// What is missing of L. Returns S_i of all nodes; edges, masks and columns go into files.
 Matrices compute(const Run& run, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     Checks& checks = summary.inverse.checks;
     // 4. K of the free nodes, and its factor; again where the body's own weight changes it.
     clock.begin("assembly");
-    Stiffness k = assemble_free(scene, body);
+    Stiffness k = assemble(scene, body);
     factorize(run, k, summary);
-    if (scene.gravity) settle(run, k, summary);
+    let_go(run, k);
+    if (scene.gravity && !scene.free_body) settle(run, k, summary);
     // 5. Checks that need K, which can go then.
     clock.begin("condition");
     checks.condition_estimate = estimate_condition(k, inverse);
@@ -299,16 +314,17 @@ Matrices take_over(const Run& run, Summary& summary) {
         for (const char* file : kFactorFiles) fs::copy_file(folder / file, beside / file);
     Matrices stiffness;
     for (std::int32_t place : plan.block_place) stiffness.push_back(plan.earlier.stiffness(place));
-    if (scene.gravity) summary.sag_m = read_sag(folder);
+    if (scene.gravity && !scene.free_body) summary.sag_m = read_sag(folder);
     summary.reused = {true, plan.node.size(), plan.reused_columns()};
     return stiffness;
 }
 
 /// The tables, and the same as C; the summary, and again with sizes and times.
-void write(const Run& run, const Matrices& stiffness_n_per_m, Summary& summary) {
+void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optional<RigidBody>& rigid, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
+    if (rigid) write_rigid_body(scene, body, *rigid, beside);
     write_file(beside / "summary.json", to_json(scene, body, summary));
     clock.begin("codegen");
     summary.size = generate_model(beside);
@@ -334,6 +350,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     body = read_body(scene, progress);
     summary.audit = audit_mesh(body.mesh, body.surface);
     summary.supports = require_constrained(scene, body);
+    std::optional<RigidBody> rigid;
+    if (scene.free_body) rigid = rigid_body_of(scene, body);
     require_servo(scene, body);
     const Drawing drawing = choose_drawing(scene, inverse, body);
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,
@@ -358,10 +376,13 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
         clock.begin("masks");
         plan_masks(scene, body, workers, progress, plan);
     }
-    const Run run{scene, body, plan, options, inverse, progress, clock, folder, beside.path(), workers};
+    std::optional<FreeInverse> relieved;
+    if (rigid) relieved.emplace(inverse, rigid->motion, rigid->momentum);
+    Inverse& asked = relieved ? *relieved : inverse;
+    const Run run{scene, body, plan, options, asked, progress, clock, folder, beside.path(), workers};
     const Matrices stiffness_n_per_m = plan.is_complete() ? take_over(run, summary) : compute(run, summary);
     // 8. All tables, as C too, and the summary; then into their place.
-    write(run, stiffness_n_per_m, summary);
+    write(run, stiffness_n_per_m, rigid, summary);
     publish(beside.path(), folder);
     progress.clear();
     return result;

@@ -6,6 +6,7 @@
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
 #include "host/precompute/compliance.hpp"
+#include "host/precompute/rigid_body.hpp"
 
 namespace haptable {
 
@@ -20,6 +21,10 @@ constexpr double kLargestResidual = 1e-6;
 }  // namespace
 
 std::vector<Support> require_constrained(const Scene& scene, const Body& body) {
+    if (scene.free_body) {
+        require_one_body(scene, body);
+        return find_supports(body, {});
+    }
     const std::vector<std::int32_t> nodes = find_under_constrained(body);
     if (!nodes.empty())
         throw Error(fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(nodes, body)));

@@ -7,7 +7,7 @@
 
 namespace haptable {
 
-/// No node is under-constrained. Returns what fixes each body.
+/// No node is under-constrained; a body that is not held hangs together. Returns what fixes each body.
 std::vector<Support> require_constrained(const Scene& scene, const Body& body);
 
 /// The servo's indices and the flash budget, before any work is done for an object that is too large. What a force

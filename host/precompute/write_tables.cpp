@@ -80,7 +80,8 @@ std::vector<std::string> optional_files() {
                                    "coupling.npy",
                                    "coupling_begin.npy",
                                    "coupling_near.npy",
-                                   "coupling_far.npy"};
+                                   "coupling_far.npy",
+                                   "body.json"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
 }

@@ -552,7 +552,8 @@ std::vector<Region> read_regions(const Section& root, Element element) {
     for (const Section& section : root.sections("region", material_keys({"box", "group", "density"}))) {
         regions.push_back({read_selection(section), read_material(section, element)});
         if (!section.has("density")) continue;
-        if (!root.has("gravity")) section.fail("density", "belongs to a scene with [gravity]; add that table");
+        if (!root.has("gravity") && !root.has("body"))
+            section.fail("density", "belongs to a scene with [gravity]; add that table");
         regions.back().density_kg_per_m3 = section.positive("density");
     }
     return regions;
@@ -613,6 +614,70 @@ std::optional<Gravity> read_gravity(const Section& root) {
     const double scale = section.positive("acceleration", 9.81) / std::sqrt(dot(direction, direction));
     for (std::size_t c = 0; c < 3; ++c) gravity.acceleration_m_per_s2[c] = scale * direction[c];
     return gravity;
+}
+
+std::array<double, 6> read_six(const Section& section, std::string_view key) {
+    std::array<double, 6> six{};
+    if (!section.has(key)) return six;
+    const std::vector<double> v = section.numbers(key, 6, "six: along x, y, z, then about them");
+    for (std::size_t i = 0; i < 6; ++i) {
+        if (!(v[i] >= 0.0)) section.fail(key, fmt::format("has {}, and none may be less than 0", v[i]));
+        six[i] = v[i];
+    }
+    return six;
+}
+
+std::optional<FreeBody::Floor> read_floor(const Section& section, const std::optional<Gravity>& gravity) {
+    for (const std::string_view key : {"floor_normal", "floor_friction"})
+        if (section.has(key) && !section.has("floor")) section.fail(key, "needs floor, its height; give it");
+    if (!section.has("floor")) return {};
+    FreeBody::Floor floor{section.number("floor"), {0.0, 0.0, 1.0}, section.not_negative("floor_friction", 0.5)};
+    if (gravity)
+        for (std::size_t c = 0; c < 3; ++c) floor.normal[c] = -gravity->acceleration_m_per_s2[c];
+    if (section.has("floor_normal")) {
+        const std::vector<double> v = section.numbers("floor_normal", 3, "a direction, [0, 0, 1]");
+        std::copy(v.begin(), v.end(), floor.normal.begin());
+        require_directions(section, "floor_normal", floor.normal, nullptr);
+    }
+    const double length = std::sqrt(dot(floor.normal, floor.normal));
+    for (double& n : floor.normal) n /= length;
+    return floor;
+}
+
+/// A body that is not held has nothing else that holds it, and how heavy it is from one place.
+void require_free(const Section& root, const Section& section, const std::optional<Gravity>& gravity) {
+    for (const char* holds : {"fixed", "bed"})
+        if (root.has(holds))
+            section.fail("free", fmt::format("is true, and [[{}]] holds the body; remove one of them", holds));
+    if (gravity && gravity->prestress)
+        section.fail("free", "is true, and prestress needs a body that is held under its weight; remove that");
+    if (gravity && section.has("density")) section.fail("density", "is in [gravity] already; remove one of them");
+    if (!gravity && !section.has("density") && !section.has("mass"))
+        section.fail("density", "is missing: a body that is not held needs a density or a mass, or [gravity]");
+    if (section.has("suspension_damping") && !section.has("suspension"))
+        section.fail("suspension_damping", "needs suspension, six stiffnesses; give them");
+}
+
+std::optional<FreeBody> read_free_body(const Section& root, const std::optional<Gravity>& gravity) {
+    if (!root.has("body")) return {};
+    const Section section = root.section(
+        "body",
+        {"free", "density", "mass", "suspension", "suspension_damping", "floor", "floor_normal", "floor_friction"},
+        false);
+    if (!section.flag("free", false)) {
+        for (const std::string_view key : {"density", "mass", "suspension", "suspension_damping", "floor"})
+            if (section.has(key)) section.fail(key, "is of a body that is not held; add free = true");
+        return {};
+    }
+    require_free(root, section, gravity);
+    FreeBody body;
+    if (section.has("density")) body.density_kg_per_m3 = section.positive("density");
+    if (section.has("mass")) body.mass_kg = section.positive("mass");
+    body.stiffness = read_six(section, "suspension");
+    body.damping = read_six(section, "suspension_damping");
+    body.floor = read_floor(section, gravity);
+    body.line = section.line("free");
+    return body;
 }
 
 /// Cell vectors that any material is turned by: what the mesh's reader must keep.
@@ -868,7 +933,7 @@ Scene read_scene(const fs::path& file) {
     const toml::table table = parse(file);
     const Section root(file, "", table,
                        {"name", "mesh", "material", "region", "fixed", "membrane", "bed", "gravity", "relaxation",
-                        "touch", "contact", "device", "tables"});
+                        "touch", "contact", "device", "tables", "body"});
     Scene scene;
     scene.file = file;
     scene.name = read_name(root);
@@ -880,6 +945,7 @@ Scene read_scene(const fs::path& file) {
     scene.membranes = read_membranes(root);
     scene.beds = read_beds(root);
     scene.gravity = read_gravity(root);
+    scene.free_body = read_free_body(root, scene.gravity);
     scene.relaxation = read_relaxation(root);
     scene.touch = read_touch(root);
     scene.contact = read_contact(root);
@@ -896,6 +962,8 @@ Scene read_scene(const fs::path& file) {
     if (scene.contact.fingers == 2 && !scene.relaxation.empty())
         root.fail("relaxation",
                   "a body that relaxes remembers one finger: write fingers = 1, or remove [[relaxation]]");
+    if (scene.contact.fingers == 2 && scene.free_body)
+        root.fail("body", "moves by one finger: write fingers = 1, or hold it by [[fixed]]");
     scene.device.limits.check = scene.tables.check;
     return scene;
 }

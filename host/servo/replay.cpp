@@ -7,6 +7,7 @@
 
 #include "host/base/progress.hpp"
 #include "host/link/clock.hpp"
+#include "host/session/body_motion.hpp"
 #include "host/session/record.hpp"
 
 namespace haptable {
@@ -17,7 +18,7 @@ namespace {
 constexpr std::size_t kProgressEvery_ticks = 4096;
 
 /// As ServoSession does.
-haptable_output step(const ServoScene& scene, haptable_servo& servo, const RecordedTick& tick, ReplayReport& report) {
+haptable_output step(BodyMotion& body, haptable_servo& servo, const RecordedTick& tick, ReplayReport& report) {
     const std::array<float, 3> finger_m = to_finger(tick.position_m.data());
     haptable_output output{};
     const Clock::time_point begin = Clock::now();
@@ -25,7 +26,7 @@ haptable_output step(const ServoScene& scene, haptable_servo& servo, const Recor
     // A gap in time drops the contact.
     if (haptable_watch(&servo, tick.time_us, &output) != 0) report.note(finger_m, output);
     haptable_buttons(&servo, tick.buttons);
-    haptable_step(scene.model, &servo, finger_m.data(), tick.time_us, &output);
+    body.step(servo, finger_m, tick.time_us, output);
     report.step.add(to_us(Clock::now() - begin));
     report.note(finger_m, output);
     return output;
@@ -102,7 +103,8 @@ ReplayReport replay_two(const ServoScene& scene, const Recording& recording, con
 
 }  // namespace
 
-ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet) {
+ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet,
+                    const haptable_body* body) {
     Progress progress(quiet);
     progress.stage("replay");
     if (has_two(recording)) {
@@ -112,16 +114,17 @@ ReplayReport replay(const ServoScene& scene, const Recording& recording, const s
         return replay_two(scene, recording, out, progress);
     }
     std::optional<ServoRecord> record;
-    if (!out.empty()) record.emplace(scene, out);
+    if (!out.empty()) record.emplace(scene, out, 1, body != nullptr);
     ReplayReport report;
     haptable_servo servo;
     haptable_init(&servo);
     require_whole_tables(scene, servo);
+    BodyMotion motion(scene, body);
     for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
         const RecordedTick& tick = recording.ticks[i];
-        const haptable_output output = step(scene, servo, tick, report);
+        const haptable_output output = step(motion, servo, tick, report);
         compare(tick, output, report);
-        if (record) record->add(tick.number, to_finger(tick.position_m.data()), tick.buttons, output);
+        if (record) record->add(tick.number, to_finger(tick.position_m.data()), tick.buttons, output, motion.state());
         if (i % kProgressEvery_ticks == 0)
             progress.done(static_cast<double>(i) / static_cast<double>(recording.ticks.size()));
     }
@@ -131,8 +134,8 @@ ReplayReport replay(const ServoScene& scene, const Recording& recording, const s
 }
 
 ReplayReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
-                    bool quiet) {
-    return replay(scene, read_recording(in), out, quiet);
+                    bool quiet, const haptable_body* body) {
+    return replay(scene, read_recording(in), out, quiet, body);
 }
 
 }  // namespace haptable

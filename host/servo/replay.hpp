@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "firmware/haptable_body.h"
 #include "host/link/statistics.hpp"
 #include "host/servo/recording.hpp"
 #include "host/session/energy.hpp"
@@ -27,10 +28,11 @@ struct ReplayReport : ServoReport {
 };
 
 /// Steps the servo through a recording and writes its CSV to `out`, whole or not at all; nothing where `out` is empty.
-ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet);
+ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet,
+                    const haptable_body* body = nullptr);
 
 /// The same with what `in` holds.
 ReplayReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
-                    bool quiet);
+                    bool quiet, const haptable_body* body = nullptr);
 
 }  // namespace haptable

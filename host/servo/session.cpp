@@ -15,11 +15,13 @@ constexpr std::uint32_t kIdleCheck_bytes = HAPTABLE_CHECK_BYTES;
 
 static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
 
-ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell)
+ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell,
+                           const haptable_body* body)
     : scene_(scene),
       connection_(connection),
       record_(record),
       answer_(scene, connection),
+      body_(scene, body),
       gate_(answer_.servo(), answer_.model_hash()),
       live_(std::move(tell)) {
     haptable_init(&servo_);
@@ -63,9 +65,13 @@ void ServoSession::answer_newest() {
     const auto latency_us = static_cast<double>(utime_now() - received_utime_);
     link_.latency.add(latency_us);
     if (latency_us > static_cast<double>(kTick.count())) ++link_.late_ticks;
+    if (body_.state() != nullptr)
+        connection_.publish(kBodyChannel,
+                            body_.message(state, is_simulated(state) ? state.utime : utime_now(), answer_.servo()));
     answer_.publish_contact(state, output_);
     haptable_check(scene_.model, &servo_, kIdleCheck_bytes);
-    if (record_ != nullptr) record_->add(state.seq, to_finger(state.position_m), buttons_of(state), output_);
+    if (record_ != nullptr)
+        record_->add(state.seq, to_finger(state.position_m), buttons_of(state), output_, body_.state());
 }
 
 /// As after silence: what comes next knows nothing of what was.
@@ -79,7 +85,7 @@ void ServoSession::step() {
     // A gap in time drops the contact whether or not the watchdog was scheduled within it.
     if (haptable_watch(&servo_, now_us, &output_) != 0) report_.note(finger_m, output_);
     haptable_buttons(&servo_, buttons_of(state));
-    haptable_step(scene_.model, &servo_, finger_m.data(), now_us, &output_);
+    body_.step(servo_, finger_m, now_us, output_);
     const double step_us = to_us(Clock::now() - begin);
     report_.step.add(step_us);
     longest_step_us_ = std::max(longest_step_us_, step_us);

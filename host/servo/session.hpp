@@ -9,6 +9,7 @@
 #include "host/link/statistics.hpp"
 #include "host/servo/replay.hpp"
 #include "host/session/answer.hpp"
+#include "host/session/body_motion.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/record.hpp"
 #include "host/session/scene.hpp"
@@ -27,7 +28,8 @@ struct LinkReport : LinkCounters {
 class ServoSession {
 public:
     /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
-    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell = {});
+    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell = {},
+                 const haptable_body* body = nullptr);
     ServoSession(const ServoSession&) = delete;
     ServoSession& operator=(const ServoSession&) = delete;
 
@@ -57,6 +59,7 @@ private:
     ServoRecord* record_;
     Answer answer_;
     haptable_servo servo_;
+    BodyMotion body_;
     haptable_output output_{};
     StateGate gate_;
     bool waits_ = false;               ///< the gate's state is not stepped yet

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <span>
 
 namespace haptable {
 
@@ -16,28 +17,33 @@ constexpr const char* kHeader =
 constexpr const char* kHeaderOfSecond =
     ",x2,y2,z2,contact2,node_i2,node_j2,node_k2,alpha_i2,alpha_j2,alpha_k2,god_x2,god_y2,god_z2,force_x2,force_y2,"
     "force_z2,buttons2,state2,faults2";
+constexpr const char* kHeaderOfPose = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
 
-void append_floats(const float values[3], std::string& text) {
-    for (int i = 0; i < 3; ++i) {
+void append_floats(std::span<const float> values, std::string& text) {
+    for (const float value : values) {
         // NaN has a sign bit that means nothing: one spelling for all of them.
-        if (std::isnan(values[i]))
+        if (std::isnan(value))
             text += ",nan";
         else
-            fmt::format_to(std::back_inserter(text), ",{:.9g}", values[i]);
+            fmt::format_to(std::back_inserter(text), ",{:.9g}", value);
     }
 }
 
 }  // namespace
 
-ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers)
+ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers, bool has_pose)
     : scene_(scene), file_(path) {
-    file_.add(std::string(kHeader) + (fingers == 2 ? kHeaderOfSecond : "") + "\n");
+    file_.add(std::string(kHeader) + (fingers == 2 ? kHeaderOfSecond : "") + (has_pose ? kHeaderOfPose : "") + "\n");
 }
 
 void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
-                      const haptable_output& out) {
+                      const haptable_output& out, const haptable_body_state* body) {
     line_ = std::to_string(tick);
     append(finger_m, buttons, out);
+    if (body != nullptr) {
+        append_floats(body->position_m, line_);
+        append_floats(body->turn, line_);
+    }
     file_.add(line_ += '\n');
 }
 
@@ -49,13 +55,13 @@ void ServoRecord::add(std::int64_t tick, const std::array<std::array<float, 3>, 
 }
 
 void ServoRecord::append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out) {
-    constexpr float kNowhere[3] = {};
+    constexpr std::array<float, 3> kNowhere{};
     const bool touches = haptable_touches(out.state) != 0;  // else these may be of a dent that the finger left
-    append_floats(finger_m.data(), line_);
+    append_floats(finger_m, line_);
     fmt::format_to(std::back_inserter(line_), ",{:d}", touches);
     for (std::size_t c = 0; c < 3; ++c)
         fmt::format_to(std::back_inserter(line_), ",{}", touches ? mesh_node(scene_, out, c) : -1);
-    append_floats(touches ? out.alpha : kNowhere, line_);
+    append_floats(touches ? std::span<const float>(out.alpha) : kNowhere, line_);
     append_floats(out.god_object_m, line_);
     append_floats(out.force_n, line_);
     fmt::format_to(std::back_inserter(line_), ",{},{},{}", buttons, out.state, out.faults);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "firmware/haptable_body.h"
 #include "host/link/text_file.hpp"
 #include "host/session/scene.hpp"
 
@@ -15,12 +16,13 @@ namespace haptable {
 class ServoRecord {
 public:
     /// Throws Error that names the path when it cannot be written there.
-    /// fingers: 1 or 2, of each line.
-    ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers = 1);
+    /// fingers: 1 or 2, of each line. has_pose: its last columns are where a body that nothing holds is.
+    ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers = 1, bool has_pose = false);
 
-    /// One line. Floats have 9 digits, so that reading them back gives the same bits.
-    void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
-             const haptable_output& out);
+    /// One line. Floats have 9 digits, so that reading them back gives the same bits. body: with has_pose, where it was
+    /// in the tick; contact and god-object are in its coordinates.
+    void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
+             const haptable_body_state* body = nullptr);
     /// Of two fingers at once, where the scene has them: the second's columns follow the first's.
     void add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
              const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2]);

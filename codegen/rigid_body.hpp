@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The table of a body that is not held: firmware/haptable_body.h.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "firmware/haptable_body.h"
+
+namespace haptable {
+
+/// body.json of a precompute folder; none where the body is held. Throws Error that names the file and what it lacks.
+std::optional<haptable_body> read_rigid_body(const std::filesystem::path& folder);
+
+/// Its definition in C, by field name. Throws Error rather than write what is not a number.
+std::string rigid_body_text(const haptable_body& body, const std::string& name);
+
+}  // namespace haptable

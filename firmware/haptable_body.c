@@ -1,0 +1,617 @@
+/* SPDX-License-Identifier: MIT
+ *
+ *   2/dt M (V_m - V) = F + N(V_m) - C V_m,   V_m = (V + V+) / 2,   p+ = p + dt v_m,   q+ = q + dt/2 q_m (0, w_m)
+ *   (2/dt M + C) (V_m - V) = F + N(V_m) - C V is what is solved: where nothing acts, V stays to the last bit
+ *
+ * The implicit midpoint rule. With q_m = (q + q+) / 2 the last equation is Cayley's map: it keeps |q|, and energies
+ * that are squares of p and q (gravity, suspension, floor) change by exactly what V_m does against their forces there;
+ * so does the energy of motion. Nothing is made by the step itself, however long it is (Simo and Wong 1991).
+ */
+#include "haptable_body.h"
+
+#include "haptable_vector.h"
+
+#define DT HAPTABLE_BODY_TICK_S
+
+/* A (V_m - V) = b of six unknowns: velocity and spin, body axes. A is symmetric: its lower half. */
+struct system {
+    float a[6][6];
+    float b[6];
+    float before[6]; /* V */
+};
+
+/* The frame of a tick: rows are world axes in body axes. */
+struct frame {
+    float row[3][3];
+};
+
+static struct frame frame_of(const float q[4]) {
+    struct frame f;
+    const float w = q[0], x = q[1], y = q[2], z = q[3];
+    f.row[0][0] = 1.0f - 2.0f * (y * y + z * z);
+    f.row[0][1] = 2.0f * (x * y - w * z);
+    f.row[0][2] = 2.0f * (x * z + w * y);
+    f.row[1][0] = 2.0f * (x * y + w * z);
+    f.row[1][1] = 1.0f - 2.0f * (x * x + z * z);
+    f.row[1][2] = 2.0f * (y * z - w * x);
+    f.row[2][0] = 2.0f * (x * z - w * y);
+    f.row[2][1] = 2.0f * (y * z + w * x);
+    f.row[2][2] = 1.0f - 2.0f * (x * x + y * y);
+    return f;
+}
+
+static void to_world(const struct frame* f, const float in[3], float out[3]) {
+    int i;
+    for (i = 0; i < 3; ++i) out[i] = vec_dot(f->row[i], in);
+}
+
+static void to_body(const struct frame* f, const float in[3], float out[3]) {
+    int i;
+    for (i = 0; i < 3; ++i) out[i] = f->row[0][i] * in[0] + f->row[1][i] * in[1] + f->row[2][i] * in[2];
+}
+
+/* q (s, v) */
+static void quaternion_product(const float q[4], float s, const float v[3], float out[4]) {
+    float across[3];
+    vec_cross(q + 1, v, across);
+    out[0] = q[0] * s - vec_dot(q + 1, v);
+    out[1] = q[0] * v[0] + s * q[1] + across[0];
+    out[2] = q[0] * v[1] + s * q[2] + across[1];
+    out[3] = q[0] * v[2] + s * q[3] + across[2];
+}
+
+/* The turn in the middle of a tick with that spin: q_m (1 - dt/4 w) = q. */
+static void middle_turn(const float q[4], const float spin[3], float middle[4]) {
+    const float quarter = 0.25f * DT;
+    float half_way[3];
+    float scale;
+    int i;
+    for (i = 0; i < 3; ++i) half_way[i] = quarter * spin[i];
+    scale = 1.0f / (1.0f + vec_dot(half_way, half_way));
+    quaternion_product(q, 1.0f, half_way, middle);
+    for (i = 0; i < 4; ++i) middle[i] *= scale;
+}
+
+/* sum += part, with what the sum does not hold kept in low. */
+static void add_whole(float part, float* sum, float* low) {
+    const float corrected = part - *low;
+    const float next = *sum + corrected;
+    *low = (next - *sum) - corrected;
+    *sum = next;
+}
+
+/* ---- the six equations ---------------------------------------------------------------------------------------- */
+
+static float line_speed(const float n[3], const float turn[3], const float motion[6]) {
+    return vec_dot(n, motion) + vec_dot(turn, motion + 3);
+}
+
+/* What acts along a line with the direction n, and with the lever `turn` about the centre, both body axes: a force, and
+ * a resistance (N s/m) to the body's velocity there. */
+static void add_line(struct system* s, const float n[3], const float turn[3], float force, float resistance) {
+    const float now = force - resistance * line_speed(n, turn, s->before);
+    float j[6];
+    int r;
+    int c;
+    vec_copy(n, j);
+    vec_copy(turn, j + 3);
+    for (r = 0; r < 6; ++r) {
+        const float part = resistance * j[r];
+        for (c = 0; c <= r; ++c) s->a[r][c] += part * j[c];
+        s->b[r] += now * j[r];
+    }
+}
+
+/* A = L D L^T in place: L below the diagonal, 1/D on it. A holds a mass, so no pivot is 0. */
+static void factorize(struct system* s) {
+    float d[6];
+    float scaled[6];
+    int i;
+    int j;
+    int k;
+    for (j = 0; j < 6; ++j) {
+        d[j] = s->a[j][j];
+        for (k = 0; k < j; ++k) {
+            scaled[k] = s->a[j][k] * d[k];
+            d[j] -= s->a[j][k] * scaled[k];
+        }
+        s->a[j][j] = 1.0f / d[j];
+        for (i = j + 1; i < 6; ++i) {
+            for (k = 0; k < j; ++k) s->a[i][j] -= s->a[i][k] * scaled[k];
+            s->a[i][j] *= s->a[j][j];
+        }
+    }
+}
+
+/* before: factorize. */
+static void solve(const struct system* s, const float b[6], float x[6]) {
+    int i;
+    int k;
+    for (i = 0; i < 6; ++i) {
+        x[i] = b[i];
+        for (k = 0; k < i; ++k) x[i] -= s->a[i][k] * x[k];
+    }
+    for (i = 0; i < 6; ++i) x[i] *= s->a[i][i];
+    for (i = 5; i >= 0; --i)
+        for (k = i + 1; k < 6; ++k) x[i] -= s->a[k][i] * x[k];
+}
+
+/* ---- what acts on the body ------------------------------------------------------------------------------------ */
+
+/* Motion, gravity and what suspends the body. A spring of stiffness k resists as k dt/2 in the middle of the tick. */
+static void add_body(const struct haptable_body* body, const struct haptable_body_state* state, const struct frame* f,
+                     struct system* s) {
+    static const float no_lever[3] = {0.0f, 0.0f, 0.0f};
+    const float rate = 2.0f / DT;
+    const float* inertia = body->inertia_kg_m2;
+    float weight[3];
+    int i;
+    to_body(f, body->gravity_m_per_s2, weight);
+    for (i = 0; i < 3; ++i) {
+        s->a[i][i] += rate * body->mass_kg;
+        s->b[i] += body->mass_kg * weight[i];
+        s->a[3 + i][3 + i] += rate * inertia[i] + body->turn_damping_n_m_s[i] + 0.5f * DT * body->turn_stiffness_n_m[i];
+        s->b[3 + i] -= body->turn_damping_n_m_s[i] * s->before[3 + i];
+    }
+    s->a[4][3] += rate * inertia[3];
+    s->a[5][4] += rate * inertia[4];
+    s->a[5][3] += rate * inertia[5];
+    for (i = 0; i < 3; ++i) {
+        const float k = body->stiffness_n_per_m[i];
+        const float resistance = body->damping_n_s_per_m[i] + 0.5f * DT * k;
+        const float stretch = (state->position_m[i] - body->centre_m[i]) - state->position_low_m[i];
+        if (resistance > 0.0f) add_line(s, f->row[i], no_lever, -k * stretch, resistance);
+    }
+}
+
+/* The direction in which a contact that does not stick holds; 0 where it does nothing. */
+static void line_of(const struct haptable_body_push* push, float along[3]) {
+    const float size2 = vec_dot(push->force_n, push->force_n);
+    vec_zero(along);
+    if (size2 > 1e-24f) vec_add_scaled(vec_inverse_root(size2), push->force_n, along);
+}
+
+/* A finger's force is held for the tick, as a sampled spring of stiffness k: to a motion v against the hand it would
+ * give k dt/2 v^2. The body is damped by k dt against the hand; what is left, k dt/2 (hand^2 - body^2), is no more than
+ * a wall would give to the same hand (docs/BODY.md). */
+static void add_push(const struct haptable_body* body, const struct haptable_body_push* push, struct system* s) {
+    static const float axis[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
+    const float resistance = DT * push->stiffness_n_per_m;
+    float arm[3];
+    float along[3];
+    float turn[3];
+    int i;
+    vec_sub(push->at_m, body->centre_m, arm);
+    for (i = 0; i < 3; ++i) {
+        const float held = push->sticks ? resistance : 0.0f;
+        vec_cross(arm, axis[i], turn);
+        add_line(s, axis[i], turn, push->force_n[i] + held * push->velocity_m_per_s[i], held);
+    }
+    if (push->sticks) return;
+    line_of(push, along);
+    vec_cross(arm, along, turn);
+    add_line(s, along, turn, resistance * vec_dot(along, push->velocity_m_per_s), resistance);
+}
+
+/* The same damping as a force on the body, which moves with that velocity there. */
+static void damping_of(const struct haptable_body_push* push, const float velocity[3], float force_n[3]) {
+    const float resistance = DT * push->stiffness_n_per_m;
+    float against[3];
+    float along[3];
+    vec_sub(push->velocity_m_per_s, velocity, against);
+    vec_zero(force_n);
+    line_of(push, along);
+    if (push->sticks)
+        vec_add_scaled(resistance, against, force_n);
+    else
+        vec_add_scaled(resistance * vec_dot(along, against), along, force_n);
+}
+
+/* ---- the floor ------------------------------------------------------------------------------------------------ */
+
+/* What the floor does to one point in this tick. */
+struct touch {
+    float turn[3][3]; /* levers about the centre of the floor's axes, body axes */
+    float gap_m;      /* over the floor, at the tick's begin */
+    float push_n;     /* up, less resistance x speed */
+    float resistance; /* of the speed up */
+    float hold_n[2];  /* along the floor, less hold x speed */
+    float hold;       /* 0: the point slips */
+    float most_n;     /* that friction gives: by how the floor carried it in the last tick */
+    float way[2];     /* in which it slips, length 1 */
+    uint8_t carries;  /* 0: the floor does nothing */
+    uint8_t slips;
+};
+
+/* Directions of the floor, body axes: up, and two along it. */
+struct floor_axes {
+    float axis[3][3];
+};
+
+static struct floor_axes floor_axes_of(const struct haptable_body* body, const struct frame* f) {
+    struct floor_axes axes;
+    to_body(f, body->floor_normal, axes.axis[0]);
+    to_body(f, body->floor_along, axes.axis[1]);
+    vec_cross(axes.axis[0], axes.axis[1], axes.axis[2]);
+    return axes;
+}
+
+/* Gaps at the tick's begin; levers as they are in its middle, so that what a point moves by is not its tangent's. */
+static void find_gaps(const struct haptable_body* body, const struct haptable_body_state* state,
+                      const struct floor_axes* floor, struct touch touch[]) {
+    const float height =
+        vec_dot(body->floor_normal, state->position_m) - vec_dot(body->floor_normal, state->position_low_m);
+    struct floor_axes turned;
+    struct frame middle;
+    float q[4];
+    uint32_t i;
+    int c;
+    middle_turn(state->turn, state->spin_rad_per_s, q);
+    middle = frame_of(q);
+    turned = floor_axes_of(body, &middle);
+    for (i = 0; i < body->point_count; ++i) {
+        float arm[3];
+        vec_sub(body->point_m[i], body->centre_m, arm);
+        for (c = 0; c < 3; ++c) vec_cross(arm, turned.axis[c], touch[i].turn[c]);
+        touch[i].gap_m = (height - body->floor_m) + vec_dot(floor->axis[0], arm);
+    }
+}
+
+/* A point in the floor is pushed out by half of k (gap + gap at the end); one that enters in this tick, at the fraction
+ * 1 - part of it, by part of that and from 0: then energy changes by what the push does (a discrete gradient). */
+static void press(const struct haptable_body* body, float speed, struct touch* touch) {
+    const float k = body->floor_stiffness_n_per_m;
+    const float end_m = touch->gap_m + DT * speed;
+    touch->carries = touch->gap_m < 0.0f || end_m < 0.0f;
+    if (!touch->carries) return;
+    if (touch->gap_m < 0.0f) {
+        touch->push_n = -k * touch->gap_m;
+        touch->resistance = 0.5f * DT * k + body->floor_damping_n_s_per_m;
+    } else {
+        const float part = end_m / (end_m - touch->gap_m);
+        touch->push_n = -0.5f * part * k * touch->gap_m;
+        touch->resistance = part * (0.5f * DT * k + body->floor_damping_n_s_per_m);
+    }
+}
+
+/* The floor's springs along it hold a point where it is, or friction brakes it on its way. */
+static void hold(const struct haptable_body* body, const float stretch_m[2], struct touch* touch) {
+    const float k = body->floor_stiffness_n_per_m;
+    touch->hold = touch->slips ? 0.0f : 0.5f * DT * k + body->floor_damping_n_s_per_m;
+    touch->hold_n[0] = touch->slips ? -touch->most_n * touch->way[0] : -k * stretch_m[0];
+    touch->hold_n[1] = touch->slips ? -touch->most_n * touch->way[1] : -k * stretch_m[1];
+}
+
+static float length2(const float v[2]) { return v[0] * v[0] + v[1] * v[1]; }
+
+static void set_way(const float along[2], float sign, struct touch* touch) {
+    const float scale = sign * vec_inverse_root(length2(along));
+    touch->way[0] = scale * along[0];
+    touch->way[1] = scale * along[1];
+}
+
+/* How the point begins the tick: as it was in the last one. speed: up and along the floor. */
+static void begin_touch(const struct haptable_body* body, const struct haptable_body_state* state, uint32_t i,
+                        const float speed[3], struct touch* touch) {
+    touch->most_n = body->floor_friction * state->push_n[i];
+    touch->slips = (uint8_t)((state->slips >> i & 1u) != 0 && length2(speed + 1) > 1e-24f);
+    if (touch->slips) set_way(speed + 1, 1.0f, touch);
+    press(body, speed[0], touch);
+    hold(body, state->stretch_m[i], touch);
+}
+
+/* A point that the floor would pull is let go; one that would need more than friction to be held slips, and one that
+ * friction has brought to rest is held. speed: in the middle of the tick as it was tried. */
+static void change_touch(const struct haptable_body* body, const float stretch_m[2], const float speed[3],
+                         struct touch* touch) {
+    float along_n[2];
+    if (touch->gap_m >= 0.0f) press(body, speed[0], touch);
+    if (!touch->carries) return;
+    if (!(touch->push_n - touch->resistance * speed[0] > 0.0f)) {
+        touch->carries = 0;
+        return;
+    }
+    along_n[0] = touch->hold_n[0] - touch->hold * speed[1];
+    along_n[1] = touch->hold_n[1] - touch->hold * speed[2];
+    if (touch->slips) {
+        touch->slips = touch->way[0] * speed[1] + touch->way[1] * speed[2] > 0.0f;
+    } else if (length2(along_n) > touch->most_n * touch->most_n && length2(along_n) > 1e-24f) {
+        touch->slips = 1;
+        set_way(along_n, -1.0f, touch);
+    }
+    hold(body, stretch_m, touch);
+}
+
+static void add_floor(const struct haptable_body* body, const struct floor_axes* floor, const struct touch touch[],
+                      struct system* s) {
+    uint32_t i;
+    for (i = 0; i < body->point_count; ++i) {
+        const struct touch* t = &touch[i];
+        if (!t->carries) continue;
+        add_line(s, floor->axis[0], t->turn[0], t->push_n, t->resistance);
+        if (!(body->floor_friction > 0.0f)) continue; /* nothing along it */
+        add_line(s, floor->axis[1], t->turn[1], t->hold_n[0], t->hold);
+        add_line(s, floor->axis[2], t->turn[2], t->hold_n[1], t->hold);
+    }
+}
+
+/* No spring along the floor is stretched by more than friction holds: what it had stored beyond is lost. */
+static void limit_stretch(float most_m, float stretch_m[2]) {
+    const float size2 = stretch_m[0] * stretch_m[0] + stretch_m[1] * stretch_m[1];
+    float scale;
+    if (!(size2 > most_m * most_m)) return;
+    scale = size2 > 1e-30f ? most_m * vec_inverse_root(size2) : 0.0f;
+    stretch_m[0] *= scale;
+    stretch_m[1] *= scale;
+}
+
+/* What the next tick is to know of the fingers. */
+static void leave_pushes(const struct haptable_body* body, const struct haptable_body_push push[], int push_count,
+                         const float motion[6], struct haptable_body_state* state) {
+    int i;
+    for (i = 0; i < push_count; ++i) {
+        float arm[3];
+        float turn[3];
+        float at[3];
+        float damped[3];
+        vec_sub(push[i].at_m, body->centre_m, arm);
+        vec_cross(motion + 3, arm, turn);
+        vec_copy(motion, at);
+        vec_add_scaled(1.0f, turn, at);
+        damping_of(&push[i], at, damped);
+        state->worked_j[i] = DT * (vec_dot(push[i].force_n, at) + vec_dot(damped, at));
+    }
+}
+
+static void speeds_of(const struct floor_axes* floor, const struct touch* touch, const float motion[6],
+                      float speed[3]) {
+    int c;
+    for (c = 0; c < 3; ++c) speed[c] = line_speed(floor->axis[c], touch->turn[c], motion);
+}
+
+/* What a point's springs hold, times 2 / k. */
+static float stored2(float gap_m, const float stretch_m[2]) {
+    return (gap_m < 0.0f ? gap_m * gap_m : 0.0f) + length2(stretch_m);
+}
+
+/* What the next tick is to know of one point. Returns the energy that the floor gave to it beyond what it had stored:
+ * below 0, but where a point enters or begins to slip otherwise than was tried. */
+static float leave_point(const struct haptable_body* body, const struct touch* t, const float speed[3],
+                         float stretch_m[2], float* push_n) {
+    const float before2 = stored2(t->gap_m, stretch_m);
+    float work = 0.0f;
+    int c;
+    *push_n = t->carries ? t->push_n - t->resistance * speed[0] : 0.0f;
+    for (c = 0; c < 2; ++c) {
+        if (t->carries && body->floor_friction > 0.0f) work += (t->hold_n[c] - t->hold * speed[1 + c]) * speed[1 + c];
+        stretch_m[c] = t->carries ? stretch_m[c] + DT * speed[1 + c] : 0.0f;
+    }
+    if (t->carries) limit_stretch(t->most_n / body->floor_stiffness_n_per_m, stretch_m);
+    return 0.5f * body->floor_stiffness_n_per_m * (stored2(t->gap_m + DT * speed[0], stretch_m) - before2) +
+           DT * (work + *push_n * speed[0]);
+}
+
+/* The same of all. */
+static float leave_floor(const struct haptable_body* body, const struct floor_axes* floor, const struct touch touch[],
+                         const float motion[6], struct haptable_body_state* state) {
+    float made_j = 0.0f;
+    uint32_t i;
+    state->on_floor = 0;
+    state->slips = 0;
+    for (i = 0; i < body->point_count; ++i) {
+        float speed[3];
+        float push_n;
+        speeds_of(floor, &touch[i], motion, speed);
+        made_j += leave_point(body, &touch[i], speed, state->stretch_m[i], &push_n);
+        state->push_n[i] = push_n > 0.0f ? push_n : 0.0f;
+        if (!touch[i].carries) continue;
+        state->on_floor |= (uint8_t)(1u << i);
+        state->slips |= (uint8_t)((touch[i].slips ? 1u : 0u) << i);
+    }
+    return made_j;
+}
+
+/* ---- the tick ------------------------------------------------------------------------------------------------- */
+
+/* What does not depend linearly on the motion in the middle: the gyroscopic moment, and the suspension's moment, whose
+ * energy is 2 sum k_i q_i^2, beyond what add_body has of it. */
+static void bend(const struct haptable_body* body, const float q[4], const float motion[6], const float before[6],
+                 float b[6]) {
+    const float* k = body->turn_stiffness_n_m;
+    float momentum[3];
+    float gyroscopic[3];
+    float middle[4];
+    float pull[3];
+    float across[3];
+    int i;
+    vec_symmetric_product(body->inertia_kg_m2, motion + 3, momentum);
+    vec_cross(motion + 3, momentum, gyroscopic);
+    middle_turn(q, motion + 3, middle);
+    for (i = 0; i < 3; ++i) pull[i] = k[i] * middle[1 + i];
+    vec_cross(pull, middle + 1, across);
+    for (i = 0; i < 3; ++i) {
+        const float moment = -2.0f * (middle[0] * pull[i] + across[i]);
+        b[3 + i] += moment + 0.5f * DT * k[i] * (motion[3 + i] - before[3 + i]) - gyroscopic[i];
+    }
+}
+
+/* V_m of the system, from a first guess. before: factorize. */
+static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6]) {
+    float change[6];
+    float b[6];
+    int round;
+    int i;
+    for (round = 0; round < HAPTABLE_BODY_ROUNDS; ++round) {
+        for (i = 0; i < 6; ++i) b[i] = s->b[i];
+        bend(body, q, motion, s->before, b);
+        solve(s, b, change);
+        for (i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
+    }
+}
+
+/* The floor's points are tried as they were in the last tick, then taken as that motion changes them. */
+static void add_touches(const struct haptable_body* body, const struct haptable_body_state* state,
+                        const struct floor_axes* floor, float motion[6], struct system* s, struct touch touch[]) {
+    struct system trial = *s;
+    float speed[3];
+    uint32_t i;
+    find_gaps(body, state, floor, touch);
+    for (i = 0; i < body->point_count; ++i) {
+        speeds_of(floor, &touch[i], motion, speed);
+        begin_touch(body, state, i, speed, &touch[i]);
+    }
+    add_floor(body, floor, touch, &trial);
+    factorize(&trial);
+    find_middle(body, state->turn, &trial, motion);
+    for (i = 0; i < body->point_count; ++i) {
+        speeds_of(floor, &touch[i], motion, speed);
+        change_touch(body, state->stretch_m[i], speed, &touch[i]);
+    }
+    add_floor(body, floor, touch, s);
+}
+
+/* p += dt v, q += dt/2 q_m (0, w), and V+ = 2 V_m - V. */
+static void advance(const struct frame* f, const float before[6], const float motion[6],
+                    struct haptable_body_state* state) {
+    float middle[4];
+    float change[4];
+    float next[3];
+    float moved[3];
+    float longer;
+    int i;
+    middle_turn(state->turn, motion + 3, middle);
+    quaternion_product(middle, 0.0f, motion + 3, change);
+    longer = 0.5f * (1.0f - (state->turn[0] * state->turn[0] + vec_dot(state->turn + 1, state->turn + 1)));
+    for (i = 0; i < 4; ++i)
+        add_whole(0.5f * DT * change[i] + longer * state->turn[i], &state->turn[i], &state->turn_low[i]);
+    to_world(f, motion, moved);
+    for (i = 0; i < 3; ++i) {
+        add_whole(DT * moved[i], &state->position_m[i], &state->position_low_m[i]);
+        next[i] = 2.0f * motion[i] - before[i];
+        state->spin_rad_per_s[i] = 2.0f * motion[3 + i] - before[3 + i];
+    }
+    to_world(f, next, state->velocity_m_per_s);
+}
+
+void haptable_body_init(const struct haptable_body* body, struct haptable_body_state* state) {
+    static const struct haptable_body_state fresh = {.turn = {1.0f, 0.0f, 0.0f, 0.0f}};
+    *state = fresh;
+    vec_copy(body->centre_m, state->position_m);
+}
+
+void haptable_body_from_world(const struct haptable_body* body, const struct haptable_body_state* state,
+                              const float world_m[3], float body_m[3]) {
+    const struct frame f = frame_of(state->turn);
+    float offset[3];
+    vec_sub(world_m, state->position_m, offset);
+    to_body(&f, offset, body_m);
+    vec_add_scaled(1.0f, body->centre_m, body_m);
+}
+
+void haptable_body_to_world(const struct haptable_body_state* state, const float along_body[3], float along_world[3]) {
+    const struct frame f = frame_of(state->turn);
+    to_world(&f, along_body, along_world);
+}
+
+void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state,
+                        const struct haptable_body_push push[], int push_count) {
+    struct system s = {{{0.0f}}, {0.0f}, {0.0f}};
+    struct touch touch[HAPTABLE_BODY_POINTS];
+    const struct frame f = frame_of(state->turn);
+    const struct floor_axes floor = floor_axes_of(body, &f);
+    float motion[6];
+    float made_j = 0.0f;
+    int i;
+    to_body(&f, state->velocity_m_per_s, s.before);
+    vec_copy(state->spin_rad_per_s, s.before + 3);
+    for (i = 0; i < 6; ++i) motion[i] = s.before[i];
+    add_body(body, state, &f, &s);
+    for (i = 0; i < push_count; ++i) add_push(body, &push[i], &s);
+    if (body->point_count != 0) add_touches(body, state, &floor, motion, &s, touch);
+    factorize(&s);
+    find_middle(body, state->turn, &s, motion);
+    if (body->point_count != 0) made_j = leave_floor(body, &floor, touch, motion, state);
+    leave_pushes(body, push, push_count, motion, state);
+    advance(&f, s.before, motion, state);
+    haptable_body_brake(body, state, made_j);
+}
+
+/* Force over dent, and what the contact has stored. */
+static float find_stiffness(const struct haptable_model* model, const float force_n[3], const float dent_m[3],
+                            float* stored_j) {
+    const float force2 = vec_dot(force_n, force_n);
+    const float dent2 = vec_dot(dent_m, dent_m);
+    const float work = vec_dot(force_n, dent_m);
+    float secant;
+    *stored_j = 0.5f * (work < 0.0f ? -work : work);
+    if (!(dent2 > 1e-24f) || !(force2 > 1e-24f)) return 0.0f;
+    secant = force2 * vec_inverse_root(force2) * vec_inverse_root(dent2);
+    return secant < model->stiffness_limit_n_per_m ? secant : model->stiffness_limit_n_per_m;
+}
+
+float haptable_body_push_of(const struct haptable_model* model, const struct haptable_body* body,
+                            const struct haptable_servo* servo, struct haptable_body_state* state, int number,
+                            const float world_m[3], const float at_m[3], const struct haptable_output* out,
+                            struct haptable_body_push* push) {
+    const struct frame f = frame_of(state->turn);
+    const int known = state->finger_known[number] && servo->finger_known;
+    float stored_j = 0.0f;
+    float made_j;
+    float moved[3] = {0.0f, 0.0f, 0.0f};
+    float dent[3];
+    int i;
+    if (known) vec_sub(world_m, state->finger_m[number], moved);
+    made_j = known ? vec_dot(state->given_n[number], moved) : 0.0f;
+    state->finger_known[number] = servo->finger_known; /* what was refused may be no number */
+    vec_copy(servo->finger_known ? at_m : body->centre_m, push->at_m);
+    if (servo->finger_known) vec_copy(world_m, state->finger_m[number]);
+    for (i = 0; i < 3; ++i) {
+        push->force_n[i] = -out->force_n[i];
+        moved[i] *= 1.0f / DT;
+    }
+    to_body(&f, moved, push->velocity_m_per_s);
+    to_world(&f, out->force_n, state->given_n[number]);
+    push->sticks = (uint8_t)(model->static_friction > 0.0f && !servo->contact.slips);
+    push->stiffness_n_per_m = 0.0f;
+    if (haptable_touches(out->state)) {
+        vec_sub(at_m, out->god_object_m, dent);
+        push->stiffness_n_per_m = find_stiffness(model, out->force_n, dent, &stored_j);
+    }
+    made_j += (stored_j - state->stored_j[number]) + state->worked_j[number];
+    state->stored_j[number] = stored_j;
+    return made_j;
+}
+
+void haptable_body_brake(const struct haptable_body* body, struct haptable_body_state* state, float energy_j) {
+    float momentum[3];
+    float motion_j;
+    float left;
+    int i;
+    vec_symmetric_product(body->inertia_kg_m2, state->spin_rad_per_s, momentum);
+    motion_j = 0.5f * (body->mass_kg * vec_dot(state->velocity_m_per_s, state->velocity_m_per_s) +
+                       vec_dot(momentum, state->spin_rad_per_s));
+    if (!(energy_j > 0.0f) || !(motion_j > 1e-24f)) return;
+    left = energy_j < motion_j ? 1.0f - energy_j / motion_j : 0.0f;
+    left = left > 1e-12f ? left * vec_inverse_root(left) : 0.0f;
+    for (i = 0; i < 3; ++i) {
+        state->velocity_m_per_s[i] *= left;
+        state->spin_rad_per_s[i] *= left;
+    }
+}
+
+void haptable_body_step(const struct haptable_model* model, const struct haptable_body* body,
+                        struct haptable_body_state* state, struct haptable_servo servo[], int finger_count,
+                        const float finger_m[][3], uint32_t now_us, struct haptable_output out[]) {
+    struct haptable_body_push push[HAPTABLE_BODY_FINGERS];
+    float made_j = 0.0f;
+    int i;
+    for (i = 0; i < finger_count; ++i) {
+        float at_m[3];
+        haptable_body_from_world(body, state, finger_m[i], at_m);
+        haptable_step(model, &servo[i], at_m, now_us, &out[i]);
+        made_j += haptable_body_push_of(model, body, &servo[i], state, i, finger_m[i], at_m, &out[i], &push[i]);
+        vec_copy(state->given_n[i], out[i].force_n);
+    }
+    haptable_body_brake(body, state, made_j);
+    haptable_body_move(body, state, push, finger_count);
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/session/body_motion.hpp"
+
+#include <algorithm>
+
+namespace haptable {
+
+BodyMotion::BodyMotion(const ServoScene& scene, const haptable_body* body) : scene_(scene), body_(body) {
+    if (body != nullptr) haptable_body_init(body, &state_);
+    touched_ = state_;
+}
+
+void BodyMotion::step(haptable_servo& servo, const std::array<float, 3>& finger_m, std::uint32_t now_us,
+                      haptable_output& out) {
+    if (body_ == nullptr) return haptable_step(scene_.model, &servo, finger_m.data(), now_us, &out);
+    touched_ = state_;
+    const float finger[1][3] = {{finger_m[0], finger_m[1], finger_m[2]}};
+    haptable_body_step(scene_.model, body_, &state_, &servo, 1, finger, now_us, &out);
+}
+
+body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
+    body_pose pose{};
+    pose.utime = utime;
+    pose.seq = state.seq;
+    pose.session = state.session;
+    pose.servo = servo;
+    pose.model_hash = static_cast<std::int64_t>(scene_.model->hash);
+    std::copy_n(body_->centre_m, 3, pose.rest_centre_m);
+    std::copy_n(touched_.position_m, 3, pose.centre_m);
+    std::copy_n(touched_.turn, 4, pose.turn);
+    std::copy_n(touched_.velocity_m_per_s, 3, pose.velocity_m_per_s);
+    std::copy_n(touched_.spin_rad_per_s, 3, pose.spin_rad_per_s);
+    pose.on_floor = touched_.on_floor;
+    return pose;
+}
+
+}  // namespace haptable

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Where a session's body is: of one that is held, where it was.
+#pragma once
+
+#include "firmware/haptable_body.h"
+#include "haptable/body_pose.hpp"
+#include "host/link/messages.hpp"
+#include "host/session/scene.hpp"
+
+namespace haptable {
+
+inline constexpr const char* kBodyChannel = "HAPTABLE_BODY";  ///< body_pose, from the servo
+
+class BodyMotion {
+public:
+    /// body: null where it is held.
+    BodyMotion(const ServoScene& scene, const haptable_body* body);
+
+    /// One tick of the servo, and of the body where it moves. finger_m: world coordinates. Of a body that is not held
+    /// out.force_n is along world axes, what else is in `out` in body coordinates.
+    void step(haptable_servo& servo, const std::array<float, 3>& finger_m, std::uint32_t now_us, haptable_output& out);
+
+    /// Where the body was in the last tick, whose contact is in its frame. Null where it is held.
+    const haptable_body_state* state() const { return body_ != nullptr ? &touched_ : nullptr; }
+    /// Of a body that is not held, for the answer to that state.
+    body_pose message(const device_state& state, std::int64_t utime, std::int64_t servo) const;
+
+private:
+    ServoScene scene_;
+    const haptable_body* body_;
+    haptable_body_state state_{}, touched_{};
+};
+
+}  // namespace haptable

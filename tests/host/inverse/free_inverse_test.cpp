@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The elastic part of a body that nothing holds, against a dense solve with its rigid motions as constraints:
+//   [  K       M R ] [ u ]   [ f ]
+//   [ (M R)^T   0  ] [ c ] = [ 0 ]
+// c is the acceleration that f gives the body; what is left of f is in equilibrium.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <mutex>
+
+#include "host/inverse/cholmod_inverse.hpp"
+#include "host/inverse/free_inverse.hpp"
+#include "host/precompute/assembly.hpp"
+#include "host/precompute/rigid_body.hpp"
+#include "tests/bodies.hpp"
+#include "tests/dense.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr double kAsked = 1e-6;  // relative, of inertia relief
+
+Scene free_cube(int nodes_per_side, Element element = Element::kLinear) {
+    Scene scene = test::cube_scene(nodes_per_side, 0.45);
+    scene.fixed.clear();
+    scene.free_body = FreeBody{};
+    scene.free_body->density_kg_per_m3 = 1000.0;
+    scene.mesh.element = element;
+    return scene;
+}
+
+/// A cube of two materials, one half twice as heavy: its centre is not the mesh's.
+Scene uneven_cube(int nodes_per_side, Element element) {
+    Scene scene = free_cube(nodes_per_side, element);
+    scene.regions.push_back({{std::array<double, 6>{-1, -1, -1, 0.015, 1, 1}, "", 1}, {3e4, 0.3}, 2000.0});
+    return scene;
+}
+
+class FreeInverseOf : public testing::TestWithParam<Element> {
+protected:
+    MatrixXd dense_reference() const {
+        const Index n = rigid.motion.rows();
+        MatrixXd a = MatrixXd::Zero(n + 6, n + 6), b = MatrixXd::Zero(n + 6, n);
+        a.topLeftCorner(n, n) = k * MatrixXd::Identity(n, n);
+        const double size = a.diagonal().mean();  // so that all rows are alike
+        for (Index c = 0; c < 6; ++c) {
+            const Eigen::VectorXd column = size * rigid.momentum.col(c).normalized();
+            a.block(0, n + c, n, 1) = column;
+            a.block(n + c, 0, 1, n) = column.transpose();
+        }
+        b.topRows(n).setIdentity();
+        return dense::solve(a, b).topRows(n);
+    }
+    /// Largest ||given - wanted|| / sqrt(||L_aa|| ||L_bb||).
+    static double error(const MatrixXd& l, const Eigen::Matrix3d& given, Index a, Index b) {
+        const double size = std::sqrt(l.block<3, 3>(3 * a, 3 * a).norm() * l.block<3, 3>(3 * b, 3 * b).norm());
+        return (given - l.block<3, 3>(3 * a, 3 * b)).norm() / size;
+    }
+    Stiffness held(double stiffer) const {
+        return assemble_free(scene, body, stiffer * hold_springs(body, k.diagonal()));
+    }
+
+    Scene scene = uneven_cube(4, GetParam());
+    Body body = make_body(scene, make_mesh(scene.mesh));
+    RigidBody rigid = rigid_body_of(scene, body);
+    Stiffness k = assemble_free(scene, body);
+    CholmodInverse cholmod;
+    FreeInverse inverse{cholmod, rigid.motion, rigid.momentum};
+    Progress progress{true};
+};
+
+TEST_P(FreeInverseOf, GivesBlocksColumnsAndSolvesOfTheDenseReference) {
+    const MatrixXd l = dense_reference();
+    const auto nodes = static_cast<std::int32_t>(body.free_node.size());
+    std::vector<NodePair> pairs;
+    for (std::int32_t i = 0; i < nodes; i += 5)
+        for (std::int32_t j = 0; j < nodes; j += 7) pairs.push_back({i, j});
+    inverse.analyse(held(1.0), {{pairs}, {}, {}, false, 6});
+    inverse.factorize(held(1.0), progress);
+    const Blocks blocks = inverse.blocks(pairs, Precision::kDouble, progress);
+    double worst = 0.0;
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+        worst = std::max(worst, error(l, blocks.l_ij[p], pairs[p].row, pairs[p].column));
+    EXPECT_LT(worst, kAsked);
+
+    MatrixXd x;
+    inverse.solve(MatrixXd::Identity(l.rows(), l.rows()), x);
+    EXPECT_LT((x - l).norm(), kAsked * l.norm());
+
+    const std::vector<std::int32_t> node{0, 9, 33}, row{2, 9, 40, 50};
+    std::mutex mutex;
+    std::size_t taken = 0;
+    Columns::Sink sink;
+    sink.take = [&](std::size_t c, std::size_t r, const Eigen::Matrix3f& block) {
+        const std::lock_guard lock(mutex);
+        ++taken;
+        EXPECT_WITHIN(error(l, block.cast<double>(), row[r], node[c]), .epsilon = kAsked);
+    };
+    inverse.columns(node, row, Precision::kDouble)->compute(progress, sink);
+    EXPECT_EQ(taken, node.size() * row.size());
+}
+
+// How stiff the six directions are held does not matter: no load in equilibrium meets a reaction there.
+TEST_P(FreeInverseOf, NothingOfTheHoldIsLeft) {
+    MatrixXd loads = MatrixXd::Zero(k.size(), 2), once, stiffer;
+    loads(5, 0) = loads(40, 1) = 1.0;
+    inverse.factorize((inverse.analyse(held(1.0), {}), held(1.0)), progress);
+    inverse.solve(loads, once);
+    FreeInverse again(cholmod, rigid.motion, rigid.momentum);
+    again.factorize((again.analyse(held(1e3), {}), held(1e3)), progress);
+    again.solve(loads, stiffer);
+    EXPECT_LT((stiffer - once).norm(), kAsked * once.norm());
+    MatrixXd alone;  // without relief the hold is seen
+    cholmod.solve(loads, alone);
+    EXPECT_GT((alone - once).norm(), 0.1 * once.norm());
+}
+
+TEST_P(FreeInverseOf, LoadsAndMotionsAreBalanced) {
+    MatrixXd loads = MatrixXd::Random(k.size(), 3), u;
+    inverse.factorize((inverse.analyse(held(1.0), {}), held(1.0)), progress);
+    inverse.solve(loads, u);
+    EXPECT_LT((rigid.momentum.transpose() * u).norm(), kAsked * rigid.momentum.norm() * u.norm());
+    MatrixXd balanced = loads;
+    inverse.balance(balanced);
+    EXPECT_LT((rigid.motion.transpose() * balanced).norm(), kAsked * loads.norm());
+    EXPECT_LT((k * u - balanced).norm(), kAsked * loads.norm());
+}
+
+std::string name_of_case(const testing::TestParamInfo<Element>& element) {
+    constexpr std::array<const char*, 3> kNames{"linear", "pressures", "quadratic"};
+    return kNames[static_cast<std::size_t>(element.param)];
+}
+INSTANTIATE_TEST_SUITE_P(Elements, FreeInverseOf,
+                         testing::Values(Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic),
+                         name_of_case);
+
+TEST(RigidBody, OfACubeIsThatOfTheFormula) {
+    for (const Element element : {Element::kLinear, Element::kQuadratic}) {
+        const Scene scene = free_cube(4, element);
+        const RigidBody rigid = rigid_body_of(scene, make_body(scene, make_mesh(scene.mesh)));
+        EXPECT_NEAR(rigid.mass_kg, 0.027, 1e-12);
+        EXPECT_NEAR((rigid.centre_m - Eigen::Vector3d::Constant(0.015)).norm(), 0.0, 1e-12);
+        const double inertia = 0.027 * 0.03 * 0.03 / 6.0;
+        EXPECT_NEAR((rigid.inertia_kg_m2 - inertia * Eigen::Matrix3d::Identity()).norm(), 0.0, 1e-9 * inertia);
+    }
+}
+
+TEST(RigidBody, MassScalesAllDensities) {
+    Scene scene = uneven_cube(4, Element::kLinear);
+    const RigidBody as_it_is = rigid_body_of(scene, make_body(scene, make_mesh(scene.mesh)));
+    EXPECT_NEAR(as_it_is.mass_kg, 1.5 * 0.027, 0.2 * 0.027);
+    EXPECT_LT(as_it_is.centre_m.x(), 0.0145);
+    scene.free_body->mass_kg = 0.1;
+    const RigidBody scaled = rigid_body_of(scene, make_body(scene, make_mesh(scene.mesh)));
+    EXPECT_NEAR(scaled.mass_kg, 0.1, 1e-12);
+    EXPECT_NEAR((scaled.centre_m - as_it_is.centre_m).norm(), 0.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace haptable

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// [body] free = true: what it reads, and errors that name line and key.
+#include <gtest/gtest.h>
+
+#include "host/base/file.hpp"
+#include "host/scene/scene.hpp"
+#include "tests/error_of.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+namespace {
+
+const std::string kHead = R"(name = "a"
+[mesh]
+generate = "cube"
+[material]
+young = 1000
+poisson = 0.3
+)";
+
+class FreeBodyScene : public testing::Test {
+protected:
+    Scene read(const std::string& rest) {
+        write_file(path_, kHead + rest);
+        return read_scene(path_);
+    }
+    /// rest begins at line 7.
+    void expect_error(const std::string& rest, int line, const std::string& part) {
+        const std::string what = test::error_of([&] { read(rest); });
+        EXPECT_TRUE(what.starts_with(path_.string() + ":" + std::to_string(line) + ": body." + part)) << what;
+    }
+
+    const test::TemporaryFolder folder_;
+    const std::filesystem::path path_ = folder_.path() / "scene.toml";
+};
+
+TEST_F(FreeBodyScene, ReadsWhatHoldsIt) {
+    const Scene scene = read(
+        "[body]\nfree = true\nmass = 0.5\nsuspension = [1, 2, 3, 4, 5, 6]\n"
+        "suspension_damping = [0, 0, 0, 0, 0, 7]\nfloor = -0.01\nfloor_normal = [0, 0, 2]\n");
+    ASSERT_TRUE(scene.free_body);
+    EXPECT_EQ(scene.free_body->mass_kg, 0.5);
+    EXPECT_EQ(scene.free_body->stiffness, (std::array<double, 6>{1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(scene.free_body->damping[5], 7.0);
+    ASSERT_TRUE(scene.free_body->floor);
+    EXPECT_EQ(scene.free_body->floor->height_m, -0.01);
+    EXPECT_EQ(scene.free_body->floor->normal[2], 1.0);
+    EXPECT_EQ(scene.free_body->floor->friction, 0.5);
+    EXPECT_FALSE(read("[body]\nfree = false\n").free_body);
+    EXPECT_FALSE(read("").free_body);
+}
+
+TEST_F(FreeBodyScene, AFloorIsBelowByGravity) {
+    const Scene scene = read("[gravity]\ndensity = 900\ndirection = [1, 0, 0]\n[body]\nfree = true\nfloor = 0\n");
+    EXPECT_EQ(scene.free_body->floor->normal, (std::array<double, 3>{-1.0, 0.0, 0.0}));
+    EXPECT_EQ(scene.density_of(-1), 900.0);
+    EXPECT_EQ(read("[body]\nfree = true\ndensity = 700\n").density_of(-1), 700.0);
+}
+
+TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
+    expect_error("[body]\nfree = true\n", 7, "density: is missing");
+    expect_error("[body]\nfree = true\ndensity = -1\n", 9, "density: is -1");
+    expect_error("[body]\nfree = true\nmass = 1\nweight = 1\n", 10, "weight: unknown key");
+    expect_error("[[fixed]]\nbox = [0,0,0,1,1,1]\n[body]\nfree = true\nmass = 1\n", 10, "free: is true, and [[fixed]]");
+    expect_error("[[bed]]\nbox = [0,0,0,1,1,1]\nnormal = 1\n[body]\nfree = true\nmass = 1\n", 11,
+                 "free: is true, and [[bed]]");
+    expect_error("[gravity]\ndensity = 9\n[body]\nfree = true\ndensity = 1\n", 11, "density: is in [gravity] already");
+    expect_error("[gravity]\ndensity = 9\nprestress = true\n[body]\nfree = true\n", 11, "free: is true, and prestress");
+    expect_error("[body]\nfree = true\nmass = 1\nsuspension = [1, 2]\n", 10, "suspension: must be six");
+    expect_error("[body]\nfree = true\nmass = 1\nsuspension = [1, 2, 3, -4, 5, 6]\n", 10, "suspension: has -4");
+    expect_error("[body]\nfree = true\nmass = 1\nsuspension_damping = [1, 2, 3, 4, 5, 6]\n", 10,
+                 "suspension_damping: needs suspension");
+    expect_error("[body]\nfree = true\nmass = 1\nfloor_friction = 1\n", 10, "floor_friction: needs floor");
+    expect_error("[body]\nfree = true\nmass = 1\nfloor = 0\nfloor_normal = [0, 0, 0]\n", 11, "floor_normal:");
+    EXPECT_NE(test::error_of([&] {
+                  read("[body]\nfree = true\nmass = 1\n[contact]\nfingers = 2\n");
+              }).find(":7: body: moves by one finger"),
+              std::string::npos);
+    expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that is not held");
+}
+
+}  // namespace
+}  // namespace haptable
