@@ -450,7 +450,7 @@ $(BUILD)/bin/haptable-report: $(BUILD)/host/report/main.cpp.o $(REPORT)
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(BENCH)
+$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(call objects,host/bench/proxy) $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-error: $(BUILD)/host/bench/error/main.cpp.o $(call objects,host/bench/error) $(BUILD)/host/bench/contact/bodies.cpp.o $(BUILD)/host/hard/cells.cpp.o $(BENCH)
@@ -480,7 +480,7 @@ $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(RE
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

@@ -82,13 +82,12 @@ std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes)
     return path;
 }
 
-std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m) {
-    constexpr float kLongest_m = 0.004F;
+std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m, float longest_m) {
     std::vector<std::array<float, 3>> path;
     for (const auto& at_m : path_m) {
         const Eigen::Vector3f to(at_m.data());
         const Eigen::Vector3f from = path.empty() ? to : Eigen::Vector3f(path.back().data());
-        const int steps = static_cast<int>(std::ceil((to - from).norm() / kLongest_m));
+        const int steps = static_cast<int>(std::ceil((to - from).norm() / longest_m));
         for (int i = 1; i < steps; ++i) {
             const Eigen::Vector3f x = from + static_cast<float>(i) / static_cast<float>(steps) * (to - from);
             path.push_back({x[0], x[1], x[2]});

@@ -14,8 +14,8 @@ namespace haptable {
 /// strokes the finger jumps, so some first contacts' segments cross the whole body. The same for the same tables.
 std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes);
 
-/// A path with ticks between its own, so that no motion is longer than 4 mm: what a servo with max_speed believes.
-std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m);
+/// A path with ticks between its own, so that no motion is longer; 4 mm: what a servo with max_speed believes.
+std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m, float longest_m = 0.004F);
 
 /// The strokes of the contact tests, [20 strokes, 3] in metres: a position that is none (the servo forgets the finger),
 /// then from just outside of a random patch straight inwards for 10 ticks, then for 9 aside, at 0.01 to 5 m/s, whatever

@@ -5,6 +5,7 @@
 
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
+#include "host/bench/contact/beside.hpp"
 #include "host/bench/contact/cost.hpp"
 #include "host/bench/contact/curves.hpp"
 #include "host/bench/contact/feel.hpp"
@@ -15,21 +16,29 @@ int main(int argc, char** argv) {
     CommandLine app("Measures what the contact modes feel like and cost.", "haptable-contact");
     std::filesystem::path build = "build/contact", out;
     int repetitions = 15, loops = 1000;
-    bool only_curves = false;
+    bool only_curves = false, only_beside = false;
     app.option("--build", build, "folder for tables and curves").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
     app.option("--repetitions", repetitions, "of each timing; the median counts");
     app.option("--loops", loops, "random closed loops a body and mode");
     app.flag("--curves", only_curves, "only the curves: line.dat, loop.dat and edge.dat in the folder");
+    app.flag("--beside", only_beside, "only the times beside a finger proxy");
     return run_program(app, argc, argv, [&] {
         std::filesystem::create_directories(build);
+        Numbers numbers("make bench");
+        if (only_beside) {
+            numbers.add("modes-beside", beside_a_proxy(build, 2 * repetitions));
+            print_topics(numbers);
+            if (!out.empty()) numbers.write(out);
+            return;
+        }
         const StiffnessLine line = stiffness_along_a_line(build);
         write_file(build / "line.dat", line.text());
         write_file(build / "loop.dat", energy_around_a_loop(build));
         write_file(build / "edge.dat", force_over_an_edge(build));
         if (only_curves) return;
-        Numbers numbers("make bench");
         numbers.add("modes-cost", cost_of_modes(build, repetitions));
+        numbers.add("modes-beside", beside_a_proxy(build, 2 * repetitions));
         numbers.add("feel-stiffness", stiffness_table(line));
         numbers.add("feel-loops", loop_table(build, loops));
         numbers.add("feel-change", change_table(build));

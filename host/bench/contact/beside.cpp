@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bench/contact/beside.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <limits>
+
+#include "host/bench/contact/bodies.hpp"
+#include "host/bench/proxy/finger_proxy.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Vector3d;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kStrokes = 50;
+constexpr float kLongest_m = 1e-4F;  // a tick: 0.1 m/s
+constexpr double kRadius_m = 1e-4;   // of the proxy
+constexpr double kStiffness_n_per_m = 100.0;
+
+/// What is timed: it begins a stroke at a position, and makes ticks.
+struct Touched {
+    std::function<void(const std::array<float, 3>&)> begin, to;
+};
+
+/// Strokes one by one, slow enough for a hand.
+std::vector<FingerPath> slow_strokes(const Tables& tables) {
+    constexpr std::size_t kTicks = 40;
+    const FingerPath path = stroke_path(tables, kStrokes);
+    std::vector<FingerPath> strokes;
+    for (std::size_t i = 0; i < path.size(); i += kTicks) {
+        const auto first = path.begin() + static_cast<std::ptrdiff_t>(i);
+        strokes.push_back(walked({first, first + kTicks}, kLongest_m));
+    }
+    return strokes;
+}
+
+/// By tick of all strokes: 1 where the paper's mode is in contact and was a tick before.
+std::vector<char> contact_ticks(haptable_model model, const std::vector<FingerPath>& strokes) {
+    std::vector<char> touches;
+    for (const FingerPath& stroke : strokes) {
+        haptable_servo servo;
+        haptable_output out{};
+        haptable_init(&servo);
+        bool before = false;
+        for (const auto& finger_m : stroke) {
+            haptable_step(&model, &servo, finger_m.data(), 0, &out);
+            const bool now = haptable_touches(out.state) != 0;
+            touches.push_back(before && now ? 1 : 0);
+            before = now;
+        }
+    }
+    return touches;
+}
+
+/// Every tick of a round into its fastest so far, s.
+void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, std::vector<double>& fastest_s) {
+    std::size_t tick = 0;
+    for (const FingerPath& stroke : strokes) {
+        touched.begin(stroke.front());
+        for (const auto& finger_m : stroke) {
+            const Clock::time_point begin = Clock::now();
+            touched.to(finger_m);
+            const double s = std::chrono::duration<double>(Clock::now() - begin).count();
+            fastest_s[tick] = std::min(fastest_s[tick], s);
+            ++tick;
+        }
+    }
+}
+
+struct Times {
+    double median_s, most_s;  ///< of the contact ticks; 99.9 % of them
+};
+
+Times times_of(const std::vector<double>& fastest_s, const std::vector<char>& counts, double clock_s) {
+    std::vector<double> s;
+    for (std::size_t i = 0; i < counts.size(); ++i)
+        if (counts[i] != 0) s.push_back(fastest_s[i] - clock_s);
+    const auto quantile = [&](double fraction) {
+        const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(s.size() - 1));
+        std::nth_element(s.begin(), s.begin() + at, s.end());
+        return s[static_cast<std::size_t>(at)];
+    };
+    return {quantile(0.5), quantile(0.999)};
+}
+
+Touched proxy_on(const Tables& tables) {
+    std::vector<Vector3d> point_m;
+    for (const auto& p : tables.position) point_m.emplace_back(p[0], p[1], p[2]);
+    auto proxy = std::make_shared<FingerProxy>(point_m, tables.patch, kRadius_m);
+    auto force_n = std::make_shared<Vector3d>();
+    const auto at = [](const std::array<float, 3>& x) {
+        return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>();
+    };
+    return {[proxy, at](const auto& x) { proxy->begin(at(x)); },
+            [proxy, at, force_n](const auto& x) {
+                const Vector3d finger_m = at(x);
+                *force_n = kStiffness_n_per_m * (proxy->to(finger_m) - finger_m);
+            }};
+}
+
+Touched servo_on(const haptable_model& model) {
+    struct State {
+        haptable_model model;
+        haptable_servo servo;
+        haptable_output out;
+    };
+    auto state = std::make_shared<State>();
+    state->model = model;
+    return {[state](const auto&) { haptable_init(&state->servo); },
+            [state](const auto& x) { haptable_step(&state->model, &state->servo, x.data(), 0, &state->out); }};
+}
+
+/// The proxy's times, then those of every mode without and with friction; all in turn, so that a ratio compares the
+/// same minutes.
+std::vector<Times> times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rounds) {
+    const Tables& tables = subjects[0]->tables();
+    const std::vector<FingerPath> strokes = slow_strokes(tables);
+    const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
+    std::vector<Touched> touched{{[](const auto&) {}, [](const auto&) {}}, proxy_on(tables)};
+    for (const Mode& mode : every_mode())
+        if (mode.more != "passivity")
+            touched.push_back(servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
+    std::vector<std::vector<double>> fastest_s(
+        touched.size(), std::vector<double>(counts.size(), std::numeric_limits<double>::infinity()));
+    for (int round = 0; round < rounds; ++round)
+        for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i], strokes, fastest_s[i]);
+    const double clock_s = times_of(fastest_s[0], counts, 0.0).median_s;
+    std::vector<Times> times;
+    for (std::size_t i = 1; i < touched.size(); ++i) times.push_back(times_of(fastest_s[i], counts, clock_s));
+    return times;
+}
+
+std::array<std::unique_ptr<Subject>, 3> in_every_force(const Scene& scene, double mask_radius_m,
+                                                       const std::filesystem::path& build) {
+    std::array<std::unique_ptr<Subject>, 3> subjects;
+    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        subjects[static_cast<std::size_t>(force)] =
+            touched_as(scene, {force, GodObject::kNearest}, mask_radius_m, build);
+    return subjects;
+}
+
+Number times(double factor) { return number(factor, fmt::format("{:.1f}", factor)); }
+
+}  // namespace
+
+NumberTable beside_a_proxy(const std::filesystem::path& build, int rounds) {
+    const std::vector<Times> cube = times_on(in_every_force(contact_cube(5, 0.3), 0.012, build), rounds);
+    const std::vector<Times> mouse = times_on(in_every_force(read_scene("meshes/mouse.toml"), 0.006, build), rounds);
+    NumberTable table{{"", "cube, median", "99.9 %", "mouse, median", "99.9 %"}, {}};
+    table.rows.push_back({"a finger proxy takes", seconds(cube[0].median_s), seconds(cube[0].most_s),
+                          seconds(mouse[0].median_s), seconds(mouse[0].most_s)});
+    std::size_t row = 0;
+    for (const Mode& mode : every_mode()) {
+        if (mode.more == "passivity") continue;
+        ++row;
+        table.rows.push_back({mode.name(), times(cube[0].median_s / cube[row].median_s),
+                              times(cube[0].most_s / cube[row].most_s), times(mouse[0].median_s / mouse[row].median_s),
+                              times(mouse[0].most_s / mouse[row].most_s)});
+    }
+    return table;
+}
+
+}  // namespace haptable

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <filesystem>
+
+#include "host/report/numbers.hpp"
+
+namespace haptable {
+
+/// How many times as fast as a finger proxy on the same patches (host/bench/proxy) a whole tick of each mode is, median
+/// and 99.9 %, on the cube and the mouse; first the proxy's own times. Over strokes at up to 0.1 m/s through the
+/// surface and aside, in the ticks in which the finger is in contact, each as fast as it was in any of `rounds`.
+NumberTable beside_a_proxy(const std::filesystem::path& build, int rounds);
+
+}  // namespace haptable
