@@ -209,6 +209,10 @@ static void damping_of(const struct haptable_body_push* push, const float veloci
 
 /* ---- the floor ------------------------------------------------------------------------------------------------ */
 
+static uint32_t points_of(const struct haptable_body* body) {
+    return body->point_count < HAPTABLE_BODY_POINTS ? body->point_count : HAPTABLE_BODY_POINTS;
+}
+
 /* What the floor does to one point in this tick. */
 struct touch {
     float turn[3][3]; /* levers about the centre of the floor's axes, body axes */
@@ -249,7 +253,7 @@ static void find_gaps(const struct haptable_body* body, const struct haptable_bo
     middle_turn(state->turn, state->spin_rad_per_s, q);
     middle = frame_of(q);
     turned = floor_axes_of(body, &middle);
-    for (i = 0; i < body->point_count; ++i) {
+    for (i = 0; i < points_of(body); ++i) {
         float arm[3];
         vec_sub(body->point_m[i], body->centre_m, arm);
         for (c = 0; c < 3; ++c) vec_cross(arm, turned.axis[c], touch[i].turn[c]);
@@ -325,7 +329,7 @@ static void change_touch(const struct haptable_body* body, const float stretch_m
 static void add_floor(const struct haptable_body* body, const struct floor_axes* floor, const struct touch touch[],
                       struct system* s) {
     uint32_t i;
-    for (i = 0; i < body->point_count; ++i) {
+    for (i = 0; i < points_of(body); ++i) {
         const struct touch* t = &touch[i];
         if (!t->carries) continue;
         add_line(s, floor->axis[0], t->turn[0], t->push_n, t->resistance);
@@ -398,7 +402,7 @@ static float leave_floor(const struct haptable_body* body, const struct floor_ax
     uint32_t i;
     state->on_floor = 0;
     state->slips = 0;
-    for (i = 0; i < body->point_count; ++i) {
+    for (i = 0; i < points_of(body); ++i) {
         float speed[3];
         float push_n;
         speeds_of(floor, &touch[i], motion, speed);
@@ -456,14 +460,14 @@ static void add_touches(const struct haptable_body* body, const struct haptable_
     float speed[3];
     uint32_t i;
     find_gaps(body, state, floor, touch);
-    for (i = 0; i < body->point_count; ++i) {
+    for (i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
         begin_touch(body, state, i, speed, &touch[i]);
     }
     add_floor(body, floor, touch, &trial);
     factorize(&trial);
     find_middle(body, state->turn, &trial, motion);
-    for (i = 0; i < body->point_count; ++i) {
+    for (i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
         change_touch(body, state->stretch_m[i], speed, &touch[i]);
     }

@@ -123,13 +123,17 @@ press law-bed bed 0.0262 0.015 0.03 --azimuth -90 --elevation 8 --zoom 0.85 --ex
 "$BUILD/tests/touch_picture/touch-picture" "$work/touch.html" -o "$pictures/touch.png"
 echo "  $pictures/touch.png"
 
-# A finger tip of 12 mm over the mouse: down, aside, across, back, up. Places are "ms x y z", mm; between them the
-# finger moves smoothly (minimum jerk).
-awk 'NR == 1 { print "x,y,z" }
-     NR > 1 { for (i = 0; i < $1 - t; ++i) {
-         s = i / ($1 - t); s = s * s * s * (10 - 15 * s + 6 * s * s)
-         printf "%.6f,%.6f,%.6f\n", (x + s * ($2 - x)) / 1e3, (y + s * ($3 - y)) / 1e3, (z + s * ($4 - z)) / 1e3 } }
-     { t = $1; x = $2; y = $3; z = $4 }' >"$work/mouse.path.csv" <<PLACES
+# A finger's path through places "ms x y z", mm; between them it moves smoothly (minimum jerk).
+smooth_path() {
+    awk 'NR == 1 { print "x,y,z" }
+         NR > 1 { for (i = 0; i < $1 - t; ++i) {
+             s = i / ($1 - t); s = s * s * s * (10 - 15 * s + 6 * s * s)
+             printf "%.6f,%.6f,%.6f\n", (x + s * ($2 - x)) / 1e3, (y + s * ($3 - y)) / 1e3, (z + s * ($4 - z)) / 1e3 } }
+         { t = $1; x = $2; y = $3; z = $4 }'
+}
+
+# A finger tip of 12 mm over the mouse: down, aside, across, back, up.
+smooth_path >"$work/mouse.path.csv" <<PLACES
 0 -15 0 44
 400 -15 0 31
 700 -15 0 30
@@ -144,3 +148,17 @@ PLACES
     --samples 4 -o "$pictures/mouse.gif"
 echo "  $pictures/mouse.gif"
 [ "$(stat -c %s "$pictures/mouse.gif")" -lt 3000000 ] || { echo "$pictures/mouse.gif: is over 3 MB" >&2 && exit 1; }
+
+# Down onto the top of a cube that nothing holds, and along it: friction tips it over its edge.
+smooth_path >"$work/free.path.csv" <<PLACES
+0 15 15 45
+500 15 15 26.5
+700 15 15 26.5
+1900 40 15 26.5
+2400 40 15 60
+3000 40 15 60
+PLACES
+"$BUILD/free-cube/servo" --quiet --replay "$work/free.path.csv" --out "$work/free.csv"
+"$BUILD/bin/haptable-view" "$BUILD/free-cube" --quiet --csv "$work/free.csv" --every 50 --size 480x360 --zoom 0.5 \
+    --azimuth -60 --elevation 18 -o "$pictures/free-cube.gif"
+echo "  $pictures/free-cube.gif"

@@ -318,10 +318,10 @@ private:
 };
 
 /// Folders that make fills beside those of the scenes.
-constexpr std::string_view kTaken[] = {"against",  "bin",   "codegen", "contact", "demo",   "error", "figures",
-                                       "firmware", "fuzz",  "hard",    "host",    "large",  "lcm",   "lib",
-                                       "masks",    "modes", "package", "pic",     "python", "quick", "report",
-                                       "sanitize", "scan",  "strokes", "tests",   "tidy"};
+constexpr std::string_view kTaken[] = {"against",  "bin",      "codegen", "contact", "demo",   "error", "figures",
+                                       "firmware", "fuzz",     "hard",    "host",    "large",  "lcm",   "lib",
+                                       "masks",    "modes",    "package", "pic",     "python", "quick", "realtime",
+                                       "report",   "sanitize", "scan",    "strokes", "tests",  "tidy",  "ways"};
 
 /// The name is a folder's, a C identifier's (after codegen has mended it) and a message's.
 std::string read_name(const Section& root) {

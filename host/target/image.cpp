@@ -151,6 +151,13 @@ std::vector<std::array<float, 3>> TargetImage::deform(const std::vector<std::arr
     return displacement_m;
 }
 
+std::vector<std::array<float, 10>> TargetImage::move_body(const std::vector<std::array<float, 3>>& path_m) const {
+    const std::string bytes = run("body", bytes_of(path_m, path_m.size()));
+    std::vector<std::array<float, 10>> ticks(bytes.size() / sizeof(std::array<float, 10>));
+    std::memcpy(ticks.data(), bytes.data(), ticks.size() * sizeof ticks[0]);
+    return ticks;
+}
+
 std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
 
 std::string TargetImage::run(const std::string& image, std::string_view bytes) const {

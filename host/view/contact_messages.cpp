@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "haptable/body_pose.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/link/connection.hpp"
@@ -24,7 +25,26 @@ constexpr std::int64_t kLastUtime = 4'102'444'800'000'000;  // the year 2100
 // Another servo is followed when the one that was has been silent for so long.
 constexpr std::chrono::seconds kServoGone{1};
 
+constexpr const char* kBodyChannel = "HAPTABLE_BODY";  // a body_pose comes before the contact of its state
+
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+/// The pose that came last, of the servo that sent it.
+class LastPose {
+public:
+    void take(const body_pose& message) {
+        servo_ = message.servo;
+        pose_ = pose_of(vector(message.rest_centre_m), vector(message.centre_m),
+                        {message.turn[0], message.turn[1], message.turn[2], message.turn[3]});
+    }
+    std::optional<Eigen::Isometry3d> of(const contact& message) const {
+        return message.servo == servo_ ? pose_ : std::nullopt;
+    }
+
+private:
+    std::int64_t servo_ = 0;
+    std::optional<Eigen::Isometry3d> pose_;
+};
 
 NodalForce to_load(const contact& message, std::size_t i, const Tables& tables, const std::string& source) {
     const std::int32_t node = message.node[i];
@@ -90,6 +110,7 @@ public:
     /// Throws Error, and takes nothing, where the message is not one that the servo can have sent.
     void take(const contact& message) {
         ContactFrame frame = to_frame(message, loads_, 0, source_);
+        frame.pose = pose.of(message);
         const bool first = messages_++ == 0;
         const std::int64_t step = message.utime - last_utime_;
         if (first || step < 0 || step > kLongestPause_us) {
@@ -117,6 +138,7 @@ public:
     }
 
     std::vector<ContactFrame> frames;
+    LastPose pose;
 
 private:
     /// The newest message so far is what was to be seen at every frame time before `now_us`.
@@ -172,6 +194,7 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
     Omissions left_out;
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
+        if (body_pose pose; event->channel == kBodyChannel && decode_whole(event->data, pose)) chooser.pose.take(pose);
         if (event->channel != kContactChannel) continue;
         try {
             chooser.take(decode(*event, file.string()));
@@ -198,6 +221,7 @@ public:
                 return left_out.add(source_ + ": two servos answer there: end one of them");
             if (!begun_) begin_utime_ = message.utime;
             frame_ = to_frame(message, loads_, begin_utime_, source_);
+            frame_->pose = pose.of(message);
         } catch (const Error& error) {
             return left_out.add(error.what());
         }
@@ -211,6 +235,7 @@ public:
 
     std::int64_t messages = 0;
     Omissions left_out;
+    LastPose pose;
 
 private:
     const ContactLoads& loads_;
@@ -229,6 +254,7 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
     const std::chrono::milliseconds period(limits.every_ms);
     Connection connection;
     Newest newest(loads, connection.url());
+    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& pose, std::int64_t) { newest.pose.take(pose); });
     connection.subscribe<contact>(kContactChannel, [&](const contact& message, std::int64_t) { newest.take(message); });
     const Clock::time_point begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));

@@ -2,8 +2,9 @@
 // One moment of a session: where finger and god-object are, what loads the body, what the user feels.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "host/tables/tables.hpp"
@@ -20,8 +21,16 @@ struct ContactFrame {
     Eigen::Vector3d finger_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();  ///< of a contact
     Eigen::Vector3d force_n = Eigen::Vector3d::Zero();       ///< what the user feels (equation 12)
-    std::vector<NodalForce> loads;                           ///< of the body (equation 10); or of a dent
+    /// From body to world coordinates, in which finger and force are; god-object and loads are the body's. None where
+    /// it is held.
+    std::optional<Eigen::Isometry3d> pose;
+    std::vector<NodalForce> loads;  ///< of the body (equation 10); or of a dent
 };
+
+/// Of a body that nothing holds: its centre of mass where it was at first and where it is, and its turn w x y z. None
+/// where a number is not finite.
+std::optional<Eigen::Isometry3d> pose_of(const Eigen::Vector3d& rest_centre_m, const Eigen::Vector3d& centre_m,
+                                         const std::array<double, 4>& turn);
 
 /// Which moments are drawn.
 struct FrameChoice {

@@ -87,7 +87,7 @@ float Painter::room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& ar
 
 Markers Painter::markers(const ContactFrame& frame, const Ranges& ranges) const {
     Markers markers;
-    const Eigen::Vector3f god_object = to_float(frame.god_object_m);
+    const Eigen::Vector3f god_object = to_float(frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m);
     if (frame.finger_known) markers.finger = to_float(frame.finger_m);
     if (!frame.contact) return markers;
     if (frame.finger_known)
@@ -116,7 +116,8 @@ void Painter::add_place(Annotation& notes) const {
 }
 
 void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
-    const double depth_m = frame.contact ? (frame.finger_m - frame.god_object_m).norm() : 0.0;
+    const Eigen::Vector3d god_object_m = frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m;
+    const double depth_m = frame.contact ? (frame.finger_m - god_object_m).norm() : 0.0;
     notes.title = tables_.name;
     notes.details = {fmt::format("t = {:.3f} s", frame.time_s), fmt::format("tick {}", frame.number),
                      "u = " + si(depth_m, "m"), "|F| = " + si(frame.force_n.norm(), "N")};
@@ -180,6 +181,7 @@ Painter::Scene Painter::compose(const ContactFrame& frame, const Ranges& ranges)
     if (view_.exaggeration != 1.0)
         for (Eigen::Vector3f& u : surface_.displacement_m) u *= static_cast<float>(view_.exaggeration);
     surface_.update_normals();
+    if (frame.pose) surface_.move(*frame.pose);
     add_place(notes);
     if (scene.markers.arrow_tip && frame.force_n.norm() > 0.0) {
         notes.label = si(frame.force_n.norm(), "N");

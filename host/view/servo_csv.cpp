@@ -19,6 +19,9 @@ namespace {
 constexpr std::string_view kHeader =
     "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z";
 constexpr std::size_t kColumns = 17;  // a file may have more behind them
+// Of a body that nothing holds, in the last columns.
+constexpr std::string_view kPoseColumns = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
+constexpr std::size_t kPose = 7;
 constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
@@ -28,6 +31,7 @@ struct Row {
     int contact = 0;
     PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
+    std::array<double, kPose> pose{};
 };
 
 bool finite(const std::array<double, 3>& v) {
@@ -50,6 +54,7 @@ public:
             fail(
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
+        has_pose_ = header.ends_with(kPoseColumns);
         std::vector<ContactFrame> frames;
         std::size_t rows = 0;
         std::set<std::int64_t> wanted(choice.ticks.begin(), choice.ticks.end());
@@ -58,6 +63,7 @@ public:
             const Row row = parse(next_line(rest));
             if (row.tick <= last) fail(fmt::format("tick {} comes after tick {}: ticks must rise", row.tick, last));
             check(row);
+            if (rows == 0) rest_ = row.pose;
             last = row.tick;
             const bool chosen = choice.ticks.empty() ? static_cast<std::int64_t>(rows) % choice.every_ms == 0
                                                      : wanted.erase(row.tick) == 1;
@@ -100,6 +106,7 @@ private:
         if (commas + 1 != columns_)
             fail(fmt::format("has {} columns where {} belong: is the file cut off?", line.empty() ? 0 : commas + 1,
                              columns_));
+        const std::string_view whole = line;
         for (std::string_view& f : field) {
             const std::size_t comma = line.find(',');
             f = line.substr(0, comma);
@@ -115,7 +122,19 @@ private:
             row.god_object_m[i] = number<double>(field[11 + i], "the god-object's position");
             row.force_n[i] = number<double>(field[14 + i], "the force");
         }
+        if (has_pose_) row.pose = pose(whole);
         return row;
+    }
+
+    /// The last columns.
+    std::array<double, kPose> pose(std::string_view line) const {
+        std::array<double, kPose> numbers{};
+        for (std::size_t k = kPose; k-- > 0;) {
+            const std::size_t comma = line.rfind(',');
+            numbers[k] = number<double>(line.substr(comma + 1), "the body's place");
+            line = line.substr(0, comma);
+        }
+        return numbers;
     }
 
     void check(const Row& row) const {
@@ -145,10 +164,14 @@ private:
         out.finger_known = finite(row.finger_m);
         out.contact = row.contact == 1;
         if (out.finger_known) out.finger_m = vector(row.finger_m);
+        if (has_pose_)
+            out.pose = pose_of({rest_[0], rest_[1], rest_[2]}, {row.pose[0], row.pose[1], row.pose[2]},
+                               {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
         if (!out.contact) return out;
         out.god_object_m = vector(row.god_object_m);
         out.force_n = vector(row.force_n);
-        out.loads = loads_.spread(loads_.of(row.node, row.alpha, out.finger_m, out.god_object_m));
+        const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
+        out.loads = loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
         return out;
     }
 
@@ -156,6 +179,8 @@ private:
     const ContactLoads& loads_;
     int line_ = 0;
     std::size_t columns_ = kColumns;  ///< of this file
+    bool has_pose_ = false;
+    std::array<double, kPose> rest_{};  ///< the first row's
 };
 
 }  // namespace

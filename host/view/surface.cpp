@@ -163,6 +163,13 @@ void DrawnSurface::deform(std::span<const float> displacement) {
     }
 }
 
+void DrawnSurface::move(const Eigen::Isometry3d& pose) {
+    const Eigen::Isometry3f to_world = pose.cast<float>();
+    for (std::size_t i = 0; i < nodes(); ++i)
+        displacement_m[i] = to_world * (rest_m[i] + displacement_m[i]) - rest_m[i];
+    for (Eigen::Vector3f& n : normal) n = to_world.linear() * n;
+}
+
 void DrawnSurface::update_normals() {
     constexpr float kFar = 0.25F;  // of the body's thinnest side: less, and no part has come through another
     std::fill(normal.begin(), normal.end(), Vector3f::Zero());

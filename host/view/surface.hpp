@@ -2,7 +2,7 @@
 // The surface that is drawn: rest shape, deformed shape, and smooth normals that keep the sharp edges sharp.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,6 +27,9 @@ public:
 
     /// The angle-weighted normals of the deformed shape, one for each smooth group of faces at a node.
     void update_normals();
+
+    /// Brings the deformed shape and its normals to where the body is.
+    void move(const Eigen::Isometry3d& pose);
 
     std::vector<std::int32_t> node_id;                ///< [m] mesh node, ascending
     std::vector<std::int32_t> row;                    ///< [m] row of columns.npy, -1 at a fixed node
