@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr const char* kKinds[] = {"arduino", "cmake", "cmsis-pack", "esp-idf", "platformio", "zephyr"};
 constexpr const char* kStm32 = "-mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard";
 constexpr const char* kRp2350 = "-mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard";
-constexpr std::size_t kTableBytes = 6752, kMostCodeBytes = 19700;  // of the cube, as in firmware/README.md's test
+constexpr std::size_t kTableBytes = 6752, kMostCodeBytes = 21100;  // of the cube, as in firmware/README.md's test
 
 /// What the reader of an example has to bring.
 constexpr const char* kDevice =
