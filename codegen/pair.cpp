@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -44,27 +45,47 @@ private:
     const ServoModel& servo_;
 };
 
-void add_blocks(const PairTables& pair, const Scale& scale, ServoPair& to) {
-    std::size_t i = 0;
-    for (std::size_t k = 0; k < pair.control_count; ++k) {
+using Blocks = std::vector<std::array<float, 9>>;
+
+Blocks scaled_blocks(const PairTables& pair, const Scale& scale) {
+    Blocks to;
+    for (std::size_t k = 0, i = 0; k < pair.control_count; ++k) {
         const Matrix3d s_k = scale.of(k);
         const std::size_t first = pair.is_exact() ? 0 : pair.near_begin[k];
         const std::size_t count = pair.is_exact() ? k + 1 : pair.near_begin[k + 1] - first;
         for (std::size_t j = 0; j < count; ++j, ++i) {
             const std::size_t l = pair.is_exact() ? j : static_cast<std::size_t>(pair.near[first + j]);
-            to.block.push_back(in_float(s_k * Eigen::Map<const Rows>(pair.block[i].data()) * scale.of(l)));
+            to.push_back(in_float(s_k * Eigen::Map<const Rows>(pair.block[i].data()) * scale.of(l)));
         }
     }
+    return to;
 }
 
-void add_columns(const PairTables& pair, const Scale& scale, ServoPair& to) {
-    for (std::size_t k = 0; k < pair.control_count && pair.rank > 0; ++k) {
+std::vector<std::array<float, 3>> scaled_columns(const PairTables& pair, const Scale& scale) {
+    std::vector<std::array<float, 3>> to;
+    for (std::size_t k = 0; k < pair.control_count; ++k) {
         const Matrix3d s_k = scale.of(k);
         for (std::size_t r = 0; r < pair.rank; ++r) {
             const Eigen::Vector3d v = s_k * Eigen::Map<const Eigen::Vector3d>(pair.column[k * pair.rank + r].data());
-            to.column.push_back({finite(v[0]), finite(v[1]), finite(v[2])});
+            to.push_back({finite(v[0]), finite(v[1]), finite(v[2])});
         }
     }
+    return to;
+}
+
+/// In 16 bits: integers and their step.
+template <std::size_t k>
+float in_steps(const std::vector<std::array<float, k>>& rows, std::vector<std::array<std::int16_t, k>>& to) {
+    constexpr float kMost = 32767.0F;
+    float largest = 0.0F;
+    for (const auto& row : rows)
+        for (const float value : row) largest = std::max(largest, std::abs(value));
+    const float step = largest > 0.0F ? largest / kMost : 1.0F;
+    for (const auto& row : rows) {
+        auto& steps = to.emplace_back();
+        for (std::size_t i = 0; i < k; ++i) steps[i] = static_cast<std::int16_t>(std::lround(row[i] / step));
+    }
+    return step;
 }
 
 template <typename Rows_>
@@ -76,8 +97,13 @@ void define(const char* type, const char* name, const char* extent, const Rows_&
             fmt::format_to(Out(text), "    {},\n", row);
         } else {
             text += "    {";
-            for (std::size_t i = 0; i < row.size(); ++i)
-                fmt::format_to(Out(text), "{}{:#.9g}f", i == 0 ? "" : ", ", row[i]);
+            for (std::size_t i = 0; i < row.size(); ++i) {
+                if (i > 0) text += ", ";
+                if constexpr (std::is_integral_v<std::decay_t<decltype(row[i])>>)
+                    fmt::format_to(Out(text), "{}", row[i]);
+                else
+                    fmt::format_to(Out(text), "{:#.9g}f", row[i]);
+            }
             text += "},\n";
         }
     }
@@ -102,8 +128,13 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
         throw Error("two fingers read a compliance in float32: remove precision in [tables]");
     const Scale scale(tables, servo);
     ServoPair to;
-    add_blocks(pair, scale, to);
-    add_columns(pair, scale, to);
+    Blocks blocks = scaled_blocks(pair, scale);
+    if (pair.is_exact()) {
+        to.block = std::move(blocks);
+    } else {
+        to.near_step = in_steps(blocks, to.near_block);
+        to.column_step = in_steps(scaled_columns(pair, scale), to.column);
+    }
     to.near_begin = pair.near_begin;
     to.near.assign(pair.near.begin(), pair.near.end());
     to.control_count = static_cast<std::uint16_t>(controls);
@@ -129,7 +160,10 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
     to.block = reinterpret_cast<const float(*)[9]>(pair.block.data());
     to.near_begin = pair.near_begin.data();
     to.near = pair.near.data();
-    to.column = reinterpret_cast<const float(*)[3]>(pair.column.data());
+    to.near_block = reinterpret_cast<const std::int16_t(*)[9]>(pair.near_block.data());
+    to.column = reinterpret_cast<const std::int16_t(*)[3]>(pair.column.data());
+    to.near_step = pair.near_step;
+    to.column_step = pair.column_step;
     return to;
 }
 
@@ -141,6 +175,7 @@ std::vector<TableBytes> flash_tables(const ServoPair& pair) {
     add("pair_block", pair.block);
     add("pair_near_begin", pair.near_begin);
     add("pair_near", pair.near);
+    add("pair_near_block", pair.near_block);
     add("pair_column", pair.column);
     return tables;
 }
@@ -155,7 +190,8 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("float", "block", "[9]", pair.block, text);
     define("uint32_t", "near_begin", "", pair.near_begin, text);
     define("uint16_t", "near", "", pair.near, text);
-    define("float", "column", "[3]", pair.column, text);
+    define("int16_t", "near_block", "[9]", pair.near_block, text);
+    define("int16_t", "column", "[3]", pair.column, text);
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
     fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
     if (model.energy != nullptr)
@@ -164,6 +200,9 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     if (pair.rank != 0) text += "    .far = haptable_pair_far_low_rank,\n";
     fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n    .rank = {},\n", pair.meeting_m,
                    pair.control_count, pair.rank);
+    if (pair.rank != 0)
+        fmt::format_to(Out(text), "    .near_step = {:#.9g}f,\n    .column_step = {:#.9g}f,\n", pair.near_step,
+                       pair.column_step);
     for (const TableBytes& table : flash_tables(pair))
         fmt::format_to(Out(text), "    .{} = {},\n", table.name.substr(5), table.name);
     return text + "};\n";

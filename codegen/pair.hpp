@@ -15,7 +15,9 @@ struct ServoPair {
     std::vector<std::array<float, 9>> block;
     std::vector<std::uint32_t> near_begin;
     std::vector<std::uint16_t> near;
-    std::vector<std::array<float, 3>> column;
+    std::vector<std::array<std::int16_t, 9>> near_block;  ///< in steps
+    std::vector<std::array<std::int16_t, 3>> column;
+    float near_step = 0.0F, column_step = 0.0F;
     std::uint16_t control_count = 0, rank = 0;
     float meeting_m = 0.0F;
 };

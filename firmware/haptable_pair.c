@@ -9,7 +9,6 @@
 #include "haptable_pair.h"
 
 #include "haptable_pair_terms.h"
-#include "haptable_surface.h"
 #include "haptable_tick.h"
 
 /* ---- what a finger is told of the other ----------------------------------------------------------------------- */
@@ -82,21 +81,17 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     vec_add_scaled(-by, motion_m, force_n);
 }
 
-/* 1 where the surface, as the other finger alone would dent it, has left this finger behind: w is where it is then,
- * seen from the finger, times A where A is a stiffness. One that pulls on the surface already, or holds it, is not let
- * go by the other. */
+/* 1 where the other finger alone would take the surface farther than this one's u: q, what is left of u then, points
+ * back. t: q, or A q where A is a stiffness. One that holds the surface is not let go. */
 static int is_left_behind(const struct haptable_pair_model* tables, const struct haptable_servo* servo,
                           const float inverse[6], const float t[3]) {
-    float normal[3];
     float u[3];
-    float over[3];
+    float q[3];
     if ((servo->buttons & HAPTABLE_BUTTON_GRAB) != 0) return 0;
-    haptable_surface_outward(tables->model, &servo->contact, normal);
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    if (vec_dot(normal, u) >= 0.0f) return 0;
-    vec_copy(t, over);
-    if (tables->law->is_stiffness) vec_symmetric_product(inverse, t, over);
-    return vec_dot(normal, over) >= 0.0f;
+    if (!tables->law->is_stiffness) return vec_dot(u, t) < 0.0f;
+    vec_symmetric_product(inverse, t, q);
+    return vec_dot(u, q) < 0.0f;
 }
 
 static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {

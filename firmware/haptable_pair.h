@@ -46,7 +46,7 @@ struct haptable_pair_own {
 
 struct haptable_pair_view;
 
-/* Adds up what couples the controls of a patch, row by row, to the other finger's place: x[k] = sum_l w_l C_kl. */
+/* What couples the controls of a patch, row by row, to the other finger's place: x[k] = sum_l w_l C_kl. */
 typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, const uint16_t* control, int count,
                                     float (*x)[9]);
 
@@ -76,16 +76,19 @@ extern const struct haptable_pair_law haptable_pair_pressure_mask;
 struct haptable_pair_model {
     const struct haptable_model* model;
     const struct haptable_pair_law* law;
-    haptable_energy_fn* energy;    /* for god_object_least_energy; else NULL */
-    haptable_pair_cross_fn* cross; /* one of those below: it says which of the next are used */
-    haptable_pair_far_fn* far;     /* as cross asks */
-    float meeting_m;               /* fingers nearer than this meet, > 0 */
-    uint16_t control_count;        /* n: free vertices; or vertices, then edges */
-    uint16_t rank;                 /* r <= HAPTABLE_PAIR_RANK */
-    const float (*block)[9];       /* C_kl of all pairs k >= l in a row by k, [n (n + 1) / 2]; or E_kl of the near */
-    const uint32_t* near_begin;    /* [n + 1] where control k's near pairs begin */
-    const uint16_t* near;          /* l <= k of each, ascending in a row */
-    const float (*column)[3];      /* Phi, [n r]: C_kl = Phi_k Phi_l^T, and of near pairs E_kl besides */
+    haptable_energy_fn* energy;     /* for god_object_least_energy; else NULL */
+    haptable_pair_cross_fn* cross;  /* one of those below: it says which of the next are used */
+    haptable_pair_far_fn* far;      /* as cross asks */
+    float meeting_m;                /* fingers nearer than this meet, > 0 */
+    uint16_t control_count;         /* n: free vertices; or vertices, then edges */
+    uint16_t rank;                  /* r <= HAPTABLE_PAIR_RANK */
+    const float (*block)[9];        /* exact: C_kl of all pairs k >= l in a row by k, [n (n + 1) / 2] */
+    const uint32_t* near_begin;     /* low rank: [n + 1] where control k's near pairs begin */
+    const uint16_t* near;           /* l <= k of each, ascending in a row */
+    const int16_t (*near_block)[9]; /* E_kl of each, in steps */
+    const int16_t (*column)[3];     /* Phi, [n r], in steps: C_kl = Phi_k Phi_l^T, and of near pairs E_kl besides */
+    float near_step;
+    float column_step;
 };
 
 /* cross: every pair is a block. cost: controls squared blocks. */

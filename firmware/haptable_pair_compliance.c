@@ -29,11 +29,20 @@ static inline void own_of(const struct haptable_model* model, const struct hapta
     vec_sub(finger_m, contact->god_object_m, own->terms.s);
 }
 
+/* Without the net: half the work. */
 static void own_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                            const float finger_m[3], struct haptable_pair_own* terms) {
-    struct own own;
-    own_of(model, &consistent_form, contact, finger_m, &own);
-    *terms = own.terms;
+    const struct haptable_compliance* table = model->compliance;
+    const uint16_t* v = model->patch[contact->patch];
+    const uint16_t* e = table->patch_edge[contact->patch];
+    const float* a = contact->alpha;
+    int c;
+    set_block(a[0] * a[0], table->vertex[v[0]], terms->a);
+    add_block(a[1] * a[1], table->vertex[v[1]], terms->a);
+    add_block(a[2] * a[2], table->vertex[v[2]], terms->a);
+    for (c = 0; c < 3; ++c) add_block(2.0f * a[next_corner(c)] * a[previous_corner(c)], table->edge[e[c]], terms->a);
+    lift(model, fixed_fraction(model, contact), terms->a);
+    vec_sub(finger_m, contact->god_object_m, terms->s);
 }
 
 static void own_mask(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -52,57 +61,83 @@ static void put_load(const struct haptable_model* model, const struct haptable_c
 const struct haptable_pair_law haptable_pair_consistent = {3, 0, own_consistent, put_load};
 const struct haptable_pair_law haptable_pair_pressure_mask = {HAPTABLE_PAIR_CONTROLS, 0, own_mask, put_load};
 
-/* The other's v where this one's load is known. */
-static void take_load(const struct haptable_pair_view* view, const float x[9], const float load_n[3],
-                      struct pair_solved* solved) {
-    vec_copy(load_n, solved->v);
-    pair_other(view, x, load_n, solved->other);
+/* What an evaluation has before the load is known. */
+struct point {
+    struct own own;
+    struct pair_coupling coupling;
+    float e[2][3];
+};
+
+static void begin_point(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                        const struct haptable_contact* contact, const float finger_m[3], struct point* point) {
+    float normal[3];
+    patch_frame(model, contact->patch, point->e[0], point->e[1], normal);
+    own_of(model, form, contact, finger_m, &point->own);
+    pair_couple(pair_view_of(model), contact, point->e, &point->coupling);
+}
+
+/* The gradient for both fingers' loads, and y: s_b - C_b f. */
+static void put_slope(const struct haptable_model* model, const struct haptable_compliance_form* form, uint16_t patch,
+                      struct point* point, const float load_n[3], const float other_n[3], float y[2][3],
+                      struct haptable_energy* energy) {
+    int b;
+    vary(form->degree, point->own.linear, load_n, point->own.lifted, y);
+    if (point->own.lifted) vary_fraction(model, patch, load_n, y);
+    for (b = 0; b < 2; ++b) {
+        const float* e = point->e[b];
+        energy->gradient_j[b] = -vec_dot(e, load_n) - 0.5f * vec_dot(load_n, y[b]) -
+                                pair_bilinear(point->coupling.first[b], load_n, other_n);
+        y[b][0] = -e[0] - y[b][0];
+        y[b][1] = -e[1] - y[b][1];
+        y[b][2] = -e[2] - y[b][2];
+    }
+}
+
+static void put_gradient(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                         const struct haptable_contact* contact, const float finger_m[3],
+                         struct haptable_energy* energy) {
+    struct point point;
+    float other[3];
+    float y[2][3];
+    begin_point(model, form, contact, finger_m, &point);
+    pair_other(pair_view_of(model), point.coupling.x, energy->load_n, other);
+    put_slope(model, form, contact->patch, &point, energy->load_n, other, y, energy);
 }
 
 static void put_energy(const struct haptable_model* model, const struct haptable_compliance_form* form,
                        const struct haptable_contact* contact, const float finger_m[3],
-                       enum haptable_energy_terms terms, struct haptable_energy* energy) {
+                       struct haptable_energy* energy) {
     const struct haptable_pair_view* view = pair_view_of(model);
-    const int whole = terms == HAPTABLE_ENERGY_ALL;
-    struct own own;
-    struct pair_coupling coupling;
+    struct point point;
     struct pair_solved solved;
-    float e[2][3];
     float y[2][3];
-    float normal[3];
     int b;
-    patch_frame(model, contact->patch, e[0], e[1], normal);
-    own_of(model, form, contact, finger_m, &own);
-    pair_couple(view, contact, e, &coupling);
-    if (whole) {
-        pair_solve(view, &own.terms, coupling.x, &solved);
-        vec_copy(solved.v, energy->load_n);
-        energy->energy_j = solved.energy_j;
-    } else {
-        take_load(view, coupling.x, energy->load_n, &solved);
-    }
-    vary(form->degree, own.linear, solved.v, own.lifted, y);
-    if (own.lifted) vary_fraction(model, contact->patch, solved.v, y);
-    for (b = 0; b < 2; ++b) {
-        energy->gradient_j[b] = -vec_dot(e[b], solved.v) - 0.5f * vec_dot(solved.v, y[b]) -
-                                pair_bilinear(coupling.first[b], solved.v, solved.other);
-        y[b][0] = -e[b][0] - y[b][0]; /* s_b - C_b f */
-        y[b][1] = -e[b][1] - y[b][1];
-        y[b][2] = -e[b][2] - y[b][2];
-    }
-    if (!whole) return;
-    vary_twice(&own.net, form->degree, contact->alpha, solved.v, own.lifted, energy->hessian_j);
+    begin_point(model, form, contact, finger_m, &point);
+    pair_solve(view, &point.own.terms, point.coupling.x, &solved);
+    vec_copy(solved.v, energy->load_n);
+    energy->energy_j = solved.energy_j;
+    put_slope(model, form, contact->patch, &point, solved.v, solved.other, y, energy);
+    vary_twice(&point.own.net, form->degree, contact->alpha, solved.v, point.own.lifted, energy->hessian_j);
     for (b = 0; b < 3; ++b) energy->hessian_j[b] *= -0.5f;
-    pair_bend(view, &coupling, &solved, y, energy);
+    pair_bend(view, &point.coupling, &solved, y, energy);
     for (b = 0; b < 2; ++b) vec_copy(y[b], energy->load_gradient_n[b]);
-    if (own.steps) forget_slope(energy);
+    if (point.own.steps) forget_slope(energy);
+}
+
+static void put_terms(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                      const struct haptable_contact* contact, const float finger_m[3], enum haptable_energy_terms terms,
+                      struct haptable_energy* energy) {
+    if (terms == HAPTABLE_ENERGY_ALL)
+        put_energy(model, form, contact, finger_m, energy);
+    else
+        put_gradient(model, form, contact, finger_m, energy);
 }
 
 void haptable_pair_energy_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                                      const float finger_m[3], enum haptable_energy_terms terms,
                                      struct haptable_energy* energy) {
     if (pair_view_of(model)->is_coupled)
-        put_energy(model, &consistent_form, contact, finger_m, terms, energy);
+        put_terms(model, &consistent_form, contact, finger_m, terms, energy);
     else
         haptable_energy_consistent(model, contact, finger_m, terms, energy);
 }
@@ -111,7 +146,7 @@ void haptable_pair_energy_pressure_mask(const struct haptable_model* model, cons
                                         const float finger_m[3], enum haptable_energy_terms terms,
                                         struct haptable_energy* energy) {
     if (pair_view_of(model)->is_coupled)
-        put_energy(model, &mask_form, contact, finger_m, terms, energy);
+        put_terms(model, &mask_form, contact, finger_m, terms, energy);
     else
         haptable_energy_pressure_mask(model, contact, finger_m, terms, energy);
 }

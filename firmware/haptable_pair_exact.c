@@ -5,28 +5,39 @@
 #include "haptable_pair_terms.h"
 
 static void add_transposed(float w, const float x[9], float out[9]) {
-    int i;
-    int j;
-    for (i = 0; i < 3; ++i)
-        for (j = 0; j < 3; ++j) out[3 * i + j] += w * x[3 * j + i];
+    out[0] += w * x[0];
+    out[1] += w * x[3];
+    out[2] += w * x[6];
+    out[3] += w * x[1];
+    out[4] += w * x[4];
+    out[5] += w * x[7];
+    out[6] += w * x[2];
+    out[7] += w * x[5];
+    out[8] += w * x[8];
 }
 
-void haptable_pair_cross_exact(const struct haptable_pair_view* view, const uint16_t* control, int count,
-                               float (*x)[9]) {
+/* One control and all of the other's place. */
+static void add_row(const struct haptable_pair_view* view, uint32_t k, int count, float out[9]) {
     const float(*block)[9] = view->tables->block;
-    int i;
+    const float(*row)[9] = &block[k * (k + 1u) / 2u];
     int j;
     for (j = 0; j < count; ++j) {
         const uint32_t l = view->place.control[j];
         const float w = view->place.weight[j];
-        if (l == HAPTABLE_NONE || w == 0.0f) continue;
-        for (i = 0; i < count; ++i) {
-            const uint32_t k = control[i];
-            if (k == HAPTABLE_NONE) continue;
-            if (k >= l)
-                pair_add(w, block[k * (k + 1) / 2 + l], x[i]);
-            else
-                add_transposed(w, block[l * (l + 1) / 2 + k], x[i]);
-        }
+        if (l == HAPTABLE_NONE) continue;
+        if (k >= l)
+            pair_add(w, row[l], out);
+        else
+            add_transposed(w, block[l * (l + 1u) / 2u + k], out);
+    }
+}
+
+void haptable_pair_cross_exact(const struct haptable_pair_view* view, const uint16_t* control, int count,
+                               float (*x)[9]) {
+    int i;
+    for (i = 0; i < count; ++i) {
+        float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        if (control[i] != HAPTABLE_NONE) add_row(view, control[i], count, sum);
+        pair_copy(sum, x[i]);
     }
 }

@@ -10,26 +10,31 @@
 #include "haptable_block.h"
 #include "haptable_pair_terms.h"
 
-/* sum alpha_a S_a, and S_b - S_0 (b = 1, 2) where they are asked for. */
-static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6],
-                         float (*first)[6]) {
-    int corner;
-    int i;
-    for (i = 0; i < 6; ++i) s[i] = 0.0f;
-    for (corner = 0; corner < 3; ++corner) {
-        const uint16_t vertex = model->patch[contact->patch][corner];
-        const float rigid = model->rigid_stiffness_n_per_m;
-        const float fixed[6] = {rigid, rigid, rigid, 0.0f, 0.0f, 0.0f};
-        float room[6];
-        const float* block = vertex < model->free_count ? block_of(model, vertex, room) : fixed;
-        for (i = 0; i < 6; ++i) s[i] += contact->alpha[corner] * block[i];
-        if (!first) continue;
-        for (i = 0; i < 6; ++i) {
-            if (corner == 0)
-                first[0][i] = first[1][i] = -block[i];
-            else
-                first[corner - 1][i] += block[i];
-        }
+/* S of a corner, read where it stands or expanded into `room`. */
+static inline const float* corner_block(const struct haptable_model* model, uint16_t vertex, float room[6]) {
+    if (vertex < model->free_count) return block_of(model, vertex, room);
+    room[0] = room[1] = room[2] = model->rigid_stiffness_n_per_m;
+    room[3] = room[4] = room[5] = 0.0f;
+    return room;
+}
+
+/* sum alpha_a S_a */
+static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6]) {
+    const uint16_t* v = model->patch[contact->patch];
+    float room[6];
+    set_block(contact->alpha[0], corner_block(model, v[0], room), s);
+    add_block(contact->alpha[1], corner_block(model, v[1], room), s);
+    add_block(contact->alpha[2], corner_block(model, v[2], room), s);
+}
+
+/* S_b - S_0 (b = 1, 2) */
+static void stiffness_slope(const struct haptable_model* model, uint16_t patch, float first[2][6]) {
+    const uint16_t* v = model->patch[patch];
+    float room[6];
+    int b;
+    for (b = 0; b < 2; ++b) {
+        set_block(1.0f, corner_block(model, v[b + 1], room), first[b]);
+        add_block(-1.0f, corner_block(model, v[0], room), first[b]);
     }
 }
 
@@ -37,7 +42,7 @@ static void own_at(const struct haptable_model* model, const struct haptable_con
                    struct haptable_pair_own* own) {
     float u[3];
     vec_sub(finger_m, contact->god_object_m, u);
-    stiffness_at(model, contact, own->a, 0);
+    stiffness_at(model, contact, own->a);
     vec_symmetric_product(own->a, u, own->s);
 }
 
@@ -93,7 +98,8 @@ void haptable_pair_energy_interpolated(const struct haptable_model* model, const
     }
     patch_frame(model, contact->patch, e[0], e[1], normal);
     vec_sub(finger_m, contact->god_object_m, u);
-    stiffness_at(model, contact, own.a, first);
+    stiffness_at(model, contact, own.a);
+    stiffness_slope(model, contact->patch, first);
     vec_symmetric_product(own.a, u, own.s);
     pair_couple(view, contact, e, &coupling);
     pair_solve(view, &own, coupling.x, &solved);

@@ -6,6 +6,12 @@
  */
 #include "haptable_pair_terms.h"
 
+static void add_steps(float step, const int16_t steps[3], float out[3]) {
+    out[0] += step * (float)steps[0];
+    out[1] += step * (float)steps[1];
+    out[2] += step * (float)steps[2];
+}
+
 void haptable_pair_far_low_rank(struct haptable_pair_view* view) {
     const struct haptable_pair_model* tables = view->tables;
     int j;
@@ -16,12 +22,12 @@ void haptable_pair_far_low_rank(struct haptable_pair_view* view) {
         const float w = view->place.weight[j];
         if (l == HAPTABLE_NONE || w == 0.0f) continue;
         for (r = 0; r < tables->rank; ++r)
-            vec_add_scaled(w, tables->column[(uint32_t)l * tables->rank + (uint32_t)r], view->far[r]);
+            add_steps(w * tables->column_step, tables->column[(uint32_t)l * tables->rank + (uint32_t)r], view->far[r]);
     }
 }
 
 /* Where the pair's block stands, k >= l; NULL: the pair is far. */
-static const float* near_block(const struct haptable_pair_model* tables, uint16_t k, uint16_t l) {
+static const int16_t* near_block(const struct haptable_pair_model* tables, uint16_t k, uint16_t l) {
     uint32_t low = tables->near_begin[k];
     uint32_t high = tables->near_begin[k + 1u];
     while (low < high) {
@@ -31,7 +37,7 @@ static const float* near_block(const struct haptable_pair_model* tables, uint16_
         else
             high = middle;
     }
-    return low < tables->near_begin[k + 1u] && tables->near[low] == l ? tables->block[low] : 0;
+    return low < tables->near_begin[k + 1u] && tables->near[low] == l ? tables->near_block[low] : 0;
 }
 
 static void add_near(const struct haptable_pair_view* view, uint16_t k, float x[9]) {
@@ -39,14 +45,15 @@ static void add_near(const struct haptable_pair_view* view, uint16_t k, float x[
     for (j = 0; j < view->tables->law->controls; ++j) {
         const uint16_t l = view->place.control[j];
         const float w = view->place.weight[j];
-        const float* block;
+        const float step = w * view->tables->near_step;
+        const int16_t* block;
         int a;
         int b;
         if (l == HAPTABLE_NONE || w == 0.0f) continue;
         block = k >= l ? near_block(view->tables, k, l) : near_block(view->tables, l, k);
         if (!block) continue;
         for (a = 0; a < 3; ++a)
-            for (b = 0; b < 3; ++b) x[3 * a + b] += w * (k >= l ? block[3 * a + b] : block[3 * b + a]);
+            for (b = 0; b < 3; ++b) x[3 * a + b] += step * (float)(k >= l ? block[3 * a + b] : block[3 * b + a]);
     }
 }
 
@@ -57,10 +64,11 @@ void haptable_pair_cross_low_rank(const struct haptable_pair_view* view, const u
     int a;
     int r;
     for (i = 0; i < count; ++i) {
+        for (a = 0; a < 9; ++a) x[i][a] = 0.0f;
         if (control[i] == HAPTABLE_NONE) continue;
         for (r = 0; r < tables->rank; ++r) {
-            const float* column = tables->column[(uint32_t)control[i] * tables->rank + (uint32_t)r];
-            for (a = 0; a < 3; ++a) vec_add_scaled(column[a], view->far[r], &x[i][3 * a]);
+            const int16_t* column = tables->column[(uint32_t)control[i] * tables->rank + (uint32_t)r];
+            for (a = 0; a < 3; ++a) vec_add_scaled(tables->column_step * (float)column[a], view->far[r], &x[i][3 * a]);
         }
         add_near(view, control[i], x[i]);
     }

@@ -31,29 +31,49 @@ static inline void pair_transposed_product(const float x[9], const float v[3], f
     out[2] = x[2] * v[0] + x[5] * v[1] + x[8] * v[2];
 }
 
+/* out += w X and out = w X, as single statements, which compilers keep in registers. */
 static inline void pair_add(float w, const float x[9], float out[9]) {
-    int i;
-    for (i = 0; i < 9; ++i) out[i] += w * x[i];
+    out[0] += w * x[0];
+    out[1] += w * x[1];
+    out[2] += w * x[2];
+    out[3] += w * x[3];
+    out[4] += w * x[4];
+    out[5] += w * x[5];
+    out[6] += w * x[6];
+    out[7] += w * x[7];
+    out[8] += w * x[8];
 }
 
 static inline void pair_set(float w, const float x[9], float out[9]) {
-    int i;
-    for (i = 0; i < 9; ++i) out[i] = w * x[i];
+    out[0] = w * x[0];
+    out[1] = w * x[1];
+    out[2] = w * x[2];
+    out[3] = w * x[3];
+    out[4] = w * x[4];
+    out[5] = w * x[5];
+    out[6] = w * x[6];
+    out[7] = w * x[7];
+    out[8] = w * x[8];
 }
 
-/* The inverse of a symmetric positive definite matrix. */
+static inline void pair_copy(const float x[9], float out[9]) {
+    vec_copy(&x[0], &out[0]);
+    vec_copy(&x[3], &out[3]);
+    vec_copy(&x[6], &out[6]);
+}
+
+/* The inverse of a symmetric positive definite matrix, by its cofactors. */
 static inline void pair_invert(const float a[6], float inverse[6]) {
-    const struct factored f = factor(a);
-    static const float unit[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
-    float column[3][3];
-    int i;
-    for (i = 0; i < 3; ++i) solve(&f, unit[i], column[i]);
-    inverse[0] = column[0][0];
-    inverse[1] = column[1][1];
-    inverse[2] = column[2][2];
-    inverse[3] = column[0][1];
-    inverse[4] = column[1][2];
-    inverse[5] = column[2][0];
+    const float xx = a[1] * a[2] - a[4] * a[4];
+    const float xy = a[4] * a[5] - a[3] * a[2];
+    const float zx = a[3] * a[4] - a[1] * a[5];
+    const float scale = 1.0f / (a[0] * xx + a[3] * xy + a[5] * zx);
+    inverse[0] = scale * xx;
+    inverse[1] = scale * (a[0] * a[2] - a[5] * a[5]);
+    inverse[2] = scale * (a[0] * a[1] - a[3] * a[3]);
+    inverse[3] = scale * xy;
+    inverse[4] = scale * (a[3] * a[5] - a[0] * a[4]);
+    inverse[5] = scale * zx;
 }
 
 /* a - X M X^T */
@@ -97,6 +117,7 @@ static inline void pair_weights(const struct haptable_pair_model* tables, const 
 
 /* What is left of the coupling, and how that changes with the place of the first: 1 where the fingers are apart. */
 struct pair_meeting {
+    int is_near;
     float share;
     float first[2];
     float second[3]; /* 11 12 22 */
@@ -115,12 +136,13 @@ static inline float pair_share(const struct haptable_pair_view* view, const floa
 /* e: the patch's edges from corner 0. */
 static inline struct pair_meeting pair_meet(const struct haptable_pair_view* view, const float god_object_m[3],
                                             float e[2][3]) {
-    struct pair_meeting meeting = {1.0f, {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    struct pair_meeting meeting = {0, 1.0f, {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     const float near = pair_nearness(view, god_object_m);
     const float scale = -2.0f / (view->tables->meeting_m * view->tables->meeting_m);
     float apart[3];
     float slope[2];
     if (near <= 0.0f) return meeting;
+    meeting.is_near = 1;
     vec_sub(god_object_m, view->at_m, apart);
     slope[0] = scale * vec_dot(apart, e[0]); /* of near */
     slope[1] = scale * vec_dot(apart, e[1]);
@@ -137,10 +159,6 @@ static inline struct pair_meeting pair_meet(const struct haptable_pair_view* vie
 static inline void pair_gather(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
     const int count = view->tables->law->controls;
     uint16_t control[HAPTABLE_PAIR_CONTROLS];
-    int k;
-    int i;
-    for (k = 0; k < count; ++k)
-        for (i = 0; i < 9; ++i) x[k][i] = 0.0f;
     pair_controls(view->tables, patch, control);
     view->tables->cross(view, control, count, x);
 }
@@ -161,16 +179,16 @@ static inline void pair_cross(const struct haptable_pair_view* view, const struc
 /* The control of corners c and d of a mask's patch. */
 static inline int pair_control_of(int c, int d) { return c == d ? c : 6 - c - d; }
 
-/* dX by alpha_c, all alpha being free. */
-static inline void pair_slope(const struct haptable_pair_view* view, float (*control)[9], const float alpha[3], int c,
-                              float x[9]) {
+/* x is, or else has, w dX by alpha_c under a mask, all alpha being free. */
+static inline void pair_slope(float (*control)[9], const float alpha[3], int c, float w, float x[9]) {
     int d;
-    pair_set(0.0f, control[0], x);
-    if (view->tables->law->controls != HAPTABLE_PAIR_CONTROLS) {
-        pair_add(1.0f, control[c], x);
-        return;
+    for (d = 0; d < 3; ++d) {
+        const float share = 2.0f * w * alpha[d];
+        if (w > 0.0f && d == 0)
+            pair_set(share, control[pair_control_of(c, d)], x);
+        else
+            pair_add(share, control[pair_control_of(c, d)], x);
     }
-    for (d = 0; d < 3; ++d) pair_add(2.0f * alpha[d], control[pair_control_of(c, d)], x);
 }
 
 /* X of a contact and its first derivatives by alpha_1, alpha_2; and v . X_bc w for the second. */
@@ -185,8 +203,8 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
                                float e[2][3], struct pair_coupling* to) {
     const float* alpha = contact->alpha;
     float weight[HAPTABLE_PAIR_CONTROLS];
+    const int is_mask = view->tables->law->controls == HAPTABLE_PAIR_CONTROLS;
     float raw[9];
-    float slope[3][9];
     int b;
     int k;
     pair_gather(view, contact->patch, to->control);
@@ -194,11 +212,17 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
     to->meeting = pair_meet(view, contact->god_object_m, e);
     pair_set(weight[0], to->control[0], raw);
     for (k = 1; k < view->tables->law->controls; ++k) pair_add(weight[k], to->control[k], raw);
-    for (k = 0; k < 3; ++k) pair_slope(view, to->control, alpha, k, slope[k]);
     pair_set(to->meeting.share, raw, to->x);
     for (b = 0; b < 2; ++b) {
-        pair_set(to->meeting.share, slope[b + 1], to->first[b]);
-        pair_add(-to->meeting.share, slope[0], to->first[b]);
+        if (is_mask) {
+            pair_slope(to->control, alpha, b + 1, 1.0f, to->first[b]);
+            pair_slope(to->control, alpha, 0, -1.0f, to->first[b]);
+        } else {
+            pair_set(1.0f, to->control[b + 1], to->first[b]);
+            pair_add(-1.0f, to->control[0], to->first[b]);
+        }
+        if (!to->meeting.is_near) continue;
+        pair_set(to->meeting.share, to->first[b], to->first[b]);
         pair_add(to->meeting.first[b], raw, to->first[b]);
     }
 }
@@ -213,12 +237,15 @@ static inline float pair_bilinear(const float x[9], const float v[3], const floa
 static inline void pair_couple_twice(const struct haptable_pair_view* view, const struct pair_coupling* of,
                                      const float v[3], const float w[3], float second_j[3]) {
     const struct pair_meeting* m = &of->meeting;
-    const float x = pair_bilinear(of->x, v, w) / m->share; /* of the tables alone */
-    const float x1 = (pair_bilinear(of->first[0], v, w) - m->first[0] * x) / m->share;
-    const float x2 = (pair_bilinear(of->first[1], v, w) - m->first[1] * x) / m->share;
-    second_j[0] = 2.0f * m->first[0] * x1 + m->second[0] * x;
-    second_j[1] = m->first[0] * x2 + m->first[1] * x1 + m->second[1] * x;
-    second_j[2] = 2.0f * m->first[1] * x2 + m->second[2] * x;
+    vec_zero(second_j);
+    if (m->is_near) {
+        const float x = pair_bilinear(of->x, v, w) / m->share; /* of the tables alone */
+        const float x1 = (pair_bilinear(of->first[0], v, w) - m->first[0] * x) / m->share;
+        const float x2 = (pair_bilinear(of->first[1], v, w) - m->first[1] * x) / m->share;
+        second_j[0] = 2.0f * m->first[0] * x1 + m->second[0] * x;
+        second_j[1] = m->first[0] * x2 + m->first[1] * x1 + m->second[1] * x;
+        second_j[2] = 2.0f * m->first[1] * x2 + m->second[2] * x;
+    }
     if (view->tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
         float q[HAPTABLE_PAIR_CONTROLS];
         int k;

@@ -47,6 +47,16 @@ PLACES
 "$BUILD/liver-capsule/servo" --quiet --replay "$work/relaxation.path.csv" --out "$work/relaxation.csv"
 plot relaxation "felt='$work/relaxation.csv'"
 
+# Two fingers on the cube's top: the second 1 mm deep, the first to 4 mm and out again.
+awk 'BEGIN { print "x,y,z,x2,y2,z2"
+     for (i = 0; i < 1600; ++i) {
+         a = i < 300 ? i / 300 : 1
+         b = i < 500 ? 0 : i < 900 ? (i - 500) / 400 : i < 1000 ? 1 : i < 1400 ? (1400 - i) / 400 : 0
+         printf "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", 0.0113, 0.0152, 0.0302 - 0.0042 * b, 0.0188, 0.0152, 0.0302 - 0.0012 * a
+     } }' >"$work/fingers.path.csv"
+"$BUILD/cube-two/servo" --quiet --replay "$work/fingers.path.csv" --out "$work/fingers.csv"
+plot fingers "felt='$work/fingers.csv'"
+
 # The table of docs/TIME.md, which a test measures.
 awk -F'|' '/speed x time . radius/ { on = 1; next } on && /^\|[- |]*$/ { next } on && !/^\|/ { exit } on { print $2, $3, $4 }' \
     docs/TIME.md >"$work/sliding.txt"

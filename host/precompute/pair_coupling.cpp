@@ -26,7 +26,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Block = std::array<double, 9>;
 
-constexpr std::size_t kBlockBytes = 36, kNearBytes = kBlockBytes + 2, kVectorBytes = 12, kBeginBytes = 4;
+constexpr std::size_t kBlockBytes = 36, kNearBytes = 20, kVectorBytes = 6, kBeginBytes = 4;
 constexpr int kOversampled = 8;  // columns of the random basis beyond the rank
 
 Eigen::Index dof(std::integral auto place) { return 3 * static_cast<Eigen::Index>(place); }

@@ -2,15 +2,18 @@
 // haptable-strokes: random strokes over meshes, every tick judged by geometry and tables that are not the servo's.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "codegen/pair.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
+#include "host/strokes/pair.hpp"
 #include "host/strokes/report.hpp"
 
 namespace {
@@ -22,6 +25,8 @@ struct Options {
     CampaignOptions campaign;
     fs::path json, numbers;
     fs::path stroke;
+    int fingers = 1;
+    double mask_radius_m = 0.01;
     bool quiet = false;
 };
 
@@ -37,6 +42,77 @@ void judge_one(const Options& options) {
     judge(body.touched(model), stroke, &ticks);
     progress.clear();
     fmt::print("{}", to_csv(stroke, ticks));
+}
+
+/// One scene in one mode, with all pairs of places where they fit, stroked by two fingers.
+PairTally stroke_by_two(const Scene& given, const TouchMode& mode, std::size_t count, const Options& options,
+                        Workers& workers, Progress& progress) {
+    Scene scene = in_mode(given, mode);
+    scene.contact.fingers = 2;
+    scene.tables.columns = ColumnRows::kNone;
+    const fs::path folder = options.campaign.folder / "pairs" / (scene.name + "-" + word(mode.force));
+    const StrokedBody body(scene, folder, progress);
+    const haptable_model model = body.model(scene.contact);
+    Tables tables = read_tables(folder);
+    tables.god_object = mode.god_object;
+    const ServoPair servo = build_pair(*read_pair(folder), tables, body.servo());
+    const haptable_pair_model pair = pair_in_memory(servo, tables, model);
+    const Touched touched = body.touched(model);
+    return run_pairs(
+        {touched, pair}, StrokeMaker(body.servo()), options.campaign.seed, count, workers, [&](std::size_t done) {
+            progress.done(static_cast<double>(done) / static_cast<double>(count), scene.name + ", " + mode.name());
+        });
+}
+
+nlohmann::ordered_json to_json(const PairTally& tally) {
+    return {{"strokes", tally.strokes},
+            {"ticks", tally.ticks},
+            {"contact_ticks", tally.contact_ticks},
+            {"both_ticks", tally.both_ticks},
+            {"left_ticks", tally.left_ticks},
+            {"outside", tally.outside},
+            {"lost", tally.lost},
+            {"force", tally.force},
+            {"broken", tally.broken}};
+}
+
+/// Two fingers on every scene in every mode, as often each.
+void stroke_by_two(const Options& options) {
+    std::vector<TouchMode> modes;
+    for (const TouchMode& mode : all_modes()) {
+        const auto is_named = [&](const std::string& part) { return mode.name().find(part) != std::string::npos; };
+        const std::vector<std::string>& wanted = options.campaign.modes;
+        if (wanted.empty() || std::any_of(wanted.begin(), wanted.end(), is_named)) modes.push_back(mode);
+    }
+    if (modes.empty()) throw Error("--mode: no mode has that in its name");
+    Progress progress(options.quiet);
+    Workers workers(std::max(1, options.campaign.threads));
+    nlohmann::ordered_json json;
+    PairTally all;
+    const std::size_t each =
+        std::max<std::size_t>(1, options.campaign.strokes / (modes.size() * options.campaign.places.size()));
+    for (const fs::path& place : options.campaign.places)
+        for (const TouchMode& mode : modes) {
+            Scene scene = read_scene(place);
+            if (mode.force == ForceLaw::kPressureMask && scene.contact.mask_radius_m == 0.0)
+                scene.contact.mask_radius_m = options.mask_radius_m;
+            const PairTally tally = stroke_by_two(scene, mode, each, options, workers, progress);
+            json[scene.name][mode.name()] = to_json(tally);
+            all.add(tally);
+            progress.clear();
+            if (!options.quiet)
+                fmt::print(
+                    "{:<12} {:<40} {:>9} pairs {:>11} ticks, both in contact in {:.0f} %, {} outside, {} lost, {} "
+                    "no force\n",
+                    scene.name, mode.name(), tally.strokes, tally.ticks,
+                    100.0 * static_cast<double>(tally.both_ticks) / static_cast<double>(tally.ticks), tally.outside,
+                    tally.lost, tally.force);
+        }
+    json["all"] = to_json(all);
+    if (!options.json.empty()) write_file(options.json, json.dump(2) + "\n");
+    if (!options.quiet)
+        fmt::print("{} pairs of strokes: {} outside, {} lost, {} no force\n", all.strokes, all.outside, all.lost,
+                   all.force);
 }
 
 /// Ctrl-C: says what is kept.
@@ -55,6 +131,7 @@ CampaignResult stroke_all(const Options& options) try {
 
 void run(const Options& options) {
     if (!options.stroke.empty()) return judge_one(options);
+    if (options.fingers == 2) return stroke_by_two(options);
     const auto begin = std::chrono::steady_clock::now();
     const CampaignResult result = stroke_all(options);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
@@ -88,6 +165,12 @@ int main(int argc, char** argv) {
     app.option("--build", campaign.folder, "folder for tables, counts and strokes that broke something").show_default();
     app.option("-o", options.numbers, "write the numbers for the pages to this JSON file");
     app.option("--judge", options.stroke, "only judge this stroke, a CSV as the servo's, on one scene in its own mode");
+    app.option("--fingers", options.fingers, "2: pairs of strokes at once, PLACES being scenes; none may be lost")
+        .range(1, 2)
+        .show_default();
+    app.option("--mask-radius", options.mask_radius_m, "m, with --fingers 2: of scenes that have none")
+        .positive()
+        .show_default();
     app.option("--json", options.json, "every count as JSON");
     app.option("--threads", campaign.threads, "default: all processors; they change no count").range(1, 1024);
     app.flag("--again", campaign.again, "count again what an earlier run has counted");

@@ -62,7 +62,8 @@ void read_low_rank(const fs::path& folder, PairTables& tables) {
 }  // namespace
 
 std::size_t pair_bytes(const PairTables& tables) {
-    return 36 * tables.block.size() + 2 * tables.near.size() + 4 * tables.near_begin.size() + 12 * tables.column.size();
+    if (tables.is_exact()) return 36 * tables.block.size();
+    return 20 * tables.near.size() + 4 * tables.near_begin.size() + 6 * tables.column.size();
 }
 
 void write_pair(const PairTables& tables, const fs::path& folder) {

@@ -25,7 +25,7 @@ struct PairTables {
     bool is_exact() const { return rank == 0; }
 };
 
-/// Bytes of these in the servo's tables.
+/// Bytes of these in the servo's tables: all pairs in float32; what is near and far in 16 bits.
 std::size_t pair_bytes(const PairTables& tables);
 
 /// coupling.npy, and for a low rank coupling_begin.npy, coupling_near.npy, coupling_far.npy.

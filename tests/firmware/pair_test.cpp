@@ -236,6 +236,13 @@ TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheCube) {
     }
 }
 
+TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheMouse) {
+    const ElasticBody body(for_two(mouse_scene()), ForceLaw::kInterpolated);
+    const Errors errors = compare_forces(body, ForceLaw::kInterpolated, 300);
+    EXPECT_LT(errors.worst, 1e-5);
+    EXPECT_GT(errors.both, 200);
+}
+
 /// Two vertices of an edge between free ones.
 std::pair<int, Vector3d> edge_of_top(const ElasticBody& body, Vector3d& other) {
     Vector3d alpha;
@@ -296,6 +303,7 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
         std::mt19937 random(3);
         std::uniform_int_distribution<int> any(0, body.patches() - 1);
         double worst_slope = 0.0, worst_bend = 0.0;
+        int judged = 0;
         for (int i = 0; i < 200; ++i) {
             const int p = any(random), q = i % 4 == 0 ? p : any(random);
             const Vector3d alpha = (random_alpha(random) + Vector3d::Ones()) / 4.0, beta = random_alpha(random);
@@ -305,7 +313,10 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
             pair.put(0, p, alpha, x);
             pair.put(1, q, beta, y);
             pair.to(x, y);
-            if (!pair.touches(0) || !pair.touches(1)) continue;
+            // Where they nearly meet a step of h is too long for differences.
+            const double apart = (body.point(p, alpha) - body.point(q, beta)).norm();
+            if (!pair.touches(0) || !pair.touches(1) || apart < 0.5 * double(pair.model().meeting_m)) continue;
+            ++judged;
             haptable_pair_view view = pair.state().view[0];
             view.is_coupled = 1;
             const auto at = [&](double b, double c) {
@@ -334,6 +345,7 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
             const double cross = double(at(0, h).gradient_j[0] - at(0, -h).gradient_j[0]) / (2 * h);
             worst_bend = std::max(worst_bend, std::abs(cross - double(e.hessian_j[1])) / (std::abs(cross) + size));
         }
+        EXPECT_GT(judged, 100);
         // Of second order in h over patches of 4 times u, and roundings over h.
         EXPECT_WITHIN(worst_slope, .count = 100, .epsilon = 4e-4) << force;
         EXPECT_WITHIN(worst_bend, .count = 250, .epsilon = 4e-4) << force;
@@ -482,13 +494,13 @@ TEST(Pair, AFingerIsFeltByTheOther) {
 }
 
 TEST(Pair, AFarFieldOfLowRankKeepsToItsBytesAndItsError) {
-    const std::uintmax_t bytes = 80'000;
+    const std::uintmax_t bytes = 50'000;
     const ElasticBody body(for_two(cube_scene(5, 0.3), bytes), ForceLaw::kConsistent);
     const ElasticBody all(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     const PairTables few = body.pair();
     EXPECT_FALSE(few.is_exact());
     EXPECT_LE(pair_bytes(few), bytes);
-    EXPECT_GT(pair_bytes(few), bytes - 38);
+    EXPECT_GT(pair_bytes(few), bytes - 20);
     Pair low(body, GodObject::kNearest), exact(all, GodObject::kNearest);
     std::mt19937 random(5);
     std::uniform_int_distribution<int> any(0, body.patches() - 1);
@@ -513,7 +525,7 @@ TEST(Pair, AFarFieldOfLowRankKeepsToItsBytesAndItsError) {
                              ((low.force(0) - exact.force(0)).norm() + (low.force(1) - exact.force(1)).norm()) / size);
     }
     EXPECT_GT(worst, 0.0);
-    EXPECT_LT(worst, 0.05);
+    EXPECT_LT(worst, 0.15);
 }
 
 }  // namespace
