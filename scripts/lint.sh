@@ -83,7 +83,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h firmware/haptable_body.h'
+public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_body_pair.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:

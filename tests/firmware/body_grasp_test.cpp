@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "firmware/haptable_body_pair.h"
 #include "tests/bodies.hpp"
 #include "tests/moving_body.hpp"
 
@@ -15,7 +17,8 @@ using Eigen::Vector3d;
 
 constexpr double kPress_m = 0.0025, kLift_m = 0.03;
 
-class BodyGraspTest : public testing::Test {
+/// Whether the fingers feel one another's dents, or the body's motion alone.
+class BodyGraspTest : public testing::TestWithParam<bool> {
 protected:
     static const ElasticBody& cube() {
         static const ElasticBody cube(
@@ -25,6 +28,7 @@ protected:
                 scene.free_body = FreeBody{};
                 scene.free_body->density_kg_per_m3 = 1000.0;
                 scene.contact.static_friction = scene.contact.kinetic_friction = 0.8;
+                scene.contact.fingers = 2;
                 return scene;
             }(),
             ForceLaw::kConsistent);
@@ -36,12 +40,17 @@ protected:
         add_floor(body, 0.0, 0.5);
         haptable_body_init(&body, &state);
         for (haptable_servo& one : servo) haptable_init(&one);
+        haptable_pair_init(&pair_model, &both);
     }
     /// Both fingers above the cube's middle, so that it hangs, and `in` deep in its sides, risen by `up`.
     void step(double in, double up) {
         const auto x = static_cast<float>(in), z = static_cast<float>(0.02 + up), y = 0.015F;
         const float finger[2][3] = {{x, y, z}, {0.03F - x, y, z}};
-        haptable_body_step(&model, &body, &state, servo, 2, finger, now_us += 1000, out);
+        now_us += 1000;
+        if (GetParam())
+            haptable_body_pair_step(&pair_model, &body, &state, &both, finger, now_us, out);
+        else
+            haptable_body_step(&model, &body, &state, servo, 2, finger, now_us, out);
     }
     double height() const { return position_of(state).z() - double(body.centre_m[2]); }
 
@@ -49,11 +58,14 @@ protected:
     haptable_body body = cube_body();
     haptable_body_state state{};
     haptable_servo servo[2]{};
+    ServoPair coupling = build_pair(cube().pair(), cube().tables(), cube().servo());
+    haptable_pair_model pair_model = pair_in_memory(coupling, cube().tables(), model);
+    haptable_pair both{};
     haptable_output out[2]{};
     std::uint32_t now_us = 0;
 };
 
-TEST_F(BodyGraspTest, LiftsHoldsAndDrops) {
+TEST_P(BodyGraspTest, LiftsHoldsAndDrops) {
     for (int tick = 0; tick < 500; ++tick) step(-0.002, 0.0);
     for (int tick = 0; tick < 500; ++tick) step(-0.002 + (0.002 + kPress_m) * tick / 500.0, 0.0);
     for (int tick = 0; tick < 1000; ++tick) step(kPress_m, kLift_m * tick / 1000.0);
@@ -84,6 +96,9 @@ TEST_F(BodyGraspTest, LiftsHoldsAndDrops) {
     EXPECT_NE(state.on_floor, 0);
     EXPECT_LT(height(), 1e-3);
 }
+
+INSTANTIATE_TEST_SUITE_P(Fingers, BodyGraspTest, testing::Bool(),
+                         [](const auto& coupled) { return coupled.param ? "coupled" : "alone"; });
 
 }  // namespace
 }  // namespace haptable::test

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Two fingers that feel one another's dents on a body that nothing holds: they push it, turn it, grasp and lift it.
+ */
+#ifndef HAPTABLE_BODY_PAIR_H
+#define HAPTABLE_BODY_PAIR_H
+
+#include "haptable_body.h"
+#include "haptable_pair.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* As haptable_body_step, with haptable_pair_step in the body's frame. Bounded work: that, then haptable_body_move. */
+void haptable_body_pair_step(const struct haptable_pair_model* tables, const struct haptable_body* body,
+                             struct haptable_body_state* state, struct haptable_pair* pair,
+                             const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
+                             struct haptable_output out[HAPTABLE_FINGERS]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
