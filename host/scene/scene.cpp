@@ -962,8 +962,6 @@ Scene read_scene(const fs::path& file) {
     if (scene.contact.fingers == 2 && !scene.relaxation.empty())
         root.fail("relaxation",
                   "a body that relaxes remembers one finger: write fingers = 1, or remove [[relaxation]]");
-    if (scene.contact.fingers == 2 && scene.free_body)
-        root.fail("body", "moves by one finger: write fingers = 1, or hold it by [[fixed]]");
     scene.device.limits.check = scene.tables.check;
     return scene;
 }

@@ -40,7 +40,7 @@ void note(const std::array<std::array<float, 3>, 2>& finger_m, const haptable_ou
 }
 
 /// The same of two fingers.
-void step(const ServoScene& scene, haptable_pair& pair, const RecordedTick& tick, haptable_output out[2],
+void step(BodyMotion& body, haptable_pair& pair, const RecordedTick& tick, haptable_output out[2],
           ReplayReport& report) {
     const std::array finger_m{to_finger(tick.position_m.data()), to_finger(tick.second_m->data())};
     const float positions_m[2][3] = {{finger_m[0][0], finger_m[0][1], finger_m[0][2]},
@@ -54,7 +54,7 @@ void step(const ServoScene& scene, haptable_pair& pair, const RecordedTick& tick
         haptable_buttons(&servo, finger == 0 ? tick.buttons : tick.second_buttons);
     }
     if (silent) note(finger_m, out, report);
-    haptable_pair_step(scene.pair, &pair, positions_m, tick.time_us, out);
+    body.step(pair, positions_m, tick.time_us, out);
     report.step.add(to_us(Clock::now() - begin));
     note(finger_m, out, report);
 }
@@ -77,21 +77,22 @@ bool has_two(const Recording& recording) {
 
 /// Two fingers' record.
 ReplayReport replay_two(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out,
-                        Progress& progress) {
+                        Progress& progress, const haptable_body* body) {
     std::optional<ServoRecord> record;
-    if (!out.empty()) record.emplace(scene, out, 2);
+    if (!out.empty()) record.emplace(scene, out, 2, body != nullptr);
     ReplayReport report;
     report.second.emplace();
     haptable_pair pair;
     haptable_pair_init(scene.pair, &pair);
     for (haptable_servo& servo : pair.servo) require_whole_tables(scene, servo);
+    BodyMotion motion(scene, body);
     for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
         const RecordedTick& tick = recording.ticks[i];
         haptable_output output[2]{};
-        step(scene, pair, tick, output, report);
+        step(motion, pair, tick, output, report);
         if (record)
             record->add(tick.number, {to_finger(tick.position_m.data()), to_finger(tick.second_m->data())},
-                        {tick.buttons, tick.second_buttons}, output);
+                        {tick.buttons, tick.second_buttons}, output, motion.state());
         if (i % kProgressEvery_ticks == 0)
             progress.done(static_cast<double>(i) / static_cast<double>(recording.ticks.size()));
     }
@@ -111,7 +112,7 @@ ReplayReport replay(const ServoScene& scene, const Recording& recording, const s
         if (scene.pair == nullptr)
             throw Error(std::string("the path has two fingers, and the scene ") + scene.name +
                         " has one: write fingers = 2 in [contact] and make it again");
-        return replay_two(scene, recording, out, progress);
+        return replay_two(scene, recording, out, progress, body);
     }
     std::optional<ServoRecord> record;
     if (!out.empty()) record.emplace(scene, out, 1, body != nullptr);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "firmware/haptable_body_pair.h"
+
 namespace haptable {
 
 BodyMotion::BodyMotion(const ServoScene& scene, const haptable_body* body) : scene_(scene), body_(body) {
@@ -16,6 +18,12 @@ void BodyMotion::step(haptable_servo& servo, const std::array<float, 3>& finger_
     touched_ = state_;
     const float finger[1][3] = {{finger_m[0], finger_m[1], finger_m[2]}};
     haptable_body_step(scene_.model, body_, &state_, &servo, 1, finger, now_us, &out);
+}
+
+void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]) {
+    if (body_ == nullptr) return haptable_pair_step(scene_.pair, &pair, finger_m, now_us, out);
+    touched_ = state_;
+    haptable_body_pair_step(scene_.pair, body_, &state_, &pair, finger_m, now_us, out);
 }
 
 body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {

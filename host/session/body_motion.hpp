@@ -20,6 +20,9 @@ public:
     /// out.force_n is along world axes, what else is in `out` in body coordinates.
     void step(haptable_servo& servo, const std::array<float, 3>& finger_m, std::uint32_t now_us, haptable_output& out);
 
+    /// The same of two fingers, where the scene has them.
+    void step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]);
+
     /// Where the body was in the last tick, whose contact is in its frame. Null where it is held.
     const haptable_body_state* state() const { return body_ != nullptr ? &touched_ : nullptr; }
     /// Of a body that is not held, for the answer to that state.

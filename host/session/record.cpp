@@ -40,6 +40,10 @@ void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, s
                       const haptable_output& out, const haptable_body_state* body) {
     line_ = std::to_string(tick);
     append(finger_m, buttons, out);
+    end_line(body);
+}
+
+void ServoRecord::end_line(const haptable_body_state* body) {
     if (body != nullptr) {
         append_floats(body->position_m, line_);
         append_floats(body->turn, line_);
@@ -48,10 +52,11 @@ void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, s
 }
 
 void ServoRecord::add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
-                      const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2]) {
+                      const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2],
+                      const haptable_body_state* body) {
     line_ = std::to_string(tick);
     for (std::size_t finger = 0; finger < 2; ++finger) append(finger_m[finger], buttons[finger], out[finger]);
-    file_.add(line_ += '\n');
+    end_line(body);
 }
 
 void ServoRecord::append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out) {

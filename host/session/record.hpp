@@ -25,7 +25,8 @@ public:
              const haptable_body_state* body = nullptr);
     /// Of two fingers at once, where the scene has them: the second's columns follow the first's.
     void add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
-             const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2]);
+             const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2],
+             const haptable_body_state* body = nullptr);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -33,6 +34,7 @@ public:
     void finish() { file_.finish(); }
 
 private:
+    void end_line(const haptable_body_state* body);
     void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
 
     ServoScene scene_;

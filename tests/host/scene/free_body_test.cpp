@@ -72,10 +72,6 @@ TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
                  "suspension_damping: needs suspension");
     expect_error("[body]\nfree = true\nmass = 1\nfloor_friction = 1\n", 10, "floor_friction: needs floor");
     expect_error("[body]\nfree = true\nmass = 1\nfloor = 0\nfloor_normal = [0, 0, 0]\n", 11, "floor_normal:");
-    EXPECT_NE(test::error_of([&] {
-                  read("[body]\nfree = true\nmass = 1\n[contact]\nfingers = 2\n");
-              }).find(":7: body: moves by one finger"),
-              std::string::npos);
     expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that is not held");
 }
 
