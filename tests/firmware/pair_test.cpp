@@ -612,20 +612,25 @@ TEST(Pair, PathsAndScenesOfTwoAreRefusedWithTheirLine) {
 TEST(Pair, PassivityObservesBothHandsTogether) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     Pair pair(body, GodObject::kNearest, 0.0, true);
-    // Around in the plane under the top: nearest gives energy there, and both hands together must not gain.
-    double given = 0.0;
+    // In, aside at that depth, out, and back over the surface: there the nearest god-object gives energy
+    // (docs/CONTACT.md).
+    double given = 0.0, most = 0.0;
     Vector3d last[2];
-    for (int i = 0; i < 4000; ++i) {
-        const double t = 2 * M_PI * i / 1000.0, depth = 3e-3 * std::min(1.0, i / 500.0) - 1e-4;
-        const Vector3d x(0.015 + 5e-3 * std::cos(t), 0.015 + 5e-3 * std::sin(t), 0.03 - depth);
-        const Vector3d y(0.015 - 5e-3 * std::cos(t), 0.015 - 5e-3 * std::sin(t), 0.03 - 0.7 * depth);
+    for (int i = 0; i < 4 * 800; ++i) {
+        const int phase = i / 200 % 4;
+        const double s = i % 200 / 200.0;
+        const double depth = 4.1e-3 * (phase == 0 ? s : phase == 1 ? 1.0 : phase == 2 ? 1.0 - s : 0.0) - 1e-4;
+        const double aside = phase == 1 ? s : phase == 2 ? 1.0 : phase == 3 ? 1.0 - s : 0.0;
+        const Vector3d x(0.015 + 5e-3 * aside, 0.015 + 6e-3 * aside, 0.03 - depth);
+        const Vector3d y(0.010 - 5e-3 * aside, 0.010 - 6e-3 * aside, 0.03 - 0.7 * depth);
         const Vector3d held[2] = {pair.force(0), pair.force(1)};
         pair.to(x, y);
         for (int finger = 0; finger < 2 && i > 0; ++finger) given += held[finger].dot(pair.at[finger] - last[finger]);
         for (int finger = 0; finger < 2; ++finger) last[finger] = pair.at[finger];
-        // What a tick gave beyond is braked away in the next one: at most a tick's force over a tick's way.
-        ASSERT_LE(given, 2.0 * (held[0].norm() + held[1].norm()) * 4e-5) << i;
+        most = std::max(most, given);
     }
+    // What a tick gave beyond is braked away in the next one: at most a tick's force over a tick's way.
+    EXPECT_LE(most, 2.0 * 0.5 * 4e-5);
 }
 
 }  // namespace
