@@ -172,3 +172,19 @@ PLACES
 "$BUILD/bin/haptable-view" "$BUILD/free-cube" --quiet --csv "$work/free.csv" --every 50 --size 480x360 --zoom 0.5 \
     --azimuth -60 --elevation 18 -o "$pictures/free-cube.gif"
 echo "  $pictures/free-cube.gif"
+
+# Two fingers on its sides: in, up, away. The second is the first's mirror image.
+smooth_path <<PLACES | awk -F, 'NR == 1 { print "x,y,z,x2,y2,z2" } NR > 1 { printf "%s,%.6f,%s,%s\n", $0, 0.03 - $1, $2, $3 }' \
+    >"$work/grasp.path.csv"
+0 -8 15 20
+600 2.5 15 20
+900 2.5 15 20
+2100 2.5 15 55
+3000 2.5 15 55
+3600 -10 15 55
+4300 -10 15 55
+PLACES
+"$BUILD/grasp-cube/servo" --quiet --replay "$work/grasp.path.csv" --out "$work/grasp.csv"
+"$BUILD/bin/haptable-view" "$BUILD/grasp-cube" --quiet --csv "$work/grasp.csv" --every 50 --size 480x360 --zoom 0.45 \
+    --azimuth -60 --elevation 14 -o "$pictures/grasp-cube.gif"
+echo "  $pictures/grasp-cube.gif"

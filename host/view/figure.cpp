@@ -70,6 +70,7 @@ public:
     }
 
     void draw_markers(const Markers& markers) {
+        for (const Markers& other : markers.others) draw_markers(other);
         const float radius = kSphereShare * size_m_;
         if (markers.god_object && markers.finger) line(*markers.god_object, *markers.finger, 1.2F);
         if (markers.finger) ball(*markers.finger, radius, kFingerColor, markers.god_object ? 0.75 : 1.0);

@@ -87,6 +87,15 @@ float Painter::room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& ar
 
 Markers Painter::markers(const ContactFrame& frame, const Ranges& ranges) const {
     Markers markers;
+    if (frame.second) {
+        ContactFrame second;
+        second.finger_known = second.contact = true;
+        second.finger_m = frame.second->finger_m;
+        second.god_object_m = frame.second->god_object_m;
+        second.force_n = frame.second->force_n;
+        second.pose = frame.pose;
+        markers.others.push_back(this->markers(second, ranges));
+    }
     const Eigen::Vector3f god_object = to_float(frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m);
     if (frame.finger_known) markers.finger = to_float(frame.finger_m);
     if (!frame.contact) return markers;

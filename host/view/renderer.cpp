@@ -251,6 +251,9 @@ PixelBox Renderer::bounds(const DrawnSurface& surface, const Markers& markers) c
     }
     for (const auto& marker : {markers.finger, markers.god_object, markers.arrow_tip})
         if (marker) include(*marker, kSphereShare * size_m_);
+    for (const Markers& other : markers.others)
+        for (const auto& marker : {other.finger, other.god_object, other.arrow_tip})
+            if (marker) include(*marker, kSphereShare * size_m_);
     return box;
 }
 
@@ -292,6 +295,7 @@ void Renderer::draw_ghost() {
 }
 
 void Renderer::draw_markers(const Markers& markers, float opacity) {
+    for (const Markers& other : markers.others) draw_markers(other, opacity);
     glEnable(GL_CULL_FACE);
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);

@@ -21,6 +21,7 @@ struct Markers {
     std::optional<Eigen::Vector3f> finger;
     std::optional<Eigen::Vector3f> god_object;
     std::optional<Eigen::Vector3f> arrow_tip;  ///< of the force, which starts at the god-object
+    std::vector<Markers> others;               ///< of further fingers
 };
 
 /// What the surface's colours show.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -22,6 +23,9 @@ constexpr std::size_t kColumns = 17;  // a file may have more behind them
 // Of a body that nothing holds, in the last columns.
 constexpr std::string_view kPoseColumns = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
 constexpr std::size_t kPose = 7;
+// Of a second finger, behind the first's and its buttons, state and faults.
+constexpr std::string_view kSecondColumns = ",faults,x2,y2,z2,contact2,";
+constexpr std::size_t kSecond = 20, kSecondEnd = 36;
 constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
@@ -32,6 +36,12 @@ struct Row {
     PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
     std::array<double, kPose> pose{};
+    /// Of the second finger, with contact.
+    struct Second {
+        PatchNodes node{};
+        std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
+    };
+    std::optional<Second> second;
 };
 
 bool finite(const std::array<double, 3>& v) {
@@ -55,6 +65,7 @@ public:
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
         has_pose_ = header.ends_with(kPoseColumns);
+        has_second_ = header.find(kSecondColumns) != std::string_view::npos;
         std::vector<ContactFrame> frames;
         std::size_t rows = 0;
         std::set<std::int64_t> wanted(choice.ticks.begin(), choice.ticks.end());
@@ -123,7 +134,52 @@ private:
             row.force_n[i] = number<double>(field[14 + i], "the force");
         }
         if (has_pose_) row.pose = pose(whole);
+        if (has_second_) row.second = second(whole);
         return row;
+    }
+
+    std::optional<Row::Second> second(std::string_view line) const {
+        std::vector<std::string_view> field;
+        for (std::size_t k = 0; k < kSecondEnd; ++k) {
+            const std::size_t comma = line.find(',');
+            field.push_back(line.substr(0, comma));
+            line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
+        }
+        if (number<int>(field[kSecond + 3], "contact2") != 1) return {};
+        Row::Second second;
+        for (std::size_t i = 0; i < 3; ++i) {
+            second.finger_m[i] = number<double>(field[kSecond + i], "the second finger's position");
+            second.node[i] = number<std::int32_t>(field[kSecond + 4 + i], "a node");
+            second.alpha[i] = number<double>(field[kSecond + 7 + i], "an area coordinate");
+            second.god_object_m[i] = number<double>(field[kSecond + 10 + i], "the second god-object's position");
+            second.force_n[i] = number<double>(field[kSecond + 13 + i], "the second force");
+        }
+        if (!loads_.is_patch(second.node) || !finite(second.finger_m) || !finite(second.god_object_m) ||
+            !finite(second.alpha) || !finite(second.force_n))
+            fail("the second finger's contact is on no touchable patch, or not finite");
+        return second;
+    }
+
+    /// The reaction of what a finger feels, by its area coordinates: of a pair, the other's dent is in it.
+    std::vector<NodalForce> reaction(const PatchNodes& node, const std::array<double, 3>& alpha,
+                                     const std::array<double, 3>& force_n, const ContactFrame& frame) const {
+        const Eigen::Vector3d felt_n =
+            frame.pose ? frame.pose->linear().transpose() * vector(force_n) : vector(force_n);
+        std::vector<NodalForce> loads;
+        for (std::size_t i = 0; i < 3; ++i) {
+            NodalForce& load = loads.emplace_back();
+            load.node = node[i];
+            for (std::size_t c = 0; c < 3; ++c)
+                load.force_n[c] = static_cast<float>(-alpha[i] * felt_n[static_cast<Eigen::Index>(c)]);
+        }
+        return loads_.spread(loads);
+    }
+
+    void add_second(const Row& row, ContactFrame& out) const {
+        const Row::Second& second = *row.second;
+        out.second = {vector(second.finger_m), vector(second.god_object_m), vector(second.force_n)};
+        for (const NodalForce& load : reaction(second.node, second.alpha, second.force_n, out))
+            out.loads.push_back(load);
     }
 
     /// The last columns.
@@ -167,11 +223,15 @@ private:
         if (has_pose_)
             out.pose = pose_of({rest_[0], rest_[1], rest_[2]}, {row.pose[0], row.pose[1], row.pose[2]},
                                {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
+        if (row.second) add_second(row, out);
         if (!out.contact) return out;
         out.god_object_m = vector(row.god_object_m);
         out.force_n = vector(row.force_n);
         const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
-        out.loads = loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
+        const std::vector<NodalForce> loads =
+            has_second_ ? reaction(row.node, row.alpha, row.force_n, out)
+                        : loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
+        out.loads.insert(out.loads.end(), loads.begin(), loads.end());
         return out;
     }
 
@@ -179,7 +239,7 @@ private:
     const ContactLoads& loads_;
     int line_ = 0;
     std::size_t columns_ = kColumns;  ///< of this file
-    bool has_pose_ = false;
+    bool has_pose_ = false, has_second_ = false;
     std::array<double, kPose> rest_{};  ///< the first row's
 };
 

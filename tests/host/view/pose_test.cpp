@@ -73,5 +73,30 @@ TEST(ViewPose, OfACsvIsThatOfItsLastColumns) {
             EXPECT_NEAR(frames[1].loads[i].force_n[c], frames[0].loads[i].force_n[c], 1e-6);
 }
 
+// A second finger is drawn, and its load is the reaction of what it feels, in the body's frame.
+TEST(ViewPose, ACsvOfTwoFingersLoadsBoth) {
+    const TestFolder folder;
+    write_cube_tables(folder.path());
+    const Tables tables = read_tables(folder.path());
+    const ContactLoads loads(tables);
+    const auto& patch = tables.patch.front();
+    const std::string nodes =
+        std::to_string(patch[0]) + "," + std::to_string(patch[1]) + "," + std::to_string(patch[2]);
+    write_file(folder.path() / "servo.csv",
+               "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,"
+               "force_z,buttons,state,faults,x2,y2,z2,contact2,node_i2,node_j2,node_k2,alpha_i2,alpha_j2,alpha_k2,"
+               "god_x2,god_y2,god_z2,force_x2,force_y2,force_z2,buttons2,state2,faults2\n"
+               "0,0.1,0,0,0,-1,-1,-1,0,0,0,0.1,0,0,0,0,0,0,1,0,0.01,0.01,0.01,1," +
+                   nodes + ",0.5,0.25,0.25,0.01,0.01,0.012,0,0,0.4,0,2,0\n");
+    const auto frames = read_servo_csv(folder.path() / "servo.csv", loads, {.every_ms = 1, .ticks = {}});
+    ASSERT_EQ(frames.size(), 1U);
+    ASSERT_TRUE(frames[0].second);
+    EXPECT_EQ(frames[0].second->god_object_m.z(), 0.012);
+    Vector3d sum = Vector3d::Zero();
+    for (const NodalForce& load : frames[0].loads)
+        for (int c = 0; c < 3; ++c) sum[c] += double(load.force_n[static_cast<std::size_t>(c)]);
+    EXPECT_NEAR((sum - Vector3d(0.0, 0.0, -0.4)).norm(), 0.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace haptable::test
