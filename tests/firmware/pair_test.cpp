@@ -14,6 +14,8 @@
 #include "host/base/file.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/servo/replay.hpp"
+#include "host/strokes/pair.hpp"
+#include "host/strokes/stroked_body.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
@@ -631,6 +633,29 @@ TEST(Pair, PassivityObservesBothHandsTogether) {
     }
     // What a tick gave beyond is braked away in the next one: at most a tick's force over a tick's way.
     EXPECT_LE(most, 2.0 * 0.5 * 4e-5);
+}
+
+// A million of them: haptable-strokes SCENES --fingers 2.
+TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    const StrokedBody stroked(body.tables());
+    const StrokeMaker maker(stroked.servo());
+    Workers one(1);
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        ContactOptions contact;
+        contact.force = ForceLaw::kConsistent;
+        contact.god_object = god_object;
+        const haptable_model model = stroked.model(contact);
+        Tables tables = body.tables();
+        tables.god_object = god_object;
+        const ServoPair servo = build_pair(body.pair(), tables, stroked.servo());
+        const haptable_pair_model pair = pair_in_memory(servo, tables, model);
+        const Touched touched = stroked.touched(model);
+        const PairTally tally = run_pairs({touched, pair}, maker, 1, 150, one, [](std::size_t) {});
+        EXPECT_EQ(tally.outside + tally.lost + tally.force, 0U) << god_object;
+        EXPECT_GT(tally.both_ticks, 5000U) << god_object;
+        EXPECT_GT(tally.left_ticks, 0U) << god_object;
+    }
 }
 
 }  // namespace
