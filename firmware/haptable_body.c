@@ -575,7 +575,7 @@ float haptable_body_push_of(const struct haptable_model* model, const struct hap
     }
     to_body(&f, moved, push->velocity_m_per_s);
     to_world(&f, out->force_n, state->given_n[number]);
-    push->sticks = (uint8_t)(model->static_friction > 0.0f && !servo->contact.slips);
+    push->sticks = model->static_friction > 0.0f && servo->contact.slips == 0 ? 1u : 0u;
     push->stiffness_n_per_m = 0.0f;
     if (haptable_touches(out->state)) {
         vec_sub(at_m, out->god_object_m, dent);
