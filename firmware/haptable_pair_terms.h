@@ -275,12 +275,26 @@ static inline void pair_other(const struct haptable_pair_view* view, const float
     vec_symmetric_product(view->m, pressed, other);
 }
 
+/* What is left of A at the least, as a part of it. */
+#define PAIR_LEAST 0.015625f
+
+/* Places that load one node alone, next to fixed ones, load it alike however far apart they are: there N is lifted, as
+ * is C beside a fixed vertex. */
+static inline void pair_keep_definite(const float a[6], float n[6]) {
+    const float missing = PAIR_LEAST * third_of_trace(a) - third_of_trace(n);
+    if (missing <= 0.0f) return;
+    n[0] += missing;
+    n[1] += missing;
+    n[2] += missing;
+}
+
 static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
                               const float x[9], struct pair_solved* solved) {
     float n[6];
     float t[3];
     float alone[3];
     pair_reduce(own->a, x, view->m, n);
+    pair_keep_definite(own->a, n);
     vec_symmetric_product(view->m, view->s, alone);
     pair_product(x, alone, t);
     vec_sub(own->s, t, t);

@@ -635,6 +635,35 @@ TEST(Pair, PassivityObservesBothHandsTogether) {
     EXPECT_LE(most, 2.0 * 0.5 * 4e-5);
 }
 
+TEST(Pair, TwoPlacesThatLoadOneNodeAloneStayWellPosed) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    Pair pair(body, GodObject::kLeastEnergy);
+    int places = 0;
+    const auto only_free = [&](int patch) {
+        int found = -1;
+        for (int c = 0; c < 3; ++c)
+            if (body.is_free(body.vertex(patch, c))) found = found < 0 ? c : 3;
+        return found;
+    };
+    for (int p = 0; p < body.patches(); ++p) {
+        const int a = only_free(p);
+        if (a < 0 || a > 2) continue;
+        Vector3d alpha = Vector3d::Constant(0.43), beta = Vector3d::Constant(1.5e-4);
+        alpha[a] = 0.14;
+        beta[a] = 0.9997;
+        const Vector3d x = body.point(p, alpha) - 2e-3 * body.normal(p),
+                       y = body.point(p, beta) - 1e-3 * body.normal(p);
+        pair.begin();
+        pair.put(0, p, alpha, x);
+        pair.put(1, p, beta, y);
+        pair.to(x, y);
+        EXPECT_EQ(pair.out[0].state, HAPTABLE_CONTACT) << p;
+        EXPECT_EQ(pair.out[1].state, HAPTABLE_CONTACT) << p;
+        ++places;
+    }
+    EXPECT_GT(places, 10);
+}
+
 // A million of them: haptable-strokes SCENES --fingers 2.
 TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
