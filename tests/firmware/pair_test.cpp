@@ -635,30 +635,51 @@ TEST(Pair, PassivityObservesBothHandsTogether) {
     EXPECT_LE(most, 2.0 * 0.5 * 4e-5);
 }
 
+/// What a finger is told of another one at a place.
+haptable_pair_view told_of(const Pair& pair, const ElasticBody& body, int patch, const Vector3d& beta,
+                           const Vector3d& y) {
+    haptable_pair_view view = pair.state().view[0];
+    const haptable_contact contact = contact_at(body, patch, beta);
+    const float finger_m[3] = {float(y[0]), float(y[1]), float(y[2])};
+    haptable_pair_own own{};
+    pair.model().law->own(pair.model().model, &contact, finger_m, &own);
+    const double c[9] = {own.a[0], own.a[3], own.a[5], own.a[3], own.a[1], own.a[4], own.a[5], own.a[4], own.a[2]};
+    const Matrix3d m = Eigen::Map<const Matrix3d>(c).inverse();
+    const double packed[6] = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(1, 2), m(2, 0)};
+    for (int k = 0; k < 6; ++k) view.m[k] = float(packed[k]);
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t vertex = body.vertex(patch, k);
+        view.place.control[k] = body.is_free(vertex) ? std::uint16_t(vertex) : std::uint16_t(HAPTABLE_NONE);
+        view.place.weight[k] = float(beta[k]);
+        view.s[k] = own.s[k];
+        view.at_m[k] = contact.god_object_m[k];
+    }
+    view.is_coupled = 1;
+    return view;
+}
+
 TEST(Pair, TwoPlacesThatLoadOneNodeAloneStayWellPosed) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
-    Pair pair(body, GodObject::kLeastEnergy);
+    const Pair pair(body, GodObject::kLeastEnergy);
     int places = 0;
-    const auto only_free = [&](int patch) {
-        int found = -1;
-        for (int c = 0; c < 3; ++c)
-            if (body.is_free(body.vertex(patch, c))) found = found < 0 ? c : 3;
-        return found;
-    };
     for (int p = 0; p < body.patches(); ++p) {
-        const int a = only_free(p);
-        if (a < 0 || a > 2) continue;
-        Vector3d alpha = Vector3d::Constant(0.43), beta = Vector3d::Constant(1.5e-4);
-        alpha[a] = 0.14;
-        beta[a] = 0.9997;
-        const Vector3d x = body.point(p, alpha) - 2e-3 * body.normal(p),
-                       y = body.point(p, beta) - 1e-3 * body.normal(p);
-        pair.begin();
-        pair.put(0, p, alpha, x);
-        pair.put(1, p, beta, y);
-        pair.to(x, y);
-        EXPECT_EQ(pair.out[0].state, HAPTABLE_CONTACT) << p;
-        EXPECT_EQ(pair.out[1].state, HAPTABLE_CONTACT) << p;
+        int free = -1, count = 0;
+        for (int c = 0; c < 3; ++c)
+            if (body.is_free(body.vertex(p, c))) free = c, ++count;
+        if (count != 1) continue;
+        Vector3d alpha = Vector3d::Constant(0.3), beta = Vector3d::Constant(1.5e-4);
+        alpha[free] = 0.4;
+        beta[free] = 0.9997;
+        const Vector3d x = body.point(p, alpha) - 1e-3 * body.normal(p),
+                       y = body.point(p, beta) + 1e-3 * Vector3d::UnitX();
+        const haptable_pair_view view = told_of(pair, body, p, beta, y);
+        const haptable_contact contact = contact_at(body, p, alpha);
+        const float finger_m[3] = {float(x[0]), float(x[1]), float(x[2])};
+        haptable_energy alone{}, both{};
+        haptable_energy_consistent(pair.model().model, &contact, finger_m, HAPTABLE_ENERGY_ALL, &alone);
+        pair.model().energy(&view.model, &contact, finger_m, HAPTABLE_ENERGY_ALL, &both);
+        // A 64th of C_11 is left, and the other's displacement is as large.
+        EXPECT_LT(to_vector(both.load_n).norm(), 64.0 * 8.0 * to_vector(alone.load_n).norm()) << p;
         ++places;
     }
     EXPECT_GT(places, 10);
