@@ -94,6 +94,8 @@ $(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 $(NATIVE)
 # What goes over every pixel.
 $(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private OPT = -O3
 
+# An example includes the installed header by its name.
+$(BUILD)/tidy/host/library/examples/%.ok: private INCLUDE += -Ihost/library
 # Not -I: MPI's headers are not ours to warn about.
 $(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/host/mpi/%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 

@@ -197,6 +197,7 @@ static inline void reduce(int degree, const float alpha[3], float* net) {
     int k;
     for (r = 0; r < degree; ++r)
         for (k = 0; k <= r; ++k, ++n)
+            /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): a net of that degree is whole */
             net[n] = alpha[0] * net[n] + alpha[1] * net[n + r + 1] + alpha[2] * net[n + r + 2];
 }
 

@@ -68,7 +68,8 @@ void haptable_pair_cross_low_rank(const struct haptable_pair_view* view, const u
         if (control[i] == HAPTABLE_NONE) continue;
         for (r = 0; r < tables->rank; ++r) {
             const int16_t* column = tables->column[(uint32_t)control[i] * tables->rank + (uint32_t)r];
-            for (a = 0; a < 3; ++a) vec_add_scaled(tables->column_step * (float)column[a], view->far[r], &x[i][3 * a]);
+            float* row = x[i];
+            for (a = 0; a < 3; ++a, row += 3) vec_add_scaled(tables->column_step * (float)column[a], view->far[r], row);
         }
         add_near(view, control[i], x[i]);
     }

@@ -79,8 +79,9 @@ static inline void pair_invert(const float a[6], float inverse[6]) {
 /* a - X M X^T */
 static inline void pair_reduce(const float a[6], const float x[9], const float m[6], float n[6]) {
     float xm[3][3];
+    const float* row = x;
     int i;
-    for (i = 0; i < 3; ++i) vec_symmetric_product(m, &x[3 * i], xm[i]); /* M is symmetric: a row of X M */
+    for (i = 0; i < 3; ++i, row += 3) vec_symmetric_product(m, row, xm[i]); /* M is symmetric: a row of X M */
     n[0] = a[0] - vec_dot(xm[0], &x[0]);
     n[1] = a[1] - vec_dot(xm[1], &x[3]);
     n[2] = a[2] - vec_dot(xm[2], &x[6]);
@@ -173,6 +174,7 @@ static inline void pair_cross(const struct haptable_pair_view* view, const struc
     pair_gather(view, contact->patch, control);
     pair_weights(view->tables, contact->alpha, weight);
     pair_set(share * weight[0], control[0], x);
+    /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): controls are 3 or 6, as pair_weights has it */
     for (k = 1; k < view->tables->law->controls; ++k) pair_add(share * weight[k], control[k], x);
 }
 
@@ -211,6 +213,7 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
     pair_weights(view->tables, alpha, weight);
     to->meeting = pair_meet(view, contact->god_object_m, e);
     pair_set(weight[0], to->control[0], raw);
+    /* NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): the same */
     for (k = 1; k < view->tables->law->controls; ++k) pair_add(weight[k], to->control[k], raw);
     pair_set(to->meeting.share, raw, to->x);
     for (b = 0; b < 2; ++b) {
