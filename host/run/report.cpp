@@ -36,7 +36,7 @@ public:
         if (draw == "pictures" || draw == "film") attempt([&] { draw_body(draw); });
         std::vector<Plot> plots;
         attempt([&] { plots = draw_in_scratch(timeline); });
-        const SummaryLines summary = summarise(timeline, scene);
+        SummaryLines summary = summarise(timeline, scene);
         attempt([&] { write_page(scene, plots, summary); });
         attempt([&] { write_file(o_.folder / "summary.json", summary.json()); });
         attempt([&] { keep("servo.json", outcome_.servo_summary); });

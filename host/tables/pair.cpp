@@ -17,9 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 template <std::size_t k>
-void write_rows(const fs::path& path, std::vector<std::size_t> shape, const std::vector<std::array<double, k>>& rows) {
+void write_rows(const fs::path& path, const std::vector<std::size_t>& shape,
+                const std::vector<std::array<double, k>>& rows) {
     const double* first = rows.empty() ? nullptr : rows.front().data();
-    write_npy<double>(path, std::move(shape), std::span<const double>(first, k * rows.size()));
+    write_npy<double>(path, shape, std::span<const double>(first, k * rows.size()));
 }
 
 template <std::size_t k>
