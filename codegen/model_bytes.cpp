@@ -43,10 +43,11 @@ private:
     std::string text_;
 };
 
-// What the lists' numbers of rows speak of.
+// What the lists' numbers of rows speak of. NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
 #define HAPTABLE_NAME_VALUE(type, name) [[maybe_unused]] const auto& name = from.name;
 #define HAPTABLE_NAME_FUNCTION(type, name, choices) [[maybe_unused]] const auto name = from.name;
 #define HAPTABLE_NAME_PART(type, name) [[maybe_unused]] const type* name = from.name;
+// NOLINTEND(bugprone-macro-parentheses)
 #define HAPTABLE_PASS(...)
 
 #define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);

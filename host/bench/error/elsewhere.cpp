@@ -210,10 +210,10 @@ void add_rows(const Elsewhere& body, Progress& progress, NumberTable& table) {
                 return std::span<const double>(all).subspan(first, touch.places.size());
             };
             const double itself = mean(part(solved.fine));
-            auto& row = table.rows.emplace_back(std::vector<Cell>{
-                body.name, number(touch.radius_m, fmt::format("{:g} mm", 1e3 * touch.radius_m)), touch.place,
-                number(ratio, fmt::format("{}", ratio)), number(itself, fmt::format("{:.4g} N/m", itself)),
-                percent(excess(part(solved.coarse), part(solved.fine)))});
+            auto& row = table.rows.emplace_back(
+                std::vector<Cell>{body.name, fmt::format("{:g} mm", 1e3 * touch.radius_m), touch.place,
+                                  fmt::format("{}", ratio), number(itself, fmt::format("{:.4g} N/m", itself)),
+                                  percent(excess(part(solved.coarse), part(solved.fine)))});
             for (const auto& one : felt) row.push_back(percent(excess(part(one), part(solved.fine))));
             first += touch.places.size();
         }
