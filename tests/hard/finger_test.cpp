@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "codegen/in_memory.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 
@@ -23,6 +24,15 @@ Cells cube_under_the_origin() {
             [](double a, double b, double c) { return Vector3d(kSide * Vector3d(a - 0.5, b - 0.5, c - 1.0)); },
             [](int, int, int) { return true; },
             [](const Vector3d& x) { return x.z() < -kSide + 1e-9; }};
+}
+
+bool is_whole(const haptable_output& out) {
+    double sum = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        sum += double(out.force_n[c]) + double(out.god_object_m[c]) + double(out.alpha[c]);
+        for (const auto& nodal : out.nodal_force_n) sum += double(nodal[c]);
+    }
+    return std::isfinite(sum);
 }
 
 class HardFinger : public testing::TestWithParam<std::tuple<ForceLaw, GodObject>> {
@@ -47,14 +57,6 @@ protected:
                   Vector3d(0.5, 0, 0.5), Vector3d(0.25, 0.25, 0.5), Vector3d(1 / 3., 1 / 3., 1 / 3.)})
                 places.push_back(cube.point(p, alpha).cast<float>().cast<double>());
         return places;
-    }
-    static bool is_whole(const haptable_output& out) {
-        double sum = 0.0;
-        for (int c = 0; c < 3; ++c) {
-            sum += double(out.force_n[c]) + double(out.god_object_m[c]) + double(out.alpha[c]);
-            for (const auto& nodal : out.nodal_force_n) sum += double(nodal[c]);
-        }
-        return std::isfinite(sum);
     }
 };
 
@@ -150,7 +152,7 @@ TEST_P(HardFinger, WhereNoFingerCanBe) {
 }
 
 // The origin is a vertex of the top: products of such distances are subnormal or zero.
-TEST_P(HardFinger, AtASubnormalDistance) {
+void expect_whole_at_subnormal_distances(const haptable_model& model, double stiffness) {
     for (const double tiny : {1e-45, 1e-42, 1e-40, 1e-38, 1e-30, 1e-20, 1e-15, 1e-12}) {
         const double held = double(static_cast<float>(tiny));
         for (const Vector3d& way : {Vector3d(0, 0, -1), Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(1, 1, -1),
@@ -167,8 +169,28 @@ TEST_P(HardFinger, AtASubnormalDistance) {
             for (int tick = 0; tick < 10; ++tick)  // a finger that moves by less than its coordinates hold
                 ASSERT_TRUE(is_whole(finger.to(Vector3d(0.0, 0.0, -0.001) + (tick % 2 == 0 ? -1 : 1) * held * way)));
             EXPECT_GT(finger.force().z(), 0.0);
+            for (int tick = 0; tick < 10; ++tick)  // out in one tick: what it was given is owed
+                ASSERT_TRUE(is_whole(finger.to((tick % 2 == 0 ? -1 : 1) * held * way)));
+            EXPECT_EQ(finger.counters().rejected_forces, 0U) << tiny << " " << way.transpose();
         }
     }
+}
+
+TEST_P(HardFinger, AtASubnormalDistance) { expect_whole_at_subnormal_distances(model, stiffness); }
+
+// What is divided by there is of what a scene may add: friction, release, passivity, relaxation and limits.
+TEST_P(HardFinger, AtASubnormalDistanceWithAllThatMayBeAdded) {
+    Tables tables = cube.tables();
+    tables.god_object = std::get<1>(GetParam());
+    tables.static_friction = 0.5;
+    tables.kinetic_friction = 0.4;
+    tables.release_n_per_ms = 0.01;
+    tables.passivity = true;
+    tables.relaxation = {{0.3, 0.01}};
+    tables.limits.max_force_rate_n_per_s = 1e4;
+    tables.limits.mean_force_n = 5.0;
+    const ServoModel servo = build_model(tables);
+    expect_whole_at_subnormal_distances(model_in_memory(tables, servo), stiffness);
 }
 
 }  // namespace

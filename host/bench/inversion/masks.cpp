@@ -90,7 +90,8 @@ NumberTable mask_costs(std::span<const int> sides, std::span<const fs::path> sce
                        "planned", "blocks", "products", "files, C", "all", "dense product", "ratio"},
                       {}};
     const auto add = [&](const std::string& name, const Scene& scene) {
-        fmt::print(stderr, "  masks: {}\n", name);
+        fmt::print(stderr, "  masks: {}{}\n", name,
+                   scene.mesh.generate.empty() ? "" : fmt::format(", {} nodes a side", scene.mesh.nodes_per_side));
         table.rows.push_back(row(name, scene, build));
     };
     for (const int side : sides) {
