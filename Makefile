@@ -147,14 +147,20 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
+test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
-	@$(MAKE) --no-print-directory images
-	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
-	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no packages of PyPI: the tests that speak with Python clients skip"
-	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+	@$(MAKE) --no-print-directory test-fuzz images test-mpi test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
+
+# What the tests run besides, side by side: none makes what another does.
+.PHONY: test-fuzz test-mpi test-python
+test-fuzz:
+	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+test-mpi:
+	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
+test-python:
+	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no packages of PyPI: the tests that speak with Python clients skip"
 
 # test-kernels: the numerical tests under every OpenBLAS kernel that this processor can run, with 1 and 2 threads
 .PHONY: test-kernels

@@ -109,10 +109,21 @@ $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	@mkdir -p $(@D)
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -I$(BUILD)/$(NAME) -c $< -o $@
 
-$(IMAGE)/%.o: firmware/%.S $(IMAGE)/options
+# What reads no scene's model.h is compiled once for a target; every image has the same files in its folder.
+FOR_EVERY_SCENE = $(BUILD)/firmware/$(TARGET)
+OF_EVERY_SCENE = $(patsubst firmware/%,$(IMAGE)/%.o,$(basename $(wildcard firmware/*.c firmware/port/haptable_*.[cS])))
+$(FOR_EVERY_SCENE)/%.o: firmware/%.c $(FOR_EVERY_SCENE)/options
 	$(say) $(TARGET) $<
 	@mkdir -p $(@D)
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $< -o $@
+
+$(FOR_EVERY_SCENE)/%.o: firmware/%.S $(FOR_EVERY_SCENE)/options
+	$(say) $(TARGET) $<
+	@mkdir -p $(@D)
+	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $< -o $@
+
+$(OF_EVERY_SCENE): $(IMAGE)/%.o: $(FOR_EVERY_SCENE)/%.o
+	@mkdir -p $(@D) && for of in o su ci; do [ ! -e $(<:o=)$$of ] || ln -f $(<:o=)$$of $(@:o=)$$of || exit 1; done
 
 $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/model.c
@@ -131,10 +142,10 @@ $(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 
 # Options are a dependency too: written only when they change.
 .PHONY: FORCE
-$(IMAGE)/options: FORCE | $(BUILD)/setup-cross.stamp
+$(IMAGE)/options: private LINKED = $(TARGET_LDFLAGS)
+$(IMAGE)/options $(FOR_EVERY_SCENE)/options: FORCE | $(BUILD)/setup-cross.stamp
 	@mkdir -p $(@D)
-	@echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' | cmp -s - $@ || \
-	echo '$(TARGET_CC) $(TARGET_CFLAGS) $(TARGET_LDFLAGS)' >$@
+	@echo '$(TARGET_CC) $(TARGET_CFLAGS) $(LINKED)' | cmp -s - $@ || echo '$(TARGET_CC) $(TARGET_CFLAGS) $(LINKED)' >$@
 
 define link_image
 	$(say) LINK $@

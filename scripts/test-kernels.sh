@@ -33,7 +33,7 @@ run() {
     if [ -n "$1" ]; then export OPENBLAS_CORETYPE="$1"; else unset OPENBLAS_CORETYPE; fi
     said=$(taskset -c "$(processors "$2")" sh scripts/test.sh --gtest_filter="$filter" | tail -n 1)
     mv "$BUILD/tests/log" "$folder/${1:-chosen}-$2.log"
-    took=$(sed -n 's/^computes with //p' "$folder/${1:-chosen}-$2.log")
+    took=$(sed -n 's/^computes with //p' "$folder/${1:-chosen}-$2.log" | sort -u | paste -sd,)
     nearest=$(grep -v tolerance_test "$HAPTABLE_MARGINS" | sort -g | tail -n 1 | cut -d' ' -f1)
     printf '%-10s %-32s %7s  %-38s %s\n' "${1:-chosen}" "$took" "$2" "$said" "$nearest"
     [ "$said" != "${said#* 0 failed}" ] || failed=$((failed + 1))

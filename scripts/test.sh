@@ -1,37 +1,72 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Runs every test, says why some were skipped, and ends with one line: N passed, N failed, N skipped. Called by
-# `make test` from the project's root; arguments go to the test program (BUILD=build sh scripts/test.sh
-# --gtest_filter='Mesh*').
+# Runs every test, one process a processor, says why some were skipped, and ends with one line: N passed, N failed, N
+# skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
+# scripts/test.sh --gtest_filter='Mesh*').
 set -u
 
 BUILD=${BUILD:-build}
 export BUILD
+unit=$BUILD/tests/unit
 log=$BUILD/tests/log
-[ -x "$BUILD/tests/unit" ] || { echo "$BUILD/tests/unit is not built: run make test" >&2; exit 1; }
+jobs=$BUILD/tests/jobs
+[ -x "$unit" ] || { echo "$unit is not built: run make test" >&2; exit 1; }
 
 # The tests of the closed loop need LCM. Where it cannot work they skip, each with a line that says why.
-run="sh scripts/loopback.sh"
-sh scripts/loopback.sh true || run=""
+loopback="sh scripts/loopback.sh"
+$loopback true || loopback=""
 
-# All goes to the log; people see suites, failures and reasons to skip, not every test that is well.
-{
-    # shellcheck disable=SC2086 # a command and its argument
-    $run "$BUILD/tests/unit" "$@" 2>&1
-    echo $? >"$log.status"
-} | tee "$log" | grep --line-buffered -v -e '^\[ RUN' -e '^\[       OK' -e '^\[-*\] [0-9]* tests\{0,1\} from [^ ]*$' -e '^$'
-status=$(cat "$log.status")
+# One job: make in the same folder, which two may not do at once. It and the other long suites come first, each a job of
+# its own; the rest goes into jobs of a few dozen tests, suites whole: a suite may make once what all its tests touch.
+makers="DebianPackages PythonPackage Installed Liver"
+long="Ranks/Mpi Export Strokes TouchPage NodalPressure LivePage Modes/ModeInBrowser Inverse3 Shared/WholePrecompute Elements
+    PressureMask Scenes/Target PrecomputeRun Run All/ElementLoop Ranks/MpiOfMore FaultySession"
+rm -rf "$jobs"
+mkdir -p "$jobs"
+"$unit" "$@" --gtest_list_tests | awk -v folder="$jobs" -v makers="$makers" -v long="$long" -v most=40 '
+    function job(number) { return sprintf("%s/%03d", folder, number) }
+    BEGIN {
+        for (i = split(makers, names); i > 0; i--) first[names[i]] = 1
+        for (i = last = split(long, names); i > 0; i--) first[names[i]] = i + 1
+        last += 2
+    }
+    # "Suite.  # TypeParam() = ...", then "  Test  # GetParam() = ..." of each of its tests.
+    /^[^ ].*\.( |$)/ {
+        suite = $1
+        if (size >= most) { last++; size = 0 }
+        name = substr(suite, 1, length(suite) - 1)
+        to = name in first ? job(first[name]) : job(last)
+        next
+    }
+    /^  / { print suite $1 >to; if (to == job(last)) size++ }'
+
+# All goes to a log a job; people see suites, failures and reasons to skip, not every test that is well.
+# shellcheck disable=SC2016 # for the shell of each job
+work='
+    job=$0
+    $loopback "$unit" "$@" --gtest_filter="$(tr "\n" : <"$job")" >"$job.log" 2>&1
+    echo $? >"$job.status"
+    grep -v -e "^\[ RUN" -e "^\[       OK" -e "^\[-*\] [0-9]* tests\{0,1\} from [^ ]*$" -e "^\[-*\] Global" \
+        -e "^\[==*\]" -e "^\[  PASSED" -e "^Note: Google" -e "^Running main" -e "^$" "$job.log"'
+export loopback unit
+find "$jobs" -type f | sort | xargs -P "$(nproc)" -I{} sh -c "$work" {} "$@"
+cat "$jobs"/*.log >"$log"
 
 # Counted from the lines with a time, one a test: a program that crashes has no summary, but it has these.
 count() { grep -c "^\[$1\] .* ms)\$" "$log"; }
 passed=$(count '       OK ')
 failed=$(count '  FAILED  ')
 skipped=$(count '  SKIPPED ')
-if [ "$status" -ne 0 ] && [ "$failed" -eq 0 ]; then
-    echo "the test program ended with status $status in: $(sed -n 's/^\[ RUN *\] //p' "$log" | tail -n 1)"
-    failed=1
-fi
+status=0
+for job in $(find "$jobs" -type f -not -name '*.*' | sort); do
+    ended=$(cat "$job.status")
+    [ "$ended" = 0 ] || status=1
+    [ "$ended" = 0 ] || grep -q '^\[  FAILED  \] .* ms)$' "$job.log" || {
+        echo "the test program ended with status $ended in: $(sed -n 's/^\[ RUN *\] //p' "$job.log" | tail -n 1)"
+        failed=$((failed + 1))
+    }
+done
 # Each reason once, with its count. ../shared has meshes of other people, which no clone has.
 sed -n '/: Skipped$/{n;p;}' "$log" | sed 's|^no "\{0,1\}\.\./shared.*|no ../shared|' | sort | uniq -c | sort -rn |
     sed 's/^ *\([0-9]*\) /skipped \1: /'
