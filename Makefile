@@ -248,6 +248,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	$(call bench_step,45,hard cases)
 	@$(BUILD)/bin/haptable-hard --build $(BUILD)/hard -o $(MEASURED)/hard.json
 	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
+	@$(if $(QUICK),:,$(BUILD)/bin/haptable-bench-error --liver --build $(BUILD)/error -o $(MEASURED)/liver.json --quiet >/dev/null)
 	$(call bench_step,50,what contact feels like)
 	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
 	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
@@ -266,8 +267,8 @@ bench-target: bench-programs
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
 
-# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan known truth large-strain" (then: make report)
-PART ?= large masks scale scan known truth large-strain
+# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
+PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
 bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-runs haptable-bench-scan)
 	@$(MAKE) --no-print-directory mpi

@@ -5,7 +5,8 @@
 #   large   haptable-precompute on one and two threads, and on bodies that take minutes (docs/PRECOMPUTE.md)
 #   scan    how a surface with a scanner's noise is filled (docs/design/meshes.md)
 #   masks   what a pressure mask adds, to 64,000 nodes (docs/design/masks.md)
-#   known, elements, truth, large-strain   forces against what is known without us (docs/REFERENCES.md)
+#   truth, known, large-strain, elements, elsewhere   forces against what is known without us (docs/REFERENCES.md,
+#           docs/design/elements.md, locking.md, elsewhere.md)
 #   scale   haptable-precompute-mpi on 1, 2 and 4 ranks of this machine (docs/SCALE.md)
 # Called by `make bench-large` from the project's root, everything built.
 set -eu
@@ -72,9 +73,9 @@ masks)
     "$BUILD/bin/haptable-bench-inversion" --masks --sides 12,20,28,40 --scene meshes/mouse-mask.toml --build "$folder/masks" -o "$out"
     ;;
 known) "$BUILD/bin/haptable-bench-error" --known-answers --build "$folder" -o "$out" ;;
-elements | truth | large-strain) "$BUILD/bin/haptable-bench-error" "--$part" --build "$folder" -o "$out" ;;
+truth | large-strain | elements | elsewhere) "$BUILD/bin/haptable-bench-error" "--$part" --build "$folder" -o "$out" ;;
 *)
-    echo "bench-large: no part $part; large, masks, scale, scan, known, elements, truth or large-strain" >&2
+    echo "bench-large: no part $part; large, masks, scale, scan, truth, known, large-strain, elements or elsewhere" >&2
     exit 2
     ;;
 esac

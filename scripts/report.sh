@@ -7,7 +7,7 @@ set -eu
 BUILD=${BUILD:-build}
 docs=$1
 out=$2
-pages="ACCURACY REFERENCES HARD CONFIGURATIONS design/elements design/locking CONTACT FEEL STROKES INSTRUCTIONS MICROCONTROLLER LATENCY DEVICES STABILITY PRECOMPUTE design/masks design/meshes SCALE"
+pages="ACCURACY REFERENCES HARD CONFIGURATIONS design/elements design/locking CONTACT FEEL STROKES INSTRUCTIONS COSTS MICROCONTROLLER LATENCY DEVICES STABILITY LIVER PRECOMPUTE design/masks design/meshes SCALE"
 
 # A link to a page of the report leads into it, one to another file to where that lies from OUT. Links of a page in a
 # folder are told from docs/ first.
@@ -18,7 +18,7 @@ from_docs() { # PAGE
     esac
 }
 inward="s:href=\"($(echo "$pages" | tr ' ' '|'))\.md(#[^\"]*)?\":href=\"#\1\":g"
-outward="s:href=\"([a-zA-Z.][^\":]*)\":href=\"$(realpath --relative-to="$out" docs)/\1\":g"
+outward="s:(href|src)=\"([a-zA-Z.][^\":]*)\":\1=\"$(realpath --relative-to="$out" docs)/\2\":g"
 
 sh scripts/plots.sh "$docs/numbers.json" "$out"
 

@@ -15,7 +15,7 @@ struct LargeStrain {
     NumberTable curve;   ///< body, way, displacement, force over the linear one, the same as expected
 };
 
-/// Cubes and the mouse, pressed, pulled and pushed sideways. Many minutes.
+/// Cubes, the mouse and the liver, pressed, pulled and pushed sideways. Many minutes.
 LargeStrain large_strain(const std::filesystem::path& build, Progress& progress);
 
 }  // namespace haptable

@@ -12,6 +12,7 @@
 #include "host/bench/error/elsewhere.hpp"
 #include "host/bench/error/known.hpp"
 #include "host/bench/error/large_strain.hpp"
+#include "host/bench/error/liver.hpp"
 #include "host/bench/error/points.hpp"
 #include "host/bench/error/specimen.hpp"
 #include "host/report/page.hpp"
@@ -27,7 +28,7 @@ Numbers solve_truths(const fs::path& build, Progress& progress) {
         progress.stage("the body itself: " + specimen.name);
         truths.emplace_back(specimen.name, solve_truth(specimen));
     }
-    Numbers numbers("build/bin/haptable-bench-error --truth -o build/report/truth.json");
+    Numbers numbers("make bench-large PART=truth");
     numbers.add("truth", truth_table(truths));
     return numbers;
 }
@@ -55,27 +56,33 @@ void measure_all(const fs::path& known, bool quick, const fs::path& build, Progr
 }
 
 Numbers compare_with_known(const fs::path& build, Progress& progress) {
-    Numbers numbers("build/bin/haptable-bench-error --known-answers -o build/report/known.json");
+    Numbers numbers("make bench-large PART=known");
     numbers.add("known", known_answers(build / "known", progress));
     return numbers;
 }
 
 Numbers compare_elsewhere(const fs::path& build, Progress& progress) {
-    Numbers numbers("build/bin/haptable-bench-error --elsewhere -o build/report/elsewhere.json");
+    Numbers numbers("make bench-large PART=elsewhere");
     numbers.add("elsewhere", measure_elsewhere(build, progress));
     return numbers;
 }
 
 Numbers measure_large_strain(const fs::path& build, Progress& progress) {
-    Numbers numbers("build/bin/haptable-bench-error --large-strain -o build/report/large-strain.json");
+    Numbers numbers("make bench-large PART=large-strain");
     const LargeStrain measured = large_strain(build / "large", progress);
     numbers.add("large-strain", measured.limits);
     numbers.add("large-strain-curve", measured.curve);
     return numbers;
 }
 
+Numbers measure_liver(const fs::path& build, Progress& progress) {
+    Numbers numbers("make bench");
+    numbers.add("liver-parts", liver_parts(build / "liver", progress));
+    return numbers;
+}
+
 Numbers compare_elements(const fs::path& known, const fs::path& build, Progress& progress) {
-    Numbers numbers("build/bin/haptable-bench-error --elements -o build/report/elements.json");
+    Numbers numbers("make bench-large PART=elements");
     const ElementTables measured = measure_elements(known, build, progress);
     numbers.add("elements", measured.worth);
     numbers.add("locking", measured.locking);
@@ -87,8 +94,8 @@ Numbers compare_elements(const fs::path& known, const fs::path& build, Progress&
 int main(int argc, char** argv) {
     CommandLine app("Measures error against the body, and what it costs, by configuration.", "haptable-bench-error");
     fs::path build = "build/error", out, known = "docs/numbers.json";
-    bool truth = false, answers = false, strain = false, elements = false, elsewhere = false, quick = false,
-         quiet = false;
+    bool truth = false, answers = false, strain = false, elements = false, elsewhere = false, liver = false,
+         quick = false, quiet = false;
     app.option("--build", build, "folder for tables").show_default();
     app.option("--numbers", known, "where the truth is kept").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
@@ -97,6 +104,7 @@ int main(int argc, char** argv) {
     app.flag("--large-strain", strain, "compare with CalculiX at large strain instead: many minutes, kept there too");
     app.flag("--elements", elements, "compare the elements with the body itself instead: minutes, kept there too");
     app.flag("--elsewhere", elsewhere, "the same of other fingers, places and bodies instead: minutes, kept there too");
+    app.flag("--liver", liver, "what each part of meshes/liver-capsule.toml is worth instead");
     app.flag("--quick", quick, "coarse meshes only");
     app.flag("--quiet", quiet, "no progress bar");
     return run_program(app, argc, argv, [&] {
@@ -112,6 +120,8 @@ int main(int argc, char** argv) {
             numbers = compare_elements(known, build, progress);
         else if (elsewhere)
             numbers = compare_elsewhere(build, progress);
+        else if (liver)
+            numbers = measure_liver(build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();

@@ -83,6 +83,29 @@ std::vector<Named> all_named(double mask_radius_m) {
     };
 }
 
+/// What costs the same whatever the mesh.
+std::vector<Named> named_of_any_mesh() {
+    return {
+        {"`[[relaxation]]`, one term", with([](Scene& s) {
+             s.relaxation = {{0.3, 0.5}};
+         })},
+        {"`[[relaxation]]`, two terms", with([](Scene& s) {
+             s.relaxation = {{0.3, 0.5}, {0.2, 10.0}};
+         })},
+        {"`[[relaxation]]`, one term, friction", with([](Scene& s) {
+             s.relaxation = {{0.3, 0.5}};
+             s.contact.static_friction = s.contact.kinetic_friction = 0.5;
+         })},
+        {"`grab = true`", with([](Scene& s) { s.contact.grab = true; })},
+        {"`force_return = \"ramp\"`", with([](Scene& s) { s.device.limits.ramp_s = 1.0; })},
+        {"`max_speed = \"off\"`", with([](Scene& s) { s.device.limits.max_speed_m_s = 0.0; })},
+        {"`max_force_rate = \"off\"`", with([](Scene& s) { s.device.limits.max_force_rate_n_per_s = 0.0; })},
+        {"`mean_force = \"off\"`", with([](Scene& s) { s.device.limits.mean_force_n = 0.0; })},
+        {"`check = false`", with([](Scene& s) { s.device.limits.check = false; })},
+        {"none of the limits, and no check", with([](Scene& s) { s.device.limits = {}; })},
+    };
+}
+
 /// The median and the greatest of the ticks in contact.
 Number instructions(const TargetImage& image, const haptable_model& model, const Tables& tables) {
     std::vector<std::uint64_t> counts;
@@ -137,6 +160,8 @@ NumberTable named_costs(const fs::path& build) {
          {std::tuple{"cube", "meshes/cube.toml", 0.012}, {"mouse", "meshes/mouse.toml", 0.006}})
         for (const Named& named : all_named(radius_m))
             table.rows.push_back(cost_of(body, read_scene(scene), named, build));
+    for (const Named& named : named_of_any_mesh())
+        table.rows.push_back(cost_of("cube", read_scene("meshes/cube.toml"), named, build));
     return table;
 }
 
