@@ -49,7 +49,7 @@ void BridgeSession::on_state(const device_state& state, std::int64_t received_ut
             return answer_.refuse(state, gate_.state().session);
         case StateIs::repeated:
             // The device did not get our answer: the same again, as soon as there is one.
-            if (!waiting_ && !to_ask_) answer_.publish_force(state_, output_);
+            if (!waiting_ && !to_ask_) answer_.publish_force(state_, output_, utime_of(state_));
             return;
         case StateIs::beginning:
             begins_ = true;
@@ -109,7 +109,7 @@ void BridgeSession::take(const TargetForce& force) {
     }
     waiting_ = false;
     output_ = force.output;
-    answer_.publish_force(state_, output_);
+    answer_.publish_force(state_, output_, utime_of(state_));
     note(output_, Clock::now());
     answer_.publish_contact(state_, output_);
     if (record_ != nullptr) record_->add(state_.seq, to_finger(state_.position_m), buttons_of(state_), output_);
@@ -180,7 +180,7 @@ void BridgeSession::watch(Clock::time_point now) {
         output_ = {};
         output_.patch = HAPTABLE_NONE;
         report_.note(to_finger(state_.position_m), output_);
-        answer_.publish_force(state_, output_);
+        answer_.publish_force(state_, output_, utime_of(state_));
         answer_.publish_contact(state_, output_);
         return;
     }

@@ -15,6 +15,7 @@
 #include "host/device/session.hpp"
 #include "host/device/simulated_driver.hpp"
 #include "host/device/touchable.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
@@ -26,6 +27,8 @@ namespace haptable {
 
 namespace {
 
+constexpr std::uint64_t kHandSeeds = 10;  // a hand's faults have dice of their own, some of them
+
 constexpr int kPriority = 49;  // just below the servo's: its answer is what we wait for
 
 struct Options {
@@ -34,6 +37,8 @@ struct Options {
     DriverOptions real;
     PathOptions geometry;
     std::optional<Eigen::Vector3d> at_m, direction;                       ///< empty: of this scene's surface
+    std::optional<Eigen::Vector3d> second_at_m, second_direction;         ///< of the second hand
+    int fingers = 1, finger = 1;                                          ///< hands; which finger a single one is
     double hand_stiffness_n_per_m = -1.0, hand_damping_n_s_per_m = -1.0;  ///< less than 0: as the hand of that name
     SessionOptions session;
     bool no_realtime = false;
@@ -50,12 +55,21 @@ void add_vector(CommandLine& app, const std::string& name, Vector& value, const 
 
 void add_path_options(CommandLine& app, Options& o) {
     app.option("--path", o.path,
-               "where the hand goes: poke, drag, circle, several with commas between them, "
-               "or FILE.csv (x,y,z in metres, one line a ms)")
+               "where the hand goes: poke, drag, circle, lift, several with commas between them, "
+               "or FILE.csv (x,y,z, of two fingers x,y,z,x2,y2,z2, in metres, one line a ms)")
         .show_default();
     add_vector(app, "--at", o.at_m,
                "m, where the surface is touched [the touchable surface nearest to its top's centre]");
     add_vector(app, "--direction", o.direction, "into the body [0,0,-1, or inwards where that is not under the top]");
+    app.option("--fingers", o.fingers,
+               "hands, of a scene with two fingers: 2, each on its side of the body, the path for both")
+        .range(1, 2)
+        .show_default();
+    app.option("--finger", o.finger, "which finger of the scene this device is; another device is the other")
+        .range(1, 2)
+        .show_default();
+    add_vector(app, "--at2", o.second_at_m, "m, where the second hand touches [the side opposite to the first's]");
+    add_vector(app, "--direction2", o.second_direction, "into the body, of the second hand");
     app.option("--tables", o.tables, "folder of this scene's tables, which tell where the body is [build/<name>]");
     add_vector(app, "--along", o.geometry.along, "of the drag [the axis that lies flattest]");
     const auto length = [&app](const char* name, double& value, const char* text) {
@@ -64,7 +78,8 @@ void add_path_options(CommandLine& app, Options& o) {
     length("--depth", o.geometry.depth_m, "m, of the hand's target below the surface");
     length("--radius", o.geometry.radius_m, "m, of the circle; half the length of the drag");
     length("--clearance", o.geometry.clearance_m, "m, of the start above the surface");
-    length("--hold", o.geometry.hold_s, "s, that a poke stays down");
+    length("--hold", o.geometry.hold_s, "s, that a poke stays down, a lift up");
+    length("--lift", o.geometry.lift_m, "m, of a lift, along z");
     app.option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement").positive().show_default();
     app.option("--hand", o.hand_name, "that holds the device: default, soft or stiff").show_default();
     app.option("--hand-stiffness", o.hand_stiffness_n_per_m, "N/m, of that hand [200]").non_negative();
@@ -121,34 +136,86 @@ std::optional<Touchable> find_body(const Options& o, const Scene& scene) {
     return {};
 }
 
+/// A hand of this program, and where it goes.
+struct HandPlan {
+    std::size_t finger = 0;
+    PathOptions geometry;
+    std::unique_ptr<Path> path;
+};
+
+std::string text_of(const Eigen::Vector3d& v) { return fmt::format("{:.4g},{:.4g},{:.4g}", v.x(), v.y(), v.z()); }
+
 /// Without --at: this scene's touchable surface, and says so.
-void choose_place(Options& o, const std::optional<Touchable>& body) {
-    if (o.at_m) o.geometry.at_m = *o.at_m;
-    if (o.direction) o.geometry.direction = *o.direction;
+void choose_place(const Options& o, const std::optional<Touchable>& body, PathOptions& geometry) {
+    if (o.at_m) geometry.at_m = *o.at_m;
+    if (o.direction) geometry.direction = *o.direction;
     if (o.at_m || is_recorded(o)) return;
     const TouchPlace place = top_of(*body);
-    o.geometry.at_m = place.at_m;
-    if (!o.direction) o.geometry.direction = place.direction;
-    const auto &at = o.geometry.at_m, &in = o.geometry.direction;
+    geometry.at_m = place.at_m;
+    if (!o.direction) geometry.direction = place.direction;
     if (!o.quiet)
-        fmt::print(stderr,
-                   "haptable-device: presses at {:.4g},{:.4g},{:.4g} m, {}, along {:.3g},{:.3g},{:.3g} (--at, "
-                   "--direction)\n",
-                   at.x(), at.y(), at.z(),
+        fmt::print(stderr, "haptable-device: presses at {} m, {}, along {} (--at, --direction)\n",
+                   text_of(geometry.at_m),
                    place.is_under_top ? "the touchable surface under the centre of its top"
                                       : "the touchable point nearest to the centre of the top",
-                   in.x(), in.y(), in.z());
+                   text_of(geometry.direction));
 }
 
-std::unique_ptr<Path> make_path(const Options& o) {
-    if (is_recorded(o)) return recorded_path(read_finger_ticks(o.path, Positions::finite));
-    return scripted_path(o.path, o.geometry);
+/// Of two hands: a pinch.
+void choose_sides(const Options& o, const std::optional<Touchable>& body, std::vector<HandPlan>& hands) {
+    if (is_recorded(o)) return;
+    if (o.at_m.has_value() != o.second_at_m.has_value())
+        throw Error("--at and --at2: give both places, or neither, and the hands press from two sides");
+    std::array<TouchPlace, 2> places{};
+    if (!o.at_m) places = sides_of(*body);
+    for (HandPlan& hand : hands) {
+        const auto& at_m = hand.finger == 0 ? o.at_m : o.second_at_m;
+        const auto& direction = hand.finger == 0 ? o.direction : o.second_direction;
+        if (!at_m) hand.geometry.at_m = places[hand.finger].at_m;
+        if (at_m) hand.geometry.at_m = *at_m;
+        if (!at_m) hand.geometry.direction = places[hand.finger].direction;
+        if (direction) hand.geometry.direction = *direction;
+        if (!o.quiet && !at_m)
+            fmt::print(stderr,
+                       "haptable-device: finger {} presses at {} m along {} (--at, --at2, --direction, "
+                       "--direction2)\n",
+                       hand.finger + 1, text_of(hand.geometry.at_m), text_of(hand.geometry.direction));
+    }
+}
+
+std::unique_ptr<Path> make_path(const Options& o, const HandPlan& hand) {
+    if (!is_recorded(o)) return scripted_path(o.path, hand.geometry);
+    const std::vector<FingerTick> ticks = read_finger_ticks(o.path, Positions::finite);
+    std::vector<FingerTick> its = ticks_of(ticks, hand.finger);
+    // A path of one finger is any finger's.
+    const bool is_of_one = !ticks.empty() && !ticks.front().second_m;
+    if (its.empty() && is_of_one && o.fingers == 1) its = ticks;
+    if (its.empty() && !ticks.empty())
+        throw Error(
+            fmt::format("{}: has no place of finger {}: its header is to be x,y,z,x2,y2,z2", o.path, hand.finger + 1));
+    return recorded_path(std::move(its));
+}
+
+std::vector<HandPlan> plan_hands(const Options& o, const std::optional<Touchable>& body) {
+    std::vector<HandPlan> hands(static_cast<std::size_t>(o.fingers));
+    for (std::size_t k = 0; k < hands.size(); ++k) {
+        hands[k].finger = o.fingers == 2 ? k : static_cast<std::size_t>(o.finger - 1);
+        hands[k].geometry = o.geometry;
+    }
+    if (o.fingers == 2)
+        choose_sides(o, body, hands);
+    else
+        choose_place(o, body, hands[0].geometry);
+    for (HandPlan& hand : hands) hand.path = make_path(o, hand);
+    return hands;
 }
 
 /// A path that missed the body is seldom meant.
-void tell_of_miss(const Options& o, const DeviceReport& report, const std::optional<Touchable>& body) {
+void tell_of_miss(const Options& o, std::size_t finger, const DeviceReport& report,
+                  const std::optional<Touchable>& body) {
     if (o.quiet || report.contact_ticks > 0 || report.latency.count() == 0) return;  // no servo: no miss
-    fmt::print(stderr, "haptable-device: the finger never met the body{}\n",
+    fmt::print(stderr, "haptable-device: {} never met the body{}\n",
+               o.fingers == 1 ? "the finger" : fmt::format("finger {}", finger + 1),
                body ? ": " + where_it_is(*body) : ", and no tables tell where it is (--tables)");
 }
 
@@ -174,39 +241,91 @@ std::unique_ptr<Driver> make_driver(const Options& o, const Scene& scene, const 
             PointDevice(device, hand_of(o), mapping.to_device(path.at(0.0).position_m)), path, mapping,
             presses_of(o.press));
     if (o.session.lockstep) throw Error("--lockstep: a real device does not wait: leave it out, or --driver");
+    if (o.fingers == 2)
+        throw Error("--fingers 2: is for simulated hands: start a haptable-device --finger 1 and one --finger 2");
     DriverOptions real = o.real;
     real.max_force_n = device.max_force_n;
     return open_driver(o.driver, real);
 }
 
-SummaryLines summarise(const Options& o, const DeviceReport& report, const Scene& scene, const Device& device,
-                       const Driver& driver, const Connection& connection, const std::optional<Touchable>& body) {
+void add_report(const DeviceReport& report, const std::optional<Touchable>& body, const Driver& driver,
+                const std::string& suffix, SummaryLines& summary) {
+    for (const Counter& counter : driver.counters()) summary.add(counter.name + suffix, counter.value);
+    const auto count = [&](const char* name, std::int64_t value) { summary.add(name + suffix, value); };
+    const auto number = [&](const char* name, double value) { summary.add(name + suffix, value); };
+    count("ticks", report.ticks);
+    count("missed", report.missed);
+    count("late_ticks", report.late_ticks);
+    count("resent", report.resent);
+    count("silences", report.silences);
+    count("foreign_answers", report.foreign_answers);
+    count("other_device_answers", report.other_device_answers);
+    count("refused_answers", report.refused_answers);
+    count("stale_answers", report.stale_answers);
+    count("contact_ticks", report.contact_ticks);
+    if (report.contact_ticks == 0 && report.latency.count() > 0 && body)
+        summary.add("never_met" + suffix, where_it_is(*body));
+    count("clutched_ticks", report.clutched_ticks);
+    number("latency_mean_us", report.latency.mean_us());
+    number("latency_p999_us", report.latency.quantile_us(0.999));
+    number("latency_max_us", report.latency.max_us());
+    number("force_age_mean_us", report.force_age.mean_us());
+    number("force_age_p999_us", report.force_age.quantile_us(0.999));
+    number("force_age_max_us", report.force_age.max_us());
+    number("largest_force_n", report.largest_force_n);
+    number("wall_s", report.wall_s);
+}
+
+/// A hand at work: its driver, record and session.
+struct HandAtWork {
+    std::unique_ptr<Driver> driver;
+    std::optional<DeviceRecord> record;
+    std::unique_ptr<DeviceSession> session;
+};
+
+/// Of a second hand beside the first's: device_2.csv.
+std::filesystem::path record_of(const Options& o, std::size_t hand) {
+    const std::filesystem::path first = o.csv;
+    if (hand == 0) return first;
+    return first.parent_path() / (first.stem().string() + kFingerSuffix[hand] + first.extension().string());
+}
+
+SummaryLines run_hands(const Options& o, const Scene& scene, const Device& device, const std::optional<Touchable>& body,
+                       const std::vector<HandPlan>& plans) {
+    // In lockstep nothing is urgent, and a busy pair at real-time priority would starve the machine.
+    const bool urgent = !o.no_realtime && !o.session.lockstep;
+    const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";
+    Connection connection;
+    std::vector<HandAtWork> hands(plans.size());
+    std::vector<DeviceSession*> sessions;
+    for (std::size_t k = 0; k < plans.size(); ++k) {
+        SessionOptions options = o.session;
+        options.tell =
+            teller(o.fingers == 1 ? "haptable-device" : fmt::format("haptable-device: finger {}", k + 1), o.quiet);
+        options.finger = plans[k].finger;
+        options.seed += kHandSeeds * k;
+        if (!o.csv.empty()) hands[k].record.emplace(record_of(o, k)).keep();
+        hands[k].driver = make_driver(o, scene, device, *plans[k].path);
+        hands[k].session = std::make_unique<DeviceSession>(*hands[k].driver, connection, options,
+                                                           hands[k].record ? &*hands[k].record : nullptr);
+        sessions.push_back(hands[k].session.get());
+    }
+    const bool locked = urgent && lock_memory();
+    if (!o.quiet)
+        fmt::print(stderr, "haptable-device: {} {} at {} on {}, {}, {}, memory {}\n", device.model, o.driver,
+                   scene.name, connection.url(), o.session.lockstep ? "lockstep" : "real time", priority,
+                   locked ? "locked" : "not locked");
+    run_together(sessions);
     SummaryLines summary;
     summary.add("scene", scene.name);
     summary.add("driver", o.driver);
     summary.add("device", device.model);
-    for (const Counter& counter : driver.counters()) summary.add(counter.name, counter.value);
     summary.add("url", connection.url());
-    summary.add("ticks", report.ticks);
-    summary.add("missed", report.missed);
-    summary.add("late_ticks", report.late_ticks);
-    summary.add("resent", report.resent);
-    summary.add("silences", report.silences);
-    summary.add("foreign_answers", report.foreign_answers);
-    summary.add("other_device_answers", report.other_device_answers);
-    summary.add("refused_answers", report.refused_answers);
-    summary.add("stale_answers", report.stale_answers);
-    summary.add("contact_ticks", report.contact_ticks);
-    if (report.contact_ticks == 0 && report.latency.count() > 0 && body) summary.add("never_met", where_it_is(*body));
-    summary.add("clutched_ticks", report.clutched_ticks);
-    summary.add("latency_mean_us", report.latency.mean_us());
-    summary.add("latency_p999_us", report.latency.quantile_us(0.999));
-    summary.add("latency_max_us", report.latency.max_us());
-    summary.add("force_age_mean_us", report.force_age.mean_us());
-    summary.add("force_age_p999_us", report.force_age.quantile_us(0.999));
-    summary.add("force_age_max_us", report.force_age.max_us());
-    summary.add("largest_force_n", report.largest_force_n);
-    summary.add("wall_s", report.wall_s);
+    for (std::size_t k = 0; k < hands.size(); ++k) {
+        if (hands[k].record) hands[k].record->finish();
+        tell_of_miss(o, plans[k].finger, sessions[k]->report(), body);
+        add_report(sessions[k]->report(), body, *hands[k].driver, kFingerSuffix[k], summary);
+    }
     return summary;
 }
 
@@ -216,29 +335,12 @@ void run(Options& o) {
     if (!o.faults.empty()) o.session.faults = parse_faults(o.faults);
     const Device device = device_of(o, scene);
     o.session.map = scene.device_map;
+    if (o.fingers == 2 && scene.contact.fingers == 1)
+        throw Error(scene.file.string() + ": has one finger: write fingers = 2 in [contact], or leave out --fingers");
     const std::optional<Touchable> body = find_body(o, scene);
-    choose_place(o, body);
-    const std::unique_ptr<Path> path = make_path(o);
+    const std::vector<HandPlan> hands = plan_hands(o, body);
     if (!o.csv.empty()) require_other_file(o.csv, o.path, "--path");
-    std::optional<DeviceRecord> record;
-    if (!o.csv.empty()) record.emplace(o.csv).keep();
-    // In lockstep nothing is urgent, and a busy pair at real-time priority would starve the machine.
-    const bool urgent = !o.no_realtime && !o.session.lockstep;
-    const std::string priority = urgent ? ask_for_real_time(kPriority) : "normal priority";
-    Connection connection;
-    SessionOptions session_options = o.session;
-    session_options.tell = teller("haptable-device", o.quiet);
-    const std::unique_ptr<Driver> driver = make_driver(o, scene, device, *path);
-    DeviceSession session(*driver, connection, session_options, record ? &*record : nullptr);
-    const bool locked = urgent && lock_memory();
-    if (!o.quiet)
-        fmt::print(stderr, "haptable-device: {} {} at {} on {}, {}, {}, memory {}\n", device.model, o.driver,
-                   scene.name, connection.url(), o.session.lockstep ? "lockstep" : "real time", priority,
-                   locked ? "locked" : "not locked");
-    const DeviceReport report = session.run();
-    if (record) record->finish();
-    tell_of_miss(o, report, body);
-    summarise(o, report, scene, device, *driver, connection, body).print(o.json, o.quiet);
+    run_hands(o, scene, device, body, hands).print(o.json, o.quiet);
 }
 
 }  // namespace

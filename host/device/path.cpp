@@ -19,6 +19,9 @@ using Eigen::Vector3d;
 // A movement of no length still takes this long, so that no velocity is infinite.
 constexpr double kShortest_s = 0.02;
 
+// Before it is lifted: a hand that has gripped feels so.
+constexpr double kGrip_s = 0.1;
+
 /// One movement: from `from` to `to` in a straight line, or once round `centre`.
 struct Move {
     enum class Kind { line, circle } kind;
@@ -165,6 +168,18 @@ void add_circle(const PathOptions& o, const Frame& frame, Script& script) {
     script.line_to(rim_m - o.clearance_m * frame.into);
 }
 
+void add_lift(const PathOptions& o, const Frame& frame, Script& script) {
+    const Vector3d beside_m = o.at_m - o.clearance_m * frame.into, in_m = o.at_m + o.depth_m * frame.into;
+    const Vector3d up_m = in_m + o.lift_m * Vector3d::UnitZ();
+    script.begin_at(beside_m);
+    script.line_to(in_m);
+    script.hold(kGrip_s);
+    script.line_to(up_m);
+    script.hold(o.hold_s);
+    script.line_to(in_m);
+    script.line_to(beside_m);
+}
+
 void add_named(const std::string& name, const PathOptions& o, const Frame& frame, Script& script) {
     if (name == "poke")
         add_poke(o, frame, script);
@@ -172,9 +187,11 @@ void add_named(const std::string& name, const PathOptions& o, const Frame& frame
         add_drag(o, frame, script);
     else if (name == "circle")
         add_circle(o, frame, script);
+    else if (name == "lift")
+        add_lift(o, frame, script);
     else
         throw Error("--path: \"" + name +
-                    "\" is not known: it is poke, drag, circle, or a file whose name ends in .csv");
+                    "\" is not known: it is poke, drag, circle, lift, or a file whose name ends in .csv");
 }
 
 }  // namespace
@@ -191,8 +208,21 @@ std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions&
     return script;
 }
 
+std::vector<FingerTick> ticks_of(const std::vector<FingerTick>& ticks, std::size_t finger) {
+    std::vector<FingerTick> its;
+    for (const FingerTick& tick : ticks) {
+        if (finger == 0 ? tick.is_away : !tick.second_m || tick.is_second_away) continue;
+        its.push_back(tick);
+        if (finger == 0) continue;
+        its.back().position_m = *tick.second_m;
+        its.back().buttons = tick.second_buttons;
+    }
+    return its;
+}
+
 std::unique_ptr<Path> recorded_path(std::vector<FingerTick> ticks) {
-    if (ticks.empty()) throw Error("--path: the file has no positions: it needs one line x,y,z a millisecond");
+    if (ticks.empty())
+        throw Error("--path: the file has no positions: it needs one line x,y,z a millisecond, or x,y,z,x2,y2,z2");
     return std::make_unique<Recording>(std::move(ticks));
 }
 

@@ -23,7 +23,8 @@ struct PathOptions {
     double radius_m = 0.005;                          ///< of the circle; half the length of the drag
     double clearance_m = 0.010;                       ///< of the start above `at`
     double speed_m_s = 0.05;                          ///< mean speed of every movement
-    double hold_s = 0.2;                              ///< of a poke, at full depth
+    double hold_s = 0.2;                              ///< of a poke, at full depth; of a lift, above
+    double lift_m = 0.03;                             ///< of a lift, along z
 };
 
 class Path {
@@ -34,9 +35,12 @@ public:
     virtual HandGoal at(double time_s) const = 0;
 };
 
-/// "poke", "drag", "circle", or several with commas between them, one after the other.
-/// Throws Error for another name or an impossible geometry.
+/// "poke", "drag", "circle", "lift" (in, up, down, out: for two hands), or several with commas between them, one after
+/// the other. Throws Error for another name or an impossible geometry.
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options);
+
+/// The lines of a path in which that finger, 0 or 1, has a place, as those of one finger.
+std::vector<FingerTick> ticks_of(const std::vector<FingerTick>& ticks, std::size_t finger);
 
 /// Positions, one a millisecond, joined by straight lines, and their buttons. Throws Error when there are none.
 std::unique_ptr<Path> recorded_path(std::vector<FingerTick> ticks);

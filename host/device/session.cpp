@@ -13,6 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/device/simulated_driver.hpp"
+#include "host/link/channels.hpp"
 
 namespace haptable {
 
@@ -71,13 +72,14 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
     if (options_.lockstep && !(options_.patience_s > 0.0))
         throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
     reading_m_.fill(mapping_.to_body(driver_.read(0).position_m));
+    state_.seq = -1;  // none yet
     state_.session = random_session();
     state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
     if (options_.faults.any())
         begin_faults();
     else
-        connection.subscribe<servo_force>(kForceChannel,
+        connection.subscribe<servo_force>(kForceChannels[options_.finger],
                                           [this](const servo_force& force, std::int64_t) { on_force(force); });
 }
 
@@ -88,34 +90,122 @@ void DeviceSession::begin_faults() {
             "--fault: corrupt and clock-back are not for --lockstep: a servo whose time the device sets would wait for "
             "that time for ever");
     faults_.emplace(Faults{{plan, options_.seed}, {plan, options_.seed + 1}, {plan, options_.seed + 2}});
-    connection_.listen(kForceChannel, [this](std::span<const std::uint8_t> bytes, std::int64_t) {
+    connection_.listen(kForceChannels[options_.finger], [this](std::span<const std::uint8_t> bytes, std::int64_t) {
         if (!faults_->gone) faults_->in.put(bytes, Clock::now());
     });
 }
 
-DeviceReport DeviceSession::run() {
-    const Clock::time_point begin = Clock::now();
-    const std::int64_t ticks = to_ticks(options_.seconds > 0.0 ? options_.seconds : driver_.duration_s());
-    Clock::time_point next = begin;
-    for (std::int64_t tick = 0; tick < ticks && !interrupted() && !driver_.has_ended(); ++tick) {
-        begin_tick(tick);
-        // The first answer may take until the servo is started: the clock starts with it.
-        const bool is_first = tick == 0 && options_.patience_s > 0.0;
-        if (options_.lockstep || is_first) wait_for_answer();
-        if (!options_.lockstep) {
-            next = is_first ? Clock::now() + kTick : next + kTick;
-            wait_until(next);
-            // Behind by more than a tick: go on from here, a burst of states would only bury the servo.
-            if (Clock::now() > next + kTick) {
-                ++report_.late_ticks;
-                next = Clock::now();
-            }
+// ---- the loop -----------------------------------------------------------------------------------------------------
+
+/// One clock for all hands of a program.
+class DeviceSession::Loop {
+public:
+    explicit Loop(const std::vector<DeviceSession*>& hands)
+        : hands_(hands), connection_(hands[0]->connection_), options_(hands[0]->options_) {}
+
+    void run() {
+        const Clock::time_point begin = Clock::now();
+        const std::int64_t ticks = tick_count();
+        if (ticks > 0 && !is_over()) begin_session();
+        for (std::int64_t tick = 1; tick < ticks && !is_over(); ++tick) {
+            for (DeviceSession* hand : hands_) hand->begin_tick(tick);
+            if (options_.lockstep) wait_for_answers();
+            end_tick();
         }
+        for (DeviceSession* hand : hands_)
+            hand->report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    }
+
+private:
+    std::int64_t tick_count() const {
+        std::int64_t most = 0;
+        for (const DeviceSession* hand : hands_) most = std::max(most, hand->tick_count());
+        return most;
+    }
+    bool is_over() const {
+        const auto has_ended = [](const DeviceSession* hand) { return hand->driver_.has_ended(); };
+        return interrupted() || std::any_of(hands_.begin(), hands_.end(), has_ended);
+    }
+    bool is_unanswered() const {
+        return std::any_of(hands_.begin(), hands_.end(),
+                           [](const DeviceSession* hand) { return hand->is_unanswered(); });
+    }
+
+    /// The first answer may take until the servo is started: the clock starts with it.
+    void begin_session() {
+        const bool waits = options_.lockstep || options_.patience_s > 0.0;
+        next_ = Clock::now();
+        for (DeviceSession* hand : hands_) {
+            hand->begin_tick(0);
+            if (waits) wait_for_answers();
+        }
+        if (waits) next_ = Clock::now();
         end_tick();
     }
-    report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+
+    void end_tick() {
+        if (!options_.lockstep) {
+            next_ += kTick;
+            wait_until(next_);
+            // Behind by more than a tick: go on from here, a burst of states would only bury the servo.
+            if (Clock::now() > next_ + kTick) {
+                for (DeviceSession* hand : hands_) ++hand->report_.late_ticks;
+                next_ = Clock::now();
+            }
+        }
+        for (DeviceSession* hand : hands_) hand->end_tick();
+    }
+
+    /// As Connection::handle_until, and what comes late, on purpose, comes then.
+    bool handle_until(Clock::time_point deadline) {
+        Clock::time_point due = Clock::time_point::max();
+        for (const DeviceSession* hand : hands_) due = std::min(due, hand->due());
+        const bool came = connection_.handle_until(std::min(deadline, due));
+        for (DeviceSession* hand : hands_) hand->deliver();
+        return came || due < deadline;
+    }
+
+    void wait_for_answers() {
+        const Clock::time_point give_up = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                             std::chrono::duration<double>(options_.patience_s));
+        for (int resends = 0; !interrupted(); ++resends) {
+            const Clock::time_point resend_at = std::min(Clock::now() + kResendAfter, give_up);
+            while (is_unanswered() && handle_until(resend_at)) {
+            }
+            for (DeviceSession* hand : hands_) {
+                if (!hand->is_unanswered()) continue;
+                if (Clock::now() >= give_up) hand->give_up();
+                hand->ask_again(resends);
+            }
+            if (!is_unanswered()) return;
+        }
+    }
+
+    void wait_until(Clock::time_point next) {
+        // Where messages are late, some still go out, or come in, behind the answer.
+        const bool has_faults = options_.faults.any();
+        while ((is_unanswered() || has_faults) && Clock::now() < next && !interrupted()) handle_until(next);
+        sleep_until(next);
+    }
+
+    const std::vector<DeviceSession*>& hands_;
+    Connection& connection_;
+    const SessionOptions& options_;
+    Clock::time_point next_{};
+};
+
+void run_together(const std::vector<DeviceSession*>& hands) { DeviceSession::Loop(hands).run(); }
+
+DeviceReport DeviceSession::run() {
+    run_together({this});
     return report_;
 }
+
+std::int64_t DeviceSession::tick_count() const {
+    return to_ticks(options_.seconds > 0.0 ? options_.seconds : driver_.duration_s());
+}
+
+// ---- a tick -------------------------------------------------------------------------------------------------------
 
 void DeviceSession::begin_tick(std::int64_t tick) {
     const Reading reading = driver_.read(tick);
@@ -144,7 +234,7 @@ void DeviceSession::begin_tick(std::int64_t tick) {
 void DeviceSession::publish() {
     const Clock::time_point now = Clock::now();
     published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = now;
-    if (!faults_) return connection_.publish(kStateChannel, state_);
+    if (!faults_) return connection_.publish(kStateChannels[options_.finger], state_);
     std::array<std::uint8_t, FaultyLane::kMost_bytes> bytes{};
     const int size = state_.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     faults_->gone = faults_->device.is_gone(now);
@@ -154,21 +244,19 @@ void DeviceSession::publish() {
 
 /// What is due on both faulty lanes.
 void DeviceSession::deliver() {
+    if (!faults_) return;
     const Clock::time_point now = Clock::now();
-    faults_->out.deliver(now, [this](std::span<const std::uint8_t> bytes) { connection_.send(kStateChannel, bytes); });
+    faults_->out.deliver(
+        now, [this](std::span<const std::uint8_t> bytes) { connection_.send(kStateChannels[options_.finger], bytes); });
     faults_->in.deliver(now, [this](std::span<const std::uint8_t> bytes) {
         servo_force force;
         if (decode_whole(bytes, force)) on_force(force);
     });
 }
 
-/// As Connection::handle_until, and what comes late comes then.
-bool DeviceSession::handle_until(Clock::time_point deadline) {
-    if (!faults_) return connection_.handle_until(deadline);
-    const Clock::time_point due = std::min(faults_->out.due(), faults_->in.due());
-    const bool came = connection_.handle_until(std::min(deadline, due));
-    deliver();
-    return came || due < deadline;
+/// When a faulty lane has something to deliver.
+Clock::time_point DeviceSession::due() const {
+    return faults_ ? std::min(faults_->out.due(), faults_->in.due()) : Clock::time_point::max();
 }
 
 /// Of the servo that this device belongs to, or of the first that answers it.
@@ -229,29 +317,18 @@ void DeviceSession::feel(const Eigen::Vector3d& body_n) {
     driver_.set_force(mapping_.to_motors(body_n));
 }
 
-void DeviceSession::wait_for_answer() {
-    const Clock::time_point give_up =
-        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.patience_s));
-    for (int resends = 0; !interrupted(); ++resends) {
-        const Clock::time_point resend_at = std::min(Clock::now() + kResendAfter, give_up);
-        while (answered_ < state_.seq && handle_until(resend_at)) {
-        }
-        if (answered_ >= state_.seq) return;
-        if (Clock::now() >= give_up)
-            throw Error(
-                fmt::format("no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same "
-                            "machine and LCM_DEFAULT_URL ({})",
-                            state_.seq, options_.patience_s, connection_.url(), why_none()));
-        if (resends == kResendsToAny) let_go();
-        ++report_.resent;
-        publish();
-    }
+void DeviceSession::ask_again(int resends) {
+    if (resends == kResendsToAny) let_go();
+    ++report_.resent;
+    publish();
 }
 
-void DeviceSession::wait_until(Clock::time_point next) {
-    // Where messages are late, some still go out, or come in, behind the answer.
-    while ((answered_ < state_.seq || faults_) && Clock::now() < next && !interrupted()) handle_until(next);
-    sleep_until(next);
+void DeviceSession::give_up() const {
+    throw Error(fmt::format(
+        "no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same machine and "
+        "LCM_DEFAULT_URL ({}{})",
+        state_.seq, options_.patience_s, connection_.url(), why_none(),
+        options_.finger == 0 ? "" : "; as a second finger, which only a scene with [contact] fingers = 2 has"));
 }
 
 void DeviceSession::end_tick() {

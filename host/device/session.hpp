@@ -36,6 +36,7 @@ struct SessionOptions {
     std::uint64_t seed = 1;       ///< of their dice
     std::function<void(const DeviceRow&)> watch;  ///< called at the end of each tick; may be empty
     DeviceMap map;                                ///< from the device to the body
+    std::size_t finger = 0;                       ///< of the scene, 0 or 1, that it is
 };
 
 struct DeviceReport {
@@ -56,6 +57,13 @@ struct DeviceReport {
     double wall_s = 0.0;
 };
 
+class DeviceSession;
+
+/// Hands of one program, on one connection: their ticks begin together, and in lockstep wait for both answers. They
+/// have the servo one after the other, the first one first, so that two such sessions are the same. Runs as
+/// DeviceSession::run does, until the longest path's end.
+void run_together(const std::vector<DeviceSession*>& hands);
+
 /// Single-threaded, as ServoSession is: with both on one memq:// connection the loop closes within one process.
 class DeviceSession {
 public:
@@ -69,20 +77,26 @@ public:
 
     /// Runs to the end, or until Ctrl-C. Throws Error when no servo answers in time.
     DeviceReport run();
+    const DeviceReport& report() const { return report_; }
 
 private:
+    friend void run_together(const std::vector<DeviceSession*>& hands);
+    class Loop;
+
     void on_force(const servo_force& force);
     void begin_faults();
-    bool handle_until(Clock::time_point deadline);
     void deliver();
+    Clock::time_point due() const;
+    std::int64_t tick_count() const;
+    bool is_unanswered() const { return answered_ < state_.seq; }
     void feel(const Eigen::Vector3d& body_n);
     bool is_for_us(const servo_force& force);
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
     void let_go();
     std::string why_none() const;
     void begin_tick(std::int64_t tick);
-    void wait_for_answer();
-    void wait_until(Clock::time_point next);
+    void ask_again(int resends);
+    [[noreturn]] void give_up() const;
     void end_tick();
     void drop_stale_force();
     void tell();

@@ -104,6 +104,21 @@ TouchPlace top_of(const Touchable& body) {
     return nearest_to(body, middle_m);
 }
 
+std::array<TouchPlace, 2> sides_of(const Touchable& body) {
+    const Eigen::AlignedBox3d box = box_of(body);
+    const Eigen::Index axis = box.sizes().x() <= box.sizes().y() ? 0 : 1;
+    std::array<TouchPlace, 2> places;
+    for (std::size_t side = 0; side < 2; ++side) {
+        const Vector3d in = (side == 0 ? 1.0 : -1.0) * Vector3d::Unit(axis);
+        Vector3d middle_m = box.center();
+        middle_m[axis] = side == 0 ? box.min()[axis] : box.max()[axis];
+        middle_m.z() = box.min().z() + 2.0 / 3.0 * box.sizes().z();
+        places[side] = nearest_to(body, middle_m);
+        if (places[side].direction.dot(in) >= 0.5) places[side].direction = in;
+    }
+    return places;
+}
+
 std::string where_it_is(const Touchable& body) {
     const Eigen::AlignedBox3d box = box_of(body);
     return fmt::format("the touchable surface lies in ({:.4g} {:.4g} {:.4g}) to ({:.4g} {:.4g} {:.4g}) m",

@@ -32,6 +32,11 @@ struct TouchPlace {
 /// it meets no patch from outside, the point nearest to the middle of the box's top, pressed along the inner normal.
 TouchPlace top_of(const Touchable& body);
 
+/// Two places to pinch: of the sides along x or y, whichever is the shorter way through, each the touchable point
+/// nearest to the side's middle at two thirds of the height, so that what is lifted there hangs. Pressed towards one
+/// another; where a surface leans by more than 60 degrees, along its inner normal.
+std::array<TouchPlace, 2> sides_of(const Touchable& body);
+
 /// "the touchable surface lies in (x y z) to (x y z) m".
 std::string where_it_is(const Touchable& body);
 

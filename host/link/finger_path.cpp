@@ -76,12 +76,15 @@ std::vector<std::string_view> split(std::string_view line) {
     return fields;
 }
 
+constexpr int kSilent = 0;  // HAPTABLE_SILENT
+
 /// In which columns what stands; none: -1.
 struct Columns {
     std::size_t count = 0;  ///< 0: the header is not one of a finger path
     std::size_t position = 0;
     std::ptrdiff_t buttons = -1, number = -1;
     std::ptrdiff_t second = -1, second_buttons = -1;  ///< of a second finger
+    std::ptrdiff_t state = -1, second_state = -1;     ///< where there are two
 };
 
 /// `header` without blanks.
@@ -98,7 +101,8 @@ Columns columns_of(const std::string& header) {
     };
     const std::ptrdiff_t second = place("x2");
     if (second + 3 > std::ssize(names)) return {};
-    return {names.size(), 1, place("buttons"), 0, second, place("buttons2")};
+    if (second < 0) return {names.size(), 1, place("buttons"), 0};
+    return {names.size(), 1, place("buttons"), 0, second, place("buttons2"), place("state"), place("state2")};
 }
 
 /// False unless there is exactly what belongs there.
@@ -115,8 +119,13 @@ bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
     const auto is_there = [&](std::ptrdiff_t column, auto& value) {
         return column < 0 || to_integer(fields[static_cast<std::size_t>(column)], value);
     };
-    return is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number) &&
-           is_there(columns.second_buttons, tick.second_buttons);
+    int state = -1, second_state = -1;
+    const bool is_whole = is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number) &&
+                          is_there(columns.second_buttons, tick.second_buttons) && is_there(columns.state, state) &&
+                          is_there(columns.second_state, second_state);
+    tick.is_away = state == kSilent;
+    tick.is_second_away = second_state == kSilent;
+    return is_whole;
 }
 
 std::string wanted_in(const Columns& columns) {
@@ -169,8 +178,8 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
         FingerTick tick;
         if (!to_tick(line, columns, tick))
             fail(file, lines.number(), excerpt(line) + " is not " + wanted_in(columns) + ": mend or remove the line");
-        if (allowed == Positions::finite &&
-            !(is_finite(tick.position_m) && (!tick.second_m || is_finite(*tick.second_m))))
+        if (allowed == Positions::finite && !((tick.is_away || is_finite(tick.position_m)) &&
+                                              (!tick.second_m || tick.is_second_away || is_finite(*tick.second_m))))
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
         path.push_back(tick);
     }

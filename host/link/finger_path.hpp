@@ -24,6 +24,7 @@ struct FingerTick {
     std::int64_t number = -1;                            ///< of a servo's CSV its tick, else -1
     std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
     std::uint32_t second_buttons = 0;
+    bool is_away = false, is_second_away = false;  ///< of a servo's CSV of two: without a device, or silent
 };
 
 /// Reads a path. Throws Error "FILE:LINE: ..." for a wrong header, a row that does not have its numbers, and, with

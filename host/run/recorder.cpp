@@ -17,13 +17,6 @@ const char* word_of(int servo_state) {
     return servo_state < static_cast<int>(kWords.size()) ? kWords[static_cast<std::size_t>(servo_state)] : "other";
 }
 
-/// Every message that is whole, and nothing that is not.
-template <typename Message, typename Take>
-void decode_to(std::span<const std::uint8_t> bytes, Take&& take) {
-    Message message;
-    if (decode_whole(bytes, message)) take(message);
-}
-
 }  // namespace
 
 bool is_fault(const std::string& counter) {
@@ -33,51 +26,54 @@ bool is_fault(const std::string& counter) {
 }
 
 Recorder::Recorder(Connection& connection, LogWriter& log) : log_(log) {
-    using Bytes = std::span<const std::uint8_t>;
-    connection.listen(kStateChannel, [this](Bytes bytes, std::int64_t utime) {
-        keep(kStateChannel, bytes, utime);
-        decode_to<device_state>(bytes, [&](const device_state& state) { take(state, utime); });
+    for (std::size_t finger = 0; finger < kFingers; ++finger) listen(connection, finger);
+    listen<body_pose>(connection, kBodyChannel, [](const body_pose&, std::int64_t) {});
+    listen<servo_status>(connection, kStatusChannel,
+                         [this](const servo_status& status, std::int64_t) { take(status); });
+}
+
+void Recorder::listen(Connection& connection, std::size_t finger) {
+    Side& side = side_[finger];
+    listen<device_state>(connection, kStateChannels[finger], [&](const device_state& state, std::int64_t utime) {
+        simulated_ = is_simulated(state);
+        take(state, utime, side);
     });
-    connection.listen(kForceChannel, [this](Bytes bytes, std::int64_t utime) {
-        keep(kForceChannel, bytes, utime);
-        decode_to<servo_force>(bytes, [&](const servo_force& force) { take(force, utime); });
-    });
-    connection.listen(kContactChannel, [this](Bytes bytes, std::int64_t utime) {
-        keep(kContactChannel, bytes, utime);
-        decode_to<contact>(bytes, [&](const contact& touched) { take(touched); });
-    });
-    connection.listen(kStatusChannel, [this](Bytes bytes, std::int64_t utime) {
-        keep(kStatusChannel, bytes, utime);
-        decode_to<servo_status>(bytes, [&](const servo_status& status) { take(status); });
+    listen<servo_force>(connection, kForceChannels[finger],
+                        [&](const servo_force& force, std::int64_t utime) { take(force, utime, side); });
+    listen<contact>(connection, kContactChannels[finger],
+                    [&](const contact& touched, std::int64_t) { take(touched, side); });
+}
+
+template <typename Message, typename Take>
+void Recorder::listen(Connection& connection, const char* channel, Take take) {
+    connection.listen(channel, [this, channel, take](std::span<const std::uint8_t> bytes, std::int64_t utime) {
+        log_.add(channel, bytes, utime);
+        Message message;
+        if (decode_whole(bytes, message)) take(message, utime);
     });
 }
 
-void Recorder::keep(const char* channel, std::span<const std::uint8_t> bytes, std::int64_t utime) {
-    log_.add(channel, bytes, utime);
+void Recorder::take(const device_state& state, std::int64_t utime, Side& side) {
+    ++side.states;
+    side.sent[static_cast<std::size_t>(static_cast<std::uint64_t>(state.seq) % kWaiting)] = {state.seq, utime};
 }
 
-void Recorder::take(const device_state& state, std::int64_t utime) {
-    ++states_;
-    simulated_ = is_simulated(state);
-    sent_[static_cast<std::size_t>(static_cast<std::uint64_t>(state.seq) % kWaiting)] = {state.seq, utime};
-}
-
-void Recorder::take(const servo_force& force, std::int64_t utime) {
+void Recorder::take(const servo_force& force, std::int64_t utime, Side& side) {
     if (force.owner != force.session) return;
-    servo_state_ = force.servo_state;
-    force_n_ = std::hypot(force.force_n[0], force.force_n[1], force.force_n[2]);
-    auto& [seq, sent_utime] = sent_[static_cast<std::size_t>(static_cast<std::uint64_t>(force.seq) % kWaiting)];
+    side.servo_state = force.servo_state;
+    side.force_n = std::hypot(force.force_n[0], force.force_n[1], force.force_n[2]);
+    auto& [seq, sent_utime] = side.sent[static_cast<std::size_t>(static_cast<std::uint64_t>(force.seq) % kWaiting)];
     if (seq != force.seq || sent_utime == 0) return;
-    ++answers_;
-    latency_.add(static_cast<double>(utime - std::exchange(sent_utime, 0)));
+    ++side.answers;
+    side.latency.add(static_cast<double>(utime - std::exchange(sent_utime, 0)));
 }
 
-void Recorder::take(const contact& touched) {
+void Recorder::take(const contact& touched, Side& side) {
     double square_m2 = 0.0;
     for (int axis = 0; axis < 3; ++axis)
         square_m2 += (touched.finger_m[axis] - touched.god_object_m[axis]) *
                      (touched.finger_m[axis] - touched.god_object_m[axis]);
-    depth_m_ = touched.touches != 0 ? std::sqrt(square_m2) : 0.0;
+    side.depth_m = touched.touches != 0 ? std::sqrt(square_m2) : 0.0;
 }
 
 void Recorder::take(const servo_status& status) {
@@ -93,15 +89,23 @@ std::string Recorder::grown_faults() {
     return grown;
 }
 
+std::string Recorder::line(Side& side) const {
+    const std::int64_t ticks = side.states - std::exchange(side.told_states, side.states);
+    const std::int64_t answered = std::exchange(side.answers, 0);
+    std::string line =
+        fmt::format("{:8}  {:6.3f} N  {:5.2f} mm  {} ticks, {} unanswered", word_of(side.servo_state), side.force_n,
+                    1e3 * side.depth_m, ticks, std::max<std::int64_t>(ticks - answered, 0));
+    if (!simulated_ && side.latency.count() > 0)
+        line += fmt::format("  latency {:.0f} us, 99.9 % {:.0f} us", side.latency.mean_us(),
+                            side.latency.quantile_us(0.999));
+    side.latency = {};
+    return line;
+}
+
 std::string Recorder::line() {
-    const std::int64_t ticks = states_ - std::exchange(told_states_, states_);
-    const std::int64_t answered = std::exchange(answers_, 0);
-    std::string line = fmt::format("{:8}  {:6.3f} N  {:5.2f} mm  {} ticks, {} unanswered", word_of(servo_state_),
-                                   force_n_, 1e3 * depth_m_, ticks, std::max<std::int64_t>(ticks - answered, 0));
-    if (!simulated_ && latency_.count() > 0)
-        line += fmt::format("  latency {:.0f} us, 99.9 % {:.0f} us", latency_.mean_us(), latency_.quantile_us(0.999));
-    latency_ = {};
-    return line + grown_faults();
+    std::string both = line(side_[0]);
+    if (side_[1].states > 0) both += "  |  " + line(side_[1]);
+    return both + grown_faults();
 }
 
 }  // namespace haptable

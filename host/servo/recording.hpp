@@ -10,25 +10,32 @@
 
 namespace haptable {
 
-struct RecordedTick {
-    std::int64_t number = 0;  ///< seq of the state; of a servo's CSV its tick, of a path its line
-    std::uint32_t time_us = 0;
+/// A finger in a tick.
+struct RecordedFinger {
     std::array<double, 3> position_m{};
     std::uint32_t buttons = 0;
     bool begins = false;  ///< a session, or a device that had let go: what was before is forgotten
-    std::optional<std::array<float, 3>> force_n;         ///< the servo's answer, where the record has it
-    std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
-    std::uint32_t second_buttons = 0;
+    std::optional<std::array<float, 3>> force_n = {};  ///< the servo's answer, where the record has it
+};
+
+struct RecordedTick {
+    std::int64_t number =
+        0;  ///< seq of the state, of two fingers the tick's; of a servo's CSV its tick, of a path its line
+    std::uint32_t time_us = 0;
+    std::array<std::optional<RecordedFinger>, 2> finger{};  ///< none: without a device, or silent
 };
 
 struct Recording {
     std::vector<RecordedTick> ticks;
+    int fingers = 1;                ///< 2: a second one is in it
+    bool is_log = false;            ///< of a session; the ticks' numbers are those of states
     std::uint64_t tables_hash = 0;  ///< of the servo that answered; 0: the record does not say
     std::int64_t damaged = 0;       ///< parts of a log that could not be read
 };
 
 /// Of a log the states that were answered, each once, in the order of their answers; of one without any answer all. In
 /// lockstep they have the times that the servo had; in real time those of the log, which the servo's came near to.
+/// Of two fingers answers with one utime are one tick, and who was answered is there until its answer says silent.
 /// Throws Error for a file that is none of the three.
 Recording read_recording(const std::filesystem::path& file);
 

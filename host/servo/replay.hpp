@@ -6,24 +6,17 @@
 #include <optional>
 
 #include "firmware/haptable_body.h"
-#include "host/link/statistics.hpp"
 #include "host/servo/recording.hpp"
-#include "host/session/energy.hpp"
+#include "host/session/fingers.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {
-
-/// What happened in a run, by replay or over LCM.
-struct ServoReport : ForceReport {
-    haptable_counters counters{};
-    DurationStatistics step;  ///< of haptable_step, of two fingers haptable_pair_step, alone
-};
 
 struct ReplayReport : ServoReport {
     std::int64_t compared = 0;               ///< ticks whose force the record has
     std::int64_t other_forces = 0;           ///< of these, whose force is another now, be it in one bit
     std::int64_t first_other = -1;           ///< number of the first of them
-    std::optional<ServoReport> second = {};  ///< of a second finger; the steps are in the first's
+    std::optional<ServoReport> second = {};  ///< of a second finger
     double most_given_j = 0.0;               ///< to both hands together, the largest so far
 };
 

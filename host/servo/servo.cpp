@@ -65,30 +65,23 @@ void add_options(CommandLine& app, Options& o) {
     app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
-void add_report(const ServoReport& report, SummaryLines& summary) {
-#define HAPTABLE_ADD(name) summary.add(#name, std::int64_t{report.counters.name});
+/// suffix: of the finger, at the end of each name.
+void add_report(const ServoReport& report, const std::string& suffix, SummaryLines& summary) {
+#define HAPTABLE_ADD(name) summary.add(#name + suffix, std::int64_t{report.counters.name});
     HAPTABLE_COUNTERS(HAPTABLE_ADD)
 #undef HAPTABLE_ADD
-    report.add_to(summary);
+    report.add_to(summary, suffix);
+    if (report.step.count() == 0) return;
     summary.add("step_mean_us", report.step.mean_us());
     summary.add("step_p999_us", report.step.quantile_us(0.999));
     summary.add("step_max_us", report.step.max_us());
 }
 
-/// Of a second finger.
-void add_second(const ReplayReport& report, SummaryLines& summary) {
-    if (!report.second) return;
-    summary.add("contact_ticks_2", std::int64_t{report.second->counters.contact_ticks});
-    summary.add("largest_force_n_2", report.second->largest_force_n);
-    for (const auto& [name, energy_j] : report.second->energy.by_name()) summary.add(name + "_j_2", energy_j);
-    summary.add("energy_most_given_to_both_j", report.most_given_j);
-}
-
-void add_link_report(const LinkReport& link, SummaryLines& summary) {
-    link.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
-    summary.add("latency_mean_us", link.latency.mean_us());
-    summary.add("latency_p999_us", link.latency.quantile_us(0.999));
-    summary.add("latency_max_us", link.latency.max_us());
+void add_link_report(const LinkReport& link, const std::string& suffix, SummaryLines& summary) {
+    link.each([&](const char* name, std::int64_t value) { summary.add(name + suffix, value); });
+    summary.add("latency_mean_us" + suffix, link.latency.mean_us());
+    summary.add("latency_p999_us" + suffix, link.latency.quantile_us(0.999));
+    summary.add("latency_max_us" + suffix, link.latency.max_us());
 }
 
 std::string tables_hash(const ServoScene& scene) { return fmt::format("{:016x}", scene.model->hash); }
@@ -143,8 +136,11 @@ void run_replay(const ServoScene& scene, const haptable_body* body, const Option
     const ReplayReport report = replay(scene, recording, o.out, o.quiet, body);
     if (report.counters.contact_ticks == 0 && !o.quiet) tell_no_contact(scene, o, report.counters.implausible);
     SummaryLines summary = head(scene);
-    add_report(report, summary);
-    add_second(report, summary);
+    add_report(report, "", summary);
+    if (report.second) {
+        add_report(*report.second, kFingerSuffix[1], summary);
+        summary.add("energy_most_given_to_both_j", report.most_given_j);
+    }
     if (report.compared > 0) {
         summary.add("compared_forces", report.compared);
         summary.add("other_forces", report.other_forces);
@@ -174,7 +170,7 @@ void run_lcm(const ServoScene& scene, const haptable_body* body, const Options& 
     catch_interrupts();
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene, o.csv, 1, body != nullptr).keep();
+    if (!o.csv.empty()) record.emplace(scene, o.csv, scene.pair != nullptr ? 2 : 1, body != nullptr).keep();
     Connection connection;
     ServoSession session(scene, connection, record ? &*record : nullptr, teller("servo", o.quiet), body);
     const bool locked = !o.no_realtime && lock_memory();
@@ -185,8 +181,11 @@ void run_lcm(const ServoScene& scene, const haptable_body* body, const Options& 
     if (record) record->finish();
     SummaryLines summary = head(scene);
     summary.add("url", connection.url());
-    add_report(session.report(), summary);
-    add_link_report(session.link_report(), summary);
+    for (std::size_t finger = 0; finger < session.finger_count(); ++finger) {
+        add_report(session.report(finger), kFingerSuffix[finger], summary);
+        add_link_report(session.link_report(finger), kFingerSuffix[finger], summary);
+    }
+    if (session.finger_count() == 2) summary.add("energy_most_given_to_both_j", session.most_given_j());
     summary.print(o.json, o.quiet);
 }
 

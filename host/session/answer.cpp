@@ -18,7 +18,7 @@ Answer::Answer(const ServoScene& scene, Connection& connection) : scene_(scene),
     for (auto& force_n : contact_.force_n) force_n.reserve(3);
 }
 
-void Answer::refuse(const device_state& state, std::int64_t owner) {
+void Answer::refuse(const device_state& state, std::int64_t owner, std::size_t finger) {
     servo_force refusal{};
     refusal.utime = utime_now();
     refusal.seq = state.seq;
@@ -26,20 +26,21 @@ void Answer::refuse(const device_state& state, std::int64_t owner) {
     refusal.servo = force_.servo;
     refusal.owner = owner;
     refusal.model_hash = force_.model_hash;
-    connection_.publish(kForceChannel, refusal);
+    connection_.publish(kForceChannels[finger], refusal);
 }
 
-void Answer::publish_force(const device_state& state, const haptable_output& output) {
-    force_.utime = is_simulated(state) ? state.utime : utime_now();
+void Answer::publish_force(const device_state& state, const haptable_output& output, std::int64_t utime,
+                           std::size_t finger) {
+    force_.utime = utime;
     force_.seq = state.seq;
     force_.session = force_.owner = state.session;
     std::copy_n(output.force_n, 3, force_.force_n);
     force_.servo_state = static_cast<std::int8_t>(output.state);
     force_.faults = output.faults;
-    connection_.publish(kForceChannel, force_);
+    connection_.publish(kForceChannels[finger], force_);
 }
 
-void Answer::publish_contact(const device_state& state, const haptable_output& output) {
+void Answer::publish_contact(const device_state& state, const haptable_output& output, std::size_t finger) {
     contact_.utime = force_.utime;
     contact_.seq = state.seq;
     contact_.session = state.session;
@@ -54,7 +55,7 @@ void Answer::publish_contact(const device_state& state, const haptable_output& o
         contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
     }
     contact_.count = static_cast<std::int32_t>(contact_.node.size());
-    connection_.publish(kContactChannel, contact_);
+    connection_.publish(kContactChannels[finger], contact_);
 }
 
 }  // namespace haptable

@@ -2,6 +2,7 @@
 // What a servo publishes for one state, whoever computed it: servo_force and contact.
 #pragma once
 
+#include "host/link/channels.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
@@ -21,6 +22,9 @@ inline std::uint32_t time_of(const device_state& state, Clock::time_point now) {
     return is_simulated(state) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
 }
 
+/// The utime of its answer.
+inline std::int64_t utime_of(const device_state& state) { return is_simulated(state) ? state.utime : utime_now(); }
+
 class Answer {
 public:
     Answer(const ServoScene& scene, Connection& connection);
@@ -28,10 +32,13 @@ public:
     std::int64_t model_hash() const { return force_.model_hash; }
     /// The servo's name in its messages: a random number for each run.
     std::int64_t servo() const { return force_.servo; }
-    /// Tells another device whose the servo is, with no force.
-    void refuse(const device_state& state, std::int64_t owner);
-    void publish_force(const device_state& state, const haptable_output& output);
-    void publish_contact(const device_state& state, const haptable_output& output);
+    /// Tells another device whose the servo, or this finger of it, is, with no force.
+    void refuse(const device_state& state, std::int64_t owner, std::size_t finger = 0);
+    /// utime: of the tick; answers of one tick have the same.
+    void publish_force(const device_state& state, const haptable_output& output, std::int64_t utime,
+                       std::size_t finger = 0);
+    /// After publish_force of that finger.
+    void publish_contact(const device_state& state, const haptable_output& output, std::size_t finger = 0);
 
 private:
     ServoScene scene_;

@@ -12,12 +12,11 @@ BodyMotion::BodyMotion(const ServoScene& scene, const haptable_body* body) : sce
     touched_ = state_;
 }
 
-void BodyMotion::step(haptable_servo& servo, const std::array<float, 3>& finger_m, std::uint32_t now_us,
+void BodyMotion::step(haptable_pair& pair, int finger, const float finger_m[3], std::uint32_t now_us,
                       haptable_output& out) {
-    if (body_ == nullptr) return haptable_step(scene_.model, &servo, finger_m.data(), now_us, &out);
+    if (body_ == nullptr) return haptable_step(scene_.model, &pair.servo[finger], finger_m, now_us, &out);
     touched_ = state_;
-    const float finger[1][3] = {{finger_m[0], finger_m[1], finger_m[2]}};
-    haptable_body_step(scene_.model, body_, &state_, &servo, 1, finger, now_us, &out);
+    haptable_body_step_finger(scene_.model, body_, &state_, &pair.servo[finger], finger, finger_m, now_us, &out);
 }
 
 void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]) {

@@ -3,24 +3,21 @@
 #pragma once
 
 #include "firmware/haptable_body.h"
-#include "haptable/body_pose.hpp"
-#include "host/link/messages.hpp"
+#include "host/link/channels.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {
-
-inline constexpr const char* kBodyChannel = "HAPTABLE_BODY";  ///< body_pose, from the servo
 
 class BodyMotion {
 public:
     /// body: null where it is held.
     BodyMotion(const ServoScene& scene, const haptable_body* body);
 
-    /// One tick of the servo, and of the body where it moves. finger_m: world coordinates. Of a body that is not held
-    /// out.force_n is along world axes, what else is in `out` in body coordinates.
-    void step(haptable_servo& servo, const std::array<float, 3>& finger_m, std::uint32_t now_us, haptable_output& out);
+    /// One tick of one finger, 0 or 1, and of the body where it moves: haptable_step. finger_m: world coordinates. Of a
+    /// body that is not held out.force_n is along world axes, what else is in `out` in body coordinates.
+    void step(haptable_pair& pair, int finger, const float finger_m[3], std::uint32_t now_us, haptable_output& out);
 
-    /// The same of two fingers, where the scene has them.
+    /// The same of two fingers at once, where the scene has them: haptable_pair_step.
     void step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]);
 
     /// Where the body was in the last tick, whose contact is in its frame. Null where it is held.

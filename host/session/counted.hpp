@@ -7,17 +7,18 @@
 namespace haptable {
 
 /// X(name) for what becomes of the states that a device, or another, sends.
-#define HAPTABLE_STATE_COUNTERS(X)                                                       \
-    X(lost_states)         /* gaps in the device's numbering */                          \
-    X(repeated_states)     /* asked again by the device: the same answer given */        \
-    X(foreign_states)      /* meant for other tables: not answered */                    \
-    X(other_servo_states)  /* of a device that belongs to another servo: not answered */ \
-    X(other_device_states) /* while another device has the servo: told so */             \
-    X(odd_states)          /* without a mode, a session or a number */                   \
-    X(old_states)          /* overtaken, or a second one with a number */                \
-    X(stopped_states)      /* whose time had not run: as if none had come */             \
-    X(late_states)         /* that waited 20 ms for the servo: as if none had come */    \
-    X(skipped_states)      /* that waited behind a newer one */
+#define HAPTABLE_STATE_COUNTERS(X)                                                        \
+    X(lost_states)          /* gaps in the device's numbering */                          \
+    X(repeated_states)      /* asked again by the device: the same answer given */        \
+    X(foreign_states)       /* meant for other tables: not answered */                    \
+    X(other_servo_states)   /* of a device that belongs to another servo: not answered */ \
+    X(other_device_states)  /* while another device has the servo: told so */             \
+    X(odd_states)           /* without a mode, a session or a number */                   \
+    X(old_states)           /* overtaken, or a second one with a number */                \
+    X(stopped_states)       /* whose time had not run: as if none had come */             \
+    X(late_states)          /* that waited 20 ms for the servo: as if none had come */    \
+    X(skipped_states)       /* that waited behind a newer one */                          \
+    X(absent_finger_states) /* of a second finger, which the scene has not: not answered */
 
 /// X(name) for every counter of the servo's side of the link, beside these and the firmware's own.
 #define HAPTABLE_LINK_COUNTERS(X) X(late_ticks) /* answers that took longer than a tick */

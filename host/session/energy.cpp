@@ -39,9 +39,9 @@ void ForceReport::note(const std::array<float, 3>& finger_m, const haptable_outp
     energy.add(finger_m, output);
 }
 
-void ForceReport::add_to(SummaryLines& summary) const {
-    summary.add("largest_force_n", largest_force_n);
-    for (const auto& [name, energy_j] : energy.by_name()) summary.add(name + "_j", energy_j);
+void ForceReport::add_to(SummaryLines& summary, const std::string& suffix) const {
+    summary.add("largest_force_n" + suffix, largest_force_n);
+    for (const auto& [name, energy_j] : energy.by_name()) summary.add(name + "_j" + suffix, energy_j);
 }
 
 }  // namespace haptable

@@ -57,7 +57,8 @@ struct ForceReport {
 
     /// One tick: where the finger was, and what the servo answered.
     void note(const std::array<float, 3>& finger_m, const haptable_output& output);
-    void add_to(SummaryLines& summary) const;
+    /// suffix: at the end of each name.
+    void add_to(SummaryLines& summary, const std::string& suffix = "") const;
 };
 
 }  // namespace haptable

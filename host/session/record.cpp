@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <span>
 
 namespace haptable {
@@ -51,12 +52,14 @@ void ServoRecord::end_line(const haptable_body_state* body) {
     file_.add(line_ += '\n');
 }
 
-void ServoRecord::add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
-                      const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2],
-                      const haptable_body_state* body) {
+void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     line_ = std::to_string(tick);
-    for (std::size_t finger = 0; finger < 2; ++finger) append(finger_m[finger], buttons[finger], out[finger]);
-    end_line(body);
+    for (std::size_t finger = 0; finger < kFingers; ++finger) {
+        const FingerInput input = in[finger].value_or(FingerInput{{kNone, kNone, kNone}});
+        append(input.at_m, input.buttons, fingers.output(finger));
+    }
+    end_line(fingers.body().state());
 }
 
 void ServoRecord::append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out) {

@@ -8,6 +8,7 @@
 
 #include "firmware/haptable_body.h"
 #include "host/link/text_file.hpp"
+#include "host/session/fingers.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {
@@ -23,10 +24,9 @@ public:
     /// in the tick; contact and god-object are in its coordinates.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
              const haptable_body_state* body = nullptr);
-    /// Of two fingers at once, where the scene has them: the second's columns follow the first's.
-    void add(std::int64_t tick, const std::array<std::array<float, 3>, 2>& finger_m,
-             const std::array<std::uint32_t, 2>& buttons, const haptable_output out[2],
-             const haptable_body_state* body = nullptr);
+    /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
+    /// nowhere (nan), and silent.
+    void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }

@@ -20,9 +20,11 @@ bool is_clear(const device_state& state) {
 
 }  // namespace
 
-bool StateGate::is_owned(Clock::time_point now) const {
-    if (!has_states_) return false;
-    return is_simulated(state_) ? now - heard_ < kGone : now - heard_ < kSilence;
+bool StateGate::is_owned(Clock::time_point now) const { return now < owned_until(); }
+
+Clock::time_point StateGate::owned_until() const {
+    if (!has_states_) return heard_;
+    return is_simulated(state_) ? heard_ + kGone : heard_ + kSilence;
 }
 
 StateIs StateGate::judge(const device_state& state, std::int64_t received_utime, Clock::time_point now) {

@@ -28,18 +28,23 @@ public:
     /// Judges, counts, and keeps what is a tick. `received_utime`: when it came to this machine.
     StateIs judge(const device_state& state, std::int64_t received_utime, Clock::time_point now);
     void count_skipped() { ++counters_.skipped_states; }
+    void count_odd() { ++counters_.odd_states; }
+    void count_absent_finger() { ++counters_.absent_finger_states; }
 
     bool has_states() const { return has_states_; }
     /// The last tick's.
     const device_state& state() const { return state_; }
     /// When the last tick came; before there was one, the begin.
     Clock::time_point last_state() const { return heard_; }
+    /// A device has the servo.
+    bool is_owned(Clock::time_point now) const;
+    /// Until when, should no state come. Where there was none: the begin.
+    Clock::time_point owned_until() const;
     /// session of the device that has the servo; 0: none.
     std::int64_t owner(Clock::time_point now) const { return is_owned(now) ? state_.session : 0; }
     StateCounters counters() const;
 
 private:
-    bool is_owned(Clock::time_point now) const;
     StateIs judge_next(const device_state& state);
     StateIs keep(const device_state& state, StateIs as, Clock::time_point now);
     bool is_last_one(const device_state& state) const;

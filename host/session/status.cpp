@@ -20,8 +20,9 @@ void Status::operator()(std::string name, std::int64_t value) {
     message_.value.push_back(value);
 }
 
-void Status::add(const ForceReport& forces) {
-    for (const auto& [name, energy_j] : forces.energy.by_name()) (*this)(name + "_nj", std::llround(energy_j * 1e9));
+void Status::add(const ForceReport& forces, const std::string& suffix) {
+    for (const auto& [name, energy_j] : forces.energy.by_name())
+        (*this)(name + "_nj" + suffix, std::llround(energy_j * 1e9));
 }
 
 void Status::publish(Connection& connection) {

@@ -19,8 +19,8 @@ public:
 
     /// For the lists of counters, which call it with name and value.
     void operator()(std::string name, std::int64_t value);
-    /// The energies, in nJ.
-    void add(const ForceReport& forces);
+    /// The energies, in nJ. suffix: of the finger, at the end of each name.
+    void add(const ForceReport& forces, const std::string& suffix = "");
     /// Counts what could not be read last, and publishes.
     void publish(Connection& connection);
 

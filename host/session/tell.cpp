@@ -7,20 +7,24 @@
 
 namespace haptable {
 
-void tell_of_states(const StateCounters& counters, Clock::time_point now, LiveState& live) {
-    live.look("foreign_states", counters.foreign_states, now, [] {
-        return "a device of another scene (or of older tables) is on the channel: it is not answered; start it with "
-               "this servo's scene";
-    });
-    live.look("other_servo_states", counters.other_servo_states, now, [] {
-        return "a second servo is on the channel, and a device belongs to it: that device is not answered here";
-    });
-    live.look("other_device_states", counters.other_device_states, now, [] {
-        return "a second device is on the channel: it gets no force until the first has been silent for 20 ms";
-    });
-    live.look("late_states", counters.late_states, now, [] {
-        return "states come 20 ms late or more, and are left out: is the machine too busy, or the device's clock off?";
-    });
+void tell_of_states(const StateCounters& counters, Clock::time_point now, LiveState& live, const std::string& who) {
+    const auto look = [&](const char* counter, std::int64_t value, const char* text) {
+        live.look(who + counter, value, now, [&] { return who + text; });
+    };
+    look("foreign_states", counters.foreign_states,
+         "a device of another scene (or of older tables) is on the channel: it is not answered; start it with this "
+         "servo's scene");
+    look("other_servo_states", counters.other_servo_states,
+         "a second servo is on the channel, and a device belongs to it: that device is not answered here");
+    look("other_device_states", counters.other_device_states,
+         who.empty() ? "a second device is on the channel: it gets no force until the first has been silent for 20 ms"
+                     : "a second device speaks for it, which gets no force until the first has been silent for 20 ms: "
+                       "is it to be --finger 2?");
+    look("late_states", counters.late_states,
+         "states come 20 ms late or more, and are left out: is the machine too busy, or the device's clock off?");
+    look("absent_finger_states", counters.absent_finger_states,
+         "a device speaks for a second finger, and the scene has one: write fingers = 2 in [contact], or leave out its "
+         "--finger 2");
 }
 
 std::string why_rejected(const haptable_model& model, const std::array<float, 3>& position_m) {

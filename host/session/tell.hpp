@@ -12,8 +12,8 @@
 namespace haptable {
 
 /// Of states that were not the servo's next: of another scene, of a device that has another servo, of a second device,
-/// too old ones.
-void tell_of_states(const StateCounters& counters, Clock::time_point now, LiveState& live);
+/// too old ones. who: begins each line; empty where there is one finger.
+void tell_of_states(const StateCounters& counters, Clock::time_point now, LiveState& live, const std::string& who = "");
 
 /// A rejected position, m, and what is likely to be wrong with it.
 std::string why_rejected(const haptable_model& model, const std::array<float, 3>& position_m);

@@ -8,9 +8,9 @@
 #include <set>
 #include <utility>
 
-#include "haptable/body_pose.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
@@ -24,8 +24,6 @@ constexpr std::int64_t kLongestPause_us = 10'000'000;
 constexpr std::int64_t kLastUtime = 4'102'444'800'000'000;  // the year 2100
 // Another servo is followed when the one that was has been silent for so long.
 constexpr std::chrono::seconds kServoGone{1};
-
-constexpr const char* kBodyChannel = "HAPTABLE_BODY";  // a body_pose comes before the contact of its state
 
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 

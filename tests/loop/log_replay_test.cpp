@@ -151,7 +151,7 @@ TEST_F(LogReplay, OfALogWithoutAServoTakesItsStates) {
     const Recording recording = read_recording(log);
     ASSERT_EQ(recording.ticks.size(), 5U);
     EXPECT_EQ(recording.ticks[4].number, 4);
-    EXPECT_FALSE(recording.ticks[4].force_n);
+    EXPECT_FALSE(recording.ticks[4].finger[0]->force_n);
 }
 
 TEST_F(LogReplay, OfALogWithoutStatesIsAnError) {
