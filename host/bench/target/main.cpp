@@ -198,7 +198,9 @@ int main(int argc, char** argv) {
         if (!missing.empty()) throw Error(missing);
         Numbers numbers("make bench");
         if (named) {
-            numbers.add("named", named_costs(build));
+            const NamedCosts costs = named_costs(build);
+            numbers.add("named", costs.costs);
+            numbers.add("precision-compliance", costs.precision);
         } else {
             std::uint64_t fan = 0;
             const Counted counted = count_all(build, fan);

@@ -28,6 +28,7 @@ constexpr const char* kTarget = "cortex-m7";
 struct Named {
     std::string what;
     std::function<void(Scene&, const Body&)> name;
+    bool has_compliance = false;  ///< whose precision is told
 };
 
 std::array<double, 6> around(const Eigen::Vector3d& x) {
@@ -59,10 +60,16 @@ std::vector<Named> all_named(double mask_radius_m) {
         {"one patch touched", touch_one_patch},
         {"`precision = \"float16\"`", with([](Scene& s) { s.tables.precision = Storage::kFloat16; })},
         {"`precision = \"int16\"`", with([](Scene& s) { s.tables.precision = Storage::kInt16; })},
-        {"`force = \"consistent\"`", with([](Scene& s) { s.contact.force = ForceLaw::kConsistent; })},
+        {"`force = \"consistent\"`", with([](Scene& s) { s.contact.force = ForceLaw::kConsistent; }), true},
         {"`force = \"pressure-mask\"`", with([=](Scene& s) {
              s.contact.force = ForceLaw::kPressureMask;
              s.contact.mask_radius_m = mask_radius_m;
+         }),
+         true},
+        {"`force = \"pressure-mask\"`, `precision = \"float16\"`", with([=](Scene& s) {
+             s.contact.force = ForceLaw::kPressureMask;
+             s.contact.mask_radius_m = mask_radius_m;
+             s.tables.precision = Storage::kFloat16;
          })},
         {"`god_object = \"least-energy\"`", with([](Scene& s) { s.contact.god_object = GodObject::kLeastEnergy; })},
         {"`friction = 0.5`", with([](Scene& s) { s.contact.static_friction = s.contact.kinetic_friction = 0.5; })},
@@ -118,7 +125,15 @@ Number instructions(const TargetImage& image, const haptable_model& model, const
             fmt::format("{} / {}", thousands(median), thousands(worst))};
 }
 
-std::vector<Cell> cost_of(const std::string& body, Scene scene, const Named& named, const fs::path& build) {
+std::vector<Cell> precision_row(const std::string& name, const std::vector<PrecisionError>& all) {
+    std::vector<Cell> row{name};
+    for (const PrecisionError& error : all)
+        row.push_back(Number{{static_cast<double>(error.bytes), error.worst},
+                             fmt::format("{}, {:.1e}", thousands(error.bytes), error.worst)});
+    return row;
+}
+
+void add_costs(const std::string& body, Scene scene, const Named& named, const fs::path& build, NamedCosts& costs) {
     const fs::path objects = build / "cube/firmware" / kTarget;
     scene.tables.columns = ColumnRows::kNone;
     scene.contact = {};
@@ -139,30 +154,29 @@ std::vector<Cell> cost_of(const std::string& body, Scene scene, const Named& nam
     Tables tables = read_tables(folder);
     tables.limits = {};  // a finger jumps here
     const ServoModel servo = build_model(tables);
-    return {body + ": " + named.what,
-            count(table_bytes),
-            count(linked.flash - table_bytes),
-            count(linked.ram),
-            count(stack_of(folder, objects)),
-            instructions(TargetImage(build, "cube", kTarget), model_in_memory(tables, servo), tables),
-            seconds(cpu_s)};
+    if (named.has_compliance)
+        costs.precision.rows.push_back(precision_row(body + ": " + named.what, result.summary.size.precision));
+    costs.costs.rows.push_back(
+        {body + ": " + named.what, count(table_bytes), count(linked.flash - table_bytes), count(linked.ram),
+         count(stack_of(folder, objects)),
+         instructions(TargetImage(build, "cube", kTarget), model_in_memory(tables, servo), tables), seconds(cpu_s)});
 }
 
 }  // namespace
 
-NumberTable named_costs(const fs::path& build) {
+NamedCosts named_costs(const fs::path& build) {
     const std::string missing = missing_for_link(build / "cube/firmware" / kTarget);
     if (!missing.empty()) throw Error(missing);
-    NumberTable table{{"the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
+    NamedCosts costs{{{"the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
                        "instructions a tick in contact, median / worst", "precompute"},
-                      {}};
+                      {}},
+                     {{"the scene names", "float32", "float16", "int16"}, {}}};
     for (const auto& [body, scene, radius_m] :
          {std::tuple{"cube", "meshes/cube.toml", 0.012}, {"mouse", "meshes/mouse.toml", 0.006}})
-        for (const Named& named : all_named(radius_m))
-            table.rows.push_back(cost_of(body, read_scene(scene), named, build));
+        for (const Named& named : all_named(radius_m)) add_costs(body, read_scene(scene), named, build, costs);
     for (const Named& named : named_of_any_mesh())
-        table.rows.push_back(cost_of("cube", read_scene("meshes/cube.toml"), named, build));
-    return table;
+        add_costs("cube", read_scene("meshes/cube.toml"), named, build, costs);
+    return costs;
 }
 
 }  // namespace haptable

@@ -8,8 +8,13 @@
 
 namespace haptable {
 
+struct NamedCosts {
+    NumberTable costs;
+    NumberTable precision;  ///< of compliance tables: bytes and worst error of a force, as they may be stored
+};
+
 /// Cube and mouse on a Cortex-M7: flash, RAM, stack, instructions a tick, processor time of precompute.
 ///   build  where `make images` has left the cube's image; tables are made below it
-NumberTable named_costs(const std::filesystem::path& build);
+NamedCosts named_costs(const std::filesystem::path& build);
 
 }  // namespace haptable
