@@ -256,7 +256,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 
 # What `make bench` counts on the microcontrollers' images, and how the inversion grows.
 .PHONY: bench-programs bench-target
-bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count)
+bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS)
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
@@ -264,6 +264,7 @@ bench-target: bench-programs
 	@$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(MEASURED)/modes.json
 	@$(BUILD)/bin/haptable-bench-target --named --build $(BUILD) -o $(MEASURED)/named.json
 	@BUILD=$(BUILD) sh scripts/bench-size.sh $(MEASURED)/size.json
+	@BUILD=$(BUILD) sh scripts/bench-page.sh $(BUILD)/mouse $(MEASURED)/page.json
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
 
