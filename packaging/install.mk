@@ -52,25 +52,28 @@ $(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.tx
 	@mkdir -p $(BUILD)/package/bin && cp packaging/haptable-build $(BUILD)/package/bin/ && cp $(BUILD)/bin/haptable-precompute $(BUILD)/package/bin/
 	$(call manual,$(BUILD)/package/bin/haptable-build)
 
-# The library: the firmware and codegen's tables in memory, for others to link. Compiled again, as such objects must be.
+# The library: the firmware and codegen's tables in memory, for others to link. The programs have the same objects of
+# C++; the firmware is compiled again, for theirs are measured as users compile it.
 .PHONY: library
 library: $(LIBRARY)
-LIBRARY_PARTS = $(wildcard host/library/*.cpp host/tables/*.cpp firmware/*.c) host/base/file.cpp host/base/hash.cpp \
+LIBRARY_C = $(wildcard firmware/*.c)
+LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) host/base/file.cpp host/base/hash.cpp \
     host/session/energy.cpp host/link/summary.cpp host/view/loads.cpp \
     $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
-SHARED = -fPIC -fvisibility=hidden -ffunction-sections -fdata-sections
+IN_LIBRARY = $(patsubst %,$(BUILD)/%.o,$(LIBRARY_CXX))
+SHARED = -fPIC -ffunction-sections -fdata-sections
+SHARED_PRECOMPILED = $(if $(PRECOMPILED),$(BUILD)/host/library/precompiled.hpp.gch)
 
-$(BUILD)/pic/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES)
-	$(say) C++ $<
-	@mkdir -p $(@D)
-	$(Q)$(CXX) $(CXXFLAGS) $(SHARED) -c $< -o $@
+$(IN_LIBRARY): private precompiled = $(SHARED_PRECOMPILED)
+$(IN_LIBRARY): host/library/precompiled.hpp | $(SHARED_PRECOMPILED)
+$(IN_LIBRARY) $(SHARED_PRECOMPILED): private CXXFLAGS += $(SHARED) -fno-semantic-interposition
 
 $(BUILD)/pic/%.c.o: %.c | $(BUILD)/setup.stamp
 	$(say) C $<
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(CFLAGS) $(SHARED) -c $< -o $@
+	$(Q)$(CC) $(CFLAGS) $(SHARED) -fvisibility=hidden -c $< -o $@
 
-$(LIBRARY): $(patsubst %,$(BUILD)/pic/%.o,$(LIBRARY_PARTS)) host/library/exports.map
+$(LIBRARY): $(IN_LIBRARY) $(patsubst %,$(BUILD)/pic/%.o,$(LIBRARY_C)) host/library/exports.map
 	$(link) -shared -Wl,-soname,$(@F) -Wl,--version-script=host/library/exports.map -Wl,-z,defs -Wl,--gc-sections $(LIBS_BASE)
 	@ln -sf $(@F) $(@D)/libhaptable.so
 

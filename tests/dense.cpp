@@ -10,10 +10,5 @@ using Eigen::MatrixXd;
 MatrixXd inverse_spd(const MatrixXd& a) { return a.llt().solve(MatrixXd::Identity(a.rows(), a.cols())); }
 MatrixXd inverse(const MatrixXd& a) { return a.fullPivLu().inverse(); }
 MatrixXd solve(const MatrixXd& a, const MatrixXd& b) { return a.fullPivLu().solve(b); }
-Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(const MatrixXd& a) { return Eigen::SelfAdjointEigenSolver<MatrixXd>(a); }
-Eigen::VectorXd eigenvalues(const MatrixXd& a) {
-    return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
-}
-MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
 
 }  // namespace haptable::dense

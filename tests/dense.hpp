@@ -3,7 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
+
+#include "host/solve/dense.hpp"
 
 namespace haptable::dense {
 
@@ -13,10 +14,8 @@ Eigen::MatrixXd inverse_spd(const Eigen::MatrixXd& a);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// Of a symmetric A, eigenvalues ascending.
-Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(const Eigen::MatrixXd& a);
-Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a);
-
-Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+inline SymmetricEigen eigen(const Eigen::MatrixXd& a) { return symmetric_eigen(a); }
+inline Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a) { return symmetric_eigenvalues(a); }
+using haptable::product;
 
 }  // namespace haptable::dense

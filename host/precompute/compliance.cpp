@@ -13,6 +13,7 @@
 
 #include "host/base/error.hpp"
 #include "host/inverse/free_inverse.hpp"
+#include "host/solve/dense.hpp"
 
 namespace haptable {
 
@@ -51,9 +52,7 @@ double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eig
         basis.col(step) = x.col(0);
         a(x, next);
         t(step, step) = x.col(0).dot(next.col(0));
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(t.topLeftCorner(step + 1, step + 1),
-                                                                   Eigen::EigenvaluesOnly);
-        value.push_back(eigen.eigenvalues()[step]);
+        value.push_back(symmetric_eigenvalues(t.topLeftCorner(step + 1, step + 1))[step]);
         if (step >= kSettled && value.back() - value[value.size() - 1 - kSettled] <= 0.01 * value.back()) break;
         const auto known = basis.leftCols(step + 1);
         for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next);

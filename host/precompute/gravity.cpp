@@ -12,6 +12,7 @@
 #include "host/fem/gravity.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/small_strain.hpp"
+#include "host/solve/dense.hpp"
 
 namespace haptable {
 
@@ -89,7 +90,7 @@ double buckling_factor(const Eigen::SparseMatrix<double>& k_sigma, const LinearS
         b = -(k_sigma * v.col(count));
     }
     const MatrixXd ritz = -v.leftCols(count).transpose() * (k_sigma * v.leftCols(count));
-    const double most = Eigen::SelfAdjointEigenSolver<MatrixXd>(ritz).eigenvalues().maxCoeff();
+    const double most = symmetric_eigenvalues(ritz).maxCoeff();
     return most > 0.0 ? 1.0 / most : std::numeric_limits<double>::infinity();
 }
 

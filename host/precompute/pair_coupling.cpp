@@ -4,9 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -16,6 +14,7 @@
 #include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 #include "host/precompute/compliance.hpp"
+#include "host/solve/dense.hpp"
 
 namespace haptable {
 
@@ -70,12 +69,7 @@ MatrixXd to_controls(const PairControls& controls, const MatrixXd& x) {
 }
 
 MatrixXd times_c(const PairControls& controls, const MatrixXd& l, const MatrixXd& x) {
-    return to_controls(controls, l * to_nodes(controls, x));
-}
-
-MatrixXd orthonormal(const MatrixXd& x) {
-    const Eigen::HouseholderQR<MatrixXd> qr(x);
-    return qr.householderQ() * MatrixXd::Identity(x.rows(), x.cols());
+    return to_controls(controls, product(l, to_nodes(controls, x)));
 }
 
 /// 1 / sqrt(|C_kk|) of every control, three rows each: what a far pair is off counts by what its places give way
@@ -102,17 +96,17 @@ MatrixXd far_field(const PairControls& controls, const MatrixXd& l, Eigen::Index
     for (Eigen::Index j = 0; j < columns; ++j)
         for (Eigen::Index i = 0; i < rows; ++i) q(i, j) = normal(random);
     for (int turn = 0; turn < 2; ++turn) q = orthonormal(times(q));
-    const MatrixXd y = times(q), core = q.transpose() * y;
+    const MatrixXd y = times(q), core = product(q.transpose(), y);
     // (Q^T C Q)^-1/2 by eigenvalues: those that are rounding are left out.
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (core + core.transpose()));
-    const double least = 1e-12 * eigen.eigenvalues().tail<1>()[0];
-    MatrixXd root = eigen.eigenvectors();
+    const SymmetricEigen eigen = symmetric_eigen(0.5 * (core + core.transpose()));
+    const double least = 1e-12 * eigen.values.tail<1>()[0];
+    MatrixXd root = eigen.vectors;
     for (Eigen::Index j = 0; j < root.cols(); ++j)
-        root.col(j) *= eigen.eigenvalues()[j] > least ? 1.0 / std::sqrt(eigen.eigenvalues()[j]) : 0.0;
-    const MatrixXd phi = y * root;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> turned(phi.transpose() * phi);
+        root.col(j) *= eigen.values[j] > least ? 1.0 / std::sqrt(eigen.values[j]) : 0.0;
+    const MatrixXd phi = product(y, root);
+    const MatrixXd turned = symmetric_eigen(product(phi.transpose(), phi)).vectors;
     const Eigen::VectorXd back = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-    return back.asDiagonal() * (phi * turned.eigenvectors().rightCols(std::min(rank, columns)));
+    return back.asDiagonal() * product(phi, turned.rightCols(std::min(rank, columns)));
 }
 
 PairTables all_pairs(const PairControls& controls, const MatrixXd& l) {
@@ -363,10 +357,7 @@ Pair compliance_of(const Pressed& a, const Pressed& b, double meeting_m, const B
     return c;
 }
 
-double least_eigenvalue(const auto& symmetric) {
-    return Eigen::SelfAdjointEigenSolver<std::decay_t<decltype(symmetric)>>(symmetric, Eigen::EigenvaluesOnly)
-        .eigenvalues()[0];
-}
+double least_eigenvalue(const MatrixXd& symmetric) { return symmetric_eigenvalues(symmetric)[0]; }
 
 }  // namespace
 
@@ -468,7 +459,7 @@ PairError measure_pair(const PairControls& controls, const MatrixXd& l, const Pa
         const Pair exact = compliance_of(a, b, tables.meeting_m, [&](auto k, auto j) { return presser.block(k, j); });
         const Pair kept =
             compliance_of(a, b, tables.meeting_m, [&](auto k, auto j) { return pair_block(tables, k, j); });
-        const Eigen::Vector<double, 6> f = exact.llt().solve(u), g = kept.llt().solve(u);
+        const Eigen::Vector<double, 6> f = solve_spd(exact, u), g = solve_spd(kept, u);
         error.push_back((f - g).norm() / f.norm());
         to.least =
             std::min(to.least, least_eigenvalue(kept) / std::min(least_eigenvalue(a.own), least_eigenvalue(b.own)));

@@ -9,12 +9,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "host/inverse/factor.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/sets.hpp"
+#include "host/solve/dense.hpp"
 
 namespace haptable {
 
@@ -140,15 +140,15 @@ Eigen::MatrixXd gram_matrix(const Body& body, const Parts& parts, const RigidMot
 /// Nodes that move in any motion of the parts that the conditions allow.
 std::vector<std::int32_t> find_hinged(const Body& body, const Parts& parts) {
     const RigidMotion motion(body);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram_matrix(body, parts, motion));
-    const double largest = eigen.eigenvalues().maxCoeff();
+    const SymmetricEigen eigen = symmetric_eigen(gram_matrix(body, parts, motion));
+    const double largest = eigen.values.maxCoeff();
     Eigen::Index zeros = 0;
-    while (zeros < eigen.eigenvalues().size() && !(eigen.eigenvalues()[zeros] > kZeroEigenvalue * largest)) ++zeros;
+    while (zeros < eigen.values.size() && !(eigen.values[zeros] > kZeroEigenvalue * largest)) ++zeros;
 
     Eigen::VectorXd speed = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(body.mesh.position_m.size()));
     for (std::int32_t i : body.free_node) {
         const Eigen::Index part = parts.of_node[static_cast<std::size_t>(i)].front();
-        speed[i] = (motion.at(i) * eigen.eigenvectors().block(6 * part, 0, 6, zeros)).norm();
+        speed[i] = (motion.at(i) * eigen.vectors.block(6 * part, 0, 6, zeros)).norm();
     }
     std::vector<std::int32_t> hinged;
     for (std::int32_t i : body.free_node)

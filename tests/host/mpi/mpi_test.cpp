@@ -73,7 +73,8 @@ protected:
     }
     std::string start() const { return mpirun() + "'" + many_.string() + "' scene.toml -o many --quiet"; }
     static std::string mpirun() {
-        return "OMPI_MCA_rmaps_base_oversubscribe=1 mpirun --allow-run-as-root --oversubscribe -n " +
+        return "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 mpirun --allow-run-as-root "
+               "--oversubscribe -n " +
                std::to_string(GetParam()) + " ";
     }
     int system_of(const std::string& command) const { return test::run(command, folder_.path()).status; }

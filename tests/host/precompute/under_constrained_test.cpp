@@ -44,12 +44,12 @@ Nodes by_eigenvectors(const Body& body) {
     Nodes moving;
     if (body.free_node.empty()) return moving;
     const auto eigen = dense::eigen(stiffness(body));
-    const double largest = eigen.eigenvalues().maxCoeff();
+    const double largest = eigen.values.maxCoeff();
     for (std::size_t k = 0; k < body.free_node.size(); ++k) {
         double speed = 0.0;
-        for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m)
-            if (eigen.eigenvalues()[m] < 1e-11 * largest)
-                speed += eigen.eigenvectors().block<3, 1>(3 * static_cast<Eigen::Index>(k), m).norm();
+        for (Eigen::Index m = 0; m < eigen.values.size(); ++m)
+            if (eigen.values[m] < 1e-11 * largest)
+                speed += eigen.vectors.block<3, 1>(3 * static_cast<Eigen::Index>(k), m).norm();
         if (speed > 1e-6) moving.push_back(body.free_node[k]);
     }
     return moving;

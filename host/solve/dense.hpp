@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Eigen's decompositions of dense matrices, compiled once: each costs a file that instantiates it 2 to 6 s.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace haptable {
+
+/// Of a symmetric matrix [n, n]: eigenvalues ascending, eigenvectors of length 1 as columns.
+struct SymmetricEigen {
+    Eigen::VectorXd values;
+    Eigen::MatrixXd vectors;
+};
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& a);
+Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& a);
+
+/// Q [n, k] of A = Q R by Householder's reflections, n >= k.
+Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& a);
+
+/// A^-1 b of a symmetric positive definite A, by Cholesky.
+Eigen::VectorXd solve_spd(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// A B.
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+}  // namespace haptable
