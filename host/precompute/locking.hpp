@@ -16,7 +16,7 @@ namespace haptable {
 struct Locking {
     double excess = 0.0;
     double finger_radius_m = 0.0;  ///< of the finger's pad
-    std::size_t places = 0;        ///< whose median it is; 0: it is foreseen from the mesh alone
+    std::size_t places = 0;        ///< whose most it is; 0: it is foreseen from the mesh alone
 };
 
 /// Of a finger's pad, where this is asked: the mask's, or a sixth of the body.
@@ -30,9 +30,9 @@ double expected_locking(double poisson, double edge_m, double radius_m);
 /// body.
 Locking foresee_locking(const Scene& scene, const TetMesh& mesh);
 
-/// On the body itself: how much stiffer the masks of a few touchable nodes, or pads around them, are than by average
-/// nodal pressure on the same mesh. From below, and within a tenth at Poisson's ratio 0.4999. Foreseen where it cannot
-/// lock, and under prestress.
+/// On the body itself: how much stiffer the masks of a few touchable nodes, or pads around them, are at most than by
+/// average nodal pressure on the same mesh. From below, and within a tenth at Poisson's ratio 0.4999. Foreseen where it
+/// cannot lock, and under prestress.
 ///   masks   of the scene; unused without a mask
 ///   solver  of its K
 Locking measure_locking(const Scene& scene, const Body& body, const Masks& masks, const LinearSolver& solver);

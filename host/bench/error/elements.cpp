@@ -90,8 +90,7 @@ NumberTable measure_locking(const std::vector<Specimen>& all, Progress& progress
                 table.rows.push_back(
                     {fmt::format("{}, {}", body, meshed.name),
                      number(specimen.finger_radius_m, fmt::format("{:g} mm", 1e3 * specimen.finger_radius_m)),
-                     number(poisson, fmt::format("{}", poisson)),
-                     told ? Cell(percent(linear.foreseen_at(poisson))) : Cell(""),
+                     fmt::format("{}", poisson), told ? Cell(percent(linear.foreseen_at(poisson))) : Cell(""),
                      told ? Cell(percent(felt.told.excess)) : Cell(""), percent(off)});
             }
         }
