@@ -71,7 +71,7 @@ void set_modes(const Tables& tables, haptable_model& model) {
         haptable_energy_interpolated, haptable_energy_consistent_packed, haptable_energy_pressure_mask_packed};
     const bool packed = tables.precision != Storage::kFloat32;
     const bool least = tables.god_object == GodObject::kLeastEnergy, friction = tables.static_friction > 0.0;
-    const bool has_load = least && !friction && tables.force != ForceLaw::kInterpolated;
+    const bool has_load = least && tables.force != ForceLaw::kInterpolated;
     model.god_object = friction ? haptable_god_object_friction : chosen(kGodObject, tables.god_object);
     model.frictionless = friction ? chosen(kGodObject, tables.god_object) : nullptr;
     model.static_friction = friction ? static_cast<float>(tables.static_friction) : 0.0F;

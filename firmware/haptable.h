@@ -171,8 +171,15 @@ struct haptable_energy {
     float load_gradient_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the gradient by the finger */
 };
 
-/* What is asked for: all of it, or the gradient alone on another patch that has the same point, whose load is known. */
-enum haptable_energy_terms { HAPTABLE_ENERGY_ALL, HAPTABLE_ENERGY_GRADIENT };
+/* What is asked for: all of it; the gradient alone on another patch that has the same point, whose load is known; the
+ * energy, the load and the gradient, without what is of second order; or the energy and the load alone. A function may
+ * give all of it for the last two. */
+enum haptable_energy_terms {
+    HAPTABLE_ENERGY_ALL,
+    HAPTABLE_ENERGY_GRADIENT,
+    HAPTABLE_ENERGY_SLOPE,
+    HAPTABLE_ENERGY_LOAD
+};
 
 typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                 const float finger_m[3], enum haptable_energy_terms terms,
@@ -330,7 +337,7 @@ struct haptable_contact {
     uint8_t slips;  /* with friction: 1 while the god-object slides */
     float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
     float god_object_m[3];
-    float load_n[3]; /* with god_object_least_energy: S u there; otherwise meaningless */
+    float load_n[3]; /* with god_object_least_energy, with friction: S u there; otherwise meaningless */
 };
 
 /* A segment that is searched for the first patch that it enters: of the finger's path, or, in contact, from the surface
@@ -360,6 +367,8 @@ struct haptable_servo {
     struct haptable_contact contact;
     struct haptable_segment segment;
     float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger, by god_object_least_energy; 0: unknown */
+    struct haptable_contact freed; /* with friction: where the god-object would be without; HAPTABLE_NONE: unknown */
+    float freed_tangent;           /* of the load there, foreseen: along the surface to along the normal */
     float finger_m[3];             /* last accepted position; meaningless unless finger_known */
     uint8_t finger_known;          /* 0 or 1 */
     uint8_t state;                 /* enum haptable_state */

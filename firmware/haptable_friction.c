@@ -12,24 +12,61 @@ struct load {
         pressed2; /* its part along the normal, squared, times a square of the normal's length; 0: it does not press */
     float along2; /* the part along the surface, squared, times the same */
     float energy_j; /* what it stores */
+    float normal[3];
+    float at_m[3]; /* where that is the normal */
 };
 
-static struct load load_at(const struct haptable_model* model, const struct haptable_contact* contact,
-                           const float x_m[3]) {
-    struct load load;
-    float nodal_n[3][3];
-    float force_n[3];
-    float normal[3];
+/* The normal at a contact, see haptable_surface_outward; most contacts are within a patch, and many of a slip's that
+ * are not are where the held one is. */
+static void outward_at(const struct haptable_model* model, const struct haptable_contact* contact,
+                       const struct load* held, float normal[3]) {
+    const float scale = 1.0f / (model->tolerance_m * model->tolerance_m);
+    const float* alpha = contact->alpha;
+    float edge1[3];
+    float edge2[3];
+    if (alpha[0] == 0.0f || alpha[1] == 0.0f || alpha[2] == 0.0f) {
+        if (held && gap2(held->at_m, contact->god_object_m) == 0.0f)
+            vec_copy(held->normal, normal);
+        else
+            haptable_surface_outward(model, contact, normal);
+        return;
+    }
+    patch_frame(model, contact->patch, edge1, edge2, normal);
+    normal[0] *= scale;
+    normal[1] *= scale;
+    normal[2] *= scale;
+}
+
+/* before: contact->load_n is its load. held: where the contact is held, NULL for that one. */
+static void split(const struct haptable_model* model, const struct haptable_contact* contact, const float x_m[3],
+                  const struct load* held, struct load* load) {
+    const float* load_n = contact->load_n;
     float u[3];
     float pressed;
-    haptable_surface_outward(model, contact, normal);
-    model->force(model, contact, x_m, nodal_n, force_n);
+    outward_at(model, contact, held, load->normal);
+    vec_copy(contact->god_object_m, load->at_m);
     vec_sub(x_m, contact->god_object_m, u);
-    pressed = vec_dot(normal, force_n);
-    load.energy_j = -0.5f * vec_dot(u, force_n);
-    load.along2 = vec_dot(force_n, force_n) * vec_dot(normal, normal) - pressed * pressed;
-    load.pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
-    return load;
+    pressed = -vec_dot(load->normal, load_n);
+    load->energy_j = 0.5f * vec_dot(u, load_n);
+    load->along2 = vec_dot(load_n, load_n) * vec_dot(load->normal, load->normal) - pressed * pressed;
+    load->pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
+}
+
+/* after: contact->load_n is its load. Where the force of a tick is made of that, it is taken with the energy. */
+static void load_at(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],
+                    const struct load* held, struct load* load) {
+    if (model->force == haptable_force_of_least_energy) {
+        struct haptable_energy energy;
+        model->energy(model, contact, x_m, HAPTABLE_ENERGY_LOAD, &energy);
+        vec_copy(energy.load_n, contact->load_n);
+    } else {
+        float nodal_n[3][3];
+        float force_n[3];
+        model->force(model, contact, x_m, nodal_n, force_n);
+        vec_zero(contact->load_n);
+        vec_add_scaled(-1.0f, force_n, contact->load_n);
+    }
+    split(model, contact, x_m, held, load);
 }
 
 /* 1 where the load is within the cone of mu. */
@@ -88,11 +125,12 @@ static float foreseen(const struct line* line, float mu) {
     return line->near + share * (line->far - line->near);
 }
 
-/* The far end counts for half as much next time, so that the try is nearer to it (the Illinois method). */
-static void note_near(float fraction, float tangent, float mu, struct line* line) {
+/* A far end that has stood before counts for half as much next time, so that the try is nearer to it (the Illinois
+ * method). */
+static void note_near(float fraction, float tangent, float mu, int has_stood, struct line* line) {
     line->near = fraction;
     line->near_tangent = tangent;
-    line->far_tangent = 0.5f * (line->far_tangent + goal_of(mu));
+    if (has_stood) line->far_tangent = 0.5f * (line->far_tangent + goal_of(mu));
 }
 
 /* 1 where the god-object may come to rest: in the cone and, with least energy, where it stores no more than held. */
@@ -100,37 +138,78 @@ static int may_rest(const struct haptable_model* model, const struct load* load,
     return in_cone(load, model->kinetic_friction) && !(model->energy && load->energy_j > held->energy_j);
 }
 
+/* 1 where the god-object may come to rest where it would be without friction; the tangent there is known then. */
+static int may_rest_freed(const struct haptable_model* model, struct haptable_contact* freed,
+                          const struct load* held_load, const float x_m[3], struct line* line) {
+    struct load load;
+    if (model->energy)
+        split(model, freed, x_m, held_load, &load);
+    else
+        load_at(model, freed, x_m, held_load, &load);
+    line->far_tangent = tangent_of(&load);
+    return may_rest(model, &load, held_load);
+}
+
+/* What the next tick may foresee of the far end's tangent: that of a line through the last slip's ends. Where they are
+ * so near to one another that rounding says more, what was foreseen already. */
+static void foresee(const struct line* line, float mu, float* freed_tangent) {
+    const float fallen = line->near_tangent - line->far_tangent;
+    const float gone = line->far - line->near;
+    if (fallen > 0.25f * CONE_REACHED * mu && gone > 0x1p-10f)
+        *freed_tangent = line->far_tangent - fallen * (1.0f - line->far) / gone;
+}
+
 /* Moves servo->contact, the frictionless one, back to the least fraction of the line from the held one where it may
- * rest, with a load as near to the cone as CONE_REACHED. Where it may neither rest there nor midway, it stays. */
+ * rest, with a load as near to the cone as CONE_REACHED. Where it may neither rest there nor midway, it stays. The
+ * frictionless one's own load is taken where the tangent that was foreseen for it does not do. */
 static void slip(const struct haptable_model* model, struct haptable_servo* servo, const struct haptable_contact* held,
                  const struct load* held_load, const float x_m[3]) {
-    const struct haptable_contact freed = servo->contact;
     const float mu = model->kinetic_friction;
-    struct line line = {0.0f, 1.0f, tangent_of(held_load), 0.0f};
-    struct load load = load_at(model, &freed, x_m);
-    int rests = may_rest(model, &load, held_load);
+    struct line line = {0.0f, 1.0f, tangent_of(held_load), servo->freed_tangent};
+    int is_asked = 0;
+    int rests = 1;
     int steps = 0;
     int tries;
-    line.far_tangent = tangent_of(&load);
+    if (!(line.far_tangent < goal_of(mu))) {
+        rests = may_rest_freed(model, &servo->freed, held_load, x_m, &line);
+        is_asked = 1;
+    }
     for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
-        steps += between(model, held, &freed, fraction, &tried);
-        load = load_at(model, &tried, x_m);
+        struct load load;
+        steps += between(model, held, &servo->freed, fraction, &tried);
+        load_at(model, &tried, x_m, held_load, &load);
         if (may_rest(model, &load, held_load)) {
-            rests = 1;
+            is_asked = 1;
             servo->contact = tried;
             line.far = fraction;
             line.far_tangent = tangent_of(&load);
             if (line.far_tangent >= (1.0f - CONE_REACHED) * mu) break;
         } else {
+            if (!is_asked) rests = may_rest_freed(model, &servo->freed, held_load, x_m, &line);
             if (!rests) break;
-            note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent_of(&load), mu, &line);
+            note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent_of(&load), mu, is_asked, &line);
+            is_asked = 1;
         }
     }
     servo->contact.slips = 1;
+    foresee(&line, mu, &servo->freed_tangent);
     if (steps >= HELD_STEPS) ++servo->counters.walk_limits;
     if ((uint32_t)steps > servo->counters.most_held_steps) servo->counters.most_held_steps = (uint32_t)steps;
+}
+
+/* The frictionless god-object goes on from where it was. One of least energy may have to begin at the held one again,
+ * so that friction never stores more: it finds that in servo->contact, with its load. */
+static void free_contact(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    const int is_known = servo->freed.patch != HAPTABLE_NONE;
+    if (is_known && !model->energy) servo->contact = servo->freed;
+    if (!is_known) {
+        vec_zero(servo->sensitivity_per_m[0]);
+        vec_zero(servo->sensitivity_per_m[1]);
+    }
+    model->frictionless(model, servo, x_m);
+    servo->freed = servo->contact;
 }
 
 /* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
@@ -139,15 +218,20 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
 void haptable_god_object_friction(const struct haptable_model* model, struct haptable_servo* servo,
                                   const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
-    const struct haptable_contact held = *contact;
     const uint32_t contacts = servo->counters.contacts;
+    struct haptable_contact held;
     struct load held_load;
-    model->frictionless(model, servo, x_m);
+    if (contact->patch == HAPTABLE_NONE) {
+        free_contact(model, servo, x_m);
+        contact->slips = 0;
+        servo->freed_tangent = 0.0f;
+        return;
+    }
+    load_at(model, contact, x_m, 0, &held_load);
+    held = *contact;
+    free_contact(model, servo, x_m);
     contact->slips = 0;
-    if (held.patch == HAPTABLE_NONE || contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
-    vec_zero(servo->sensitivity_per_m[0]); /* is that of a god-object at rest */
-    vec_zero(servo->sensitivity_per_m[1]);
-    held_load = load_at(model, &held, x_m);
+    if (contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
     if (in_cone(&held_load, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;

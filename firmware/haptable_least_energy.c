@@ -38,6 +38,12 @@ static void evaluate(struct walk* walk, struct point* point) {
     walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_ENERGY_ALL, &point->energy);
 }
 
+/* Without what is of second order. */
+static void evaluate_slope(struct walk* walk, struct point* point) {
+    ++walk->steps;
+    walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_ENERGY_SLOPE, &point->energy);
+}
+
 /* The gradient alone. before: the load is known. */
 static void evaluate_gradient(struct walk* walk, struct point* point) {
     ++walk->steps;
@@ -63,13 +69,18 @@ static int invert(const float h[3], float inverse[3]) {
     return 1;
 }
 
-/* d = -H^-1 slope; 0 where H is not positive definite beyond rounding. */
-static int newton(const float h[3], const float slope[2], float d[3]) {
-    float inverse[3];
-    if (!invert(h, inverse)) return 0;
+/* d = -H^-1 slope */
+static inline void newton_by(const float inverse[3], const float slope[2], float d[3]) {
     d[1] = -(inverse[0] * slope[0] + inverse[1] * slope[1]);
     d[2] = -(inverse[1] * slope[0] + inverse[2] * slope[1]);
     d[0] = -d[1] - d[2];
+}
+
+/* The same; 0 where H is not positive definite beyond rounding. */
+static int newton(const float h[3], const float slope[2], float d[3]) {
+    float inverse[3];
+    if (!invert(h, inverse)) return 0;
+    newton_by(inverse, slope, d);
     return 1;
 }
 
@@ -330,10 +341,9 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
     return 0;
 }
 
-/* Downhill to where no direction leads down. Returns 0 where it met the limit. */
+/* Downhill to where no direction leads down. Returns 0 where it met the limit. before: the energy is taken. */
 static int slide(struct walk* walk, struct point* here) {
     float d[3] = {0.0f, 0.0f, 0.0f};
-    evaluate(walk, here);
     while (walk->steps < walk->most && find_direction(walk, here, d) && advance(walk, d, here)) {
     }
     return walk->steps < walk->most;
@@ -422,26 +432,6 @@ static void correct(struct walk* walk, const float d[3], const struct haptable_c
         evaluate(walk, here);
 }
 
-/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
-static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float from_m[3], struct point* here) {
-    const struct haptable_contact start = here->at;
-    struct haptable_contact end;
-    float motion[3];
-    float d[3];
-    vec_sub(walk->x_m, from_m, motion);
-    direction_of(vec_dot(sensitivity_per_m[0], motion), vec_dot(sensitivity_per_m[1], motion), d);
-    if (move_on(walk->model, d, &here->at)) {
-        evaluate(walk, here);
-        end = here->at;
-        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, d, &end)) {
-            correct(walk, d, &end, here);
-            return 1;
-        }
-    }
-    here->at = start;
-    return 0;
-}
-
 /* How alpha_1 and alpha_2 of a minimum within a patch go with the finger: H d = -(derivative of the gradient by x) .
  * dx. */
 static void sensitivity_in_plane(const struct haptable_energy* e, float sensitivity_per_m[2][3]) {
@@ -465,33 +455,56 @@ static void sensitivity_along(const struct haptable_energy* e, int a, int b, flo
     if (b > 0) vec_add_scaled(1.0f, rate, sensitivity_per_m[b - 1]);
 }
 
-static void find_sensitivity(const struct point* here, float sensitivity_per_m[2][3]) {
+static void forget_sensitivity(struct haptable_servo* servo) {
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+}
+
+/* What the next tick may foresee. */
+static void find_sensitivity(const struct point* here, struct haptable_servo* servo) {
     int corner = 0;
     const enum place_on_patch feature = feature_of(here->at.alpha, &corner);
-    vec_zero(sensitivity_per_m[0]);
-    vec_zero(sensitivity_per_m[1]);
-    if (feature == INSIDE) sensitivity_in_plane(&here->energy, sensitivity_per_m);
+    forget_sensitivity(servo);
+    if (feature == INSIDE) sensitivity_in_plane(&here->energy, servo->sensitivity_per_m);
     if (feature == ON_EDGE)
-        sensitivity_along(&here->energy, next_corner(corner), previous_corner(corner), sensitivity_per_m);
+        sensitivity_along(&here->energy, next_corner(corner), previous_corner(corner), servo->sensitivity_per_m);
+}
+
+/* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
+static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float from_m[3], struct point* here) {
+    const struct haptable_contact start = here->at;
+    struct haptable_contact end;
+    float motion[3];
+    float d[3];
+    vec_sub(walk->x_m, from_m, motion);
+    direction_of(vec_dot(sensitivity_per_m[0], motion), vec_dot(sensitivity_per_m[1], motion), d);
+    if (move_on(walk->model, d, &here->at)) {
+        evaluate(walk, here);
+        end = here->at;
+        if (correction(walk, here, d) && is_small(d) && move_on(walk->model, d, &end)) {
+            correct(walk, d, &end, here);
+            return 1;
+        }
+    }
+    here->at = start;
+    return 0;
 }
 
 /* ---- letting go ----------------------------------------------------------------------------------------------- */
 
-/* 1 where the finger is under the patch's plane, not far aside, and pressing on it. */
-static inline int presses_within(const struct haptable_model* model, uint16_t patch, const float u[3],
-                                 const float load_n[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float depth;
-    patch_frame(model, patch, edge1, edge2, normal);
-    depth = -vec_dot(normal, u);
+/* 1 where the finger is under the plane of the patch with that normal, not far aside, and pressing on it. */
+static inline int presses_under(const float normal[3], const float u[3], const float load_n[3]) {
+    const float depth = -vec_dot(normal, u);
     return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
            vec_dot(normal, load_n) < 0.0f;
 }
 
 static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
-    return presses_within(model, patch, u, load_n);
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(model, patch, edge1, edge2, normal);
+    return presses_under(normal, u, load_n);
 }
 
 /* 1 where the patch presses and is not so thin at a point of its edge from a to b that what lies beyond must press too.
@@ -537,10 +550,15 @@ static int presses_on_border(const struct haptable_model* model, const struct po
 
 /* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
 static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
     float u[3];
-    if (haptable_patch_is_near_border(model, &here->at)) return presses_on_border(model, here, x_m);
+    if (haptable_patch_is_on_rim(here->at.alpha)) return presses_on_border(model, here, x_m);
+    patch_frame(model, here->at.patch, edge1, edge2, normal);
+    if (haptable_patch_has_thin_frame(model, edge1, edge2, normal)) return presses_on_border(model, here, x_m);
     vec_sub(x_m, here->at.god_object_m, u);
-    return presses_within(model, here->at.patch, u, here->energy.load_n);
+    return presses_under(normal, u, here->energy.load_n);
 }
 
 /* Boxes that the tick has after its evaluations. */
@@ -578,19 +596,65 @@ static void note_energies(const struct walk* walk, struct haptable_servo* servo)
     if ((uint32_t)walk->steps > servo->counters.most_energies) servo->counters.most_energies = (uint32_t)walk->steps;
 }
 
+/* What a contact stores, whose load is known. */
+static float stored_by(const struct haptable_contact* contact, const float load_n[3], const float x_m[3]) {
+    float u[3];
+    vec_sub(x_m, contact->god_object_m, u);
+    return 0.5f * vec_dot(u, load_n);
+}
+
+/* 1 where the point stores no more than the contact: with friction it may be elsewhere. before: its load is known. */
+static int stores_no_more(const struct walk* walk, const struct haptable_servo* servo, const struct point* here) {
+    return servo->freed.patch == HAPTABLE_NONE || stored_by(&here->at, here->energy.load_n, walk->x_m) <=
+                                                      stored_by(&servo->contact, servo->contact.load_n, walk->x_m);
+}
+
+/* Slides from where it was; with friction, where that stores more than the contact, from there. */
+static int slide_from(struct walk* walk, const struct haptable_servo* servo, struct point* here) {
+    evaluate(walk, here);
+    if (!stores_no_more(walk, servo, here)) {
+        here->at = servo->contact;
+        evaluate(walk, here);
+    }
+    return slide(walk, here);
+}
+
+/* 1 where it is on a vertex and no edge there leads down, so that it rests on. */
+static int rests_on_vertex(struct walk* walk, struct point* here) {
+    int corner = 0;
+    struct fan fan;
+    struct point seen;
+    if (feature_of(here->at.alpha, &corner) != ON_VERTEX) return 0;
+    evaluate_slope(walk, here);
+    if (falls_along_edge(here, corner)) return 0;
+    fan = fan_begin(walk->model, here->at.patch, corner);
+    while (fan_next(walk->model, &fan)) {
+        if (walk->steps >= walk->most) return 0;
+        see_from(walk, here, fan.patch, &seen);
+        if (falls_along_edge(&seen, fan.corner)) return 0;
+    }
+    return 1;
+}
+
+/* Goes with the finger, or rests, where it may. Returns 0 where it has to slide. */
+static int goes_on(struct walk* walk, struct haptable_servo* servo, struct point* here) {
+    const int goes = is_known(servo->sensitivity_per_m) ? follow(walk, servo->sensitivity_per_m, servo->finger_m, here)
+                                                        : rests_on_vertex(walk, here);
+    return goes && stores_no_more(walk, servo, here);
+}
+
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
-    here->at = servo->contact;
+    here->at = !is_new && servo->freed.patch != HAPTABLE_NONE ? servo->freed : servo->contact;
     walk->most = walk->all - servo->segment.boxes / BOXES_OF_ENERGY;
-    vec_copy(servo->contact.load_n, here->energy.load_n);
+    vec_copy(here->at.load_n, here->energy.load_n);
     if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
-    if ((rested && follow(walk, servo->sensitivity_per_m, servo->finger_m, here)) || slide(walk, here)) {
-        find_sensitivity(here, servo->sensitivity_per_m);
+    if ((!is_new && goes_on(walk, servo, here)) || slide_from(walk, servo, here)) {
+        find_sensitivity(here, servo);
     } else {
         ++servo->counters.walk_limits;
-        vec_zero(servo->sensitivity_per_m[0]);
-        vec_zero(servo->sensitivity_per_m[1]);
+        forget_sensitivity(servo);
     }
     note_energies(walk, servo);
 }
@@ -599,13 +663,12 @@ static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, 
  * contact. */
 static int enters_lower(struct walk* walk, struct haptable_servo* servo, struct point* here) {
     const struct haptable_contact* contact = &servo->contact;
-    float u[3];
     if (walk->steps >= walk->most) return 0;
-    vec_sub(walk->x_m, contact->god_object_m, u);
     haptable_segment_entry(walk->model, &servo->segment, &here->at);
     evaluate(walk, here);
     note_energies(walk, servo);
-    if (here->energy.energy_j >= 0.5f * vec_dot(u, contact->load_n)) return 0;
+    if (here->energy.energy_j >= stored_by(contact, contact->load_n, walk->x_m)) return 0;
+    servo->freed.patch = HAPTABLE_NONE;
     ++servo->counters.contacts;
     return 1;
 }

@@ -22,22 +22,33 @@ struct net {
     int count;
 };
 
-/* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one. */
+/* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one; degree 2 has one of them. */
 static inline void gather(const struct haptable_model* model, const struct haptable_compliance_form* form,
                           uint16_t patch, struct net* net) {
     const struct haptable_compliance* c = model->compliance;
     const uint16_t* v = model->patch[patch];
-    const int per_edge = form->degree - 1;
+    const uint16_t* e = c->patch_edge[patch];
     int corner;
-    net->count = form->degree == 4 ? HAPTABLE_COMPLIANCE_CONTROLS : 6;
+    if (form->degree == 2) {
+        net->count = 6;
+        net->block[0] = c->vertex[v[0]];
+        net->block[1] = c->edge[e[2]];
+        net->block[2] = c->edge[e[1]];
+        net->block[3] = c->vertex[v[1]];
+        net->block[4] = c->edge[e[0]];
+        net->block[5] = c->vertex[v[2]];
+        return;
+    }
+    net->count = HAPTABLE_COMPLIANCE_CONTROLS;
     for (corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
-        const int first = c->patch_edge[patch][corner] * per_edge;
-        const float(*edge)[6] = &c->edge[first];
-        int i;
+        const float(*edge)[6] = &c->edge[3 * e[corner]];
+        const uint8_t* at = form->edge[corner];
         net->block[form->vertex[corner]] = c->vertex[v[corner]];
-        for (i = 0; i < per_edge; ++i) net->block[form->edge[corner][i]] = edge[forward ? i : per_edge - 1 - i];
-        if (form->degree == 4) net->block[form->inside[corner]] = c->patch[3 * patch + corner];
+        net->block[at[0]] = edge[forward ? 0 : 2];
+        net->block[at[1]] = edge[1];
+        net->block[at[2]] = edge[forward ? 2 : 0];
+        net->block[form->inside[corner]] = c->patch[3 * patch + corner];
     }
 }
 
@@ -106,6 +117,127 @@ static inline void evaluate_c(float linear[3][6], const float alpha[3], float c[
     for (i = 0; i < 6; ++i) c[i] = alpha[0] * linear[0][i] + alpha[1] * linear[1][i] + alpha[2] * linear[2][i];
 }
 
+/* Sums of weighted blocks, with every number of a block a statement of its own: in registers, wide ones where there are
+ * any. */
+static inline void mix_three(const float w[3], const float a[6], const float b[6], const float c[6],
+                             float* restrict out) {
+    out[0] = w[0] * a[0] + w[1] * b[0] + w[2] * c[0];
+    out[1] = w[0] * a[1] + w[1] * b[1] + w[2] * c[1];
+    out[2] = w[0] * a[2] + w[1] * b[2] + w[2] * c[2];
+    out[3] = w[0] * a[3] + w[1] * b[3] + w[2] * c[3];
+    out[4] = w[0] * a[4] + w[1] * b[4] + w[2] * c[4];
+    out[5] = w[0] * a[5] + w[1] * b[5] + w[2] * c[5];
+}
+
+static inline void mix_six(const float w[6], const float* const block[6], float* restrict out) {
+    const float* a = block[0];
+    const float* b = block[1];
+    const float* c = block[2];
+    const float* d = block[3];
+    const float* e = block[4];
+    const float* f = block[5];
+    out[0] = w[0] * a[0] + w[1] * b[0] + w[2] * c[0] + w[3] * d[0] + w[4] * e[0] + w[5] * f[0];
+    out[1] = w[0] * a[1] + w[1] * b[1] + w[2] * c[1] + w[3] * d[1] + w[4] * e[1] + w[5] * f[1];
+    out[2] = w[0] * a[2] + w[1] * b[2] + w[2] * c[2] + w[3] * d[2] + w[4] * e[2] + w[5] * f[2];
+    out[3] = w[0] * a[3] + w[1] * b[3] + w[2] * c[3] + w[3] * d[3] + w[4] * e[3] + w[5] * f[3];
+    out[4] = w[0] * a[4] + w[1] * b[4] + w[2] * c[4] + w[3] * d[4] + w[4] * e[4] + w[5] * f[4];
+    out[5] = w[0] * a[5] + w[1] * b[5] + w[2] * c[5] + w[3] * d[5] + w[4] * e[5] + w[5] * f[5];
+}
+
+static inline void add_three(const float w[3], const float* const block[3], float* restrict out) {
+    float more[6];
+    int i;
+    mix_three(w, block[0], block[1], block[2], more);
+    for (i = 0; i < 6; ++i) out[i] += more[i];
+}
+
+/* Bernstein's polynomials of degree 2, in the order of a net. */
+static inline void bernstein_two(const float alpha[3], float w[6]) {
+    w[0] = alpha[0] * alpha[0];
+    w[1] = 2.0f * alpha[0] * alpha[1];
+    w[2] = 2.0f * alpha[0] * alpha[2];
+    w[3] = alpha[1] * alpha[1];
+    w[4] = 2.0f * alpha[1] * alpha[2];
+    w[5] = alpha[2] * alpha[2];
+}
+
+/* Those of degree 4: products of those of degree 2, by the pairs that have the same exponents. */
+static inline void bernstein_four(const float alpha[3], float w[15]) {
+    float q[6];
+    bernstein_two(alpha, q);
+    w[0] = q[0] * q[0];
+    w[1] = 2.0f * q[0] * q[1];
+    w[2] = 2.0f * q[0] * q[2];
+    w[3] = 6.0f * q[0] * q[3];
+    w[4] = 6.0f * q[0] * q[4];
+    w[5] = 6.0f * q[0] * q[5];
+    w[6] = 2.0f * q[1] * q[3];
+    w[7] = 6.0f * q[2] * q[3];
+    w[8] = 6.0f * q[1] * q[5];
+    w[9] = 2.0f * q[2] * q[5];
+    w[10] = q[3] * q[3];
+    w[11] = 2.0f * q[3] * q[4];
+    w[12] = 6.0f * q[3] * q[5];
+    w[13] = 2.0f * q[4] * q[5];
+    w[14] = q[5] * q[5];
+}
+
+/* Where a net of less degree has its blocks: in another net, or in `room`. */
+struct reduced {
+    const float* block[6];
+    float room[6][6];
+};
+
+/* The net of degree 2 at alpha of one of degree 4 (two steps of de Casteljau's scheme): every block of it a sum over
+ * those of the six whose exponents are its own and two more. At a vertex it is the six blocks around that. */
+static inline void quadratic_net(const struct net* net, const float alpha[3], enum place_on_patch feature, int corner,
+                                 struct reduced* quadratic) {
+    static const uint8_t at[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 3, 4, 6, 7, 8},    {2, 4, 5, 7, 8, 9},
+                                     {3, 6, 7, 10, 11, 12}, {4, 7, 8, 11, 12, 13}, {5, 8, 9, 12, 13, 14}};
+    static const uint8_t around_vertex[3] = {0, 3, 5};
+    float w[6];
+    int n;
+    int m;
+    if (feature == ON_VERTEX) {
+        for (n = 0; n < 6; ++n) quadratic->block[n] = net->block[at[around_vertex[corner]][n]];
+        return;
+    }
+    bernstein_two(alpha, w);
+    for (n = 0; n < 6; ++n) {
+        const float* around[6];
+        for (m = 0; m < 6; ++m) around[m] = net->block[at[n][m]];
+        mix_six(w, around, quadratic->room[n]);
+        quadratic->block[n] = quadratic->room[n];
+    }
+}
+
+/* The net of degree 1 at alpha of one of degree 2: C = sum alpha_a linear_a, dC/d alpha_b - dC/d alpha_0 = degree
+ * (linear_b - linear_0). */
+static inline void linear_of(const float* const block[6], const float alpha[3], float linear[3][6]) {
+    mix_three(alpha, block[0], block[1], block[2], linear[0]);
+    mix_three(alpha, block[1], block[3], block[4], linear[1]);
+    mix_three(alpha, block[2], block[4], block[5], linear[2]);
+}
+
+/* The same of one of degree 4: with Bernstein's polynomials of degree 3. */
+static inline void linear_of_four(const struct net* net, const float alpha[3], float linear[3][6]) {
+    static const uint8_t at[3][10] = {
+        {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, {1, 3, 4, 6, 7, 8, 10, 11, 12, 13}, {2, 4, 5, 7, 8, 9, 11, 12, 13, 14}};
+    float w[10];
+    int r;
+    int n;
+    bernstein(4, alpha, w);
+    for (r = 0; r < 3; ++r) {
+        const float* block[10];
+        float last[6];
+        int i;
+        for (n = 0; n < 10; ++n) block[n] = net->block[at[r][n]];
+        mix_six(w, block, linear[r]);
+        mix_three(w + 6, block[6], block[7], block[8], last);
+        for (i = 0; i < 6; ++i) linear[r][i] += last[i] + w[9] * block[9][i];
+    }
+}
+
 /* ---- fixed vertices ------------------------------------------------------------------------------------------- */
 
 /* The fraction of alpha on fixed vertices. */
@@ -166,16 +298,57 @@ static inline void solve(const struct factored* f, const float b[3], float x[3])
     x[0] = b[0] * f->inverse[0] - f->l10 * x[1] - f->l20 * x[2];
 }
 
+/* C of degree 4 at once: half the work of its derivatives' nets. */
+static inline void quartic_c(const struct net* net, const float alpha[3], float c[6]) {
+    float w[15];
+    bernstein_four(alpha, w);
+    mix_six(w, net->block, c);
+    add_three(w + 6, net->block + 6, c);
+    add_three(w + 9, net->block + 9, c);
+    add_three(w + 12, net->block + 12, c);
+}
+
+static inline void quadratic_c(const struct net* net, const float alpha[3], float c[6]) {
+    float w[6];
+    bernstein_two(alpha, w);
+    mix_six(w, net->block, c);
+}
+
 static inline void load_of(const struct haptable_model* model, const struct net* net, int degree,
                            const struct haptable_contact* contact, const float finger_m[3], float load_n[3]) {
-    float linear[3][6];
     float c[6];
-    linear_net(net, degree, contact->alpha, linear);
-    evaluate_c(linear, contact->alpha, c);
+    if (degree == 4)
+        quartic_c(net, contact->alpha, c);
+    else
+        quadratic_c(net, contact->alpha, c);
     haptable_compliance_solve(model, contact, finger_m, c, load_n);
 }
 
 /* ---- the energy ----------------------------------------------------------------------------------------------- */
+
+/* The products of a load's numbers that f . B f is made of, for a block B. */
+static inline void square_of_load(const float f[3], float p[6]) {
+    p[0] = f[0] * f[0];
+    p[1] = f[1] * f[1];
+    p[2] = f[2] * f[2];
+    p[3] = 2.0f * f[0] * f[1];
+    p[4] = 2.0f * f[1] * f[2];
+    p[5] = 2.0f * f[2] * f[0];
+}
+
+static inline float squared(const float b[6], const float p[6]) {
+    return b[0] * p[0] + b[1] * p[1] + b[2] * p[2] + b[3] * p[3] + b[4] * p[4] + b[5] * p[5];
+}
+
+/* The net of degree 1 at a vertex: the blocks of it and of the two edges there. before: corner's alpha is 1. */
+static inline void blocks_around_vertex(const struct net* net, int degree, int corner, const float* around[3]) {
+    static const uint8_t quadratic[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    static const uint8_t quartic[3][3] = {{0, 1, 2}, {6, 10, 11}, {9, 13, 14}};
+    const uint8_t* at = degree == 4 ? quartic[corner] : quadratic[corner];
+    around[0] = net->block[at[0]];
+    around[1] = net->block[at[1]];
+    around[2] = net->block[at[2]];
+}
 
 /* f . B f of every block; less the third of its trace times f . f where C is lifted. */
 static inline void square_net(const struct net* net, const float f[3], int lifted,
@@ -219,6 +392,22 @@ static inline void vary(int degree, float linear[3][6], const float f[3], int li
         if (lifted) without_trace(block);
         vec_symmetric_product(block, f, first_m[b]); /* cppcheck-suppress uninitvar ; it is written here */
     }
+}
+
+/* f^T C_bc f (11, 12, 22) from C's net of degree 2: 200 110 101 020 011 002. */
+static inline void bend_net(const float* const block[6], int degree, const float f[3], int lifted, float second_j[3]) {
+    const float second = (float)(degree * (degree - 1));
+    float square[6];
+    float q[6];
+    int n;
+    square_of_load(f, square);
+    for (n = 0; n < 6; ++n) {
+        q[n] = squared(block[n], square);
+        if (lifted) q[n] -= third_of_trace(block[n]) * (square[0] + square[1] + square[2]);
+    }
+    second_j[0] = second * (q[3] - 2.0f * q[1] + q[0]);
+    second_j[1] = second * (q[4] - q[1] - q[2] + q[0]);
+    second_j[2] = second * (q[5] - 2.0f * q[2] + q[0]);
 }
 
 /* f^T C_bc f (11, 12, 22) from the net of degree 2: 200 110 101 020 011 002. */
@@ -291,43 +480,150 @@ static inline void bend(const struct factored* factored, float e[2][3], float fi
     for (b = 0; b < 3; ++b) energy->hessian_j[b] = energy->gauss_newton_j[b] - 0.5f * energy->hessian_j[b];
 }
 
-static inline void energy_of(const struct haptable_model* model, const struct net* net, int degree,
-                             const struct haptable_contact* contact, const float finger_m[3],
-                             enum haptable_energy_terms terms, struct haptable_energy* energy) {
-    const int whole = terms == HAPTABLE_ENERGY_ALL;
+/* The patch's edges from corner 0. */
+static inline void edges_of(const struct haptable_model* model, uint16_t patch, float e[2][3]) {
+    const float* origin = vertex_of(model, patch, 0);
+    vec_sub(vertex_of(model, patch, 1), origin, e[0]);
+    vec_sub(vertex_of(model, patch, 2), origin, e[1]);
+}
+
+/* The gradient alone, where C is not lifted, from the blocks of the net of degree 1. */
+static inline void slope_of_load(const struct haptable_model* model, uint16_t patch, int degree,
+                                 const float* const linear[3], struct haptable_energy* energy) {
+    const float* f = energy->load_n;
+    const float half = 0.5f * (float)degree;
+    float square[6];
+    float e[2][3];
+    float first;
+    square_of_load(f, square);
+    first = half * squared(linear[0], square);
+    edges_of(model, patch, e);
+    energy->gradient_j[0] = first - half * squared(linear[1], square) - vec_dot(e[0], f);
+    energy->gradient_j[1] = first - half * squared(linear[2], square) - vec_dot(e[1], f);
+}
+
+/* The same where it may be lifted. */
+static inline void lifted_slope(const struct haptable_model* model, const struct haptable_contact* contact, int degree,
+                                float fraction, float linear[3][6], struct haptable_energy* energy) {
+    const float* f = energy->load_n;
+    float first_m[2][3];
+    float c[6];
+    float e[2][3];
+    int lifted;
+    int b;
+    evaluate_c(linear, contact->alpha, c);
+    lifted = lift(model, fraction, c);
+    vary(degree, linear, f, lifted, first_m);
+    if (lifted) vary_fraction(model, contact->patch, f, first_m);
+    edges_of(model, contact->patch, e);
+    for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
+}
+
+/* The net of degree 1: at a vertex three of C's blocks. */
+static inline void find_linear(const struct net* net, int degree, const float alpha[3], enum place_on_patch feature,
+                               int corner, struct reduced* linear) {
+    if (feature == ON_VERTEX) {
+        blocks_around_vertex(net, degree, corner, linear->block);
+        return;
+    }
+    if (degree == 2)
+        linear_of(net->block, alpha, linear->room);
+    else
+        linear_of_four(net, alpha, linear->room);
+    linear->block[0] = linear->room[0];
+    linear->block[1] = linear->room[1];
+    linear->block[2] = linear->room[2];
+}
+
+static inline void gradient_of(const struct haptable_model* model, const struct net* net, int degree,
+                               const struct haptable_contact* contact, enum place_on_patch feature, int corner,
+                               struct haptable_energy* energy) {
+    const float fraction = fixed_fraction(model, contact);
+    struct reduced linear;
+    if (fraction > 0.0f) {
+        float room[3][6];
+        linear_net(net, degree, contact->alpha, room);
+        lifted_slope(model, contact, degree, fraction, room, energy);
+        return;
+    }
+    find_linear(net, degree, contact->alpha, feature, corner, &linear);
+    slope_of_load(model, contact->patch, degree, linear.block, energy);
+}
+
+/* The energy, the load and the gradient. before: no fixed vertex has a part in the contact. */
+static inline void energy_and_slope(const struct haptable_model* model, const struct net* net, int degree,
+                                    const struct haptable_contact* contact, const float finger_m[3],
+                                    enum place_on_patch feature, int corner, struct haptable_energy* energy) {
+    const float* alpha = contact->alpha;
+    struct reduced linear;
+    struct factored factored;
+    float c[6];
+    float u[3];
+    find_linear(net, degree, alpha, feature, corner, &linear);
+    mix_three(alpha, linear.block[0], linear.block[1], linear.block[2], c);
+    vec_sub(finger_m, contact->god_object_m, u);
+    factored = factor(c);
+    solve(&factored, u, energy->load_n);
+    energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
+    slope_of_load(model, contact->patch, degree, linear.block, energy);
+}
+
+/* All of it, from C's net of degree 2. */
+static inline void whole_energy(const struct haptable_model* model, const float* const block[6], int degree,
+                                const struct haptable_contact* contact, const float finger_m[3],
+                                struct haptable_energy* energy) {
     float* f = energy->load_n;
     struct factored factored;
     float first_m[2][3];
-    int lifted;
+    float e[2][3];
+    int lifted = 0;
     int steps = 0; /* the load's slope does */
-    {              /* what a scope ends with, the next one's stack is made of */
+    int b;
+    {
         float linear[3][6];
         float c[6];
+        float u[3];
         const float fraction = fixed_fraction(model, contact);
-        linear_net(net, degree, contact->alpha, linear);
-        evaluate_c(linear, contact->alpha, c);
-        if (whole && fraction > 0.0f) steps = is_at_lift(model, contact->patch, fraction, degree, linear, c);
-        lifted = lift(model, fraction, c);
-        if (whole) {
-            float u[3];
-            vec_sub(finger_m, contact->god_object_m, u);
-            factored = factor(c);
-            solve(&factored, u, f);
-            energy->energy_j = 0.5f * vec_dot(u, f);
+        linear_of(block, contact->alpha, linear);
+        mix_three(contact->alpha, linear[0], linear[1], linear[2], c);
+        if (fraction > 0.0f) {
+            steps = is_at_lift(model, contact->patch, fraction, degree, linear, c);
+            lifted = lift(model, fraction, c);
         }
+        vec_sub(finger_m, contact->god_object_m, u);
+        factored = factor(c);
+        solve(&factored, u, f);
+        energy->energy_j = 0.5f * vec_dot(u, f);
         vary(degree, linear, f, lifted, first_m);
     }
     if (lifted) vary_fraction(model, contact->patch, f, first_m);
-    if (whole) vary_twice(net, degree, contact->alpha, f, lifted, energy->hessian_j);
-    {
-        const float* origin = vertex_of(model, contact->patch, 0);
-        float e[2][3];
-        int b;
-        vec_sub(vertex_of(model, contact->patch, 1), origin, e[0]);
-        vec_sub(vertex_of(model, contact->patch, 2), origin, e[1]);
-        for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
-        if (whole) bend(&factored, e, first_m, energy);
-        if (steps) forget_slope(energy);
+    bend_net(block, degree, f, lifted, energy->hessian_j);
+    edges_of(model, contact->patch, e);
+    for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
+    bend(&factored, e, first_m, energy);
+    if (steps) forget_slope(energy);
+}
+
+static inline void energy_of(const struct haptable_model* model, const struct net* net, int degree,
+                             const struct haptable_contact* contact, const float finger_m[3],
+                             enum haptable_energy_terms terms, struct haptable_energy* energy) {
+    int corner = 0;
+    const enum place_on_patch feature = feature_of(contact->alpha, &corner);
+    struct reduced quadratic;
+    if (terms == HAPTABLE_ENERGY_LOAD) {
+        float u[3];
+        load_of(model, net, degree, contact, finger_m, energy->load_n);
+        vec_sub(finger_m, contact->god_object_m, u);
+        energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
+    } else if (terms == HAPTABLE_ENERGY_GRADIENT) {
+        gradient_of(model, net, degree, contact, feature, corner, energy);
+    } else if (terms == HAPTABLE_ENERGY_SLOPE && fixed_fraction(model, contact) <= 0.0f) {
+        energy_and_slope(model, net, degree, contact, finger_m, feature, corner, energy);
+    } else if (degree == 4) {
+        quadratic_net(net, contact->alpha, feature, corner, &quadratic);
+        whole_energy(model, quadratic.block, degree, contact, finger_m, energy);
+    } else {
+        whole_energy(model, net->block, degree, contact, finger_m, energy);
     }
 }
 

@@ -127,7 +127,7 @@ static void put_energy(const struct haptable_model* model, const struct haptable
 static void put_terms(const struct haptable_model* model, const struct haptable_compliance_form* form,
                       const struct haptable_contact* contact, const float finger_m[3], enum haptable_energy_terms terms,
                       struct haptable_energy* energy) {
-    if (terms == HAPTABLE_ENERGY_ALL)
+    if (terms != HAPTABLE_ENERGY_GRADIENT)
         put_energy(model, form, contact, finger_m, energy);
     else
         put_gradient(model, form, contact, finger_m, energy);

@@ -30,23 +30,33 @@ void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, 
  * the body's diagonal. */
 #define HAPTABLE_THIN_AREA 0x1p28f
 
-static inline int haptable_patch_is_thin(const struct haptable_model* model, uint16_t patch) {
+/* Of its edges from corner 0 and their cross product. */
+static inline int haptable_patch_has_thin_frame(const struct haptable_model* model, const float edge1[3],
+                                                const float edge2[3], const float normal[3]) {
     const float thin_m = HAPTABLE_EDGE_REACH / HAPTABLE_NEAR_BORDER * model->tolerance_m;
     const float area_m2 = HAPTABLE_THIN_AREA * model->tolerance_m * model->tolerance_m;
+    const float area2 = vec_dot(normal, normal);
+    if (area2 >= area_m2 * area_m2) return 0; /* on a body of not too many patches */
+    return area2 < 2.0f * thin_m * thin_m * (vec_dot(edge1, edge1) + vec_dot(edge2, edge2));
+}
+
+static inline int haptable_patch_is_thin(const struct haptable_model* model, uint16_t patch) {
     float edge1[3];
     float edge2[3];
     float normal[3];
     patch_frame(model, patch, edge1, edge2, normal);
-    if (vec_dot(normal, normal) >= area_m2 * area_m2) return 0; /* on a body of not too many patches */
-    return vec_dot(normal, normal) < 2.0f * thin_m * thin_m * (vec_dot(edge1, edge1) + vec_dot(edge2, edge2));
+    return haptable_patch_has_thin_frame(model, edge1, edge2, normal);
+}
+
+/* 1 where area coordinates leave it open whether a point is out of reach of every edge. */
+static inline int haptable_patch_is_on_rim(const float alpha[3]) {
+    return alpha[0] < HAPTABLE_NEAR_BORDER || alpha[1] < HAPTABLE_NEAR_BORDER || alpha[2] < HAPTABLE_NEAR_BORDER;
 }
 
 /* 0 where a point of a patch is out of reach of every edge. */
 static inline int haptable_patch_is_near_border(const struct haptable_model* model,
                                                 const struct haptable_contact* point) {
-    const float* alpha = point->alpha;
-    return alpha[0] < HAPTABLE_NEAR_BORDER || alpha[1] < HAPTABLE_NEAR_BORDER || alpha[2] < HAPTABLE_NEAR_BORDER ||
-           haptable_patch_is_thin(model, point->patch);
+    return haptable_patch_is_on_rim(point->alpha) || haptable_patch_is_thin(model, point->patch);
 }
 
 /* Puts a point of a patch that is next to an edge onto that, or onto a vertex that is near too: what lies there is to

@@ -353,6 +353,7 @@ private:
         haptable_model smooth = model_;
         smooth.god_object = model_.frictionless;
         haptable_servo servo = before_;
+        if (smooth.energy == nullptr && servo.freed.patch != HAPTABLE_NONE) servo.contact = servo.freed;
         haptable_output out;
         touched_.step(&smooth, &servo, finger_m, 0, &out);
         return out.state == HAPTABLE_CONTACT &&

@@ -55,6 +55,65 @@ TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
     }
 }
 
+haptable_energy energy_at(const haptable_model& model, const haptable_contact& contact, const Vector3d& x,
+                          haptable_energy_terms terms, const Vector3d& load = Vector3d::Zero()) {
+    const float finger_m[3] = {float(x[0]), float(x[1]), float(x[2])};
+    haptable_energy e{};
+    for (int c = 0; c < 3; ++c) e.load_n[c] = float(load[c]);
+    model.energy(&model, &contact, finger_m, terms, &e);
+    return e;
+}
+
+/// Largest over least stiffness at a contact.
+double condition_at(const haptable_model& model, const haptable_contact& contact) {
+    Eigen::Matrix3d s;
+    for (int c = 0; c < 3; ++c)
+        s.col(c) = to_vector(
+            energy_at(model, contact, to_vector(contact.god_object_m) + 1e-3 * Vector3d::Unit(c), HAPTABLE_ENERGY_LOAD)
+                .load_n);
+    const Vector3d k =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(s + s.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
+    return k[2] / k[0];
+}
+
+void expect_the_same(const ElasticBody& body, const haptable_contact& contact, const Vector3d& x) {
+    const haptable_model model = body.model(GodObject::kLeastEnergy);
+    const haptable_energy all = energy_at(model, contact, x, HAPTABLE_ENERGY_ALL);
+    const Vector3d load = to_vector(all.load_n);
+    const haptable_energy slope = energy_at(model, contact, x, HAPTABLE_ENERGY_SLOPE);
+    const haptable_energy short_one = energy_at(model, contact, x, HAPTABLE_ENERGY_LOAD);
+    const haptable_energy gradient = energy_at(model, contact, x, HAPTABLE_ENERGY_GRADIENT, load);
+    // Sums of up to 15 blocks in another order, and three steps of elimination; a gradient is of loads times edges.
+    const double condition = condition_at(model, contact), edge_m = body.size();
+    const Bound rounded{.count = 64, .epsilon = kFloat, .condition = condition, .size = load.norm()};
+    for (const haptable_energy* less : {&slope, &short_one}) {
+        EXPECT_WITHIN((to_vector(less->load_n) - load).norm(), rounded);
+        EXPECT_WITHIN(std::abs(double(less->energy_j) - double(all.energy_j)),
+                      rounded.times(double(all.energy_j) / load.norm()));
+    }
+    for (const haptable_energy* less : {&slope, &gradient})
+        for (int b = 0; b < 2; ++b)
+            EXPECT_WITHIN(std::abs(double(less->gradient_j[b]) - double(all.gradient_j[b])), rounded.times(edge_m));
+}
+
+// Within patches, on edges and vertices, of free and of fixed nodes, the parts of an energy are those of all of it.
+TEST(LeastEnergy, WhatIsAskedForAloneIsTheSame) {
+    for (const ForceLaw force : kForces) {
+        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.01));
+        std::mt19937 random(4);
+        std::uniform_int_distribution<int> any(0, body.patches() - 1);
+        for (int i = 0; i < 300; ++i) {
+            const int patch = any(random);
+            Vector3d alpha = random_alpha(random);
+            for (int zero = 0; zero < i % 3; ++zero) alpha[(i / 3 + zero) % 3] = 0.0;
+            alpha /= alpha.sum();
+            const Vector3d x = body.point(patch, alpha) - 0.002 * body.normal(patch) + 3e-4 * random_alpha(random);
+            SCOPED_TRACE(testing::Message() << word(force) << " " << i);
+            expect_the_same(body, contact_at(body, patch, alpha), x);
+        }
+    }
+}
+
 /// The work of a clamped force is another matter.
 haptable_model unclamped(haptable_model model) {
     model.max_force_n = 1e6F;

@@ -217,6 +217,58 @@ TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     EXPECT_WITHIN((finger.god() - before).norm(), position);
 }
 
+haptable_model with_friction(haptable_model model) {
+    model.frictionless = model.god_object;
+    model.god_object = haptable_god_object_friction;
+    model.static_friction = 0.5F;
+    model.kinetic_friction = 0.4F;
+    return model;
+}
+
+// Where the god-object would be without friction goes with the finger: descended to anew it takes four energies and
+// more.
+TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
+    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
+        haptable_servo servo;
+        haptable_output out{};
+        haptable_init(&servo);
+        int slips = 0, once = 0;
+        for (int tick = 0; tick < 300; ++tick) {
+            const double deep = std::min(2e-3, 5e-5 * tick), aside = std::max(0.0, 4e-5 * (tick - 40));
+            const float x[3] = {float(0.009 + 0.8 * aside), float(0.011 + 0.6 * aside), float(0.0301 - deep)};
+            servo.counters.most_energies = 0;
+            haptable_step(&model, &servo, x, 0, &out);
+            if (servo.contact.slips == 0) continue;
+            ++slips;
+            once += servo.counters.most_energies == 1 ? 1 : 0;
+        }
+        EXPECT_GT(slips, 100) << force;
+        EXPECT_GT(once, slips / 2) << force;
+    }
+}
+
+TEST(Friction, AnEndedContactLeavesNothing) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        const haptable_model model = with_friction(body.model(god_object));
+        Finger fresh(model), used(model);
+        for (int i = 0; i < 60; ++i) used.to({0.006 + 5e-5 * i, 0.006, 0.031 - 5e-5 * i});
+        EXPECT_TRUE(used.touches());
+        used.to({0.009, 0.006, 0.031});
+        for (Finger* finger : {&fresh, &used}) finger->to({0.022, 0.021, 0.0305});
+        for (int i = 0; i < 60; ++i) {
+            const Vector3d x(0.022 - 3e-5 * i, 0.021, 0.0301 - 4e-5 * i);
+            fresh.to(x);
+            used.to(x);
+            ASSERT_EQ(used.god(), fresh.god()) << i;
+            ASSERT_EQ(used.force(), fresh.force()) << i;
+        }
+        EXPECT_TRUE(fresh.touches());
+    }
+}
+
 TEST(Friction, TakesEnergyInClosedLoops) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
     haptable_model model = body.model(GodObject::kLeastEnergy);
