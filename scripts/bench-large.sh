@@ -6,7 +6,7 @@
 #   scan    how a surface with a scanner's noise is filled (docs/design/meshes.md)
 #   masks   what a pressure mask adds, to 64,000 nodes (docs/design/masks.md)
 #   truth, known, large-strain, elements, elsewhere   forces against what is known without us (docs/REFERENCES.md,
-#           docs/design/elements.md, locking.md, elsewhere.md)
+#           docs/design/small-strain.md, elements.md, locking.md, elsewhere.md)
 #   scale   haptable-precompute-mpi on 1, 2 and 4 ranks of this machine (docs/SCALE.md)
 # Called by `make bench-large` from the project's root, everything built.
 set -eu

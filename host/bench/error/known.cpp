@@ -32,27 +32,38 @@ using Triangle = std::array<std::int32_t, 3>;
 
 // ---- a quarter of a block, in the product's tetrahedra -------------------------------------------------------------
 
-/// [0, W]^2 x [0, H], E = 1, held below, its planes x = 0 and y = 0 of symmetry; the grid's cells in five tetrahedra.
+/// The grid's cells in five tetrahedra.
+TetMesh mesh_of_grid(const GridPlanes& plane_m) {
+    const int n = static_cast<int>(plane_m[0].size());
+    TetMesh mesh = make_cube(n, n - 1.0);
+    for (Vector3d& x : mesh.position_m)
+        for (std::size_t a = 0; a < 3; ++a)
+            x[static_cast<Index>(a)] = plane_m[a].at(static_cast<std::size_t>(std::lround(x[static_cast<Index>(a)])));
+    return mesh;
+}
+
+/// Holds nodes on x = 0 and y = 0 there.
+void hold_symmetry(std::span<const Vector3d> position_m, std::span<const std::int32_t> unknown,
+                   Eigen::SparseMatrix<double>& k) {
+    std::vector<char> held(static_cast<std::size_t>(k.rows()), 0);
+    for (std::size_t i = 0; i < position_m.size(); ++i)
+        for (std::size_t a = 0; a < 2; ++a)
+            if (unknown[i] >= 0 && position_m[i][static_cast<Index>(a)] == 0.0)
+                held[3 * static_cast<std::size_t>(unknown[i]) + a] = 1;
+    hold(held, k);
+}
+
+/// [0, W]^2 x [0, H], E = 1, held below, its planes x = 0 and y = 0 of symmetry.
 class Block {
 public:
     Block(const GridPlanes& plane_m, double poisson) {
-        const int n = static_cast<int>(plane_m[0].size());
-        TetMesh mesh = make_cube(n, n - 1.0);
-        for (Vector3d& x : mesh.position_m)
-            for (std::size_t a = 0; a < 3; ++a)
-                x[static_cast<Index>(a)] =
-                    plane_m[a].at(static_cast<std::size_t>(std::lround(x[static_cast<Index>(a)])));
+        const TetMesh mesh = mesh_of_grid(plane_m);
         position_m = mesh.position_m;
         std::int32_t count = 0;
         for (const Vector3d& x : position_m) unknown.push_back(x[2] > 0.0 ? count++ : -1);
         const std::vector<Lame> material(mesh.tet.size(), Lame::from_young(1.0, poisson));
         auto k = assemble_stiffness({Element::kLinear, position_m, mesh.tet, material}, unknown, count).a;
-        std::vector<char> held(static_cast<std::size_t>(k.rows()), 0);
-        for (std::size_t i = 0; i < position_m.size(); ++i)
-            for (std::size_t a = 0; a < 2; ++a)
-                if (unknown[i] >= 0 && position_m[i][static_cast<Index>(a)] == 0.0)
-                    held[3 * static_cast<std::size_t>(unknown[i]) + a] = 1;
-        hold(held, k);
+        hold_symmetry(position_m, unknown, k);
         factor = std::make_unique<Factor>(k);
         for (const Patch& patch : find_surface(mesh.tet).patch)
             if (std::all_of(patch.begin(), patch.end(), [&](std::int32_t i) { return is_top(i, plane_m[2].back()); }))
@@ -83,6 +94,23 @@ Stiffnesses by_tetrahedra(double size, double poisson, int inner, int outer) {
     for (const Profile profile : kProfiles)
         loads.push_back(shares_on(block.position_m, block.top, {{0.0, 0.0, size}, 1.0, profile}));
     const auto c = compliances(*block.factor, loads, block.unknown);
+    return {4.0 / c[0](2, 2), 4.0 / c[1](2, 2)};
+}
+
+Stiffnesses by_quadratic_tetrahedra(double size, double poisson, int inner, int outer) {
+    Scene scene;
+    scene.fixed.push_back({std::array<double, 6>{-1e3, -1e3, -1.0, 1e3, 1e3, 0.0}, "", 1});
+    QuadraticMesh mesh = make_quadratic(scene, mesh_of_grid(planes_of(size, inner, outer)));
+    const auto height = [&](std::int32_t node) { return mesh.position_m[static_cast<std::size_t>(node)][2]; };
+    std::erase_if(mesh.triangle, [&](const std::array<std::int32_t, 6>& face) {
+        return std::any_of(face.begin(), face.end(), [&](std::int32_t node) { return height(node) != size; });
+    });
+    auto k = assemble_quadratic(mesh, {1.0, poisson});
+    hold_symmetry(mesh.position_m, mesh.unknown, k);
+    const Factor factor(k);
+    std::vector<LoadShares> loads;
+    for (const Profile profile : kProfiles) loads.push_back(shares_on(mesh, {{0.0, 0.0, size}, 1.0, profile}));
+    const auto c = compliances(factor, loads, mesh.unknown);
     return {4.0 / c[0](2, 2), 4.0 / c[1](2, 2)};
 }
 
@@ -325,6 +353,7 @@ NumberTable known_answers(const fs::path& build, Progress& progress) {
     NumberTable table{{"body", "elements", "measured", "known answer", "off by"}, {}};
     progress.stage("half-spaces");
     add_half_space("linear, nu 0.3", half_space(by_tetrahedra, 0.3, {8, 16}, {9, 18}), table);
+    add_half_space("10-node tetrahedra, nu 0.3", half_space(by_quadratic_tetrahedra, 0.3, {3, 6}, {4, 7}), table);
     add_half_space("the reference's bricks, nu 0.3", half_space(by_bricks, 0.3, {3, 6}, {4, 6}), table);
     add_half_space("the reference's bricks, nu 0.49", half_space(by_bricks, 0.49, {3, 6}, {4, 6}), table);
     progress.stage("a bonded layer");
