@@ -77,7 +77,7 @@ STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $
 BENCH      = $(call objects,host/bench) $(REPORT) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt -lxxhash
-LIBS_PRECOMPUTE = -lcholmod -lopenblas -lpugixml -lz $(LIBS_BASE)
+LIBS_PRECOMPUTE = -lcholmod -larpack -lopenblas -lpugixml -lz $(LIBS_BASE)
 LIBS_STROKES    = $(LIBS_PRECOMPUTE) -lgmp -lmpfr
 LIBS_MPI        = $(LIBS_PRECOMPUTE) -ldmumps -lmumps_common $(shell mpicxx --showme:link)
 LIBS_LINK       = -llcm $(LIBS_BASE)

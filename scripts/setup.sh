@@ -10,7 +10,7 @@ packages_of() {
     case $1 in
     demo) # haptable-precompute, -device, -view and the servo of a scene
         echo g++ make iproute2 \
-            libeigen3-dev libsuitesparse-dev libopenblas-dev libxxhash-dev libgmsh-dev libpugixml-dev \
+            libeigen3-dev libsuitesparse-dev libarpack2-dev libopenblas-dev libxxhash-dev libgmsh-dev libpugixml-dev \
             liblcm-dev liblcm-bin libwebsockets-dev libosmesa6-dev libcairo2-dev libpng-dev zlib1g-dev fonts-dejavu-core gnuplot-nox \
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces

@@ -7,35 +7,25 @@
 // (rigid_body.hpp): however stiff they are held, L is the same.
 #pragma once
 
-#include "host/inverse/inverse.hpp"
+#include "host/inverse/corrected_inverse.hpp"
 
 namespace haptable {
 
 /// An Inverse of K_c as one of the body that is not held. With R orthonormal in M, and Y = K_c^-1 M R, Z = R^T M Y,
 /// U = Y - R Z / 2:  L_ab = (K_c^-1)_ab - R_a U_b^T - U_a R_b^T. So blocks and columns stay those of K_c's inverse, and
 /// each costs a product of rank 12 more.
-class FreeInverse : public Inverse {
+class FreeInverse : public CorrectedInverse {
 public:
     /// held: must outlive it; asked for K_c. r, mr: [3n, 6] rigid motions of the unknown nodes, and M times these.
     FreeInverse(Inverse& held, const Eigen::MatrixXd& r, const Eigen::MatrixXd& mr);
 
-    MemoryNeed analyse(const Stiffness& k_c, const InverseRequest& request) override;
     FactorFacts factorize(const Stiffness& k_c, Progress& progress) override;
-    Eigen::Index size() const override { return held_.size(); }
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;
-    /// b -> P b, to which K x is equal.
-    void balance(Eigen::MatrixXd& b) const;
-    Blocks blocks(std::span<const NodePair> wanted, Precision precision, Progress& progress) override;
-    std::unique_ptr<Columns> columns(std::span<const std::int32_t> node, std::span<const std::int32_t> row,
-                                     Precision precision) override;
-    bool is_distributed() const override { return held_.is_distributed(); }
-    std::vector<ProcessCost> processes() const override { return held_.processes(); }
-
-    /// L_ij - (K_c^-1)_ij. After factorize().
-    Eigen::Matrix3d relief(std::int32_t i, std::int32_t j) const;
+    /// b -> P b: the body moves by the rest.
+    void balance(Eigen::MatrixXd& b) const override;
+    Eigen::Matrix3d correction(std::int32_t i, std::int32_t j) const override;
 
 private:
-    Inverse& held_;
     Eigen::MatrixXd r_, mr_, u_;  ///< [3n, 6]
 };
 

@@ -78,6 +78,8 @@ public:
     virtual Eigen::Index size() const = 0;
     /// x = K^-1 b for many right-hand sides at once: b and x [size(), m].
     virtual void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const = 0;
+    /// b -> what of it K x is equal to: all, where L is K^-1 itself.
+    virtual void balance(Eigen::MatrixXd&) const {}
 };
 
 /// Columns of L at chosen rows, planned: n nodes, r rows, in groups. A group's blocks are its own, no other gives them.

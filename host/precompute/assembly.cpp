@@ -1,9 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/precompute/assembly.hpp"
 
+#include <numeric>
 #include <utility>
 
+#include "host/fem/mass.hpp"
+
 namespace haptable {
+
+namespace {
+
+/// Of these nodes, the unknown ones of `count`.
+Eigen::SparseMatrix<double> mass_of(const Scene& scene, const Body& body, std::span<const std::int32_t> unknown,
+                                    std::size_t count) {
+    std::vector<double> density;
+    for (const std::int32_t region : body.region) density.push_back(scene.density_of(region));
+    const Laws laws = laws_of(scene, body);
+    return mass_matrix(element_mesh(scene, body, laws), density, unknown, static_cast<std::int32_t>(count));
+}
+
+/// By its densities, held nodes with it.
+double whole_mass_kg(const Scene& scene, const Body& body) {
+    std::vector<std::int32_t> all(body.unknown.size());
+    std::iota(all.begin(), all.end(), 0);
+    return mass_of(scene, body, all, all.size()).sum() / 3.0;
+}
+
+}  // namespace
 
 std::vector<Lame> materials_of(const Scene& scene, const Body& body) {
     const auto lame = [](const Material& m) { return Lame::from_young(m.young_pa, m.poisson); };
@@ -39,6 +62,12 @@ Stiffness assemble_free(const Scene& scene, const Body& body, const Eigen::Spars
     if (also.size() > 0) parts.a += also;
     for (std::int32_t& node : parts.node) node = body.unknown[static_cast<std::size_t>(node)];
     return {parts.a, parts.g, std::move(parts.node)};
+}
+
+Eigen::SparseMatrix<double> assemble_mass(const Scene& scene, const Body& body) {
+    Eigen::SparseMatrix<double> mass = mass_of(scene, body, body.unknown, body.free_node.size());
+    if (scene.mass_kg() > 0.0) mass *= scene.mass_kg() / whole_mass_kg(scene, body);
+    return mass;
 }
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// K of a scene's body.
+// K and M of a scene's body.
 #pragma once
 
 #include <vector>
@@ -27,5 +27,8 @@ ElementMesh element_mesh(const Scene& scene, const Body& body, const Laws& laws)
 /// K of the body's free nodes, in the order of body.free_node.
 ///   also  added to it, of the same nodes: nothing, or what stress does
 Stiffness assemble_free(const Scene& scene, const Body& body, const Eigen::SparseMatrix<double>& also = {});
+
+/// The consistent mass of the same nodes, kg, both triangles. The scene says how heavy the body is.
+Eigen::SparseMatrix<double> assemble_mass(const Scene& scene, const Body& body);
 
 }  // namespace haptable

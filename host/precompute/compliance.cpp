@@ -12,7 +12,6 @@
 #include <limits>
 
 #include "host/base/error.hpp"
-#include "host/inverse/free_inverse.hpp"
 #include "host/solve/dense.hpp"
 
 namespace haptable {
@@ -76,8 +75,7 @@ double solve_columns(const LinearSolver& solver, const Stiffness& k, std::span<c
         b.resize(solver.size(), dof(count));
         set_unit_loads(node.subspan(first, count), b);
         solver.solve(b, x);
-        // A body that nothing holds moves by the rest of its load.
-        if (const auto* free = dynamic_cast<const FreeInverse*>(&solver)) free->balance(b);
+        solver.balance(b);
         largest_residual = std::max(largest_residual, block_residual(k, x, b));
         take(first, x);
     }

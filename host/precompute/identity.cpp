@@ -47,6 +47,12 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
         hash.add(scene.density_of(-1));
         for (std::size_t r = 0; r < scene.regions.size(); ++r) hash.add(scene.density_of(static_cast<std::int32_t>(r)));
     }
+    if (scene.vibration) {  // without these modes L is another
+        hash.add(std::string("modes"));
+        for (const double value : {static_cast<double>(scene.vibration->modes), scene.mass_kg()}) hash.add(value);
+        for (std::int32_t r = -1; r < static_cast<std::int32_t>(scene.regions.size()); ++r)
+            hash.add(scene.density_of(r));
+    }
     if (!scene.gravity) return;
     hash.add(std::string(scene.gravity->prestress ? "gravity with prestress" : "gravity"));
     hash.add(std::span<const double>(scene.gravity->acceleration_m_per_s2));
@@ -122,6 +128,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
         for (double value : {scale, delay_s}) hash.add(value);
     for (const RelaxationTerm& term : scene.relaxation)
         for (const double value : {term.share, term.time_s}) hash.add(value);
+    if (scene.vibration) hash.add(scene.vibration->damping_ratio);
     if (scene.free_body) {
         const FreeBody& free = *scene.free_body;
         hash.add(free.mass_kg);

@@ -21,6 +21,7 @@
 #include "host/precompute/requirements.hpp"
 #include "host/precompute/rigid_body.hpp"
 #include "host/precompute/sample.hpp"
+#include "host/precompute/vibration.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/solve/factor_file.hpp"
 
@@ -43,7 +44,9 @@ struct Run {
     const Body& body;
     const Plan& plan;
     const PrecomputeOptions& options;
-    Inverse& inverse;
+    Inverse& inverse;         ///< of what gives way at once
+    Inverse& whole;           ///< of the body at rest: the same, but for its modes
+    const RestInverse* rest;  ///< that is `inverse`, where it rings
     Progress& progress;
     StageClock& clock;
     const fs::path& folder;  ///< where the tables are to be
@@ -70,19 +73,25 @@ Body read_body(const Scene& scene, Progress& progress) {
 /// the viewer: then nothing is drawn, and a note says so.
 Drawing choose_drawing(const Scene& scene, const Inverse& inverse, Body& body) {
     const Drawing drawing = drawing_of(scene, body);
-    if (drawing != Drawing::kSolves || !(inverse.is_distributed() || scene.free_body)) return drawing;
+    if (drawing != Drawing::kSolves || !(inverse.is_distributed() || scene.free_body || scene.vibration))
+        return drawing;
     body.mesh.notes.push_back(fmt::format(
         "columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
         "draw (the factor that a viewer could solve with is haptable-precompute's, on one machine, of a body that "
-        "is held); raise it "
+        "is held and does not ring); raise it "
         "or touch a smaller region",
         column_bytes(scene, body) / 1e9));
     return Drawing::kNone;
 }
 
+/// Bytes of the Lanczos vectors, of the modes and of M.
+double mode_memory(const Scene& scene, Eigen::Index unknowns) {
+    return 8.0 * static_cast<double>(unknowns) * (4.0 * scene.vibration->modes + 60.0);
+}
+
 /// Is there room for all that follows?
 MemoryNeed foresee(const Run& run, const Stiffness& k) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     InverseRequest request{
         {plan.blocks, plan.mask_pairs}, {}, {}, options.column_tolerance > 0.0, 3 * static_cast<int>(kNodesPerBlock)};
     if (plan.drawing == Drawing::kColumns) {
@@ -90,6 +99,7 @@ MemoryNeed foresee(const Run& run, const Stiffness& k) {
         request.row = plan.column_row;
     }
     MemoryNeed need = inverse.analyse(k, request);
+    if (scene.vibration) need.solves += mode_memory(scene, k.size());
     if (scene.contact.fingers == 2) need.solves += pair_memory(pair_controls(scene, body, plan.masks));
     if (options.memory_bytes > 0.0) need.available = options.memory_bytes;
     require_memory(scene.file.string(), need, static_cast<double>(body.free_node.size()));
@@ -157,7 +167,7 @@ MaskSummary make_mask(const Run& run) {
 /// What couples two fingers, and how good it is.
 PairSummary make_pair(const Run& run) {
     constexpr std::size_t kPlaces = 10000, kOfExact = 500;  // where nothing is left out, the eigenvalue alone is asked
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     run.clock.begin("coupling");
     const PairControls controls = pair_controls(scene, body, plan.masks);
     const Eigen::MatrixXd l = loaded_compliance(inverse, controls, body.unknown, progress);
@@ -179,11 +189,19 @@ ColumnFormat format_of(const Scene& scene, const Matrices& l_ii) {
     return {true, std::ldexp(1.0, std::ilogb(largest) - 8)};
 }
 
+/// How it rings: files, and what is told of it.
+VibrationFacts make_vibration(const Run& run, const Matrices& l_ii) {
+    run.clock.begin("modes");
+    const PairControls controls = pair_controls(run.scene, run.body, run.plan.masks);
+    write_vibration(vibration_tables(run.scene, run.body, run.rest->modes(), controls, run.plan.row), run.beside);
+    return vibration_facts(run.scene, *run.rest, run.plan.node, l_ii);
+}
+
 /// columns.npy, through a store that outlives a run that is cut short. In float where the sample leaves half of the
 /// tolerance for columns that are worse. Returns the largest difference to the sample too.
 std::pair<ColumnSummary, double> make_columns(const Run& run, const Identity& identity, const Matrices& l_ii,
                                               const Sample& sample) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     const ColumnFormat format = format_of(scene, l_ii);
     ColumnSummary summary{word(scene.tables.column_precision), format.unit_m_per_n, 0.0, {}};
     Precision precision = Precision::kDouble;
@@ -218,15 +236,16 @@ void factorize(const Run& run, const Stiffness& k, Summary& summary) {
     run.clock.begin("factor");
     summary.inverse.factor = run.inverse.factorize(k, run.progress);
     summary.inverse.checks.smallest_pivot_ratio =
-        require_pivots(run.scene, run.body, k, run.inverse, summary.inverse.factor);
+        require_pivots(run.scene, run.body, k, run.whole, summary.inverse.factor);
+    if (run.rest != nullptr) require_rendered(run.scene, run.rest->modes());
 }
 
 /// The body under its own weight. With prestress K becomes that of the loaded body, and is factorised again.
 void settle(const Run& run, Stiffness& k, Summary& summary) {
     run.clock.begin("gravity");
-    summary.sag_m = find_sag(run.scene, run.body, run.inverse);
+    summary.sag_m = find_sag(run.scene, run.body, run.whole);
     const Eigen::SparseMatrix<double> k_sigma = prestress_of(run.scene, run.body, summary.sag_m);
-    summary.inverse.gravity = judge_gravity(run.scene, run.body, run.plan.masks, run.inverse, summary.sag_m, k_sigma);
+    summary.inverse.gravity = judge_gravity(run.scene, run.body, run.plan.masks, run.whole, summary.sag_m, k_sigma);
     if (!run.scene.gravity->prestress) return;
     require_unbuckled(run.scene, *summary.inverse.gravity);
     k = assemble_free(run.scene, run.body, k_sigma);
@@ -246,7 +265,7 @@ Stiffness assemble(const Scene& scene, const Body& body) {
 
 /// What is missing of L. Returns S_i of all nodes; edges, masks and columns go into files.
 Matrices compute(const Run& run, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     Checks& checks = summary.inverse.checks;
     // 4. K of the free nodes, and its factor; again where the body's own weight changes it.
     clock.begin("assembly");
@@ -256,8 +275,8 @@ Matrices compute(const Run& run, Summary& summary) {
     if (scene.gravity && !scene.free_body) settle(run, k, summary);
     // 5. Checks that need K, which can go then.
     clock.begin("condition");
-    checks.condition_estimate = estimate_condition(k, inverse);
-    checks.scaled_condition = estimate_scaled_condition(k, inverse);
+    checks.condition_estimate = estimate_condition(k, whole);
+    checks.scaled_condition = estimate_scaled_condition(k, whole);
     clock.begin("check");
     const Sample sample = solve_sample(inverse, k, plan.node, plan.row, progress);
     checks.solved_nodes = sample.place.size();
@@ -266,9 +285,9 @@ Matrices compute(const Run& run, Summary& summary) {
     require_residual(scene, sample.largest_residual);
     k = Stiffness();
     clock.begin("small_strain");
-    summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, inverse);
+    summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, whole);
     clock.begin("locking");
-    summary.inverse.locking = measure_locking(scene, body, plan.masks, inverse);
+    summary.inverse.locking = measure_locking(scene, body, plan.masks, whole);
     // 6. L_ii of nodes, L_ij of edges and under masks.
     clock.begin("blocks");
     const Blocks blocks = compute_blocks(run, sample);
@@ -282,6 +301,7 @@ Matrices compute(const Run& run, Summary& summary) {
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
     if (!plan.mask_pairs.empty()) summary.mask = make_mask(run);
     if (scene.contact.fingers == 2) summary.pair = make_pair(run);
+    if (rest != nullptr) summary.vibration = make_vibration(run, l_ii);
     // 7. Columns; or the factor, for a viewer that solves.
     clock.begin("columns");
     if (plan.drawing == Drawing::kColumns)
@@ -295,7 +315,7 @@ Matrices compute(const Run& run, Summary& summary) {
 
 /// Nothing is missing: neither K nor its factor is needed.
 Matrices take_over(const Run& run, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     clock.begin("reuse");
     summary.inverse = plan.earlier.summary();
     if (auto& known = summary.inverse.small_strain; known && known->finger_radius_m != scene.contact.mask_radius_m)
@@ -321,7 +341,7 @@ Matrices take_over(const Run& run, Summary& summary) {
 
 /// The tables, and the same as C; the summary, and again with sizes and times.
 void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optional<RigidBody>& rigid, Summary& summary) {
-    const auto& [scene, body, plan, options, inverse, progress, clock, folder, beside, workers] = run;
+    const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
     if (rigid) write_rigid_body(scene, body, *rigid, beside);
@@ -369,7 +389,8 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");
-    const bool anew = options.force || scene.contact.fingers == 2;  // an earlier run's factor is not kept
+    // What two fingers and modes need of an earlier run's factor was not kept.
+    const bool anew = options.force || scene.contact.fingers == 2 || scene.vibration;
     Plan plan = make_plan(scene, body, drawing, summary.identity, folder, anew);
     Workers workers(threads_of(options));
     if (scene.contact.force == ForceLaw::kPressureMask) {
@@ -378,8 +399,21 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     }
     std::optional<FreeInverse> relieved;
     if (rigid) relieved.emplace(inverse, rigid->motion, rigid->momentum);
-    Inverse& asked = relieved ? *relieved : inverse;
-    const Run run{scene, body, plan, options, asked, progress, clock, folder, beside.path(), workers};
+    Inverse& whole = relieved ? static_cast<Inverse&>(*relieved) : inverse;
+    std::optional<RestInverse> rest;
+    if (scene.vibration) rest.emplace(whole, assemble_mass(scene, body), scene.vibration->modes);
+    const Run run{scene,
+                  body,
+                  plan,
+                  options,
+                  rest ? static_cast<Inverse&>(*rest) : whole,
+                  whole,
+                  rest ? &*rest : nullptr,
+                  progress,
+                  clock,
+                  folder,
+                  beside.path(),
+                  workers};
     const Matrices stiffness_n_per_m = plan.is_complete() ? take_over(run, summary) : compute(run, summary);
     // 8. All tables, as C too, and the summary; then into their place.
     write(run, stiffness_n_per_m, rigid, summary);

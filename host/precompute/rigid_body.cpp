@@ -11,7 +11,6 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/fem/mass.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/under_constrained.hpp"
 
@@ -49,17 +48,6 @@ MatrixXd motions_about(const Body& body, const Vector3d& centre_m) {
         r.middleRows<3>(3 * static_cast<Index>(i)) << Matrix3d::Identity(),
             -cross_matrix(body.mesh.position_m[i] - centre_m);
     return r;
-}
-
-Eigen::SparseMatrix<double> mass_of(const Scene& scene, const Body& body) {
-    std::vector<double> density;
-    for (const std::int32_t region : body.region) density.push_back(scene.density_of(region));
-    const Laws laws = laws_of(scene, body);
-    Eigen::SparseMatrix<double> mass = mass_matrix(element_mesh(scene, body, laws), density, body.unknown,
-                                                   static_cast<std::int32_t>(body.free_node.size()));
-    const double whole_kg = mass.sum() / 3.0;
-    if (scene.free_body->mass_kg > 0.0) mass *= scene.free_body->mass_kg / whole_kg;
-    return mass;
 }
 
 template <typename Distance>
@@ -128,7 +116,7 @@ void add_floor(const Scene& scene, const Body& body, const RigidBody& rigid, nlo
 
 RigidBody rigid_body_of(const Scene& scene, const Body& body) {
     RigidBody rigid;
-    const Eigen::SparseMatrix<double> mass = mass_of(scene, body);
+    const Eigen::SparseMatrix<double> mass = assemble_mass(scene, body);
     const MatrixXd about_origin = motions_about(body, Vector3d::Zero());
     const MatrixXd gram = about_origin.transpose() * (mass * about_origin);
     rigid.mass_kg = gram.topLeftCorner<3, 3>().trace() / 3.0;

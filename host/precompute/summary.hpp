@@ -18,6 +18,7 @@
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
 #include "host/precompute/under_constrained.hpp"
+#include "host/precompute/vibration.hpp"
 
 namespace haptable {
 
@@ -90,7 +91,8 @@ struct Summary {
     MemoryNeed memory;              ///< foreseen
     InverseSummary inverse;
     MaskSummary mask;
-    std::optional<PairSummary> pair;     ///< of two fingers
+    std::optional<PairSummary> pair;  ///< of two fingers
+    std::optional<VibrationFacts> vibration;
     std::vector<Eigen::Vector3d> sag_m;  ///< [N] under the body's own weight; empty without [gravity]
     Reused reused;
     std::vector<ProcessCost> processes;  ///< where there are many

@@ -81,7 +81,10 @@ std::vector<std::string> optional_files() {
                                    "coupling_begin.npy",
                                    "coupling_near.npy",
                                    "coupling_far.npy",
-                                   "body.json"};
+                                   "body.json",
+                                   "modes.json",
+                                   "mode_shape.npy",
+                                   "mode_rows.npy"};
     for (const char* name : kFactorFiles) files.emplace_back(name);
     return files;
 }

@@ -32,6 +32,11 @@ std::string material_of(const Deck& deck) {
     return fmt::format("*HYPERELASTIC, NEO HOOKE\n{:.13g},{:.13g}\n", 0.5 * mu, 2.0 / kappa);
 }
 
+/// In tonnes a cubic millimetre.
+std::string density_of(const Deck& deck) {
+    return deck.density_kg_per_m3 > 0.0 ? fmt::format("*DENSITY\n{:.13g}\n", 1e-12 * deck.density_kg_per_m3) : "";
+}
+
 std::string step_of(const Deck& deck, const NodalForces& load) {
     std::string text = fmt::format("*STEP{}\n*STATIC\n*CLOAD, OP=NEW\n", deck.large_strain ? ", NLGEOM, INC=200" : "");
     for (const auto& [node, force] : load)
@@ -39,7 +44,8 @@ std::string step_of(const Deck& deck, const NodalForces& load) {
     return text + deck.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";  // the last increment alone
 }
 
-std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
+/// Nodes, elements, material and what is held.
+std::string model_of(const Deck& deck) {
     std::string text = "*NODE, NSET=NALL\n";
     for (std::size_t i = 0; i < deck.position_m.size(); ++i) {
         const Eigen::Vector3d x = kMillimetres * deck.position_m[i];
@@ -51,11 +57,15 @@ std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
         for (std::int32_t node : deck.element[e]) text += fmt::format(",{}", node + 1);
         text += "\n";
     }
-    text += "*NSET, NSET=HELD\n" + list_of(deck.held) +
-            (deck.sections.empty()
-                 ? "*MATERIAL, NAME=BODY\n" + material_of(deck) + "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY\n"
-                 : deck.sections) +
-            (deck.held.empty() ? "" : "*BOUNDARY\nHELD,1,3\n");
+    return text + "*NSET, NSET=HELD\n" + list_of(deck.held) +
+           (deck.sections.empty() ? "*MATERIAL, NAME=BODY\n" + material_of(deck) + density_of(deck) +
+                                        "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY\n"
+                                  : deck.sections) +
+           (deck.held.empty() ? "" : "*BOUNDARY\nHELD,1,3\n");
+}
+
+std::string text_of(const Deck& deck, std::span<const NodalForces> loads) {
+    std::string text = model_of(deck);
     for (const NodalForces& load : loads) text += step_of(deck, load);
     return text;
 }
@@ -75,6 +85,28 @@ std::vector<Displacements> read_results(const fs::path& file, std::size_t nodes)
     return results;
 }
 
+/// The lines "mode omega^2 omega frequency 0" below the first title.
+std::vector<double> read_frequencies(const fs::path& file) {
+    std::vector<double> frequency_hz;
+    std::istringstream lines(read_file(file));
+    for (std::string line; std::getline(lines, line) && line.find("P A R T I C I P A T I O N") == std::string::npos;) {
+        std::istringstream cells(line);
+        std::size_t mode = 0;
+        double squared = 0.0, omega = 0.0, hz = 0.0;
+        if (cells >> mode >> squared >> omega >> hz) frequency_hz.push_back(hz);
+    }
+    return frequency_hz;
+}
+
+/// Runs `ccx` on that text; its folder then has job.dat, or not.
+int run_ccx(const std::string& text, const fs::path& folder) {
+    fs::create_directories(folder);
+    write_file(folder / "job.inp", text);
+    fs::remove(folder / "job.dat");
+    const std::string command = fmt::format("cd '{}' && ccx -i job >job.log 2>&1", folder.string());
+    return std::system(command.c_str());  // NOLINT: the folder is the bench's own
+}
+
 }  // namespace
 
 std::vector<std::int32_t> held_of(std::span<const std::int32_t> unknown) {
@@ -85,11 +117,7 @@ std::vector<std::int32_t> held_of(std::span<const std::int32_t> unknown) {
 }
 
 std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads, const fs::path& folder) {
-    fs::create_directories(folder);
-    write_file(folder / "job.inp", text_of(deck, loads));
-    fs::remove(folder / "job.dat");
-    const std::string command = fmt::format("cd '{}' && ccx -i job >job.log 2>&1", folder.string());
-    const int status = std::system(command.c_str());  // NOLINT: the folder is the bench's own
+    const int status = run_ccx(text_of(deck, loads), folder);
     auto results = fs::exists(folder / "job.dat") ? read_results(folder / "job.dat", deck.position_m.size())
                                                   : std::vector<Displacements>();
     if (results.size() != loads.size() && !(deck.large_strain && !results.empty()))
@@ -97,6 +125,16 @@ std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalF
             "ccx ended with {} and {} of {} results; see {} (calculix-ccx is in: sh scripts/setup.sh bench)", status,
             results.size(), loads.size(), (folder / "job.log").string()));
     return results;
+}
+
+std::vector<double> calculix_frequencies(const Deck& deck, int count, const fs::path& folder) {
+    const std::string step = fmt::format("*STEP\n*FREQUENCY\n{}\n*END STEP\n", count);
+    const int status = run_ccx(model_of(deck) + step, folder);
+    auto frequency_hz = fs::exists(folder / "job.dat") ? read_frequencies(folder / "job.dat") : std::vector<double>();
+    if (frequency_hz.size() < static_cast<std::size_t>(count))
+        throw Error(fmt::format("ccx ended with {} and {} of {} frequencies; see {}", status, frequency_hz.size(),
+                                count, (folder / "job.log").string()));
+    return frequency_hz;
 }
 
 }  // namespace haptable

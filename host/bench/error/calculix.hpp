@@ -25,6 +25,7 @@ struct Deck {
     bool large_strain = false;  ///< neo-Hookean, geometry as it deforms
     /// CalculiX's own cards, in mm, N and MPa: in place of the material and its section, and for each load besides it.
     std::string sections = {}, loads = {};
+    double density_kg_per_m3 = 0.0;  ///< 0: none is given
 };
 
 /// Of nodes whose place among the unknowns is -1.
@@ -41,5 +42,9 @@ std::vector<std::vector<std::int32_t>> lists_of(const Elements& elements) {
 /// without a result. At large strain it may end before the last load: there are fewer results then.
 std::vector<Displacements> run_calculix(const Deck& deck, std::span<const NodalForces> loads,
                                         const std::filesystem::path& folder);
+
+/// The lowest `count` frequencies, Hz, ascending; of a body that nothing holds its six rigid motions are among them.
+/// Throws Error as run_calculix.
+std::vector<double> calculix_frequencies(const Deck& deck, int count, const std::filesystem::path& folder);
 
 }  // namespace haptable

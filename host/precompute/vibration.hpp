@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What of a scene's modes the servo and the viewer read.
+#pragma once
+
+#include <string>
+
+#include "host/inverse/rest_inverse.hpp"
+#include "host/precompute/pair_coupling.hpp"
+#include "host/tables/vibration.hpp"
+
+namespace haptable {
+
+struct VibrationFacts {
+    std::vector<double> frequency_hz;
+    double damping_ratio = 0.0;
+    double share = 0.0;  ///< of the touchable nodes' compliance that the modes carry, trace by trace
+};
+
+/// Throws Error where a mode swings faster than ticks of a millisecond can show: the scene's line, and how many do not.
+void require_rendered(const Scene& scene, const VibrationModes& modes);
+
+/// row: the unknown nodes of the drawn rows.
+VibrationTables vibration_tables(const Scene& scene, const Body& body, const VibrationModes& modes,
+                                 const PairControls& controls, std::span<const std::int32_t> row);
+
+/// node: the unknown nodes that may be touched; l_ii: their blocks without the modes.
+VibrationFacts vibration_facts(const Scene& scene, const RestInverse& rest, std::span<const std::int32_t> node,
+                               std::span<const Eigen::Matrix3d> l_ii);
+
+/// One line for people.
+std::string describe(const VibrationFacts& facts);
+
+}  // namespace haptable

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Modes and the static rest of them against a dense eigenproblem, closed forms and another program.
+#include "host/inverse/modes_of_vibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "host/bench/error/calculix.hpp"
+#include "host/inverse/cholmod_inverse.hpp"
+#include "host/inverse/free_inverse.hpp"
+#include "host/inverse/rest_inverse.hpp"
+#include "host/precompute/assembly.hpp"
+#include "host/precompute/rigid_body.hpp"
+#include "tests/bodies.hpp"
+#include "tests/dense.hpp"
+#include "tests/error_of.hpp"
+#include "tests/process.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kAsked = 1e-6;  // relative, against the dense eigenproblem
+constexpr double kDensity = 1000.0;
+constexpr int kModes = 8;
+
+Scene cube(int nodes_per_side, Element element, bool is_free, double poisson = 0.45) {
+    Scene scene = test::cube_scene(nodes_per_side, poisson);
+    scene.mesh.element = element;
+    if (is_free) {
+        scene.fixed.clear();
+        scene.free_body = FreeBody{};
+        scene.free_body->density_kg_per_m3 = kDensity;
+    }
+    scene.vibration = Vibration{kModes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
+    return scene;
+}
+
+/// A body with its modes.
+struct Ringing {
+    explicit Ringing(const Scene& given) : Ringing(given, {}) {}
+    Ringing(const Scene& given, const Eigen::SparseMatrix<double>& of) : scene(given) {
+        if (of.size() > 0) mass = of;
+        if (scene.free_body) {
+            rigid = rigid_body_of(scene, body);
+            rigid.momentum = mass * rigid.motion;
+            relieved.emplace(cholmod, rigid.motion, rigid.momentum);
+        }
+        rest.emplace(relieved ? static_cast<Inverse&>(*relieved) : cholmod, mass, scene.vibration->modes);
+        const Stiffness held =
+            scene.free_body ? assemble_free(scene, body, hold_springs(body, k.diagonal())) : assemble_free(scene, body);
+        Progress quiet(true);
+        rest->analyse(held, {{}, {}, {}, false, 6});
+        rest->factorize(held, quiet);
+    }
+    const VibrationModes& modes() const { return rest->modes(); }
+    double hz(Index mode) const { return modes().omega_rad_per_s[mode] / (2.0 * std::numbers::pi); }
+    MatrixXd dense(const Stiffness& matrix) const { return matrix * MatrixXd::Identity(matrix.size(), matrix.size()); }
+
+    Scene scene;
+    Body body = make_body(scene, make_mesh(scene.mesh));
+    Stiffness k = assemble_free(scene, body);
+    Eigen::SparseMatrix<double> mass = assemble_mass(scene, body);
+    RigidBody rigid;
+    CholmodInverse cholmod;
+    std::optional<FreeInverse> relieved;
+    std::optional<RestInverse> rest;
+};
+
+struct Case {
+    const char* name;
+    Element element;
+    bool is_free;
+};
+class ModesOf : public testing::TestWithParam<Case> {};
+
+// M^-1/2 K M^-1/2, whose eigenvalues are omega^2; of a free body the first six are those of rigid motion.
+TEST_P(ModesOf, AreThoseOfTheDenseEigenproblem) {
+    const Ringing ringing(cube(4, GetParam().element, GetParam().is_free));
+    const auto mass = dense::eigen(MatrixXd(ringing.mass));
+    const MatrixXd root = mass.eigenvectors() * mass.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal() *
+                          mass.eigenvectors().transpose();
+    const VectorXd omega2 = dense::eigenvalues(dense::product(root, dense::product(ringing.dense(ringing.k), root)));
+    const Index rigid = GetParam().is_free ? 6 : 0;
+    for (Index k = 0; k < kModes; ++k) {
+        const double wanted = std::sqrt(omega2[rigid + k]);
+        EXPECT_WITHIN(std::abs(ringing.modes().omega_rad_per_s[k] - wanted), .epsilon = kAsked, .size = wanted)
+            << "mode " << k;
+    }
+    const MatrixXd& phi = ringing.modes().shape;
+    EXPECT_LT((phi.transpose() * (ringing.mass * phi) - MatrixXd::Identity(kModes, kModes)).norm(), kAsked);
+    for (Index k = 0; k < kModes; ++k) {
+        const double omega = ringing.modes().omega_rad_per_s[k];
+        const VectorXd inertia = omega * omega * (ringing.mass * phi.col(k));
+        EXPECT_LT((ringing.k * phi.col(k) - inertia).norm(), kAsked * inertia.norm()) << "mode " << k;
+    }
+    if (!GetParam().is_free) return;
+    EXPECT_LT((ringing.rigid.momentum.transpose() * phi).norm(), kAsked * ringing.rigid.momentum.norm());
+}
+
+// What the modes come to under a load that is held, and the rest: L f. And the rest is orthogonal to the modes.
+TEST_P(ModesOf, WithTheRestAreTheStaticBody) {
+    Ringing ringing(cube(4, GetParam().element, GetParam().is_free));
+    const Inverse& whole = ringing.relieved ? static_cast<Inverse&>(*ringing.relieved) : ringing.cholmod;
+    const MatrixXd load = MatrixXd::Random(ringing.k.size(), 3);
+    MatrixXd u, rest;
+    whole.solve(load, u);
+    ringing.rest->solve(load, rest);
+    const MatrixXd& phi = ringing.modes().shape;
+    const VectorXd soft = ringing.modes().omega_rad_per_s.cwiseAbs2().cwiseInverse();
+    const MatrixXd moved = phi * soft.asDiagonal() * (phi.transpose() * load);
+    EXPECT_LT((rest + moved - u).norm(), kAsked * u.norm());
+    EXPECT_LT((phi.transpose() * (ringing.mass * rest)).norm(),
+              kAsked * std::sqrt(ringing.rigid.mass_kg + 0.027) * u.norm());
+    EXPECT_GT(moved.norm(), 0.1 * u.norm()) << "the modes are a part of it";
+    MatrixXd balanced = load;
+    ringing.rest->balance(balanced);
+    EXPECT_LT((ringing.k * rest - balanced).norm(), kAsked * load.norm());
+    Progress quiet(true);
+    const std::vector<NodePair> pairs{{0, 0}, {5, 9}, {9, 5}, {30, 2}};
+    const auto part = [](const MatrixXd& of, const NodePair& p) {
+        return Eigen::Matrix3d(of.block<3, 3>(3 * Index{p.row}, 3 * Index{p.column}));
+    };
+    const Blocks blocks = ringing.rest->blocks(pairs, Precision::kDouble, quiet);
+    MatrixXd l;
+    ringing.rest->solve(MatrixXd::Identity(load.rows(), load.rows()), l);
+    const double size = part(l, pairs.front()).norm();
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+        EXPECT_LT((blocks.l_ij[p] - part(l, pairs[p])).norm(), kAsked * size);
+}
+
+INSTANTIATE_TEST_SUITE_P(Elements, ModesOf,
+                         testing::Values(Case{"linear", Element::kLinear, false},
+                                         Case{"linear_free", Element::kLinear, true},
+                                         Case{"pressures", Element::kAverageNodalPressure, false},
+                                         Case{"pressures_free", Element::kAverageNodalPressure, true},
+                                         Case{"quadratic", Element::kQuadratic, false},
+                                         Case{"quadratic_free", Element::kQuadratic, true}),
+                         [](const auto& given) { return std::string(given.param.name); });
+
+/// The mode that moves most as u = (0, 0, f(z)).
+template <typename Along>
+Index mode_along(const Ringing& ringing, Along along) {
+    VectorXd u = VectorXd::Zero(ringing.mass.rows());
+    for (std::size_t i = 0; i < ringing.body.free_node.size(); ++i)
+        u[3 * static_cast<Index>(i) + 2] =
+            along(ringing.body.mesh.position_m[static_cast<std::size_t>(ringing.body.free_node[i])].z());
+    Index best = 0;
+    const VectorXd part = ringing.modes().shape.transpose() * (ringing.mass * u);
+    part.cwiseAbs().maxCoeff(&best);
+    double alike = 0.0;  // along x and y a free cube swings as fast
+    for (Index k = 0; k < part.size(); ++k)
+        if (std::abs(ringing.hz(k) - ringing.hz(best)) < 1e-3 * ringing.hz(best)) alike += part[k] * part[k];
+    EXPECT_GT(alike, 0.999 * u.dot(ringing.mass * u)) << "it is that mode";
+    return best;
+}
+
+// Without Poisson's effect a bar's waves along it are exact in three dimensions, however thick it is:
+// f = sqrt(E / rho) / 2 l where both ends are free, / 4 l where one is held. A quarter of a wave on four quadratic
+// elements is 1e-5 of its frequency off, (pi h / l)^4 / 720 and less.
+TEST(BarModes, AreThoseOfTheClosedForm) {
+    constexpr double kSide = 0.03, kError = 2e-4;
+    for (const bool is_free : {false, true}) {
+        Scene scene = cube(5, Element::kQuadratic, is_free, 0.0);
+        scene.vibration->modes = 24;
+        const Ringing ringing(scene);
+        const double turns = is_free ? 1.0 : 0.5;
+        const Index k = mode_along(ringing, [&](double z) {
+            const double at = turns * std::numbers::pi * z / kSide;
+            return is_free ? std::cos(at) : std::sin(at);
+        });
+        const double wanted = turns / (2.0 * kSide) * std::sqrt(scene.material.young_pa / kDensity);
+        EXPECT_NEAR(ringing.hz(k), wanted, kError * wanted) << (is_free ? "free" : "held");
+    }
+}
+
+/// Of linear tetrahedra CalculiX takes the inertia at one point of each: rho V / 16 for every pair of its nodes.
+Eigen::SparseMatrix<double> mass_at_centres(const Body& body) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (const Tet& tet : body.mesh.tet) {
+        const auto at = [&](std::size_t c) { return body.mesh.position_m[static_cast<std::size_t>(tet[c])]; };
+        const double volume_m3 = std::abs((at(1) - at(0)).dot((at(2) - at(0)).cross(at(3) - at(0)))) / 6.0;
+        for (const std::int32_t a : tet)
+            for (const std::int32_t b : tet)
+                for (Index c = 0; c < 3 && !body.is_fixed(a) && !body.is_fixed(b); ++c)
+                    entries.emplace_back(3 * Index{body.unknown[static_cast<std::size_t>(a)]} + c,
+                                         3 * Index{body.unknown[static_cast<std::size_t>(b)]} + c,
+                                         kDensity * volume_m3 / 16.0);
+    }
+    const Index size = 3 * static_cast<Index>(body.free_node.size());
+    Eigen::SparseMatrix<double> mass(size, size);
+    mass.setFromTriplets(entries.begin(), entries.end());
+    return mass;
+}
+
+// CalculiX on the same elements and mass.
+TEST(CalculiXModes, AreThoseOfTheSameMesh) {
+    if (test::run("command -v ccx").status != 0) GTEST_SKIP() << "no ccx: sh scripts/setup.sh test";
+    for (const Element element : {Element::kLinear, Element::kQuadratic})
+        for (const bool is_free : {false, true}) {
+            // Printed digits; quadratic ones have other points of integration for the mass.
+            const double allowed = element == Element::kLinear ? 1e-5 : 1e-2;
+            const Scene scene = cube(5, element, is_free, 0.3);
+            const Body body = make_body(scene, make_mesh(scene.mesh));
+            const Ringing ringing(scene,
+                                  element == Element::kLinear ? mass_at_centres(body) : assemble_mass(scene, body));
+            std::vector<std::vector<std::int32_t>> elements(body.mesh.tet.size());
+            for (std::size_t t = 0; t < elements.size(); ++t)
+                for_each_node(body.mesh, t, [&](std::int32_t node) { elements[t].push_back(node); });
+            const test::TemporaryFolder folder;
+            Deck deck{body.mesh.position_m, elements, held_of(body.unknown), scene.material};
+            deck.density_kg_per_m3 = kDensity;
+            const std::size_t rigid = is_free ? 6 : 0;
+            const auto theirs = calculix_frequencies(deck, static_cast<int>(rigid) + kModes, folder.path());
+            for (std::size_t k = 0; k < kModes; ++k)
+                EXPECT_NEAR(ringing.hz(static_cast<Index>(k)), theirs[rigid + k], allowed * theirs[rigid + k])
+                    << "mode " << k << (is_free ? " free" : " held");
+        }
+}
+
+TEST(Modes, SayWhereThereAreNone) {
+    Scene scene = cube(2, Element::kLinear, false);  // 4 free nodes
+    scene.vibration->modes = 4;
+    EXPECT_NE(test::error_of([&] { Ringing{scene}; }).find("ask for at most 3"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace haptable
