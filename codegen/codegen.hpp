@@ -54,7 +54,9 @@ struct ModelText {
     std::string source;
 };
 struct ServoPair;
-/// pair: of two fingers; null: one.
-ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr);
+struct ServoVibration;
+/// pair: of two fingers; null: one. vibration: of a body that rings; null: it does not.
+ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr,
+                     const ServoVibration* vibration = nullptr);
 
 }  // namespace haptable

@@ -16,6 +16,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -101,7 +102,7 @@ std::string banner(const Tables& tables, const ServoModel& model) {
         1e3 * static_cast<double>(HAPTABLE_FAST_SEGMENT_M), model.search.fast_way_boxes, HAPTABLE_TICK_BOXES);
 }
 
-std::string header_text(const Tables& tables, const ServoModel& model, std::uint64_t hash, bool is_pair) {
+std::string header_text(const Tables& tables, const ServoModel& model, std::uint64_t hash, bool is_pair, bool rings) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
     std::string text = banner(tables, model);
@@ -111,6 +112,7 @@ std::string header_text(const Tables& tables, const ServoModel& model, std::uint
                    "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n",
                    macro, HAPTABLE_TABLE_VERSION);
     if (is_pair) text.insert(text.find("#include \"haptable.h\"\n") + 22, "#include \"haptable_pair.h\"\n");
+    if (rings) text.insert(text.find("#include \"haptable.h\"\n") + 22, "#include \"haptable_modes.h\"\n");
     fmt::format_to(Out(text),
                    "#define {0}_HASH 0x{1:016x}ULL\n#define {0}_VERTICES {2}\n#define {0}_FREE_VERTICES {3}\n"
                    "#define {0}_PATCHES {4}\n#define {0}_BOXES {5}\n#define {0}_FAST_WAY_BOXES {6}\n"
@@ -121,15 +123,16 @@ std::string header_text(const Tables& tables, const ServoModel& model, std::uint
         Out(text),
         "/* For a program with one model: what it is called. */\n#ifndef HAPTABLE_MODEL\n"
         "#define HAPTABLE_MODEL {0}\n#define HAPTABLE_MODEL_NODE {0}_node\n#define HAPTABLE_MODEL_NAME \"{1}\"\n"
-        "#define HAPTABLE_MODEL_PAIR {2}\n#endif\n\n",
-        name, tables.name, is_pair ? "&" + name + "_pair" : "0");
+        "#define HAPTABLE_MODEL_PAIR {2}\n#define HAPTABLE_MODEL_MODES {3}\n#endif\n\n",
+        name, tables.name, is_pair ? "&" + name + "_pair" : "0", rings ? "&" + name + "_modes" : "0");
     fmt::format_to(Out(text),
                    "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
-                   "extern const struct haptable_model {0};\n{2}\n"
+                   "extern const struct haptable_model {0};\n{2}{3}\n"
                    "/* Mesh node of every vertex: for messages and logs; the servo does not need it. */\n"
                    "extern const uint32_t {0}_node[{1}_VERTICES];\n\n"
                    "#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
-                   name, macro, is_pair ? fmt::format("extern const struct haptable_pair_model {}_pair;\n", name) : "");
+                   name, macro, is_pair ? fmt::format("extern const struct haptable_pair_model {}_pair;\n", name) : "",
+                   rings ? fmt::format("extern const struct haptable_modes {}_modes;\n", name) : "");
     return text;
 }
 
@@ -333,9 +336,12 @@ std::string describe(const std::vector<Remedy>& remedies) {
     return list.empty() ? "" : fmt::format("; {}", fmt::join(list, ", "));
 }
 
-ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair) {
+ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair,
+                     const ServoVibration* vibration) {
     const haptable_model model = model_in_memory(tables, servo);
-    ModelText text{header_text(tables, servo, model.hash, pair != nullptr), source_text(tables, servo, model)};
+    ModelText text{header_text(tables, servo, model.hash, pair != nullptr, vibration != nullptr),
+                   source_text(tables, servo, model)};
+    if (vibration != nullptr) text.source += "\n" + vibration_text(*vibration, "haptable_" + identifier(tables.name));
     if (pair != nullptr) text.source += "\n" + pair_text(*pair, tables, model, "haptable_" + identifier(tables.name));
     return text;
 }
@@ -351,6 +357,10 @@ ModelSize generate_model(const std::filesystem::path& folder) {
     if (const std::optional<PairTables> files = read_pair(folder)) pair = build_pair(*files, tables, model);
     if (pair)
         for (const TableBytes& table : flash_tables(*pair)) size.flash.push_back(table);
+    std::optional<ServoVibration> vibration;
+    if (const auto files = read_vibration(folder)) vibration = build_vibration(*files, tables, model);
+    if (vibration)
+        for (const TableBytes& table : flash_tables(*vibration)) size.flash.push_back(table);
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
     require_precision(size.precision, tables.precision);
@@ -360,7 +370,7 @@ ModelSize generate_model(const std::filesystem::path& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    ModelText text = model_text(tables, model, pair ? &*pair : nullptr);
+    ModelText text = model_text(tables, model, pair ? &*pair : nullptr, vibration ? &*vibration : nullptr);
     if (const auto body = read_rigid_body(folder)) add_body(tables, *body, text);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);

@@ -17,6 +17,7 @@
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
 #include "host/session/serve.hpp"
+#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -60,7 +61,9 @@ struct BuiltScene {
         : tables(read_tables(folder)),
           built(build_model(tables)),
           model(model_in_memory(tables, built)),
-          node(built.node.begin(), built.node.end()) {}
+          node(built.node.begin(), built.node.end()) {
+        refuse_vibration(folder, "a bridge's target");
+    }
     BuiltScene(const BuiltScene&) = delete;
     BuiltScene& operator=(const BuiltScene&) = delete;
     ServoScene servo() const { return {&model, node.data(), tables.name.c_str()}; }

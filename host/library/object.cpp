@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -40,6 +41,7 @@ float to_number(Half value) { return to_float(value); }
 LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
     const json summary = checked_summary(folder);
     tables_ = read_tables(folder);
+    refuse_vibration(folder, "the library");
     servo_ = build_model(tables_);
     model_ = model_in_memory(tables_, servo_);
     const std::string built = fmt::format("{:016x}", model_.hash);

@@ -658,15 +658,22 @@ void require_free(const Section& root, const Section& section, const std::option
         section.fail("suspension_damping", "needs suspension, six stiffnesses; give them");
 }
 
+Section body_section(const Section& root) {
+    return root.section("body",
+                        {"free", "density", "mass", "suspension", "suspension_damping", "floor", "floor_normal",
+                         "floor_friction", "modes", "mode_damping"},
+                        false);
+}
+
 std::optional<FreeBody> read_free_body(const Section& root, const std::optional<Gravity>& gravity) {
     if (!root.has("body")) return {};
-    const Section section = root.section(
-        "body",
-        {"free", "density", "mass", "suspension", "suspension_damping", "floor", "floor_normal", "floor_friction"},
-        false);
+    const Section section = body_section(root);
     if (!section.flag("free", false)) {
-        for (const std::string_view key : {"density", "mass", "suspension", "suspension_damping", "floor"})
+        for (const std::string_view key : {"suspension", "suspension_damping", "floor"})
             if (section.has(key)) section.fail(key, "is of a body that is not held; add free = true");
+        for (const std::string_view key : {"density", "mass"})
+            if (section.has(key) && !section.has("modes"))
+                section.fail(key, "is of a body that moves; add free = true or modes");
         return {};
     }
     require_free(root, section, gravity);
@@ -678,6 +685,54 @@ std::optional<FreeBody> read_free_body(const Section& root, const std::optional<
     body.floor = read_floor(section, gravity);
     body.line = section.line("free");
     return body;
+}
+
+// HAPTABLE_MODES: the servo's state.
+constexpr int kMostModes = 16;
+
+/// Of jelly and soft tissue, ratios of 0.03 to 0.3 are reported; 0.05 rings for some ten swings.
+constexpr double kModeDamping = 0.05, kLeastModeDamping = 1e-4;
+
+/// How heavy a body that is held is, which nothing but its modes asks for.
+void require_weight(const Section& section, const std::optional<Gravity>& gravity) {
+    if (gravity && section.has("density")) section.fail("density", "is in [gravity] already; remove one of them");
+    if (!gravity && !section.has("density") && !section.has("mass"))
+        section.fail("density", "is missing: a body that rings needs a density or a mass, or [gravity]");
+}
+
+/// What has no modes yet.
+void require_ringing(const Section& section, const Scene& scene) {
+    if (scene.gravity && scene.gravity->prestress)
+        section.fail("modes", "are those of the body without stress; remove prestress, or modes");
+    if (scene.contact.fingers == 2) section.fail("modes", "ring under one finger: write fingers = 1, or remove modes");
+    if (!scene.relaxation.empty()) section.fail("modes", "are of an elastic body: remove [[relaxation]], or modes");
+}
+
+std::optional<Vibration> read_vibration(const Section& root, const Scene& scene) {
+    if (!root.has("body")) return {};
+    const Section section = body_section(root);
+    if (section.has("mode_damping") && !section.has("modes"))
+        section.fail("mode_damping", "needs modes, how many ring; give it");
+    if (!section.has("modes")) return {};
+    Vibration vibration;
+    const std::int64_t modes = section.integer("modes", 0);
+    if (modes < 0 || modes > kMostModes)
+        section.fail("modes", fmt::format("is {}, and a servo has 0 to {}", modes, kMostModes));
+    vibration.modes = static_cast<int>(modes);
+    vibration.damping_ratio = section.positive("mode_damping", kModeDamping);
+    if (!(vibration.damping_ratio >= kLeastModeDamping && vibration.damping_ratio < 1.0))
+        section.fail("mode_damping",
+                     fmt::format("is {}, the ratio to critical damping, and must be at least {} and below 1",
+                                 vibration.damping_ratio, kLeastModeDamping));
+    if (vibration.modes == 0) return {};
+    require_ringing(section, scene);
+    if (!section.flag("free", false)) {
+        require_weight(section, scene.gravity);
+        if (section.has("density")) vibration.density_kg_per_m3 = section.positive("density");
+        if (section.has("mass")) vibration.mass_kg = section.positive("mass");
+    }
+    vibration.line = section.line("modes");
+    return vibration;
 }
 
 /// Cell vectors that any material is turned by: what the mesh's reader must keep.
@@ -963,6 +1018,7 @@ Scene read_scene(const fs::path& file) {
         root.fail("relaxation",
                   "a body that relaxes remembers one finger: write fingers = 1, or remove [[relaxation]]");
     scene.device.limits.check = scene.tables.check;
+    scene.vibration = read_vibration(root, scene);
     return scene;
 }
 

@@ -4,6 +4,7 @@
 #include "model.h"
 
 int main(int argc, char** argv) {
-    return haptable::servo_main(argc, argv,
-                                {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, HAPTABLE_MODEL_PAIR});
+    return haptable::servo_main(
+        argc, argv,
+        {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, HAPTABLE_MODEL_PAIR, HAPTABLE_MODEL_MODES});
 }

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kClearance_m = 0.01, kStep_m = 2e-5;  // in a tick: slow, so that no search is left for the next one
-constexpr int kHold_ticks = 100;
+constexpr int kHold_ticks = 100, kRing_ticks = 5000;   // until nothing swings any more
 
 Vector3d vertex(const haptable_model& model, int v) { return Eigen::Vector3f(model.vertex_m[v]).cast<double>(); }
 
@@ -78,14 +78,21 @@ Poked poke(const ServoScene& scene, const Poke& poke) {
     haptable_servo servo;
     haptable_init(&servo);
     require_whole_tables(scene, servo);
+    haptable_modes_state swings;
+    haptable_modes_init(&swings);
+    const int hold_ticks = scene.modes != nullptr ? kRing_ticks : kHold_ticks;
     haptable_output out{};
     Vector3d finger_m;
     const int ways = static_cast<int>(std::ceil((kClearance_m + poke.depth_m) / kStep_m));
-    for (int tick = 0; tick <= ways + kHold_ticks; ++tick) {
+    for (int tick = 0; tick <= ways + hold_ticks; ++tick) {
         const double share = std::min(1.0, static_cast<double>(tick) / ways);
         finger_m = poke.at_m + ((kClearance_m + poke.depth_m) * share - kClearance_m) * in;
         const std::array<float, 3> finger = to_finger(finger_m.data());
-        haptable_step(scene.model, &servo, finger.data(), static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US, &out);
+        const auto now_us = static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US;
+        if (scene.modes != nullptr)
+            haptable_modes_step(scene.modes, &swings, &servo, finger.data(), now_us, &out);
+        else
+            haptable_step(scene.model, &servo, finger.data(), now_us, &out);
     }
     if (haptable_touches(out.state) == 0)
         throw Error(fmt::format(

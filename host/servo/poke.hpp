@@ -26,7 +26,7 @@ struct Poked {
 /// Throws Error for anything else.
 Eigen::Vector3d place_of(const std::string& text, const haptable_model& model);
 
-/// Pushes the finger in at 20 mm/s from a centimetre outside, and holds it for 0.1 s. Throws Error, which says where
+/// Pushes the finger in at 20 mm/s from a centimetre outside, and holds it for 0.1 s, for 5 s where the body rings. Throws Error, which says where
 /// the body is, where it never met it.
 Poked poke(const ServoScene& scene, const Poke& poke);
 

@@ -56,7 +56,8 @@ public:
         compare(tick, fingers_, report_);
         if (!record_) return;
         if (fingers_.count() == 2) return record_->add(number, in, fingers_);
-        record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state());
+        record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state(),
+                     fingers_.body().swings());
     }
 
     ReplayReport finish() {

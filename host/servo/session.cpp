@@ -173,7 +173,8 @@ void ServoSession::answer(std::size_t lead) {
 void ServoSession::record(const FingerInputs& in, std::int64_t number) {
     if (record_ == nullptr) return;
     if (side_.size() == 1)
-        return record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state());
+        return record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state(),
+                            fingers_.body().swings());
     record_->add(number, in, fingers_);
 }
 

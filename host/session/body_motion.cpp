@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
 
 namespace haptable {
@@ -10,13 +11,19 @@ namespace haptable {
 BodyMotion::BodyMotion(const ServoScene& scene, const haptable_body* body) : scene_(scene), body_(body) {
     if (body != nullptr) haptable_body_init(body, &state_);
     touched_ = state_;
+    haptable_modes_init(&swings_);
 }
 
 void BodyMotion::step(haptable_pair& pair, int finger, const float finger_m[3], std::uint32_t now_us,
                       haptable_output& out) {
-    if (body_ == nullptr) return haptable_step(scene_.model, &pair.servo[finger], finger_m, now_us, &out);
+    haptable_servo& servo = pair.servo[finger];
+    if (body_ == nullptr && scene_.modes != nullptr)
+        return haptable_modes_step(scene_.modes, &swings_, &servo, finger_m, now_us, &out);
+    if (body_ == nullptr) return haptable_step(scene_.model, &servo, finger_m, now_us, &out);
     touched_ = state_;
-    haptable_body_step_finger(scene_.model, body_, &state_, &pair.servo[finger], finger, finger_m, now_us, &out);
+    if (scene_.modes != nullptr)
+        return haptable_body_modes_step(scene_.modes, body_, &state_, &swings_, &servo, finger_m, now_us, &out);
+    haptable_body_step_finger(scene_.model, body_, &state_, &servo, finger, finger_m, now_us, &out);
 }
 
 void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]) {

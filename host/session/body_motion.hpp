@@ -13,8 +13,9 @@ public:
     /// body: null where it is held.
     BodyMotion(const ServoScene& scene, const haptable_body* body);
 
-    /// One tick of one finger, 0 or 1, and of the body where it moves: haptable_step. finger_m: world coordinates. Of a
-    /// body that is not held out.force_n is along world axes, what else is in `out` in body coordinates.
+    /// One tick of one finger, 0 or 1, and of the body where it moves or rings: haptable_step. finger_m: world
+    /// coordinates. Of a body that is not held out.force_n is along world axes, what else is in `out` in body
+    /// coordinates.
     void step(haptable_pair& pair, int finger, const float finger_m[3], std::uint32_t now_us, haptable_output& out);
 
     /// The same of two fingers at once, where the scene has them: haptable_pair_step.
@@ -22,6 +23,8 @@ public:
 
     /// Where the body was in the last tick, whose contact is in its frame. Null where it is held.
     const haptable_body_state* state() const { return body_ != nullptr ? &touched_ : nullptr; }
+    /// How far the modes have swung by the end of the tick. Null where the body does not ring.
+    const haptable_modes_state* swings() const { return scene_.modes != nullptr ? &swings_ : nullptr; }
     /// Of a body that is not held, for the answer to that state.
     body_pose message(const device_state& state, std::int64_t utime, std::int64_t servo) const;
 
@@ -29,6 +32,7 @@ private:
     ServoScene scene_;
     const haptable_body* body_;
     haptable_body_state state_{}, touched_{};
+    haptable_modes_state swings_{};
 };
 
 }  // namespace haptable

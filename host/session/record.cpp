@@ -30,21 +30,32 @@ void append_floats(std::span<const float> values, std::string& text) {
     }
 }
 
+/// ",mode_1,mode_2"
+std::string header_of_modes(const ServoScene& scene) {
+    std::string header;
+    for (int k = 1; scene.modes != nullptr && k <= scene.modes->count; ++k) header += fmt::format(",mode_{}", k);
+    return header;
+}
+
 }  // namespace
 
 ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers, bool has_pose)
     : scene_(scene), file_(path) {
-    file_.add(std::string(kHeader) + (fingers == 2 ? kHeaderOfSecond : "") + (has_pose ? kHeaderOfPose : "") + "\n");
+    file_.add(std::string(kHeader) + (fingers == 2 ? kHeaderOfSecond : "") + header_of_modes(scene) +
+              (has_pose ? kHeaderOfPose : "") + "\n");
 }
 
 void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
-                      const haptable_output& out, const haptable_body_state* body) {
+                      const haptable_output& out, const haptable_body_state* body, const haptable_modes_state* swings) {
     line_ = std::to_string(tick);
     append(finger_m, buttons, out);
-    end_line(body);
+    end_line(body, swings);
 }
 
-void ServoRecord::end_line(const haptable_body_state* body) {
+void ServoRecord::end_line(const haptable_body_state* body, const haptable_modes_state* swings) {
+    static constexpr haptable_modes_state kStill{};
+    if (scene_.modes != nullptr)
+        append_floats(std::span(swings != nullptr ? swings->q : kStill.q).first(scene_.modes->count), line_);
     if (body != nullptr) {
         append_floats(body->position_m, line_);
         append_floats(body->turn, line_);

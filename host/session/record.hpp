@@ -17,13 +17,14 @@ namespace haptable {
 class ServoRecord {
 public:
     /// Throws Error that names the path when it cannot be written there.
-    /// fingers: 1 or 2, of each line. has_pose: its last columns are where a body that nothing holds is.
+    /// fingers: 1 or 2, of each line. has_pose: its last columns are where a body that nothing holds is; before them
+    /// stand the modes of a scene that rings.
     ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers = 1, bool has_pose = false);
 
     /// One line. Floats have 9 digits, so that reading them back gives the same bits. body: with has_pose, where it was
     /// in the tick; contact and god-object are in its coordinates.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
-             const haptable_body_state* body = nullptr);
+             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
     /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
     /// nowhere (nan), and silent.
     void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
@@ -34,7 +35,7 @@ public:
     void finish() { file_.finish(); }
 
 private:
-    void end_line(const haptable_body_state* body);
+    void end_line(const haptable_body_state* body, const haptable_modes_state* swings = nullptr);
     void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
 
     ServoScene scene_;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_modes.h"
 #include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 
@@ -17,6 +18,7 @@ struct ServoScene {
     const std::uint32_t* node;                  ///< [model->vertex_count] mesh node of every vertex of the model
     const char* name;                           ///< of the scene
     const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
+    const haptable_modes* modes = nullptr;      ///< of a body that rings; null: it follows at once
 };
 
 /// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which

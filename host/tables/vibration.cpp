@@ -66,4 +66,12 @@ std::optional<VibrationTables> read_vibration(const fs::path& folder) {
     }
 }
 
+void refuse_vibration(const fs::path& folder, const char* who) {
+    if (!fs::exists(folder / "modes.json")) return;
+    throw Error(
+        fmt::format("{}: its body rings, which {} cannot: remove modes from [body] of the scene and make the "
+                    "tables again",
+                    folder.string(), who));
+}
+
 }  // namespace haptable

@@ -27,4 +27,7 @@ void write_vibration(const VibrationTables& tables, const std::filesystem::path&
 /// None where the folder's body does not ring. Throws Error that names the file: missing, damaged or not fitting.
 std::optional<VibrationTables> read_vibration(const std::filesystem::path& folder);
 
+/// Throws Error where the folder's body rings: for `who`, which has its model alone, that of what follows at once.
+void refuse_vibration(const std::filesystem::path& folder, const char* who);
+
 }  // namespace haptable

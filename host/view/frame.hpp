@@ -30,6 +30,7 @@ struct ContactFrame {
     };
     std::optional<Second> second;
     std::vector<NodalForce> loads;  ///< of the body (equation 10); or of a dent
+    std::vector<float> modes;       ///< how far they have swung, sqrt(kg) m; none where the record does not say
 };
 
 /// Of a body that nothing holds: its centre of mass where it was at first and where it is, and its turn w x y z. None

@@ -17,6 +17,7 @@
 #include "host/link/summary.hpp"
 #include "host/live/live.hpp"
 #include "host/page/page.hpp"
+#include "host/tables/vibration.hpp"
 #include "host/view/contact_messages.hpp"
 #include "host/view/figure.hpp"
 #include "host/view/output.hpp"
@@ -321,7 +322,10 @@ void complete(Options& o) {
 
 void view(Options& options) {
     if (options.serve) return serve(options);
-    if (!options.page.empty()) return make_page(options, read_tables(options.folder));
+    if (!options.page.empty()) {
+        refuse_vibration(options.folder, "a page");
+        return make_page(options, read_tables(options.folder));
+    }
     if (options.out.empty()) throw BadCommandLine("--out is required");
     complete(options);
     const Tables tables = read_tables(options.folder);

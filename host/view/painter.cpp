@@ -40,6 +40,7 @@ Painter::Painter(const Tables& tables, const std::filesystem::path& folder, cons
       renderer_(view, surface_) {
     if (deform) {
         deformation_.emplace(tables, folder);
+        modes_ = read_drawn_modes(tables, folder);
         if (view.color == "stress") stress_.emplace(tables, folder, surface_);
     } else
         check_ = read_mesh_check(folder, tables.position.size());
@@ -51,9 +52,12 @@ Painter::Painter(const Sag& sag, const std::filesystem::path& folder, const View
     sag_m_ = &sag.displacement_m;
 }
 
-void Painter::deform(const ContactFrame& frame) {
-    surface_.deform(sag_m_ != nullptr ? *sag_m_ : deformation_->displace(frame.loads));
+std::span<const float> Painter::displace(const ContactFrame& frame) {
+    const std::span<const float> displacement_m = deformation_->displace(frame.loads);
+    return modes_ ? modes_->add_to(displacement_m, frame) : displacement_m;
 }
+
+void Painter::deform(const ContactFrame& frame) { surface_.deform(sag_m_ != nullptr ? *sag_m_ : displace(frame)); }
 
 void Painter::measure(const ContactFrame& frame, Ranges& ranges) {
     deform(frame);
@@ -153,7 +157,7 @@ void Painter::add_weight(Annotation& notes) const {
 
 /// What the colours show, at every drawn node, of the surface as it is deformed now.
 void Painter::find_values(const ContactFrame& frame) {
-    if (stress_) return stress_->find(deformation_->displace(frame.loads), value_);
+    if (stress_) return stress_->find(displace(frame), value_);
     const bool by_force = view_.color == "force";
     value_.clear();
     for (const Eigen::Vector3f& u : surface_.displacement_m) value_.push_back(by_force ? 0.0F : u.norm());

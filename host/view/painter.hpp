@@ -8,6 +8,7 @@
 #include "host/tables/tables.hpp"
 #include "host/view/annotate.hpp"
 #include "host/view/deformation.hpp"
+#include "host/view/drawn_modes.hpp"
 #include "host/view/frame.hpp"
 #include "host/view/mesh_check.hpp"
 #include "host/view/renderer.hpp"
@@ -55,6 +56,7 @@ private:
         Annotation notes;
     };
 
+    std::span<const float> displace(const ContactFrame& frame);
     void deform(const ContactFrame& frame);
     void find_values(const ContactFrame& frame);
     ColorBar bar_of(const Ranges& ranges) const;
@@ -71,6 +73,7 @@ private:
     MeshCheck check_;                       ///< of a mesh alone
     std::optional<double> small_strain_m_;  ///< depth up to which the force is a rubber's too
     std::optional<Deformation> deformation_;
+    std::optional<DrawnModes> modes_;
     const std::vector<float>* sag_m_ = nullptr;  ///< [r,3] instead
     DrawnSurface surface_;
     Renderer renderer_;

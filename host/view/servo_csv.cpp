@@ -42,6 +42,7 @@ struct Row {
         std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
     };
     std::optional<Second> second;
+    std::vector<float> modes;
 };
 
 bool finite(const std::array<double, 3>& v) {
@@ -65,6 +66,7 @@ public:
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
         has_pose_ = header.ends_with(kPoseColumns);
+        for (std::size_t at = 0; (at = header.find(",mode_", at)) != std::string_view::npos; ++at) ++modes_;
         has_second_ = header.find(kSecondColumns) != std::string_view::npos;
         std::vector<ContactFrame> frames;
         std::size_t rows = 0;
@@ -134,6 +136,7 @@ private:
             row.force_n[i] = number<double>(field[14 + i], "the force");
         }
         if (has_pose_) row.pose = pose(whole);
+        if (modes_ > 0) row.modes = modes(whole);
         if (has_second_) row.second = second(whole);
         return row;
     }
@@ -193,6 +196,17 @@ private:
         return numbers;
     }
 
+    /// The columns before those of the pose, or the last.
+    std::vector<float> modes(std::string_view line) const {
+        std::vector<float> swung(modes_);
+        for (std::size_t k = modes_ + (has_pose_ ? kPose : 0); k-- > 0;) {
+            const std::size_t comma = line.rfind(',');
+            if (k < modes_) swung[k] = number<float>(line.substr(comma + 1), "a mode");
+            line = line.substr(0, comma);
+        }
+        return swung;
+    }
+
     void check(const Row& row) const {
         if (row.contact != 0 && row.contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", row.contact));
         if (row.contact == 0) {
@@ -223,14 +237,15 @@ private:
         if (has_pose_)
             out.pose = pose_of({rest_[0], rest_[1], rest_[2]}, {row.pose[0], row.pose[1], row.pose[2]},
                                {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
+        out.modes = row.modes;
         if (row.second) add_second(row, out);
         if (!out.contact) return out;
         out.god_object_m = vector(row.god_object_m);
         out.force_n = vector(row.force_n);
         const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
         const std::vector<NodalForce> loads =
-            has_second_ ? reaction(row.node, row.alpha, row.force_n, out)
-                        : loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
+            has_second_ || modes_ > 0 ? reaction(row.node, row.alpha, row.force_n, out)
+                                      : loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
         out.loads.insert(out.loads.end(), loads.begin(), loads.end());
         return out;
     }
@@ -240,6 +255,7 @@ private:
     int line_ = 0;
     std::size_t columns_ = kColumns;  ///< of this file
     bool has_pose_ = false, has_second_ = false;
+    std::size_t modes_ = 0;
     std::array<double, kPose> rest_{};  ///< the first row's
 };
 

@@ -5,6 +5,6 @@
 
 int main(int argc, char** argv) {
     return haptable::servo_main(argc, argv,
-                                {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, HAPTABLE_MODEL_PAIR},
+                                {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, HAPTABLE_MODEL_PAIR, HAPTABLE_MODEL_MODES},
                                 &HAPTABLE_MODEL_BODY);
 }

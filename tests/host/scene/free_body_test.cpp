@@ -72,7 +72,38 @@ TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
                  "suspension_damping: needs suspension");
     expect_error("[body]\nfree = true\nmass = 1\nfloor_friction = 1\n", 10, "floor_friction: needs floor");
     expect_error("[body]\nfree = true\nmass = 1\nfloor = 0\nfloor_normal = [0, 0, 0]\n", 11, "floor_normal:");
-    expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that is not held");
+    expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that moves; add free = true or modes");
+}
+
+TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
+    const Scene scene = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
+    ASSERT_TRUE(scene.vibration);
+    EXPECT_FALSE(scene.free_body);
+    EXPECT_EQ(scene.vibration->modes, 6);
+    EXPECT_EQ(scene.vibration->damping_ratio, 0.05);
+    EXPECT_EQ(scene.density_of(-1), 900.0);
+    EXPECT_EQ(scene.mass_kg(), 0.1);
+    EXPECT_FALSE(read("[body]\nmodes = 0\n").vibration);
+}
+
+TEST_F(FreeBodyScene, ABodyThatNothingHoldsMayRing) {
+    const Scene scene = read("[body]\nfree = true\nmodes = 8\nmode_damping = 0.1\ndensity = 700\nmass = 0.2\n");
+    ASSERT_TRUE(scene.vibration && scene.free_body);
+    EXPECT_EQ(scene.vibration->damping_ratio, 0.1);
+    EXPECT_EQ(scene.density_of(-1), 700.0);
+    EXPECT_EQ(scene.mass_kg(), 0.2);
+}
+
+TEST_F(FreeBodyScene, ErrorsOfModesNameLineAndKey) {
+    expect_error("[body]\nmodes = 17\nmass = 1\n", 8, "modes: is 17, and a servo has 0 to 16");
+    expect_error("[body]\nmodes = 8\n", 7, "density: is missing: a body that rings");
+    expect_error("[body]\nmodes = 8\nmass = 1\nmode_damping = 1\n", 10, "mode_damping: is 1, the ratio");
+    expect_error("[body]\nfree = true\nmass = 1\nmode_damping = 0.1\n", 10, "mode_damping: needs modes");
+    expect_error("[gravity]\ndensity = 9\n[body]\nmodes = 2\ndensity = 1\n", 11, "density: is in [gravity] already");
+    expect_error("[gravity]\ndensity = 9\nprestress = true\n[body]\nmodes = 2\n", 11, "modes: are those of the body");
+    expect_error("[body]\nmodes = 2\nmass = 1\n[contact]\nfingers = 2\n", 8, "modes: ring under one finger");
+    expect_error("[body]\nmodes = 2\nmass = 1\n[[relaxation]]\nshare = 0.5\ntime = 1\n", 8,
+                 "modes: are of an elastic body");
 }
 
 }  // namespace

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/vibration.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
+
+float finite(double value) {
+    const auto narrow = static_cast<float>(value);
+    if (!std::isfinite(narrow)) throw Error("modes.json holds a number that is not finite: make the tables again");
+    return narrow;
+}
+
+}  // namespace
+
+haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio) {
+    const double decay = damping_ratio * omega_rad_per_s;
+    const double damped = omega_rad_per_s * std::sqrt(1.0 - damping_ratio * damping_ratio);
+    const double left = std::exp(-decay * kTick_s), cosine = std::cos(damped * kTick_s),
+                 sine = std::sin(damped * kTick_s) / damped;
+    const double squared = omega_rad_per_s * omega_rad_per_s;
+    const double q_by_q = left * (cosine + decay * sine) - 1.0;
+    return {finite(q_by_q),
+            finite(left * sine),
+            finite(-squared * left * sine),
+            finite(left * (cosine - decay * sine) - 1.0),
+            finite(-q_by_q / squared),
+            finite(squared)};
+}
+
+ServoVibration build_vibration(const VibrationTables& vibration, const Tables& tables, const ServoModel& servo) {
+    const bool is_mask = tables.force == ForceLaw::kPressureMask;
+    const std::size_t controls =
+        is_mask ? servo.node.size() + tables.compliance.edge_id.size() : std::size_t{servo.free_count};
+    if (vibration.control_count != controls)
+        throw Error(fmt::format("modes.json is of {} places and the surface has {}: make the tables again",
+                                vibration.control_count, controls));
+    if (vibration.modes() > HAPTABLE_MODES)
+        throw Error(fmt::format("modes.json has {} modes and a servo at most {}", vibration.modes(), HAPTABLE_MODES));
+    ServoVibration to;
+    to.controls = is_mask ? HAPTABLE_MODES_CONTROLS : 3;
+    for (const double omega : vibration.omega_rad_per_s)
+        to.mode.push_back(tick_of_mode(omega, vibration.damping_ratio));
+    for (const auto& [x, y, z] : vibration.shape) to.shape.push_back({finite(x), finite(y), finite(z)});
+    return to;
+}
+
+haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptable_model& model) {
+    return {&model, static_cast<std::uint8_t>(vibration.mode.size()), vibration.controls, vibration.mode.data(),
+            reinterpret_cast<const float(*)[3]>(vibration.shape.data())};
+}
+
+std::vector<TableBytes> flash_tables(const ServoVibration& vibration) {
+    return {{"mode", vibration.mode.size() * sizeof(haptable_mode)},
+            {"mode_shape", vibration.shape.size() * sizeof vibration.shape[0]}};
+}
+
+std::string vibration_text(const ServoVibration& vibration, const std::string& name) {
+    std::string text = fmt::format(
+        "/* The modes by which it rings. */\n#include \"haptable_modes.h\"\n\n"
+        "#if HAPTABLE_MODES_VERSION != {}\n"
+        "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n"
+        "static const struct haptable_mode mode[{}] = {{\n",
+        HAPTABLE_MODES_VERSION, vibration.mode.size());
+    for (const haptable_mode& m : vibration.mode)
+        text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f}},\n", m.q_by_q, m.q_by_p,
+                            m.p_by_q, m.p_by_p, m.q_by_f, m.stiffness);
+    text += fmt::format("}};\n\nstatic const float mode_shape[{}][3] = {{\n", vibration.shape.size());
+    for (const auto& [x, y, z] : vibration.shape) text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
+    return text + fmt::format(
+                      "}};\n\nconst struct haptable_modes {0}_modes = {{\n    .model = &{0},\n"
+                      "    .count = {1},\n    .controls = {2},\n    .mode = mode,\n    .shape = mode_shape,\n}};\n",
+                      name, vibration.mode.size(), vibration.controls);
+}
+
+}  // namespace haptable

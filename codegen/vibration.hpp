@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The tables of a body that rings: firmware/haptable_modes.h.
+#pragma once
+
+#include <string>
+
+#include "codegen/model.hpp"
+#include "firmware/haptable_modes.h"
+#include "host/tables/vibration.hpp"
+
+namespace haptable {
+
+/// The tables of struct haptable_modes.
+struct ServoVibration {
+    std::vector<haptable_mode> mode;
+    std::vector<std::array<float, 3>> shape;
+    std::uint8_t controls = 3;
+};
+
+/// A tick of a mode under a force that is held, exactly; 0 < damping_ratio < 1.
+haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio);
+
+/// Throws Error where the tables do not fit the model, or hold a number that no float does.
+ServoVibration build_vibration(const VibrationTables& vibration, const Tables& tables, const ServoModel& servo);
+
+/// Points to the model and to the tables, which must outlive it.
+haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptable_model& model);
+
+/// Bytes of flash, by table.
+std::vector<TableBytes> flash_tables(const ServoVibration& vibration);
+
+/// What model.c says of it behind the model; `name` is the model's.
+std::string vibration_text(const ServoVibration& vibration, const std::string& name);
+
+}  // namespace haptable
