@@ -146,14 +146,20 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
     static constexpr const haptable_pair_law* kLaw[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
                                                         &haptable_pair_pressure_mask};
-    static constexpr haptable_energy_fn* kEnergy[] = {
-        haptable_pair_energy_interpolated, haptable_pair_energy_consistent, haptable_pair_energy_pressure_mask};
+    static constexpr const haptable_pair_bend* kBend[] = {
+        &haptable_pair_bend_interpolated, &haptable_pair_bend_consistent, &haptable_pair_bend_pressure_mask};
     haptable_pair_model to{};
     to.model = &model;
     to.law = kLaw[static_cast<std::size_t>(tables.force)];
-    to.energy = model.energy != nullptr ? kEnergy[static_cast<std::size_t>(tables.force)] : nullptr;
+    if (model.energy != nullptr) {
+        to.bend = kBend[static_cast<std::size_t>(tables.force)];
+        to.energy = haptable_pair_energy;
+        if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
+    }
     to.cross = pair.rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
     to.far = pair.rank == 0 ? nullptr : haptable_pair_far_low_rank;
+    to.blocks = pair.rank == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_low_rank;
+    to.check = model.check != nullptr ? haptable_pair_check_crc : nullptr;
     to.meeting_m = pair.meeting_m;
     to.control_count = pair.control_count;
     to.rank = pair.rank;
@@ -164,7 +170,32 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
     to.column = reinterpret_cast<const std::int16_t(*)[3]>(pair.column.data());
     to.near_step = pair.near_step;
     to.column_step = pair.column_step;
+    to.crc = to.check != nullptr ? haptable_pair_crc(&to) : 0;
     return to;
+}
+
+std::string coupling_bytes(const haptable_pair_model& from) {
+    std::string bytes;
+    const auto add = [&](const auto* rows, std::size_t count) {
+        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
+    };
+    const auto add_table = [&](const auto* rows, std::size_t count) {
+        const auto length = static_cast<std::uint32_t>(count);
+        add(&length, 1);
+        if (count > 0) add(rows, count);
+    };
+    const haptable_pair_law* const laws[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
+                                             &haptable_pair_pressure_mask};
+    const auto law = static_cast<std::uint32_t>(std::find(std::begin(laws), std::end(laws), from.law) - laws);
+    const int control_count = from.control_count, rank = from.rank;
+    const std::uint32_t* const near_begin = from.near_begin;
+    add(&law, 1);
+// NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
+#define HAPTABLE_ADD_VALUE(type, name) add(&from.name, 1);
+#define HAPTABLE_ADD_TABLE(type, name, count) add_table(from.name, static_cast<std::size_t>(count));
+    // NOLINTEND(bugprone-macro-parentheses)
+    HAPTABLE_PAIR_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
+    return bytes;
 }
 
 std::vector<TableBytes> flash_tables(const ServoPair& pair) {
@@ -182,6 +213,7 @@ std::vector<TableBytes> flash_tables(const ServoPair& pair) {
 
 std::string pair_text(const ServoPair& pair, const Tables& tables, const haptable_model& model,
                       const std::string& name) {
+    const haptable_pair_model to = pair_in_memory(pair, tables, model);
     std::string text = fmt::format(
         "/* Two fingers: what couples two places. */\n#include \"haptable_pair.h\"\n\n"
         "#if HAPTABLE_PAIR_VERSION != {}\n"
@@ -194,10 +226,15 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("int16_t", "column", "[3]", pair.column, text);
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
     fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
-    if (model.energy != nullptr)
-        fmt::format_to(Out(text), "    .energy = haptable_pair_energy_{},\n", law_of(tables.force));
-    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{},\n", pair.rank == 0 ? "exact" : "low_rank");
+    if (to.energy != nullptr)
+        fmt::format_to(Out(text), "    .bend = &haptable_pair_bend_{},\n    .energy = haptable_pair_energy,\n",
+                       law_of(tables.force));
+    if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
+    const char* rank = pair.rank == 0 ? "exact" : "low_rank";
+    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n", rank);
     if (pair.rank != 0) text += "    .far = haptable_pair_far_low_rank,\n";
+    if (to.check != nullptr)
+        fmt::format_to(Out(text), "    .check = haptable_pair_check_crc,\n    .crc = 0x{:08x}u,\n", to.crc);
     fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n    .rank = {},\n", pair.meeting_m,
                    pair.control_count, pair.rank);
     if (pair.rank != 0)

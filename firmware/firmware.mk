@@ -83,7 +83,7 @@ images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=meshes/free-cube.toml
 	@if sh scripts/setup.sh cross; then \
 	for target in $(TARGETS); do \
-	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
+	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf $(BUILD)/cube/firmware/$$target/measure_pair.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
 	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/free-cube/firmware/$$target/body.elf NAME=free-cube SCENE=meshes/free-cube.toml TARGET=$$target || exit 1; \
@@ -102,7 +102,7 @@ $(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
-PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks)))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks haptable_pair_ticks)))
 
 $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	$(say) $(TARGET) $<
@@ -168,6 +168,13 @@ $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(
 $(IMAGE)/measure.elf: private RAM = 2M
 $(IMAGE)/measure.elf: private STACK = 8K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_model_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
+	$(link_image)
+
+# The same for two fingers, whose scene's own image is pair.elf.
+$(IMAGE)/pair.elf: private STACK = 8K
+$(IMAGE)/measure_pair.elf: private RAM = 2M
+$(IMAGE)/measure_pair.elf: private STACK = 8K
+$(IMAGE)/measure_pair.elf: $(IMAGE)/port/measure_pair.o $(IMAGE)/port/haptable_model_reader.o $(IMAGE)/port/haptable_pair_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
 $(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh

@@ -15,7 +15,7 @@ void haptable_body_pair_step(const struct haptable_pair_model* tables, const str
     float made_j = 0.0f;
     int i;
     for (i = 0; i < HAPTABLE_FINGERS; ++i) haptable_body_from_world(body, state, finger_m[i], at_m[i]);
-    haptable_pair_step(tables, pair, (const float(*)[3])at_m, now_us, out);
+    haptable_pair_step(tables, pair, at_m[0], at_m[1], now_us, out);
     for (i = 0; i < HAPTABLE_FINGERS; ++i) {
         made_j += haptable_body_push_of(tables->model, body, &pair->servo[i], state, i, finger_m[i], at_m[i], &out[i],
                                         &push[i]);

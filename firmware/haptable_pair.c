@@ -20,27 +20,26 @@ static void look_at(const struct haptable_pair_model* tables, const struct hapta
     tables->law->own(tables->model, contact, other_m, &own);
     pair_invert(own.a, view->m);
     vec_copy(own.s, view->s);
-    vec_copy(contact->god_object_m, view->at_m);
-    pair_controls(tables, contact->patch, view->place.control);
-    pair_weights(tables, contact->alpha, view->place.weight);
-    if (tables->far) tables->far(view);
+    pair_look(tables, contact, view);
 }
 
 static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
 
-/* Before a finger moves. A god-object that has rested moves with the other finger too. */
+static void forget_sensitivity(struct haptable_servo* servo) {
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+}
+
+/* Before a finger moves alone. A god-object that has rested moves with the other finger too. */
 static void tell(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                  const float finger_m[3], const float other_m[3]) {
     const int other = 1 - finger;
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
-    view->is_solved = 0;
     view->is_coupled = has_contact(&pair->servo[other]) && pair->touches[other];
     if (!view->is_coupled || !(tables->energy || tables->model->frictionless)) return;
     look_at(tables, &pair->servo[other], other_m, view);
-    if (gap2(finger_m, servo->finger_m) > 0.0f) return;
-    vec_zero(servo->sensitivity_per_m[0]);
-    vec_zero(servo->sensitivity_per_m[1]);
+    if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
 /* ---- the force ------------------------------------------------------------------------------------------------ */
@@ -81,18 +80,8 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     vec_add_scaled(-by, motion_m, force_n);
 }
 
-/* 1 where the other finger alone would take the surface farther than this one's u: q, what is left of u then, points
- * back. t: q, or A q where A is a stiffness. One that holds the surface is not let go. */
-static int is_left_behind(const struct haptable_pair_model* tables, const struct haptable_servo* servo,
-                          const float inverse[6], const float t[3]) {
-    float u[3];
-    float q[3];
-    if ((servo->buttons & HAPTABLE_BUTTON_GRAB) != 0) return 0;
-    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    if (!tables->law->is_stiffness) return vec_dot(u, t) < 0.0f;
-    vec_symmetric_product(inverse, t, q);
-    return vec_dot(u, q) < 0.0f;
-}
+/* One that holds the surface is not let go. */
+static int grabs(const struct haptable_servo* servo) { return (servo->buttons & HAPTABLE_BUTTON_GRAB) != 0; }
 
 static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     const struct haptable_servo* servo = &pair->servo[finger];
@@ -109,38 +98,31 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
 static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
-    struct haptable_pair_view* view = &pair->view[0];
-    struct haptable_pair_own own;
-    struct pair_solved solved;
-    float inverse[6];
+    const struct haptable_contact* at[HAPTABLE_FINGERS] = {&pair->servo[0].contact, &pair->servo[1].contact};
+    struct haptable_pair_own own[HAPTABLE_FINGERS];
+    struct pair_system system;
+    float u[HAPTABLE_FINGERS][3];
     float x[9];
-    float alone[2][3];
-    float t[3];
-    tables->law->own(tables->model, &pair->servo[0].contact, pair->servo[0].finger_m, &own);
-    look_at(tables, &pair->servo[1], pair->servo[1].finger_m, view);
-    pair_cross(view, &pair->servo[0].contact, x);
-    pair_invert(own.a, inverse);
-    vec_symmetric_product(inverse, own.s, alone[0]);
-    vec_symmetric_product(view->m, view->s, alone[1]);
-    pair_product(x, alone[1], t);
-    vec_sub(own.s, t, t);
-    pair->touches[0] = !is_left_behind(tables, &pair->servo[0], inverse, t);
-    pair_transposed_product(x, alone[0], t);
-    vec_sub(view->s, t, t);
-    pair->touches[1] = !is_left_behind(tables, &pair->servo[1], view->m, t);
-    if (pair->touches[0] == pair->touches[1]) {
-        pair->touches[0] = pair->touches[1] = 1;
-        pair_solve(view, &own, x, &solved);
-        vec_copy(solved.v, pair->view[0].v);
-        vec_copy(solved.other, pair->view[1].v);
-    } else {
-        int finger;
-        for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-            vec_zero(pair->view[finger].v);
-            if (pair->touches[finger]) vec_copy(alone[finger], pair->view[finger].v);
-        }
+    int finger;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        const struct haptable_servo* servo = &pair->servo[finger];
+        tables->law->own(tables->model, at[finger], servo->finger_m, &own[finger]);
+        vec_sub(servo->finger_m, at[finger]->god_object_m, u[finger]);
     }
-    pair->energy_j = 0.5f * (vec_dot(own.s, pair->view[0].v) + vec_dot(view->s, pair->view[1].v));
+    pair_cross_contacts(tables, pair, at[0], at[1], x);
+    pair_solve_both(tables->law, &own[0], &own[1], u, x, &system);
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        pair->touches[finger] = (uint8_t)(system.touches[finger] || grabs(&pair->servo[finger]));
+    if (!pair->touches[0] && !pair->touches[1]) pair->touches[0] = pair->touches[1] = 1;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        float* v = pair->view[finger].v;
+        if (pair->touches[1 - finger])
+            vec_copy(system.v[finger], v);
+        else
+            vec_copy(system.alone[finger], v);
+        if (!pair->touches[finger]) vec_zero(v);
+    }
+    pair->energy_j = 0.5f * (vec_dot(own[0].s, pair->view[0].v) + vec_dot(own[1].s, pair->view[1].v));
 }
 
 static void solve_pair(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
@@ -172,10 +154,28 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->is_coupled = view->is_solved = 0;
         view->brake_n_per_m = 0.0f;
         vec_zero(view->v);
+        pair_forget(view);
         pair->touches[finger] = 0;
+        pair->net.patch[finger] = HAPTABLE_NONE;
     }
+    pair->check.field = pair->check.verdict = 0;
+    pair->check.byte = pair->check.crc = 0;
+    pair->is_following = 0;
     pair->energy_j = 0.0f;
     pair->given_j = 0.0f;
+}
+
+/* The model's tables are one finger's to check, and the other takes its word. */
+void haptable_pair_check(const struct haptable_pair_model* tables, struct haptable_pair* pair, uint32_t bytes) {
+    haptable_check(tables->model, &pair->servo[0], bytes);
+    pair->servo[1].check = pair->servo[0].check;
+    if (pair->servo[0].check.verdict == CHECK_DAMAGED) haptable_fault(&pair->servo[1], HAPTABLE_FAULT_TABLES);
+    if (tables->check) tables->check(tables, pair, bytes);
+}
+
+/* 1 while the coupling was not found well. */
+static int is_coupling_faulted(const struct haptable_pair_model* tables, const struct haptable_pair* pair) {
+    return tables->check && pair->check.verdict != CHECK_WELL;
 }
 
 /* The first stages of a finger's tick. Returns 0 where out is written already: a position or a state without force. */
@@ -189,7 +189,7 @@ static int begin(const struct haptable_pair_model* tables, struct haptable_pair*
         give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
         return 0;
     }
-    if (is_faulted(tables->model, servo)) {
+    if (is_faulted(tables->model, servo) || is_coupling_faulted(tables, pair)) {
         give_nothing(servo, HAPTABLE_FAULTED, out);
         if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
         return 0;
@@ -226,20 +226,56 @@ static void finish(struct haptable_pair* pair, int finger, const float motion_m[
     vec_copy(out->force_n, servo->given_n);
 }
 
-void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                        const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
-                        struct haptable_output out[HAPTABLE_FINGERS]) {
+/* Each looks at its finger from where both have settled, and may let go, or go over to where less is stored. */
+static void look_both(struct haptable_pair* pair, const float* const finger_m[HAPTABLE_FINGERS]) {
+    float motion_m[3];
+    int finger;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        struct haptable_servo* servo = &pair->servo[finger];
+        const uint32_t contacts = servo->counters.contacts;
+        move(&pair->view[finger].model, servo, finger_m[finger], motion_m);
+        if (!has_contact(servo) || servo->counters.contacts != contacts) pair->is_following = 0;
+    }
+}
+
+/* Both god-objects of a tick: together where they rest so, or else one after the other. */
+static void move_both(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                      const float* const finger_m[HAPTABLE_FINGERS], const int goes_on[HAPTABLE_FINGERS],
+                      float motion_m[HAPTABLE_FINGERS][3]) {
+    const int together = tables->settle && goes_on[0] && goes_on[1];
+    int finger;
+    if (together) {
+        for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+            if (pair->servo[finger].finger_known)
+                vec_sub(finger_m[finger], pair->servo[finger].finger_m, motion_m[finger]);
+        if (tables->settle(tables, pair, finger_m)) {
+            look_both(pair, finger_m);
+            return;
+        }
+    }
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        if (pair->is_following) forget_sensitivity(&pair->servo[finger]); /* was of both */
+    }
+    pair->is_following = 0;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        if (goes_on[finger])
+            move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
+    if (together) (void)tables->settle(tables, pair, finger_m); /* as the first rested, the other had not moved */
+}
+
+void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
+                        const float second_m[3], uint32_t now_us, struct haptable_output out[HAPTABLE_FINGERS]) {
+    const float* const finger_m[HAPTABLE_FINGERS] = {first_m, second_m};
     float motion_m[HAPTABLE_FINGERS][3];
     int goes_on[HAPTABLE_FINGERS];
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         vec_zero(motion_m[finger]);
+        pair->view[finger].is_solved = 0;
         goes_on[finger] = begin(tables, pair, finger, finger_m[finger], now_us, &out[finger]);
     }
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        if (goes_on[finger])
-            move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
-    solve_pair(tables, pair);
+    move_both(tables, pair, finger_m, goes_on, motion_m);
+    if (!pair->is_following) solve_pair(tables, pair);
     if (tables->model->passivity) observe(pair, motion_m);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger]) finish(pair, finger, motion_m[finger], &out[finger]);
@@ -249,6 +285,8 @@ void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct 
                                const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
     float motion_m[HAPTABLE_FINGERS][3];
     vec_zero(motion_m[1 - finger]);
+    pair->view[0].is_solved = pair->view[1].is_solved = 0;
+    pair->is_following = 0;
     if (!begin(tables, pair, finger, finger_m, now_us, out)) return;
     move_finger(tables, pair, finger, finger_m, pair->servo[1 - finger].finger_m, motion_m[finger]);
     solve_pair(tables, pair);

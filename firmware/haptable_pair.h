@@ -19,13 +19,16 @@ extern "C" {
 #define HAPTABLE_FINGERS 2
 
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
-#define HAPTABLE_PAIR_VERSION 1
+#define HAPTABLE_PAIR_VERSION 2
 
 /* The most of the far field's rank: state holds as many vectors for each finger. */
 #define HAPTABLE_PAIR_RANK 48
 
 /* The most controls of a patch: its vertices and, under a mask, its edges. */
 #define HAPTABLE_PAIR_CONTROLS 6
+
+/* Evaluations of both fingers' energy at once, in a tick that tries to settle them together. */
+#define HAPTABLE_PAIR_EVALUATIONS 4
 
 /* By so much the coupling of two fingers is less where they meet; it fades in from meeting_m apart. What is left keeps
  * C positive definite by an eighth of C_11 and C_22. */
@@ -44,6 +47,24 @@ struct haptable_pair_own {
     float s[3];
 };
 
+/* The same with what its slope is made of: A = sum_a alpha_a linear_a. */
+struct haptable_pair_point {
+    struct haptable_pair_own own;
+    float linear[3][6];
+    uint8_t lifted; /* 1: A's diagonal is lifted, as fixed vertices ask for it */
+    uint8_t steps;  /* 1: the lift may begin or end here, and with it the load's slope steps */
+};
+
+/* How a place of its own changes with alpha_1, alpha_2, v being given. */
+struct haptable_pair_slope {
+    float y[2][3];     /* s_b - A_b v */
+    float first_j[2];  /* s_b . v - 1/2 v . A_b v */
+    float second_j[3]; /* s_bc . v - 1/2 v . A_bc v: 11 12 22 */
+    float a_v[2][3];   /* A_b v */
+};
+
+struct haptable_pair;
+struct haptable_pair_model;
 struct haptable_pair_view;
 
 /* What couples the controls of a patch, row by row, to the other finger's place: x[k] = sum_l w_l C_kl. */
@@ -53,12 +74,27 @@ typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, const
 /* The far field at the other finger's place, which a tick's coupling is made of: view->far; or NULL. */
 typedef void haptable_pair_far_fn(struct haptable_pair_view* view);
 
+/* The blocks C_kl of all pairs of the controls of two patches, row by row. */
+typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, const uint16_t* first,
+                                     const uint16_t* second, int count, float (*block)[9]);
+
 typedef void haptable_pair_own_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                   const float finger_m[3], struct haptable_pair_own* own);
-
-/* The nodal forces of v, and the reaction that the user feels. */
 typedef void haptable_pair_load_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                    const float v[3], float nodal_force_n[3][3], float force_n[3]);
+typedef void haptable_pair_open_fn(const struct haptable_model* model, const struct haptable_contact* contact,
+                                   const float finger_m[3], struct haptable_pair_point* point);
+typedef void haptable_pair_slope_fn(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float finger_m[3], struct haptable_pair_point* point, const float v[3],
+                                    struct haptable_pair_slope* slope);
+
+/* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved. */
+typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                                    const float* const finger_m[HAPTABLE_FINGERS]);
+
+/* Goes on with the check of the coupling's tables. */
+typedef void haptable_pair_check_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                                    uint32_t bytes);
 
 /* A force law for two. */
 struct haptable_pair_law {
@@ -72,35 +108,83 @@ extern const struct haptable_pair_law haptable_pair_interpolated;
 extern const struct haptable_pair_law haptable_pair_consistent;
 extern const struct haptable_pair_law haptable_pair_pressure_mask;
 
+/* What the least energy needs besides. */
+struct haptable_pair_bend {
+    haptable_pair_open_fn* open;
+    haptable_pair_slope_fn* slope;
+};
+
+extern const struct haptable_pair_bend haptable_pair_bend_interpolated;
+extern const struct haptable_pair_bend haptable_pair_bend_consistent;
+extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
+
+/* Rows of tables. */
+typedef float haptable_float9[9];
+typedef int16_t haptable_step3[3];
+typedef int16_t haptable_step9[9];
+
+/* What tables hold: one list as a model's, for the struct, its C text, its CRC and the file that port/measure_pair.c
+ * reads. Either block, or the others: by the rank. */
+#define HAPTABLE_PAIR_FIELDS(VALUE, TABLE)                                                                          \
+    VALUE(float, meeting_m)        /* fingers nearer than this meet, > 0 */                                         \
+    VALUE(uint16_t, control_count) /* n: free vertices; or vertices, then edges */                                  \
+    VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK; 0: every pair has its block */                       \
+    VALUE(float, near_step)                                                                                         \
+    VALUE(float, column_step)                                                                                       \
+    TABLE(haptable_float9, block, rank != 0 ? 0 : control_count * (control_count + 1) / 2) /* C_kl, k >= l, by k */ \
+    TABLE(uint32_t, near_begin, rank == 0 ? 0 : control_count + 1)   /* where control k's near pairs begin */       \
+    TABLE(uint16_t, near, rank == 0 ? 0 : near_begin[control_count]) /* l <= k of each, ascending in a row */       \
+    TABLE(haptable_step9, near_block, rank == 0 ? 0 : near_begin[control_count]) /* E_kl of each, in steps */       \
+    TABLE(haptable_step3, column, control_count* rank) /* Phi, in steps: C_kl = Phi_k Phi_l^T, near pairs + E_kl */ \
+    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_pair_crc */
+
+#define HAPTABLE_PAIR_VALUE(type, name) type name;
+#define HAPTABLE_PAIR_TABLE(type, name, count) const type* name;
+
 /* The coupling of one object, beside its model; const, so that it stays in flash. */
 struct haptable_pair_model {
     const struct haptable_model* model;
     const struct haptable_pair_law* law;
-    haptable_energy_fn* energy;     /* for god_object_least_energy; else NULL */
-    haptable_pair_cross_fn* cross;  /* one of those below: it says which of the next are used */
-    haptable_pair_far_fn* far;      /* as cross asks */
-    float meeting_m;                /* fingers nearer than this meet, > 0 */
-    uint16_t control_count;         /* n: free vertices; or vertices, then edges */
-    uint16_t rank;                  /* r <= HAPTABLE_PAIR_RANK */
-    const float (*block)[9];        /* exact: C_kl of all pairs k >= l in a row by k, [n (n + 1) / 2] */
-    const uint32_t* near_begin;     /* low rank: [n + 1] where control k's near pairs begin */
-    const uint16_t* near;           /* l <= k of each, ascending in a row */
-    const int16_t (*near_block)[9]; /* E_kl of each, in steps */
-    const int16_t (*column)[3];     /* Phi, [n r], in steps: C_kl = Phi_k Phi_l^T, and of near pairs E_kl besides */
-    float near_step;
-    float column_step;
+    const struct haptable_pair_bend* bend; /* for god_object_least_energy; else NULL */
+    haptable_energy_fn* energy;            /* the same */
+    haptable_pair_settle_fn* settle;       /* the same, without friction */
+    haptable_pair_cross_fn* cross;         /* one of those below, by the rank */
+    haptable_pair_far_fn* far;             /* as cross asks */
+    haptable_pair_blocks_fn* blocks;       /* the same */
+    haptable_pair_check_fn* check;         /* as the model's */
+    HAPTABLE_PAIR_FIELDS(HAPTABLE_PAIR_VALUE, HAPTABLE_PAIR_TABLE)
 };
+#undef HAPTABLE_PAIR_VALUE
+#undef HAPTABLE_PAIR_TABLE
 
-/* cross: every pair is a block. cost: controls squared blocks. */
+/* Every pair is a block. cost: controls squared blocks. */
 haptable_pair_cross_fn haptable_pair_cross_exact;
+haptable_pair_blocks_fn haptable_pair_blocks_exact;
 
-/* cross: near pairs are blocks, the others sum_r Phi_kr Phi_lr^T. cost: besides, controls r products of vectors. */
+/* Near pairs are blocks, the others sum_r Phi_kr Phi_lr^T. cost: besides, controls r products of vectors; blocks:
+ * controls squared. */
 haptable_pair_cross_fn haptable_pair_cross_low_rank;
 haptable_pair_far_fn haptable_pair_far_low_rank;
+haptable_pair_blocks_fn haptable_pair_blocks_low_rank;
 
-haptable_energy_fn haptable_pair_energy_interpolated;
-haptable_energy_fn haptable_pair_energy_consistent;
-haptable_energy_fn haptable_pair_energy_pressure_mask;
+haptable_energy_fn haptable_pair_energy;
+haptable_pair_settle_fn haptable_pair_settle;
+haptable_pair_check_fn haptable_pair_check_crc;
+
+/* CRC-32 (ISO-HDLC) of all values and tables of the coupling but crc itself, in the order of HAPTABLE_PAIR_FIELDS. */
+uint32_t haptable_pair_crc(const struct haptable_pair_model* tables);
+
+/* What couples the controls of two patches: while the fingers stay on them it is read once. */
+struct haptable_pair_net {
+    uint16_t patch[HAPTABLE_FINGERS]; /* first one HAPTABLE_NONE: none */
+    float block[HAPTABLE_PAIR_CONTROLS * HAPTABLE_PAIR_CONTROLS][9];
+};
+
+/* What couples the controls of a patch to the other finger's place, while that stays there. */
+struct haptable_pair_rows {
+    uint16_t patch; /* HAPTABLE_NONE: none */
+    float x[HAPTABLE_PAIR_CONTROLS][9];
+};
 
 /* What a finger is told of the other in a tick. The model comes first: functions that a model names get it. */
 struct haptable_pair_view {
@@ -109,18 +193,32 @@ struct haptable_pair_view {
     uint8_t is_coupled; /* 0: alone */
     uint8_t is_solved;  /* 1: v is the pair's */
     struct haptable_pair_place place;
-    float at_m[3];                    /* the other's god-object */
-    float m[6];                       /* its A^-1 */
-    float s[3];                       /* its s */
-    float v[3];                       /* this finger's, where is_solved */
-    float brake_n_per_m;              /* with passivity: what takes back what was given, of the tick's motion */
-    float far[HAPTABLE_PAIR_RANK][3]; /* sum_l w_l Phi_l */
+    float at_m[3];                     /* the other's god-object */
+    float m[6];                        /* its A^-1 */
+    float s[3];                        /* its s */
+    float v[3];                        /* this finger's, where is_solved */
+    float brake_n_per_m;               /* with passivity: what takes back what was given, of the tick's motion */
+    float far[HAPTABLE_PAIR_RANK][3];  /* sum_l w_l Phi_l */
+    struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */
+};
+
+/* How a minimum of both goes with the fingers: of the at most four ways that the two god-objects are free to move,
+ * those of the first finger first. */
+struct haptable_pair_follow {
+    uint16_t patch[HAPTABLE_FINGERS];      /* of which this is known */
+    uint8_t free;                          /* ways of both */
+    float curvature_j[4][4];               /* factored */
+    float slope_n[4][HAPTABLE_FINGERS][3]; /* of the gradient by each finger's place */
 };
 
 /* The state of two fingers on one body. The caller owns it; haptable_pair_init makes it valid. */
 struct haptable_pair {
     struct haptable_servo servo[HAPTABLE_FINGERS];
     struct haptable_pair_view view[HAPTABLE_FINGERS];
+    struct haptable_pair_net net;
+    struct haptable_table_check check; /* of the coupling's tables */
+    struct haptable_pair_follow follow;
+    uint8_t is_following;              /* 1: both rested together in the last tick */
     uint8_t touches[HAPTABLE_FINGERS]; /* 0: no contact, or the other's dent leaves it behind: it gives no force */
     float energy_j;                    /* stored by both, of the last tick */
     float given_j;                     /* with passivity: energy given to both hands, less what was taken */
@@ -131,13 +229,15 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
 
 /* One tick of both fingers at once: positions in, forces out. cost: each finger's own tick and twice the coupling of
  * two patches; with least energy, friction: the coupling of two patches beside every energy, every force. */
-void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                        const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
-                        struct haptable_output out[HAPTABLE_FINGERS]);
+void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
+                        const float second_m[3], uint32_t now_us, struct haptable_output out[HAPTABLE_FINGERS]);
 
 /* One tick of one finger, the other staying where it was: for devices that do not share a clock. */
 void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                                const float finger_m[3], uint32_t now_us, struct haptable_output* out);
+
+/* As haptable_check, of the model's tables and the coupling's, for both fingers: not haptable_check of each. */
+void haptable_pair_check(const struct haptable_pair_model* tables, struct haptable_pair* pair, uint32_t bytes);
 
 /* As haptable_watch, of one finger. */
 int haptable_pair_watch(struct haptable_pair* pair, int finger, uint32_t now_us, struct haptable_output* out);

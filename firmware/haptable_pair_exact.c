@@ -41,3 +41,21 @@ void haptable_pair_cross_exact(const struct haptable_pair_view* view, const uint
         pair_copy(sum, x[i]);
     }
 }
+
+static void put_block(const float (*all)[9], uint16_t k, uint16_t l, float block[9]) {
+    int a;
+    for (a = 0; a < 9; ++a) block[a] = 0.0f;
+    if (k == HAPTABLE_NONE || l == HAPTABLE_NONE) return;
+    if (k >= l)
+        pair_copy(all[(uint32_t)k * (k + 1u) / 2u + l], block);
+    else
+        add_transposed(1.0f, all[(uint32_t)l * (l + 1u) / 2u + k], block);
+}
+
+void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, const uint16_t* first, const uint16_t* second,
+                                int count, float (*block)[9]) {
+    int i;
+    int j;
+    for (i = 0; i < count; ++i)
+        for (j = 0; j < count; ++j, ++block) put_block(tables->block, first[i], second[j], *block);
+}

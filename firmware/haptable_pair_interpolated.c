@@ -27,17 +27,6 @@ static void stiffness_at(const struct haptable_model* model, const struct haptab
     add_block(contact->alpha[2], corner_block(model, v[2], room), s);
 }
 
-/* S_b - S_0 (b = 1, 2) */
-static void stiffness_slope(const struct haptable_model* model, uint16_t patch, float first[2][6]) {
-    const uint16_t* v = model->patch[patch];
-    float room[6];
-    int b;
-    for (b = 0; b < 2; ++b) {
-        set_block(1.0f, corner_block(model, v[b + 1], room), first[b]);
-        add_block(-1.0f, corner_block(model, v[0], room), first[b]);
-    }
-}
-
 static void own_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
                    struct haptable_pair_own* own) {
     float u[3];
@@ -61,63 +50,52 @@ static void put_load(const struct haptable_model* model, const struct haptable_c
 
 const struct haptable_pair_law haptable_pair_interpolated = {3, 1, own_at, put_load};
 
-/* s_b - S_b v, and v . s_bc. */
-static void vary_own(float first[2][6], const float s[6], float e[2][3], const float u[3], const float v[3],
-                     float y[2][3], float second_j[3]) {
-    float s_v[2][3]; /* S_b v */
-    int b;
-    for (b = 0; b < 2; ++b) {
-        float s_u[3];
-        vec_symmetric_product(first[b], v, s_v[b]);
-        vec_symmetric_product(first[b], u, s_u);
-        vec_symmetric_product(s, e[b], y[b]);
-        vec_sub(s_u, y[b], y[b]);
-        vec_sub(y[b], s_v[b], y[b]);
+/* sum alpha_a S_a with its three S_a */
+static void open_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
+                    struct haptable_pair_point* point) {
+    int a;
+    for (a = 0; a < 3; ++a) {
+        float room[6];
+        const float* block = corner_block(model, model->patch[contact->patch][a], room);
+        set_block(1.0f, block, point->linear[a]);
     }
-    second_j[0] = -2.0f * vec_dot(s_v[0], e[0]);
-    second_j[1] = -vec_dot(s_v[0], e[1]) - vec_dot(s_v[1], e[0]);
-    second_j[2] = -2.0f * vec_dot(s_v[1], e[1]);
+    evaluate_c(point->linear, contact->alpha, point->own.a);
+    point->lifted = point->steps = 0;
+    vec_sub(finger_m, contact->god_object_m, point->own.s);
+    {
+        float u[3];
+        vec_copy(point->own.s, u);
+        vec_symmetric_product(point->own.a, u, point->own.s);
+    }
 }
 
-void haptable_pair_energy_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
-                                       const float finger_m[3], enum haptable_energy_terms terms,
-                                       struct haptable_energy* energy) {
-    const struct haptable_pair_view* view = pair_view_of(model);
-    struct haptable_pair_own own;
-    struct pair_coupling coupling;
-    struct pair_solved solved;
-    float first[2][6];
+/* s_b = S_b u - S e_b, s_bc = -S_b e_c - S_c e_b */
+static void slope_at(const struct haptable_model* model, const struct haptable_contact* contact,
+                     const float finger_m[3], struct haptable_pair_point* point, const float v[3],
+                     struct haptable_pair_slope* slope) {
+    float(*s_v)[3] = slope->a_v; /* S_b v */
     float e[2][3];
-    float y[2][3];
     float normal[3];
     float u[3];
     int b;
-    if (!view->is_coupled) {
-        haptable_energy_interpolated(model, contact, finger_m, terms, energy);
-        return;
-    }
-    patch_frame(model, contact->patch, e[0], e[1], normal);
     vec_sub(finger_m, contact->god_object_m, u);
-    stiffness_at(model, contact, own.a);
-    stiffness_slope(model, contact->patch, first);
-    vec_symmetric_product(own.a, u, own.s);
-    pair_couple(view, contact, e, &coupling);
-    pair_solve(view, &own, coupling.x, &solved);
-    vec_symmetric_product(own.a, solved.v, energy->load_n);
-    energy->energy_j = solved.energy_j;
-    vary_own(first, own.a, e, u, solved.v, y, energy->hessian_j);
+    patch_frame(model, contact->patch, e[0], e[1], normal);
     for (b = 0; b < 2; ++b) {
-        float s_v[3];
-        vec_symmetric_product(first[b], solved.v, s_v);
-        energy->gradient_j[b] = vec_dot(y[b], solved.v) + 0.5f * vec_dot(solved.v, s_v) -
-                                pair_bilinear(coupling.first[b], solved.v, solved.other);
-        vec_copy(s_v, energy->load_gradient_n[b]);
+        float* y = slope->y[b];
+        float first[6];
+        float s_e[3];
+        set_block(1.0f, point->linear[b + 1], first);
+        add_block(-1.0f, point->linear[0], first);
+        vec_symmetric_product(first, v, s_v[b]);
+        vec_symmetric_product(first, u, y);
+        vec_symmetric_product(point->own.a, e[b], s_e);
+        vec_sub(y, s_e, y);
+        vec_sub(y, s_v[b], y);
+        slope->first_j[b] = vec_dot(y, v) + 0.5f * vec_dot(v, s_v[b]);
     }
-    if (terms != HAPTABLE_ENERGY_ALL) return;
-    pair_bend(view, &coupling, &solved, y, energy);
-    for (b = 0; b < 2; ++b) { /* S_b v + S v_b */
-        float s_z[3];
-        vec_symmetric_product(own.a, y[b], s_z);
-        vec_add_scaled(1.0f, s_z, energy->load_gradient_n[b]);
-    }
+    slope->second_j[0] = -2.0f * vec_dot(s_v[0], e[0]);
+    slope->second_j[1] = -vec_dot(s_v[0], e[1]) - vec_dot(s_v[1], e[0]);
+    slope->second_j[2] = -2.0f * vec_dot(s_v[1], e[1]);
 }
+
+const struct haptable_pair_bend haptable_pair_bend_interpolated = {open_at, slope_at};

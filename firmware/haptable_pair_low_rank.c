@@ -40,21 +40,46 @@ static const int16_t* near_block(const struct haptable_pair_model* tables, uint1
     return low < tables->near_begin[k + 1u] && tables->near[low] == l ? tables->near_block[low] : 0;
 }
 
-static void add_near(const struct haptable_pair_view* view, uint16_t k, float x[9]) {
+/* x += w E_kl, where the pair is near. */
+static void add_near(const struct haptable_pair_model* tables, float w, uint16_t k, uint16_t l, float x[9]) {
+    const float step = w * tables->near_step;
+    const int16_t* block = k >= l ? near_block(tables, k, l) : near_block(tables, l, k);
+    int a;
+    int b;
+    if (!block) return;
+    for (a = 0; a < 3; ++a)
+        for (b = 0; b < 3; ++b) x[3 * a + b] += step * (float)(k >= l ? block[3 * a + b] : block[3 * b + a]);
+}
+
+static void add_near_of_place(const struct haptable_pair_view* view, uint16_t k, float x[9]) {
     int j;
     for (j = 0; j < view->tables->law->controls; ++j) {
         const uint16_t l = view->place.control[j];
         const float w = view->place.weight[j];
-        const float step = w * view->tables->near_step;
-        const int16_t* block;
-        int a;
-        int b;
-        if (l == HAPTABLE_NONE || w == 0.0f) continue;
-        block = k >= l ? near_block(view->tables, k, l) : near_block(view->tables, l, k);
-        if (!block) continue;
-        for (a = 0; a < 3; ++a)
-            for (b = 0; b < 3; ++b) x[3 * a + b] += step * (float)(k >= l ? block[3 * a + b] : block[3 * b + a]);
+        if (l != HAPTABLE_NONE && w != 0.0f) add_near(view->tables, w, k, l, x);
     }
+}
+
+static void put_block(const struct haptable_pair_model* tables, uint16_t k, uint16_t l, float block[9]) {
+    int a;
+    int r;
+    for (a = 0; a < 9; ++a) block[a] = 0.0f;
+    if (k == HAPTABLE_NONE || l == HAPTABLE_NONE) return;
+    for (r = 0; r < tables->rank; ++r) {
+        const int16_t* one = tables->column[(uint32_t)k * tables->rank + (uint32_t)r];
+        float two[3] = {0.0f, 0.0f, 0.0f};
+        add_steps(tables->column_step, tables->column[(uint32_t)l * tables->rank + (uint32_t)r], two);
+        for (a = 0; a < 3; ++a) vec_add_scaled(tables->column_step * (float)one[a], two, &block[3 * a]);
+    }
+    add_near(tables, 1.0f, k, l, block);
+}
+
+void haptable_pair_blocks_low_rank(const struct haptable_pair_model* tables, const uint16_t* first,
+                                   const uint16_t* second, int count, float (*block)[9]) {
+    int i;
+    int j;
+    for (i = 0; i < count; ++i)
+        for (j = 0; j < count; ++j, ++block) put_block(tables, first[i], second[j], *block);
 }
 
 void haptable_pair_cross_low_rank(const struct haptable_pair_view* view, const uint16_t* control, int count,
@@ -71,6 +96,6 @@ void haptable_pair_cross_low_rank(const struct haptable_pair_view* view, const u
             float* row = x[i];
             for (a = 0; a < 3; ++a, row += 3) vec_add_scaled(tables->column_step * (float)column[a], view->far[r], row);
         }
-        add_near(view, control[i], x[i]);
+        add_near_of_place(view, control[i], x[i]);
     }
 }

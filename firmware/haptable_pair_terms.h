@@ -156,33 +156,62 @@ static inline struct pair_meeting pair_meet(const struct haptable_pair_view* vie
     return meeting;
 }
 
-/* The coupling of every control of a patch with the other's place. */
-static inline void pair_gather(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
-    const int count = view->tables->law->controls;
+/* What was gathered before of a patch, or room for it, then without its patch. */
+static inline struct haptable_pair_rows* pair_rows(const struct haptable_pair_view* view, uint16_t patch) {
+    struct haptable_pair_rows* rows = (struct haptable_pair_rows*)view->rows; /* of a view, which is no constant */
+    if (rows[0].patch != patch) ++rows;
+    return rows;
+}
+
+/* The coupling of every control of a patch with the other's place. cost: as tables->cross, where it is not known */
+static inline const struct haptable_pair_rows* pair_gather(const struct haptable_pair_view* view, uint16_t patch) {
+    struct haptable_pair_rows* rows = pair_rows(view, patch);
     uint16_t control[HAPTABLE_PAIR_CONTROLS];
+    if (rows->patch == patch) return rows;
+    if (view->rows[0].patch == HAPTABLE_NONE) rows = (struct haptable_pair_rows*)view->rows;
+    rows->patch = patch;
     pair_controls(view->tables, patch, control);
-    view->tables->cross(view, control, count, x);
+    view->tables->cross(view, control, view->tables->law->controls, rows->x);
+    return rows;
+}
+
+/* The other finger has moved. */
+static inline void pair_forget(struct haptable_pair_view* view) {
+    view->rows[0].patch = view->rows[1].patch = HAPTABLE_NONE;
+}
+
+/* Where the other finger is. */
+static inline void pair_look(const struct haptable_pair_model* tables, const struct haptable_contact* contact,
+                             struct haptable_pair_view* view) {
+    vec_copy(contact->god_object_m, view->at_m);
+    pair_controls(tables, contact->patch, view->place.control);
+    pair_weights(tables, contact->alpha, view->place.weight);
+    pair_forget(view);
+    if (tables->far) tables->far(view);
+}
+
+/* sum_k w_k x_k */
+static inline void pair_weighted(float share, const float weight[], const float (*x)[9], int count, float to[9]) {
+    int k;
+    pair_set(share * weight[0], x[0], to);
+    for (k = 1; k < count; ++k) pair_add(share * weight[k], x[k], to);
 }
 
 /* X of a contact. */
 static inline void pair_cross(const struct haptable_pair_view* view, const struct haptable_contact* contact,
                               float x[9]) {
-    const float share = pair_share(view, contact->god_object_m);
-    float control[HAPTABLE_PAIR_CONTROLS][9];
+    const struct haptable_pair_rows* rows = pair_gather(view, contact->patch);
     float weight[HAPTABLE_PAIR_CONTROLS];
-    int k;
-    pair_gather(view, contact->patch, control);
     pair_weights(view->tables, contact->alpha, weight);
-    pair_set(share * weight[0], control[0], x);
-    /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): controls are 3 or 6, as pair_weights has it */
-    for (k = 1; k < view->tables->law->controls; ++k) pair_add(share * weight[k], control[k], x);
+    pair_weighted(pair_share(view, contact->god_object_m), weight, (const float(*)[9])rows->x,
+                  view->tables->law->controls, x);
 }
 
 /* The control of corners c and d of a mask's patch. */
 static inline int pair_control_of(int c, int d) { return c == d ? c : 6 - c - d; }
 
 /* x is, or else has, w dX by alpha_c under a mask, all alpha being free. */
-static inline void pair_slope(float (*control)[9], const float alpha[3], int c, float w, float x[9]) {
+static inline void pair_slope(const float (*control)[9], const float alpha[3], int c, float w, float x[9]) {
     int d;
     for (d = 0; d < 3; ++d) {
         const float share = 2.0f * w * alpha[d];
@@ -197,7 +226,7 @@ static inline void pair_slope(float (*control)[9], const float alpha[3], int c, 
 struct pair_coupling {
     float x[9];
     float first[2][9];
-    float control[HAPTABLE_PAIR_CONTROLS][9];
+    const float (*control)[9];
     struct pair_meeting meeting;
 };
 
@@ -208,13 +237,10 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
     const int is_mask = view->tables->law->controls == HAPTABLE_PAIR_CONTROLS;
     float raw[9];
     int b;
-    int k;
-    pair_gather(view, contact->patch, to->control);
+    to->control = (const float(*)[9])pair_gather(view, contact->patch)->x;
     pair_weights(view->tables, alpha, weight);
     to->meeting = pair_meet(view, contact->god_object_m, e);
-    pair_set(weight[0], to->control[0], raw);
-    /* NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): the same */
-    for (k = 1; k < view->tables->law->controls; ++k) pair_add(weight[k], to->control[k], raw);
+    pair_weighted(1.0f, weight, to->control, view->tables->law->controls, raw);
     pair_set(to->meeting.share, raw, to->x);
     for (b = 0; b < 2; ++b) {
         if (is_mask) {
@@ -283,12 +309,13 @@ static inline void pair_other(const struct haptable_pair_view* view, const float
 
 /* Places that load one node alone, next to fixed ones, load it alike however far apart they are: there N is lifted, as
  * is C beside a fixed vertex. */
-static inline void pair_keep_definite(const float a[6], float n[6]) {
+static inline int pair_keep_definite(const float a[6], float n[6]) {
     const float missing = PAIR_LEAST * third_of_trace(a) - third_of_trace(n);
-    if (missing <= 0.0f) return;
+    if (missing <= 0.0f) return 0;
     n[0] += missing;
     n[1] += missing;
     n[2] += missing;
+    return 1;
 }
 
 static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
@@ -297,7 +324,7 @@ static inline void pair_solve(const struct haptable_pair_view* view, const struc
     float t[3];
     float alone[3];
     pair_reduce(own->a, x, view->m, n);
-    pair_keep_definite(own->a, n);
+    (void)pair_keep_definite(own->a, n);
     vec_symmetric_product(view->m, view->s, alone);
     pair_product(x, alone, t);
     vec_sub(own->s, t, t);
@@ -331,6 +358,119 @@ static inline void pair_bend(const struct haptable_pair_view* view, const struct
     energy->gauss_newton_j[2] = vec_dot(y[1], z[1]) + vec_dot(r[1], mr[1]);
     for (b = 0; b < 3; ++b) energy->hessian_j[b] += energy->gauss_newton_j[b] - second_j[b];
     for (b = 0; b < 2; ++b) vec_copy(z[b], y[b]);
+}
+
+/* out += w A_b v (b = 0, 1 for alpha_1, alpha_2), of an A that is not lifted. */
+static inline void pair_add_slope(const struct haptable_pair_point* point, int b, float w, const float v[3],
+                                  float out[3]) {
+    float a_v[2][3];
+    vec_symmetric_product(point->linear[b + 1], v, a_v[0]);
+    vec_symmetric_product(point->linear[0], v, a_v[1]);
+    vec_add_scaled(w, a_v[0], out);
+    vec_add_scaled(-w, a_v[1], out);
+}
+
+/* ---- both places at once --------------------------------------------------------------------------------------- */
+
+/* The system of both places, solved. */
+struct pair_system {
+    float m[6];  /* A_2^-1 */
+    float xm[9]; /* X A_2^-1 */
+    struct factored n;
+    float v[HAPTABLE_FINGERS][3];
+    float alone[HAPTABLE_FINGERS][3]; /* v of each without the other */
+    int lifted;                       /* 1: N is, as A beside a fixed vertex */
+    int touches[HAPTABLE_FINGERS];    /* 0: where the other alone presses, its dent leaves this one behind */
+};
+
+/* X of two contacts, apart or meeting. */
+static inline void pair_cross_net(const struct haptable_pair_model* tables, const struct haptable_pair_net* net,
+                                  const float first[], const float second[], float x[9]) {
+    const int count = tables->law->controls;
+    const float(*block)[9] = (const float(*)[9])net->block;
+    float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    int k;
+    int l;
+    for (k = 0; k < count; ++k)
+        for (l = 0; l < count; ++l, ++block) pair_add(first[k] * second[l], *block, sum);
+    pair_copy(sum, x);
+}
+
+/* The blocks between the patches of two contacts: read where one of them is another one than before. */
+static inline const struct haptable_pair_net* pair_net(const struct haptable_pair_model* tables,
+                                                       struct haptable_pair_net* net, uint16_t first, uint16_t second) {
+    uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
+    if (net->patch[0] == first && net->patch[1] == second) return net;
+    net->patch[0] = first;
+    net->patch[1] = second;
+    pair_controls(tables, first, control[0]);
+    pair_controls(tables, second, control[1]);
+    tables->blocks(tables, control[0], control[1], tables->law->controls, net->block);
+    return net;
+}
+
+/* X of two contacts. */
+static inline void pair_cross_contacts(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                                       const struct haptable_contact* first, const struct haptable_contact* second,
+                                       float x[9]) {
+    const float near = 1.0f - gap2(first->god_object_m, second->god_object_m) / (tables->meeting_m * tables->meeting_m);
+    float weight[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
+    pair_weights(tables, first->alpha, weight[0]);
+    pair_weights(tables, second->alpha, weight[1]);
+    pair_cross_net(tables, pair_net(tables, &pair->net, first->patch, second->patch), weight[0], weight[1], x);
+    if (near > 0.0f) pair_set(1.0f - HAPTABLE_PAIR_MEETING * near * near, x, x);
+}
+
+/* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored. */
+static inline void pair_eliminate(const struct haptable_pair_own* first, const struct haptable_pair_own* second,
+                                  const float x[9], struct pair_system* system) {
+    float n[6];
+    pair_invert(second->a, system->m);
+    vec_symmetric_product(system->m, &x[0], &system->xm[0]); /* of symmetric M: the rows of X M */
+    vec_symmetric_product(system->m, &x[3], &system->xm[3]);
+    vec_symmetric_product(system->m, &x[6], &system->xm[6]);
+    n[0] = first->a[0] - vec_dot(&system->xm[0], &x[0]);
+    n[1] = first->a[1] - vec_dot(&system->xm[3], &x[3]);
+    n[2] = first->a[2] - vec_dot(&system->xm[6], &x[6]);
+    n[3] = first->a[3] - vec_dot(&system->xm[0], &x[3]);
+    n[4] = first->a[4] - vec_dot(&system->xm[3], &x[6]);
+    n[5] = first->a[5] - vec_dot(&system->xm[6], &x[0]);
+    system->lifted = pair_keep_definite(first->a, n);
+    system->n = factor(n);
+}
+
+/* Both v, and which fingers touch: one does unless u . q < 0, q = u less what the other makes of it alone. */
+static inline void pair_solve_both(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
+                                   const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
+                                   const float x[9], struct pair_system* system) {
+    const struct factored own = factor(first->a);
+    float t[HAPTABLE_FINGERS][3];
+    float w[3];
+    pair_eliminate(first, second, x, system);
+    if (law->is_stiffness) {
+        vec_copy(u[0], system->alone[0]);
+        vec_copy(u[1], system->alone[1]);
+    } else {
+        solve(&own, first->s, system->alone[0]);
+        vec_symmetric_product(system->m, second->s, system->alone[1]);
+    }
+    pair_product(x, system->alone[1], t[0]);
+    vec_sub(first->s, t[0], t[0]);
+    pair_transposed_product(x, system->alone[0], t[1]);
+    vec_sub(second->s, t[1], t[1]);
+    solve(&system->n, t[0], system->v[0]);
+    pair_transposed_product(x, system->v[0], w);
+    vec_sub(second->s, w, w);
+    vec_symmetric_product(system->m, w, system->v[1]);
+    if (law->is_stiffness) { /* q = A^-1 t */
+        solve(&own, u[0], w);
+        system->touches[0] = !(vec_dot(w, t[0]) < 0.0f);
+        vec_symmetric_product(system->m, u[1], w);
+        system->touches[1] = !(vec_dot(w, t[1]) < 0.0f);
+    } else {
+        system->touches[0] = !(vec_dot(u[0], t[0]) < 0.0f);
+        system->touches[1] = !(vec_dot(u[1], t[1]) < 0.0f);
+    }
 }
 
 static inline const struct haptable_pair_view* pair_view_of(const struct haptable_model* model) {

@@ -42,7 +42,7 @@ arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body_pair.h firmware/haptable_pair.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h firmware/haptable_body.h model.h haptable/
 arrow host/report host/base host/report
-arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h
+arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h firmware/haptable_pair.h
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_frame.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/

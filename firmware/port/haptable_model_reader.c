@@ -47,6 +47,10 @@ static const struct haptable_compliance* take_compliance(struct haptable_model_r
     return to;
 }
 
+void haptable_reader_take(struct haptable_model_reader* in, void* to, uint32_t bytes) { take(in, to, bytes); }
+
+void* haptable_reader_table(struct haptable_model_reader* in, uint32_t row_bytes) { return take_table(in, row_bytes); }
+
 int haptable_read_model(struct haptable_model_reader* in, struct haptable_model* to) {
     in->is_whole = 1;
     to->compliance = 0;

@@ -24,4 +24,9 @@ struct haptable_model_reader {
  * function that there is not, or need more room. The model points into the reader and its room. */
 int haptable_read_model(struct haptable_model_reader* reader, struct haptable_model* to);
 
+/* The next bytes, and a table of rows after their number, for what stands behind a model. Where there are too few the
+ * reader is not whole. */
+void haptable_reader_take(struct haptable_model_reader* reader, void* to, uint32_t bytes);
+void* haptable_reader_table(struct haptable_model_reader* reader, uint32_t row_bytes);
+
 #endif

@@ -27,7 +27,7 @@ void BodyMotion::step(haptable_pair& pair, int finger, const float finger_m[3], 
 }
 
 void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]) {
-    if (body_ == nullptr) return haptable_pair_step(scene_.pair, &pair, finger_m, now_us, out);
+    if (body_ == nullptr) return haptable_pair_step(scene_.pair, &pair, finger_m[0], finger_m[1], now_us, out);
     touched_ = state_;
     haptable_body_pair_step(scene_.pair, body_, &state_, &pair, finger_m, now_us, out);
 }

@@ -9,10 +9,14 @@
 namespace haptable {
 
 Fingers::Fingers(const ServoScene& scene, const haptable_body* body) : scene_(scene), body_(scene, body) {
-    if (scene.pair != nullptr) haptable_pair_init(scene.pair, &pair_);
+    if (scene.pair != nullptr) {
+        haptable_pair_init(scene.pair, &pair_);
+        require_whole_tables(scene, pair_);
+    } else {
+        haptable_init(&pair_.servo[0]);
+        require_whole_tables(scene, pair_.servo[0]);
+    }
     for (std::size_t finger = 0; finger < count(); ++finger) {
-        if (scene.pair == nullptr) haptable_init(&pair_.servo[finger]);
-        require_whole_tables(scene, pair_.servo[finger]);
         out_[finger].patch = HAPTABLE_NONE;
         std::fill_n(out_[finger].vertex, 3, HAPTABLE_NONE);
     }
@@ -76,7 +80,10 @@ bool Fingers::release(std::size_t finger) {
 }
 
 void Fingers::check(std::uint32_t bytes) {
-    for (std::size_t finger = 0; finger < count(); ++finger) haptable_check(scene_.model, &pair_.servo[finger], bytes);
+    if (scene_.pair != nullptr)
+        haptable_pair_check(scene_.pair, &pair_, bytes);
+    else
+        haptable_check(scene_.model, &pair_.servo[0], bytes);
 }
 
 ServoReport Fingers::report(std::size_t finger) const {

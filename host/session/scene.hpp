@@ -35,6 +35,14 @@ inline void require_whole_tables(const ServoScene& scene, haptable_servo& servo)
                     " are damaged (their CRC is wrong): build this servo again");
 }
 
+/// The same of two fingers.
+inline void require_whole_tables(const ServoScene& scene, haptable_pair& pair) {
+    haptable_pair_check(scene.pair, &pair, HAPTABLE_CHECK_ALL);
+    if ((pair.servo[0].faults & HAPTABLE_FAULT_TABLES) != 0)
+        throw Error(std::string("the tables of ") + scene.name +
+                    " are damaged (their CRC is wrong): build this servo again");
+}
+
 /// Mesh node of one corner of the patch that the god-object is on; -1 without contact.
 inline std::int32_t mesh_node(const ServoScene& scene, const haptable_output& out, std::size_t corner) {
     const std::uint16_t vertex = out.vertex[corner];

@@ -39,7 +39,7 @@ void step_both(const haptable_model* model, haptable_servo* servo, const float f
     std::copy_n(other.begin(), 3, positions_m[1 - behind.finger]);
     haptable_output both[2];
     behind.pair.servo[behind.finger] = *servo;
-    haptable_pair_step(behind.tables, &behind.pair, positions_m, now_us, both);
+    haptable_pair_step(behind.tables, &behind.pair, positions_m[0], positions_m[1], now_us, both);
     *servo = behind.pair.servo[behind.finger];
     *out = both[behind.finger];
     count(both);

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "codegen/model_bytes.hpp"
+#include "codegen/pair.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 
@@ -73,9 +74,10 @@ std::vector<TargetTick> parse(const std::string& text) {
     return ticks;
 }
 
-void add_counts(const std::string& text, std::vector<TargetTick>& ticks) {
+template <typename Tick>
+void add_counts(const std::string& text, std::vector<Tick>& ticks) {
     std::istringstream counts(text);
-    for (TargetTick& tick : ticks)
+    for (Tick& tick : ticks)
         if (!(counts >> tick.instructions)) throw Error("the instruction counter stopped before the image did");
 }
 
@@ -134,6 +136,23 @@ std::vector<TargetTick> TargetImage::replay(const std::vector<std::array<float, 
 std::vector<TargetTick> TargetImage::measure(const haptable_model& model,
                                              const std::vector<std::array<float, 3>>& path_m) const {
     return count("measure", model_bytes(model) + std::string(bytes_of(path_m, path_m.size())), path_m.size());
+}
+
+std::vector<PairTargetTick> TargetImage::measure_pair(const haptable_pair_model& pair,
+                                                      const std::vector<std::array<float, 6>>& path_m) const {
+    using Fingers = decltype(PairTargetTick::finger);
+    const std::string_view path(reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]);
+    std::string out;
+    const std::string counts =
+        run_counted("measure_pair", model_bytes(*pair.model) + coupling_bytes(pair) + std::string(path), "", out);
+    if (out.size() != path_m.size() * sizeof(Fingers))
+        throw Error(
+            fmt::format("the image for {} made {} ticks of {}", target_, out.size() / sizeof(Fingers), path_m.size()));
+    std::vector<PairTargetTick> ticks(path_m.size());
+    for (std::size_t i = 0; i < ticks.size(); ++i)
+        std::memcpy(&ticks[i].finger, out.data() + i * sizeof(Fingers), sizeof(Fingers));
+    add_counts(counts, ticks);
+    return ticks;
 }
 
 std::vector<std::uint64_t> TargetImage::trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const {

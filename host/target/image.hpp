@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_pair.h"
 
 namespace haptable {
 
@@ -22,6 +23,16 @@ struct TargetTick {
     std::array<std::uint32_t, 3> vertex{};
     std::array<float, 3> alpha{}, god_object_m{}, force_n{};
     std::uint64_t instructions = 0;  ///< of haptable_step and its call; 0 when not counted
+};
+
+/// One tick of two fingers, as their image writes it.
+struct PairTargetTick {
+    struct Finger {
+        std::uint32_t state = 0, patch = 0;
+        std::array<float, 3> alpha{}, god_object_m{}, force_n{};
+    };
+    std::array<Finger, 2> finger;
+    std::uint64_t instructions = 0;  ///< of haptable_pair_step and its call
 };
 
 /// A built image: build/<name>/firmware/<target>.
@@ -37,6 +48,9 @@ public:
     std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
     /// The same for any model, by the image that reads it instead of being linked with it (firmware/port/measure.c).
     std::vector<TargetTick> measure(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m) const;
+    /// The same for two fingers (firmware/port/measure_pair.c); both positions of a tick stand in a row.
+    std::vector<PairTargetTick> measure_pair(const haptable_pair_model& pair,
+                                             const std::vector<std::array<float, 6>>& path_m) const;
     /// The addresses of the instructions of one tick of the path, in their order.
     std::vector<std::uint64_t> trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const;
     /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.

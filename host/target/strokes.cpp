@@ -121,4 +121,15 @@ std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes) {
     return path;
 }
 
+std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes) {
+    const std::vector<std::array<float, 3>> path_m = hard_path(tables, strokes);
+    const std::size_t apart = path_m.size() / static_cast<std::size_t>(strokes) * static_cast<std::size_t>(strokes / 2);
+    std::vector<std::array<float, 6>> both;
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        const std::array<float, 3>&a = path_m[i], &b = path_m[(i + apart) % path_m.size()];
+        both.push_back({a[0], a[1], a[2], b[0], b[1], b[2]});
+    }
+    return both;
+}
+
 }  // namespace haptable

@@ -23,4 +23,8 @@ std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>
 /// 5 mm.
 std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes);
 
+/// Two fingers' such strokes, [20 strokes, 6]: the second's are those of the first in another order, so that both are
+/// always in the same part of a stroke.
+std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes);
+
 }  // namespace haptable

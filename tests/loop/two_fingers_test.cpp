@@ -130,7 +130,8 @@ TEST_F(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
         lockstep(seq % 2 == 0 ? 1 : 0, seq, depth_m);
         float at_m[2][3];
         for (std::size_t f = 0; f < 2; ++f) std::copy_n(to_finger(place(f, depth_m).data()).data(), 3, at_m[f]);
-        haptable_pair_step(soft_pair().scene().pair, &pair, at_m, static_cast<std::uint32_t>(seq * 1000), out);
+        haptable_pair_step(soft_pair().scene().pair, &pair, at_m[0], at_m[1], static_cast<std::uint32_t>(seq * 1000),
+                           out);
         for (std::size_t f = 0; f < 2; ++f) {
             ASSERT_EQ(forces[f].size(), static_cast<std::size_t>(seq) + 1);
             EXPECT_EQ(forces[f].back().seq, seq);

@@ -11,6 +11,7 @@
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/subject.hpp"
+#include "host/bench/target/fingers.hpp"
 #include "host/bench/target/named.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/report/page.hpp"
@@ -188,16 +189,19 @@ int main(int argc, char** argv) {
     haptable::CommandLine app("Counts the instructions of a tick in every contact mode, for docs/INSTRUCTIONS.md.",
                               "haptable-bench-target");
     std::filesystem::path build = "build", out;
-    bool named = false;
+    bool named = false, fingers = false;
     app.option("--build", build, "where images and tables are").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
     app.flag("--named", named, "what a scene pays for what it names instead");
+    app.flag("--fingers", fingers, "what two fingers take beside one instead");
     return haptable::run_program(app, argc, argv, [&] {
         using namespace haptable;
         const std::string missing = TargetImage(build, "cube", "cortex-m7").missing();
         if (!missing.empty()) throw Error(missing);
         Numbers numbers("make bench");
-        if (named) {
+        if (fingers) {
+            numbers.add("fingers", finger_costs(build));
+        } else if (named) {
             const NamedCosts costs = named_costs(build);
             numbers.add("named", costs.costs);
             numbers.add("precision-compliance", costs.precision);

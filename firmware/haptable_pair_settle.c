@@ -1,0 +1,729 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * (g_1, g_2) = argmin E over both places at once, E = 1/2 s . v,   [A_1 X; X^T A_2] v = s
+ *
+ * dE/dp = s_p . v - 1/2 v . A_p v,   d2E/dp dq = s_pq . v - 1/2 v . A_pq v + y_p . A^-1 y_q,   y_p = s_p - A_p v
+ *
+ * of the four area coordinates p that the two god-objects are free to move by; A and y are of both fingers. As one
+ * finger's god-object does, the two follow their minimum to first order in both motions, and Newton's step, of both,
+ * corrects that: so no order of the fingers is in what they feel. Where one leaves its patch, edge or vertex, or where
+ * E does not bend upwards, haptable_pair.c lets them move one after the other.
+ */
+#include "haptable_bounds.h"
+#include "haptable_compliance.h"
+#include "haptable_pair_terms.h"
+
+#define MOST_FREE 4
+
+/* A finger's place. */
+struct place {
+    struct haptable_contact at;
+    struct haptable_pair_point point;
+    struct haptable_pair_slope slope;
+    float u[3];
+    float weight[HAPTABLE_PAIR_CONTROLS];
+    float slope_weight[2][HAPTABLE_PAIR_CONTROLS];
+    float e[2][3];   /* where they meet: the patch's edges from corner 0 */
+    float raw_j[2];  /* v_1 . R_b v_2 */
+    int free;        /* in how many ways it may move: 2 within a patch, 1 along an edge, 0 on a vertex */
+    int corner;      /* of an edge: opposite to it; of a vertex: there */
+    float way[2][2]; /* each as a change of alpha_1, alpha_2 */
+};
+
+/* An evaluation. */
+struct both {
+    const struct haptable_pair_model* tables;
+    const float* const* x_m;
+    struct place place[HAPTABLE_FINGERS];
+    struct pair_system system;
+    float x[9];
+    struct meeting {
+        int is_near;
+        float share;    /* what is left of the coupling */
+        float near;     /* 1 - r^2 / meeting_m^2 */
+        float apart[3]; /* g_1 - g_2 */
+        float whole_j;  /* v_1 . R v_2 */
+    } meeting;
+    float energy_j;
+    int free; /* of both: the first finger's ways, then the second's */
+    float gradient_j[MOST_FREE];
+    float hessian_j[MOST_FREE][MOST_FREE];
+    float y[MOST_FREE][HAPTABLE_FINGERS][3];
+    float z[MOST_FREE][HAPTABLE_FINGERS][3]; /* dv */
+};
+
+/* ---- where they are free to move ------------------------------------------------------------------------------- */
+
+static void find_ways(struct place* place) {
+    const enum place_on_patch feature = feature_of(place->at.alpha, &place->corner);
+    place->free = feature == INSIDE ? 2 : feature == ON_EDGE ? 1 : 0;
+    place->way[0][0] = 1.0f;
+    place->way[0][1] = 0.0f;
+    place->way[1][0] = 0.0f;
+    place->way[1][1] = 1.0f;
+    if (feature == ON_EDGE) {
+        const int from = next_corner(place->corner);
+        const int to = previous_corner(place->corner);
+        place->way[0][0] = (float)(to == 1) - (float)(from == 1);
+        place->way[0][1] = (float)(to == 2) - (float)(from == 2);
+    }
+}
+
+/* Moves by d_1, d_2 within the patch's inside or the edge. Returns 0 where that leads off it. */
+static int move_place(const struct haptable_model* model, const float d[2], struct haptable_contact* at) {
+    float alpha[3];
+    int c;
+    alpha[1] = at->alpha[1] + d[0];
+    alpha[2] = at->alpha[2] + d[1];
+    alpha[0] = 1.0f - alpha[1] - alpha[2];
+    for (c = 0; c < 3; ++c) {
+        if (at->alpha[c] == 0.0f)
+            alpha[c] = 0.0f;
+        else if (alpha[c] <= 0.0f)
+            return 0;
+    }
+    if (at->alpha[0] == 0.0f) alpha[1] = 1.0f - alpha[2]; /* the sum stays 1 */
+    vec_copy(alpha, at->alpha);
+    place(model, at);
+    return 1;
+}
+
+/* ---- how two places are coupled --------------------------------------------------------------------------------- */
+
+/* dw_k / d alpha_b of the controls. */
+static void put_slope_weights(const struct haptable_pair_law* law, const float alpha[3], float weight[2][6]) {
+    const int is_mask = law->controls == HAPTABLE_PAIR_CONTROLS;
+    int b;
+    int c;
+    for (b = 0; b < 2; ++b) {
+        float d[3] = {-1.0f, 0.0f, 0.0f};
+        d[b + 1] = 1.0f;
+        vec_copy(d, weight[b]);
+        if (!is_mask) continue;
+        for (c = 0; c < 3; ++c) {
+            const int one = next_corner(c);
+            const int two = previous_corner(c);
+            weight[b][c] = 2.0f * alpha[c] * d[c];
+            weight[b][3 + c] = 2.0f * (alpha[one] * d[two] + d[one] * alpha[two]);
+        }
+    }
+}
+
+/* What the controls' x change by with alpha_b: without a mask only its own corner's and the first one's count. */
+static void slope_of(const struct place* place, int b, const float (*x)[3], int count, float to[3]) {
+    int k;
+    if (count < HAPTABLE_PAIR_CONTROLS) {
+        vec_sub(x[b + 1], x[0], to);
+        return;
+    }
+    vec_zero(to);
+    for (k = 0; k < count; ++k) vec_add_scaled(place->slope_weight[b][k], x[k], to);
+}
+
+/* A finger's controls as the loads of both press on them, through the other's place. */
+struct pressed {
+    float by_other[HAPTABLE_PAIR_CONTROLS][3]; /* sum_l w_l L_kl v_2 */
+    float back[HAPTABLE_PAIR_CONTROLS][3];     /* sum_l w_l L_kl^T v_1 */
+};
+
+/* Both fingers' controls, and v_1 . L_kl v_2. */
+static void press(const struct both* both, const struct haptable_pair_net* net,
+                  struct pressed pressed[HAPTABLE_FINGERS], float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
+    const int count = both->tables->law->controls;
+    const float(*block)[9] = (const float(*)[9])net->block;
+    int k;
+    int l;
+    for (l = 0; l < count; ++l) {
+        vec_zero(pressed[1].by_other[l]);
+        vec_zero(pressed[1].back[l]);
+    }
+    for (k = 0; k < count; ++k) {
+        vec_zero(pressed[0].by_other[k]);
+        vec_zero(pressed[0].back[k]);
+        for (l = 0; l < count; ++l, ++block) {
+            const float first = both->place[0].weight[k];
+            const float second = both->place[1].weight[l];
+            float by_second[3];
+            float by_first[3];
+            pair_product(*block, both->system.v[1], by_second);
+            pair_transposed_product(*block, both->system.v[0], by_first);
+            vec_add_scaled(second, by_second, pressed[0].by_other[k]);
+            vec_add_scaled(second, by_first, pressed[0].back[k]);
+            vec_add_scaled(first, by_first, pressed[1].by_other[l]);
+            vec_add_scaled(first, by_second, pressed[1].back[l]);
+            mixed_j[k][l] = vec_dot(both->system.v[0], by_second);
+        }
+    }
+}
+
+/* ---- where they meet: X = share R, share = 1 - MEETING near^2 ------------------------------------------------- */
+
+static void put_meeting(struct both* both) {
+    const float per_m = 1.0f / both->tables->meeting_m;
+    struct meeting* meeting = &both->meeting;
+    vec_sub(both->place[0].at.god_object_m, both->place[1].at.god_object_m, meeting->apart);
+    meeting->near = 1.0f - vec_dot(meeting->apart, meeting->apart) * per_m * per_m;
+    meeting->is_near = meeting->near > 0.0f;
+    meeting->share = meeting->is_near ? 1.0f - HAPTABLE_PAIR_MEETING * meeting->near * meeting->near : 1.0f;
+}
+
+/* near by a coordinate of finger f whose edge is e */
+static float near_slope(const struct both* both, int f, const float e[3]) {
+    const float per_m = 1.0f / both->tables->meeting_m;
+    const float along = vec_dot(both->meeting.apart, e);
+    return (f == 0 ? -2.0f : 2.0f) * per_m * per_m * along;
+}
+
+/* share by the same */
+static float meeting_slope(const struct both* both, int f, const float e[3]) {
+    return -2.0f * HAPTABLE_PAIR_MEETING * both->meeting.near * near_slope(both, f, e);
+}
+
+/* The second derivative of v_1 . X v_2, by coordinates of fingers f and g, of which raw is R's, and first and second
+ * are R's first ones. */
+static float meeting_bend(const struct both* both, int f, const float e[3], int g, const float d[3], float first,
+                          float second, float raw) {
+    const struct meeting* meeting = &both->meeting;
+    const float per_m = 1.0f / both->tables->meeting_m;
+    const float near_second = (f == g ? -2.0f : 2.0f) * per_m * per_m * vec_dot(e, d);
+    const float share_second =
+        -2.0f * HAPTABLE_PAIR_MEETING * (near_slope(both, f, e) * near_slope(both, g, d) + meeting->near * near_second);
+    return share_second * meeting->whole_j + meeting_slope(both, f, e) * second + meeting_slope(both, g, d) * first +
+           meeting->share * raw;
+}
+
+/* v_1 . X_bb' v_2 of the one finger's own coordinates, under a mask, whose weights are quadratic: 11 12 22. */
+static void put_second(const float q[HAPTABLE_PAIR_CONTROLS], float second_j[3]) {
+    second_j[0] = 2.0f * (q[1] - 2.0f * q[pair_control_of(1, 0)] + q[0]);
+    second_j[1] = 2.0f * (q[pair_control_of(1, 2)] - q[pair_control_of(1, 0)] - q[pair_control_of(2, 0)] + q[0]);
+    second_j[2] = 2.0f * (q[2] - 2.0f * q[pair_control_of(2, 0)] + q[0]);
+}
+
+/* Where they meet: what the share's own slope adds. x_v: X_b v of the other; back: X_b^T v of this one. */
+static void couple_meeting(const struct both* both, int f, float x_v[2][3], float back[2][3]) {
+    const float* v = both->system.v[f];
+    const struct place* place = &both->place[f];
+    float there[3]; /* R v */
+    float here[3];
+    int b;
+    if (f == 0) {
+        pair_product(both->x, both->system.v[1], there);
+        pair_transposed_product(both->x, v, here);
+    } else {
+        pair_transposed_product(both->x, both->system.v[0], there);
+        pair_product(both->x, v, here);
+    }
+    for (b = 0; b < 2; ++b) {
+        const float slope = meeting_slope(both, f, place->e[b]) / both->meeting.share;
+        float scaled[3] = {0.0f, 0.0f, 0.0f};
+        vec_add_scaled(both->meeting.share, x_v[b], scaled);
+        vec_add_scaled(slope, there, scaled);
+        vec_copy(scaled, x_v[b]);
+        vec_zero(scaled);
+        vec_add_scaled(both->meeting.share, back[b], scaled);
+        vec_add_scaled(slope, here, scaled);
+        vec_copy(scaled, back[b]);
+    }
+}
+
+/* Takes what the coupling has off one finger's slope. back: what its coordinates do to the other's equations. */
+static void couple(struct both* both, const struct pressed* pressed, int f, float back[2][3]) {
+    const struct haptable_pair_law* law = both->tables->law;
+    const float* v = both->system.v[f];
+    struct place* place = &both->place[f];
+    struct haptable_pair_slope* slope = &place->slope;
+    float second_j[3] = {0.0f, 0.0f, 0.0f};
+    float x_v[2][3];
+    int b;
+    for (b = 0; b < 2; ++b) {
+        slope_of(place, b, (const float(*)[3])pressed->by_other, law->controls, x_v[b]);
+        slope_of(place, b, (const float(*)[3])pressed->back, law->controls, back[b]);
+        place->raw_j[b] = vec_dot(v, x_v[b]);
+    }
+    if (law->controls == HAPTABLE_PAIR_CONTROLS) {
+        float q[HAPTABLE_PAIR_CONTROLS];
+        int k;
+        for (k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) q[k] = vec_dot(v, pressed->by_other[k]);
+        put_second(q, second_j);
+    }
+    if (both->meeting.is_near) {
+        const float* e[2] = {place->e[0], place->e[1]};
+        const float* raw = place->raw_j;
+        second_j[0] = meeting_bend(both, f, e[0], f, e[0], raw[0], raw[0], second_j[0]);
+        second_j[1] = meeting_bend(both, f, e[0], f, e[1], raw[0], raw[1], second_j[1]);
+        second_j[2] = meeting_bend(both, f, e[1], f, e[1], raw[1], raw[1], second_j[2]);
+        couple_meeting(both, f, x_v, back);
+    }
+    vec_sub(slope->second_j, second_j, slope->second_j);
+    for (b = 0; b < 2; ++b) {
+        vec_sub(slope->y[b], x_v[b], slope->y[b]);
+        slope->first_j[b] -= vec_dot(v, x_v[b]);
+    }
+}
+
+/* v_1 . R_bc v_2 by coordinates b of the first and c of the second. */
+static float mixed_of(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS], int b, int c) {
+    const int count = both->tables->law->controls;
+    const float* first = both->place[0].slope_weight[b];
+    const float* second = both->place[1].slope_weight[c];
+    float sum = 0.0f;
+    int k;
+    int l;
+    if (count < HAPTABLE_PAIR_CONTROLS)
+        return mixed_j[b + 1][c + 1] - mixed_j[b + 1][0] - mixed_j[0][c + 1] + mixed_j[0][0];
+    for (k = 0; k < count; ++k) {
+        float row = 0.0f;
+        for (l = 0; l < count; ++l) row += second[l] * mixed_j[k][l];
+        sum += first[k] * row;
+    }
+    return sum;
+}
+
+/* ---- an evaluation ------------------------------------------------------------------------------------------------
+ */
+
+/* v of both, and the energy. Returns 0 where one leaves the other behind, or where N is lifted. */
+static int solve_places(struct both* both, struct haptable_pair_net* net) {
+    const struct haptable_pair_model* tables = both->tables;
+    struct place* place = both->place;
+    float u[HAPTABLE_FINGERS][3];
+    int f;
+    put_meeting(both);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        vec_sub(both->x_m[f], place[f].at.god_object_m, u[f]);
+        tables->bend->open(tables->model, &place[f].at, both->x_m[f], &place[f].point);
+        pair_weights(tables, place[f].at.alpha, place[f].weight);
+        vec_copy(u[f], place[f].u);
+    }
+    pair_cross_net(tables, pair_net(tables, net, place[0].at.patch, place[1].at.patch), place[0].weight,
+                   place[1].weight, both->x);
+    if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
+    pair_solve_both(tables->law, &place[0].point.own, &place[1].point.own, u, both->x, &both->system);
+    both->energy_j =
+        0.5f * (vec_dot(place[0].point.own.s, both->system.v[0]) + vec_dot(place[1].point.own.s, both->system.v[1]));
+    return both->system.touches[0] && both->system.touches[1] && !both->system.lifted;
+}
+
+static void set_scaled(float s, const float a[3], float out[3]) {
+    out[0] = s * a[0];
+    out[1] = s * a[1];
+    out[2] = s * a[2];
+}
+
+/* Of a finger on an edge. */
+static void put_edge_way(struct both* both, int f, int begin, float back[2][3]) {
+    const struct place* place = &both->place[f];
+    const float* second_j = place->slope.second_j;
+    const float* way = place->way[0];
+    float(*y)[3] = both->y[begin];
+    both->gradient_j[begin] = way[0] * place->slope.first_j[0] + way[1] * place->slope.first_j[1];
+    set_scaled(way[0], place->slope.y[0], y[f]);
+    vec_add_scaled(way[1], place->slope.y[1], y[f]);
+    set_scaled(-way[0], back[0], y[1 - f]);
+    vec_add_scaled(-way[1], back[1], y[1 - f]);
+    both->hessian_j[begin][begin] =
+        way[0] * way[0] * second_j[0] + 2.0f * way[0] * way[1] * second_j[1] + way[1] * way[1] * second_j[2];
+}
+
+/* Gradient, y and curvature by the ways of a finger. */
+static void put_ways(struct both* both, int f, float back[2][3]) {
+    const struct place* place = &both->place[f];
+    const float* second_j = place->slope.second_j;
+    const int begin = f == 0 ? 0 : both->place[0].free;
+    int i;
+    if (place->free == 1) put_edge_way(both, f, begin, back);
+    if (place->free < 2) return;
+    for (i = 0; i < 2; ++i) {
+        vec_copy(place->slope.y[i], both->y[begin + i][f]);
+        set_scaled(-1.0f, back[i], both->y[begin + i][1 - f]);
+        both->gradient_j[begin + i] = place->slope.first_j[i];
+    }
+    both->hessian_j[begin][begin] = second_j[0];
+    both->hessian_j[begin + 1][begin] = second_j[1];
+    both->hessian_j[begin + 1][begin + 1] = second_j[2];
+}
+
+/* The curvature between the ways of the two: -v_1 . X_bc v_2. */
+static void put_mixed(struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
+    const struct place* place = both->place;
+    float mixed[2][2];
+    int b;
+    int c;
+    for (b = 0; b < 2; ++b)
+        for (c = 0; c < 2; ++c) {
+            mixed[b][c] = mixed_of(both, mixed_j, b, c);
+            if (both->meeting.is_near)
+                mixed[b][c] = meeting_bend(both, 0, place[0].e[b], 1, place[1].e[c], place[0].raw_j[b],
+                                           place[1].raw_j[c], mixed[b][c]);
+        }
+    for (b = 0; b < place[0].free; ++b)
+        for (c = 0; c < place[1].free; ++c) {
+            const float* one = place[0].way[b];
+            const float* two = place[1].way[c];
+            both->hessian_j[place[0].free + c][b] = -(one[0] * (two[0] * mixed[0][0] + two[1] * mixed[0][1]) +
+                                                      one[1] * (two[0] * mixed[1][0] + two[1] * mixed[1][1]));
+        }
+}
+
+/* dv = A^-1 y */
+static void solve_slope(const struct pair_system* system, float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]) {
+    float t[3];
+    pair_product(system->xm, y[1], t);
+    vec_sub(y[0], t, t);
+    solve(&system->n, t, z[0]);
+    vec_symmetric_product(system->m, y[1], z[1]);
+    pair_transposed_product(system->xm, z[0], t);
+    vec_sub(z[1], t, z[1]);
+}
+
+static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
+    const struct haptable_pair_model* tables = both->tables;
+    struct pressed pressed[HAPTABLE_FINGERS];
+    float mixed_j[HAPTABLE_PAIR_CONTROLS][HAPTABLE_PAIR_CONTROLS];
+    int i;
+    int j;
+    press(both, net, pressed, mixed_j);
+    for (i = 0; i < HAPTABLE_FINGERS; ++i) {
+        struct place* place = &both->place[i];
+        float back[2][3];
+        put_slope_weights(tables->law, place->at.alpha, place->slope_weight);
+        tables->bend->slope(tables->model, &place->at, both->x_m[i], &place->point, both->system.v[i], &place->slope);
+        couple(both, &pressed[i], i, back);
+        put_ways(both, i, back);
+    }
+    put_mixed(both, mixed_j);
+    for (i = 0; i < both->free; ++i) {
+        solve_slope(&both->system, both->y[i], both->z[i]);
+        for (j = 0; j <= i; ++j)
+            both->hessian_j[i][j] += vec_dot(both->y[i][0], both->z[j][0]) + vec_dot(both->y[i][1], both->z[j][1]);
+    }
+}
+
+/* What the slopes of a meeting are made of. */
+static void put_edges(struct both* both) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        float normal[3];
+        patch_frame(both->tables->model, both->place[f].at.patch, both->place[f].e[0], both->place[f].e[1], normal);
+    }
+    both->meeting.whole_j = pair_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
+}
+
+/* Of the places where they are. Returns 0 where they cannot settle together. */
+static int evaluate(struct both* both, struct haptable_pair* pair) {
+    if (!solve_places(both, &pair->net)) return 0;
+    if (both->meeting.is_near) put_edges(both);
+    put_slopes(both, &pair->net);
+    return 1;
+}
+
+/* ---- Newton's step ------------------------------------------------------------------------------------------------
+ */
+
+/* H = L D L^T in place: D's inverse on the diagonal. Returns 0 where H is not positive definite beyond rounding. */
+static int factor_curvature(float h[MOST_FREE][MOST_FREE], int free) {
+    int i;
+    int j;
+    int k;
+    for (i = 0; i < free; ++i) {
+        const float whole = h[i][i];
+        for (j = 0; j < i; ++j) {
+            float l = h[i][j]; /* l d */
+            for (k = 0; k < j; ++k) l -= h[i][k] * h[j][k];
+            h[i][j] = l;
+        }
+        for (j = 0; j < i; ++j) {
+            const float l = h[i][j] * h[j][j];
+            h[i][i] -= l * h[i][j];
+            h[i][j] = l;
+        }
+        if (!(h[i][i] > 1e-5f * whole && whole > 0.0f)) return 0;
+        h[i][i] = 1.0f / h[i][i];
+    }
+    return 1;
+}
+
+/* H^-1 b in place. */
+static void solve_curvature(float h[MOST_FREE][MOST_FREE], int free, float b[MOST_FREE]) {
+    int i;
+    int j;
+    for (i = 1; i < free; ++i)
+        for (j = 0; j < i; ++j) b[i] -= h[i][j] * b[j];
+    for (i = 0; i < free; ++i) b[i] *= h[i][i];
+    for (i = free - 2; i >= 0; --i)
+        for (j = i + 1; j < free; ++j) b[i] -= h[j][i] * b[j];
+}
+
+/* How the alphas of a finger change by a step of both. */
+static void step_of(const struct both* both, int f, const float step[MOST_FREE], float d[2]) {
+    const struct place* place = &both->place[f];
+    const float* own = f == 0 ? step : &step[both->place[0].free];
+    d[0] = place->free > 0 ? own[0] * place->way[0][0] : 0.0f;
+    d[1] = place->free > 0 ? own[0] * place->way[0][1] : 0.0f;
+    if (place->free == 2) d[1] += own[1];
+}
+
+/* dE by alpha_c towards corner c, the others giving way in proportion. */
+static float slope_towards(const float alpha[3], const float gradient_j[2], int corner) {
+    const float own = corner == 0 ? 0.0f : gradient_j[corner - 1];
+    return own - alpha[1] * gradient_j[0] - alpha[2] * gradient_j[1];
+}
+
+/* The same place as another patch sees it, and the gradient there, the other finger being as it was told: v is the
+ * same. */
+static void see_from(const struct both* both, const struct haptable_pair_view* view, int f, uint16_t patch,
+                     float alpha[3], float gradient_j[2]) {
+    const struct haptable_pair_model* tables = both->tables;
+    const struct place* place = &both->place[f];
+    const uint16_t* vertex = tables->model->patch[place->at.patch];
+    const float(*x)[9] = (const float(*)[9])pair_gather(view, patch)->x;
+    const float* v = both->system.v[f];
+    struct haptable_pair_point point;
+    struct haptable_pair_slope slope;
+    struct haptable_contact at = place->at;
+    float weight[2][HAPTABLE_PAIR_CONTROLS];
+    float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
+    int b;
+    int k;
+    at.patch = patch;
+    vec_zero(at.alpha);
+    for (k = 0; k < 3; ++k)
+        if (place->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = place->at.alpha[k];
+    tables->bend->open(tables->model, &at, both->x_m[f], &point);
+    tables->bend->slope(tables->model, &at, both->x_m[f], &point, v, &slope);
+    put_slope_weights(tables->law, at.alpha, weight);
+    for (k = 0; k < tables->law->controls; ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
+    for (b = 0; b < 2; ++b) {
+        float coupled = 0.0f;
+        for (k = 0; k < tables->law->controls; ++k) coupled += weight[b][k] * q[k];
+        gradient_j[b] = slope.first_j[b] - both->meeting.share * coupled;
+    }
+    if (both->meeting.is_near) {
+        float e[2][3];
+        float normal[3];
+        float whole = 0.0f;
+        float shared[HAPTABLE_PAIR_CONTROLS];
+        pair_weights(tables, at.alpha, shared);
+        for (k = 0; k < tables->law->controls; ++k) whole += shared[k] * q[k];
+        patch_frame(tables->model, patch, e[0], e[1], normal);
+        for (b = 0; b < 2; ++b) gradient_j[b] -= whole * meeting_slope(both, f, e[b]);
+    }
+    vec_copy(at.alpha, alpha);
+}
+
+/* 1 where E falls into another patch of the edge. */
+static int falls_across(const struct both* both, const struct haptable_pair_view* view, int f) {
+    const struct place* place = &both->place[f];
+    struct across across = across_begin(both->tables->model, place->at.patch, place->corner);
+    for (; across.patch != HAPTABLE_NONE; across_next(both->tables->model, &across)) {
+        float alpha[3];
+        float gradient_j[2];
+        int opposite = 0;
+        see_from(both, view, f, across.patch, alpha, gradient_j);
+        (void)feature_of(alpha, &opposite);
+        if (slope_towards(alpha, gradient_j, opposite) < 0.0f) return 1;
+    }
+    return 0;
+}
+
+/* 1 where one of the patch's edges at the corner leads down. */
+static int falls_from(const float alpha[3], const float gradient_j[2], int corner) {
+    return slope_towards(alpha, gradient_j, next_corner(corner)) < 0.0f ||
+           slope_towards(alpha, gradient_j, previous_corner(corner)) < 0.0f;
+}
+
+/* 1 where E falls along an edge of the vertex: its slope is linear on each patch's cone there. */
+static int falls_around(const struct both* both, const struct haptable_pair_view* view, int f) {
+    const struct place* place = &both->place[f];
+    struct fan fan = fan_begin(both->tables->model, place->at.patch, place->corner);
+    while (fan_next(both->tables->model, &fan)) {
+        float alpha[3];
+        float gradient_j[2];
+        see_from(both, view, f, fan.patch, alpha, gradient_j);
+        if (falls_from(alpha, gradient_j, fan.corner)) return 1;
+    }
+    return 0;
+}
+
+/* 1 where a finger is within its patch, or E falls off its edge or vertex nowhere. */
+static int rests_across(const struct both* both, struct haptable_pair* pair, int f) {
+    const struct place* place = &both->place[f];
+    const float* alpha = place->at.alpha;
+    if (place->free == 2) return 1;
+    if (place->free == 1 ? slope_towards(alpha, place->slope.first_j, place->corner) < 0.0f
+                         : falls_from(alpha, place->slope.first_j, place->corner))
+        return 0;
+    pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
+    return place->free == 1 ? !falls_across(both, &pair->view[f], f) : !falls_around(both, &pair->view[f], f);
+}
+
+/* 1 where a step is so small that it ends the tick. */
+static int is_small(const float d[2]) {
+    return d[0] < HAPTABLE_CORRECTION && d[0] > -HAPTABLE_CORRECTION && d[1] < HAPTABLE_CORRECTION &&
+           d[1] > -HAPTABLE_CORRECTION && d[0] + d[1] < HAPTABLE_CORRECTION && d[0] + d[1] > -HAPTABLE_CORRECTION;
+}
+
+/* ---- what the tick ends with --------------------------------------------------------------------------------------
+ */
+
+/* See haptable_least_energy.c: v is taken to first order where neither it nor u changes by more than this. */
+#define LOAD_CORRECTION 2.5e-3f
+
+/* v of a finger after a step, to first order. Returns 0 where that does not do. */
+static int step_load(const struct both* both, int f, const float step[MOST_FREE], float moved2, float v[3]) {
+    const float most = LOAD_CORRECTION * LOAD_CORRECTION;
+    float change[3] = {0.0f, 0.0f, 0.0f};
+    int i;
+    vec_copy(both->system.v[f], v);
+    for (i = 0; i < both->free; ++i) vec_add_scaled(step[i], both->z[i][f], change);
+    vec_add_scaled(1.0f, change, v);
+    return !both->place[f].point.steps && moved2 <= most * vec_dot(both->place[f].u, both->place[f].u) &&
+           vec_dot(change, change) <= most * vec_dot(v, v);
+}
+
+/* How the gradient goes with the fingers: as the loads go with the ways. */
+static void put_follow(const struct both* both, struct haptable_pair_follow* follow) {
+    int f;
+    int i;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        const struct place* place = &both->place[f];
+        const int begin = f == 0 ? 0 : both->place[0].free;
+        follow->patch[f] = place->at.patch;
+        for (i = 0; i < both->free; ++i) {
+            float* slope_n = follow->slope_n[i][f];
+            if (!both->tables->law->is_stiffness) {
+                vec_copy(both->z[i][f], slope_n);
+                continue;
+            }
+            vec_symmetric_product(place->point.own.a, both->z[i][f], slope_n);
+            if (i < begin || i >= begin + place->free) continue;
+            vec_add_scaled(place->way[i - begin][0], place->slope.a_v[0], slope_n);
+            vec_add_scaled(place->way[i - begin][1], place->slope.a_v[1], slope_n);
+        }
+    }
+    follow->free = (uint8_t)both->free;
+    for (i = 0; i < both->free; ++i)
+        for (f = 0; f <= i; ++f) follow->curvature_j[i][f] = both->hessian_j[i][f];
+}
+
+/* The one finger's own sensitivity is not known, but the god-object stays where its finger does. */
+static void keep_known(struct haptable_servo* servo) {
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+    servo->sensitivity_per_m[0][0] = 1e-12f;
+}
+
+/* The places and v are the tick's. */
+static void rest(const struct both* both, struct haptable_pair* pair, float v[HAPTABLE_FINGERS][3], float energy_j) {
+    int f;
+    put_follow(both, &pair->follow);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct haptable_servo* servo = &pair->servo[f];
+        servo->contact = both->place[f].at;
+        if (both->tables->law->is_stiffness)
+            vec_symmetric_product(both->place[f].point.own.a, v[f], servo->contact.load_n);
+        else
+            vec_copy(v[f], servo->contact.load_n);
+        keep_known(servo);
+        vec_copy(both->x_m[f], servo->finger_m); /* it stays, and so does a god-object that rests */
+        vec_copy(v[f], pair->view[f].v);
+        pair->view[f].is_solved = 1;
+    }
+    pair->energy_j = energy_j;
+    pair->is_following = 1;
+}
+
+/* Newton's step after an evaluation. Returns 1 where the two rest after it, -1 where they cannot settle together, and 0
+ * where another evaluation is to be made. */
+static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
+    struct haptable_contact to[HAPTABLE_FINGERS];
+    float v[HAPTABLE_FINGERS][3];
+    float step[MOST_FREE];
+    float fall_j = 0.0f;
+    int small = 1;
+    int known = 1;
+    int f;
+    int i;
+    if (!(both->energy_j <= most_j)) return -1;
+    if (!factor_curvature(both->hessian_j, both->free)) return -1;
+    for (i = 0; i < both->free; ++i) step[i] = -both->gradient_j[i];
+    solve_curvature(both->hessian_j, both->free, step);
+    for (i = 0; i < both->free; ++i) fall_j += 0.5f * step[i] * both->gradient_j[i];
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        float d[2];
+        step_of(both, f, step, d);
+        small = small && is_small(d);
+        to[f] = both->place[f].at;
+        if (!rests_across(both, pair, f) || !move_place(both->tables->model, d, &to[f])) return -1;
+        known = step_load(both, f, step, gap2(to[f].god_object_m, both->place[f].at.god_object_m), v[f]) && known;
+    }
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) both->place[f].at = to[f];
+    if (!small) return 0;
+    if (!known) {
+        if (!solve_places(both, &pair->net)) return -1;
+        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
+    }
+    rest(both, pair, v, both->energy_j + (known ? fall_j : 0.0f));
+    return 1;
+}
+
+/* Where the fingers' motions take the minimum: -H^-1 (slopes . motions). Returns 0 where that is off a patch or an
+ * edge. */
+static int predict(struct both* both, struct haptable_pair* pair) {
+    struct haptable_pair_follow* follow = &pair->follow;
+    float motion_m[HAPTABLE_FINGERS][3];
+    float step[MOST_FREE];
+    int f;
+    int i;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        if (follow->patch[f] != both->place[f].at.patch) return 1;
+        vec_sub(both->x_m[f], pair->servo[f].finger_m, motion_m[f]);
+    }
+    if (follow->free != both->free) return 1;
+    for (i = 0; i < both->free; ++i)
+        step[i] = -vec_dot(follow->slope_n[i][0], motion_m[0]) - vec_dot(follow->slope_n[i][1], motion_m[1]);
+    solve_curvature(follow->curvature_j, both->free, step);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        float d[2];
+        step_of(both, f, step, d);
+        if (!move_place(both->tables->model, d, &both->place[f].at)) return 0;
+    }
+    return 1;
+}
+
+static int may_settle(const struct haptable_pair* pair, int f) {
+    const struct haptable_servo* servo = &pair->servo[f];
+    return servo->contact.patch != HAPTABLE_NONE && servo->finger_known && pair->touches[f] &&
+           !servo->segment.unfinished && servo->undecided_ticks == 0 && (servo->buttons & HAPTABLE_BUTTON_GRAB) == 0;
+}
+
+static int begin(struct both* both, struct haptable_pair* pair) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* place = &both->place[f];
+        if (!may_settle(pair, f)) return 0;
+        place->at = pair->servo[f].contact;
+        find_ways(place);
+    }
+    both->free = both->place[0].free + both->place[1].free;
+    return !pair->is_following || predict(both, pair);
+}
+
+/* cost: at most HAPTABLE_PAIR_EVALUATIONS of both. */
+int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                         const float* const finger_m[HAPTABLE_FINGERS]) {
+    struct both both;
+    float most_j = 3e38f;
+    int tries;
+    both.tables = tables;
+    both.x_m = finger_m;
+    if (!begin(&both, pair)) return 0;
+    for (tries = 0; tries < HAPTABLE_PAIR_EVALUATIONS; ++tries) {
+        int rests;
+        if (!evaluate(&both, pair)) return 0;
+        rests = go_on(&both, pair, most_j);
+        if (rests != 0) return rests > 0;
+        most_j = both.energy_j;
+    }
+    return 0;
+}

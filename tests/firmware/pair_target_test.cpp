@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Two fingers on emulated microcontrollers: the host's bits, under their bound, and no more instructions than before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "host/target/image.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+#include "tests/bodies.hpp"
+#include "tests/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+Scene for_two(std::uintmax_t coupling_bytes) {
+    Scene scene = cube_scene(5, 0.3, true);
+    scene.contact.fingers = 2;
+    scene.tables.coupling_bytes = coupling_bytes;
+    return scene;
+}
+
+const ElasticBody& body(ForceLaw force, std::uintmax_t coupling_bytes) {
+    static std::map<std::pair<ForceLaw, std::uintmax_t>, std::unique_ptr<ElasticBody>> made;
+    auto& one = made[{force, coupling_bytes}];
+    if (!one)
+        one = std::make_unique<ElasticBody>(for_two(coupling_bytes), force,
+                                            force == ForceLaw::kPressureMask ? 0.012 : 0.0);
+    return *one;
+}
+
+constexpr std::uintmax_t kAll = 1'000'000'000;
+
+struct Case {
+    const char* target;
+    Mode mode;
+    std::uintmax_t coupling_bytes = kAll;
+};
+
+std::vector<Case> cases() {
+    std::vector<Case> all;
+    for (const Mode& mode : every_mode()) all.push_back({"cortex-m7", mode});
+    for (const char* target : {"cortex-m4", "cortex-m33", "rv32"})
+        for (const Mode& mode : {Mode{ForceLaw::kInterpolated, GodObject::kNearest, ""},
+                                 Mode{ForceLaw::kPressureMask, GodObject::kLeastEnergy, ""},
+                                 Mode{ForceLaw::kConsistent, GodObject::kLeastEnergy, "friction"}})
+            all.push_back({target, mode});
+    all.push_back({"cortex-m7", Mode{ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, 6'000});
+    return all;
+}
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+    std::string name = std::string(info.param.target) + " " + info.param.mode.name();
+    if (info.param.coupling_bytes != kAll) name += " low rank";
+    for (char& c : name)
+        if (c == ' ' || c == '-') c = '_';
+    return name;
+}
+
+class PairOnTarget : public testing::TestWithParam<Case> {};
+
+INSTANTIATE_TEST_SUITE_P(Modes, PairOnTarget, testing::ValuesIn(cases()), name_of);
+
+TEST_P(PairOnTarget, GivesTheHostsBits) {
+    const Case& one = GetParam();
+    const TargetImage image(build_folder(), "cube", one.target);
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const ElasticBody& touched = body(one.mode.force, one.coupling_bytes);
+    const haptable_model model = in_mode(touched.model(), one.mode);
+    Tables tables = touched.tables();
+    const ServoPair servo = build_pair(touched.pair(), tables, touched.servo());
+    const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);
+    const auto path_m = hard_path_of_two(tables, 30);
+    const std::vector<PairTargetTick> ticks = image.measure_pair(pair_model, path_m);
+    haptable_pair pair;
+    haptable_pair_init(&pair_model, &pair);
+    std::size_t both = 0;
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        haptable_output out[2];
+        haptable_pair_step(&pair_model, &pair, &path_m[i][0], &path_m[i][3], std::uint32_t(i * 1000), out);
+        for (std::size_t f = 0; f < 2; ++f) {
+            const PairTargetTick::Finger& got = ticks[i].finger[f];
+            ASSERT_EQ(got.state, out[f].state) << "tick " << i << " finger " << f;
+            ASSERT_EQ(std::memcmp(got.alpha.data(), out[f].alpha, sizeof out[f].alpha), 0) << "tick " << i;
+            ASSERT_EQ(std::memcmp(got.god_object_m.data(), out[f].god_object_m, sizeof out[f].god_object_m), 0);
+            ASSERT_EQ(std::memcmp(got.force_n.data(), out[f].force_n, sizeof out[f].force_n), 0) << "tick " << i;
+        }
+        both += haptable_touches(out[0].state) != 0 && haptable_touches(out[1].state) != 0;
+    }
+    EXPECT_GT(both, path_m.size() / 4);
+}
+
+}  // namespace
+}  // namespace haptable::test
