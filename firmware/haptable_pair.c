@@ -161,6 +161,8 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
     pair->check.field = pair->check.verdict = 0;
     pair->check.byte = pair->check.crc = 0;
     pair->is_following = 0;
+    pair->evaluations = 0;
+    pair->looks = 0;
     pair->energy_j = 0.0f;
     pair->given_j = 0.0f;
 }
@@ -269,6 +271,8 @@ void haptable_pair_step(const struct haptable_pair_model* tables, struct haptabl
     float motion_m[HAPTABLE_FINGERS][3];
     int goes_on[HAPTABLE_FINGERS];
     int finger;
+    pair->evaluations = 0;
+    pair->looks = 0;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         vec_zero(motion_m[finger]);
         pair->view[finger].is_solved = 0;

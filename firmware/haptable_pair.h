@@ -27,8 +27,9 @@ extern "C" {
 /* The most controls of a patch: its vertices and, under a mask, its edges. */
 #define HAPTABLE_PAIR_CONTROLS 6
 
-/* Evaluations of both fingers' energy at once, in a tick that tries to settle them together. */
-#define HAPTABLE_PAIR_EVALUATIONS 4
+/* Evaluations of both fingers' energy at once, in a tick that tries to settle them together: at its begin and, where
+ * that fails, once more at its end. */
+#define HAPTABLE_PAIR_EVALUATIONS 6
 
 /* By so much the coupling of two fingers is less where they meet; it fades in from meeting_m apart. What is left keeps
  * C positive definite by an eighth of C_11 and C_22. */
@@ -218,7 +219,9 @@ struct haptable_pair {
     struct haptable_pair_net net;
     struct haptable_table_check check; /* of the coupling's tables */
     struct haptable_pair_follow follow;
-    uint8_t is_following;              /* 1: both rested together in the last tick */
+    uint8_t is_following; /* 1: both rested together in the last tick */
+    uint8_t evaluations;  /* of both fingers' energy at once, in the last tick: at most HAPTABLE_PAIR_EVALUATIONS */
+    uint16_t looks;       /* of the last tick, at another patch of an edge or a vertex: at most twice round two */
     uint8_t touches[HAPTABLE_FINGERS]; /* 0: no contact, or the other's dent leaves it behind: it gives no force */
     float energy_j;                    /* stored by both, of the last tick */
     float given_j;                     /* with passivity: energy given to both hands, less what was taken */

@@ -56,6 +56,7 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
         pair_solve(view, &point.own.own, point.coupling.x, &solved);
         energy->energy_j = solved.energy_j;
         put_load(tables->law, point.own.own.a, solved.v, energy->load_n);
+        if (terms == HAPTABLE_ENERGY_LOAD) return;
     }
     tables->bend->slope(tables->model, contact, finger_m, &point.own, solved.v, &slope);
     for (b = 0; b < 2; ++b)

@@ -131,28 +131,33 @@ static void press(const struct both* both, const struct haptable_pair_net* net,
                   struct pressed pressed[HAPTABLE_FINGERS], float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
     const int count = both->tables->law->controls;
     const float(*block)[9] = (const float(*)[9])net->block;
+    float v[HAPTABLE_FINGERS][3];
     int k;
     int l;
+    vec_copy(both->system.v[0], v[0]);
+    vec_copy(both->system.v[1], v[1]);
     for (l = 0; l < count; ++l) {
         vec_zero(pressed[1].by_other[l]);
         vec_zero(pressed[1].back[l]);
     }
     for (k = 0; k < count; ++k) {
-        vec_zero(pressed[0].by_other[k]);
-        vec_zero(pressed[0].back[k]);
+        const float first = both->place[0].weight[k];
+        float by_other[3] = {0.0f, 0.0f, 0.0f};
+        float back[3] = {0.0f, 0.0f, 0.0f};
         for (l = 0; l < count; ++l, ++block) {
-            const float first = both->place[0].weight[k];
             const float second = both->place[1].weight[l];
             float by_second[3];
             float by_first[3];
-            pair_product(*block, both->system.v[1], by_second);
-            pair_transposed_product(*block, both->system.v[0], by_first);
-            vec_add_scaled(second, by_second, pressed[0].by_other[k]);
-            vec_add_scaled(second, by_first, pressed[0].back[k]);
+            pair_product(*block, v[1], by_second);
+            pair_transposed_product(*block, v[0], by_first);
+            vec_add_scaled(second, by_second, by_other);
+            vec_add_scaled(second, by_first, back);
             vec_add_scaled(first, by_first, pressed[1].by_other[l]);
             vec_add_scaled(first, by_second, pressed[1].back[l]);
-            mixed_j[k][l] = vec_dot(both->system.v[0], by_second);
+            mixed_j[k][l] = vec_dot(v[0], by_second);
         }
+        vec_copy(by_other, pressed[0].by_other[k]);
+        vec_copy(back, pressed[0].back[k]);
     }
 }
 
@@ -411,6 +416,7 @@ static void put_edges(struct both* both) {
 
 /* Of the places where they are. Returns 0 where they cannot settle together. */
 static int evaluate(struct both* both, struct haptable_pair* pair) {
+    ++pair->evaluations;
     if (!solve_places(both, &pair->net)) return 0;
     if (both->meeting.is_near) put_edges(both);
     put_slopes(both, &pair->net);
@@ -471,12 +477,12 @@ static float slope_towards(const float alpha[3], const float gradient_j[2], int 
 
 /* The same place as another patch sees it, and the gradient there, the other finger being as it was told: v is the
  * same. */
-static void see_from(const struct both* both, const struct haptable_pair_view* view, int f, uint16_t patch,
-                     float alpha[3], float gradient_j[2]) {
+static void see_from(const struct both* both, struct haptable_pair* pair, int f, uint16_t patch, float alpha[3],
+                     float gradient_j[2]) {
     const struct haptable_pair_model* tables = both->tables;
     const struct place* place = &both->place[f];
     const uint16_t* vertex = tables->model->patch[place->at.patch];
-    const float(*x)[9] = (const float(*)[9])pair_gather(view, patch)->x;
+    const float(*x)[9] = (const float(*)[9])pair_gather(&pair->view[f], patch)->x;
     const float* v = both->system.v[f];
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
@@ -485,6 +491,7 @@ static void see_from(const struct both* both, const struct haptable_pair_view* v
     float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
     int b;
     int k;
+    ++pair->looks;
     at.patch = patch;
     vec_zero(at.alpha);
     for (k = 0; k < 3; ++k)
@@ -512,14 +519,14 @@ static void see_from(const struct both* both, const struct haptable_pair_view* v
 }
 
 /* 1 where E falls into another patch of the edge. */
-static int falls_across(const struct both* both, const struct haptable_pair_view* view, int f) {
+static int falls_across(const struct both* both, struct haptable_pair* pair, int f) {
     const struct place* place = &both->place[f];
     struct across across = across_begin(both->tables->model, place->at.patch, place->corner);
     for (; across.patch != HAPTABLE_NONE; across_next(both->tables->model, &across)) {
         float alpha[3];
         float gradient_j[2];
         int opposite = 0;
-        see_from(both, view, f, across.patch, alpha, gradient_j);
+        see_from(both, pair, f, across.patch, alpha, gradient_j);
         (void)feature_of(alpha, &opposite);
         if (slope_towards(alpha, gradient_j, opposite) < 0.0f) return 1;
     }
@@ -533,13 +540,13 @@ static int falls_from(const float alpha[3], const float gradient_j[2], int corne
 }
 
 /* 1 where E falls along an edge of the vertex: its slope is linear on each patch's cone there. */
-static int falls_around(const struct both* both, const struct haptable_pair_view* view, int f) {
+static int falls_around(const struct both* both, struct haptable_pair* pair, int f) {
     const struct place* place = &both->place[f];
     struct fan fan = fan_begin(both->tables->model, place->at.patch, place->corner);
     while (fan_next(both->tables->model, &fan)) {
         float alpha[3];
         float gradient_j[2];
-        see_from(both, view, f, fan.patch, alpha, gradient_j);
+        see_from(both, pair, f, fan.patch, alpha, gradient_j);
         if (falls_from(alpha, gradient_j, fan.corner)) return 1;
     }
     return 0;
@@ -554,7 +561,7 @@ static int rests_across(const struct both* both, struct haptable_pair* pair, int
                          : falls_from(alpha, place->slope.first_j, place->corner))
         return 0;
     pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
-    return place->free == 1 ? !falls_across(both, &pair->view[f], f) : !falls_around(both, &pair->view[f], f);
+    return place->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
 
 /* 1 where a step is so small that it ends the tick. */
@@ -654,9 +661,11 @@ static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
         step_of(both, f, step, d);
         small = small && is_small(d);
         to[f] = both->place[f].at;
-        if (!rests_across(both, pair, f) || !move_place(both->tables->model, d, &to[f])) return -1;
+        if (!move_place(both->tables->model, d, &to[f])) return -1;
         known = step_load(both, f, step, gap2(to[f].god_object_m, both->place[f].at.god_object_m), v[f]) && known;
     }
+    for (f = 0; small && f < HAPTABLE_FINGERS; ++f)
+        if (!rests_across(both, pair, f)) return -1;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) both->place[f].at = to[f];
     if (!small) return 0;
     if (!known) {
@@ -709,16 +718,16 @@ static int begin(struct both* both, struct haptable_pair* pair) {
     return !pair->is_following || predict(both, pair);
 }
 
-/* cost: at most HAPTABLE_PAIR_EVALUATIONS of both. */
+/* cost: at most the tick's evaluations that are left, and looks around two vertices. */
 int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                          const float* const finger_m[HAPTABLE_FINGERS]) {
     struct both both;
+    const int most = pair->evaluations == 0 ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
     float most_j = 3e38f;
-    int tries;
     both.tables = tables;
     both.x_m = finger_m;
     if (!begin(&both, pair)) return 0;
-    for (tries = 0; tries < HAPTABLE_PAIR_EVALUATIONS; ++tries) {
+    while (pair->evaluations < most) {
         int rests;
         if (!evaluate(&both, pair)) return 0;
         rests = go_on(&both, pair, most_j);

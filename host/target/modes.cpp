@@ -58,18 +58,53 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick) {
            each.energy * tick.most_energies;
 }
 
-std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) {
+namespace {
+
+std::uint64_t most_of(const TickCost& each, const Mode& mode) {
     haptable_counters most{};
     most.most_steps = MOST_STEPS;
     if (mode.more == "friction") most.most_held_steps = MOST_HELD_STEPS;
     most.most_boxes = MOST_BOXES;
-    const TickCost each = cost_of(mode, fan);
     if (mode.god_object != GodObject::kLeastEnergy) return cost(each, most);
     most.most_energies = MOST_ENERGIES_WITH_MOST_BOXES;
     const std::uint64_t with_search = cost(each, most);
     most.most_energies = MOST_ENERGIES;
     most.most_boxes = MOST_BOXES_WITH_MOST_ENERGIES;
     return std::max(with_search, cost(each, most));
+}
+
+}  // namespace
+
+std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) { return most_of(cost_of(mode, fan), mode); }
+
+PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
+    const bool consistent = mode.force == ForceLaw::kConsistent, mask = mode.force == ForceLaw::kPressureMask;
+    const bool least = mode.god_object == GodObject::kLeastEnergy, friction = mode.more == "friction";
+    PairTickCost cost{cost_of(mode, fan), 0, 0, 0};
+    const std::uint64_t force = mask ? 3800 : consistent ? 1500 : 1200;  // of the pair, its blocks read anew
+    cost.rest = mask ? 6500 : 2400;
+    if (friction) cost.each.rest += MOST_FRICTION_FORCES * force;
+    if (!least) return cost;
+    cost.each.energy = mask ? 9500 : consistent ? 4700 : 3700;
+    cost.each.rest += friction ? force : 0;
+    if (friction) return cost;  // one after the other
+    cost.rest += 2000;
+    cost.evaluation = mask ? 17000 : consistent ? 8500 : 7000;
+    cost.look = mask ? 4700 : consistent ? 2400 : 1900;
+    return cost;
+}
+
+std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick) {
+    std::uint64_t sum = each.rest + each.evaluation * tick.evaluations + each.look * tick.looks;
+    for (const haptable_servo& servo : tick.servo) sum += cost(each.each, servo.counters);
+    return sum;
+}
+
+std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
+    const PairTickCost each = pair_cost_of(mode, fan);
+    // As both settle at the tick's begin, and at its end, each looks once around a vertex.
+    return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
+           each.look * 4 * (fan - 1);
 }
 
 }  // namespace haptable

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_pair.h"
 #include "host/base/modes.hpp"
 
 namespace haptable {
@@ -45,5 +46,19 @@ std::uint64_t cost(const TickCost& each, const haptable_counters& tick);
 
 /// The most that a tick can cost: the limits of haptable.h times the cost of each.
 std::uint64_t most_cost(const Mode& mode, std::uint64_t fan);
+
+/// A tick of two fingers: each finger's own work by `each`, and what couples them: once a tick, each evaluation of both
+/// at once, each look at another patch of an edge or a vertex.
+struct PairTickCost {
+    TickCost each;
+    std::uint64_t rest, evaluation, look;
+};
+PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan);
+
+/// The work of one tick of both, the servos' counters being that tick's.
+std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick);
+
+/// The most that a tick of two fingers can cost, all pairs of places being blocks.
+std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan);
 
 }  // namespace haptable

@@ -65,7 +65,7 @@ class PairOnTarget : public testing::TestWithParam<Case> {};
 
 INSTANTIATE_TEST_SUITE_P(Modes, PairOnTarget, testing::ValuesIn(cases()), name_of);
 
-TEST_P(PairOnTarget, GivesTheHostsBits) {
+TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const Case& one = GetParam();
     const TargetImage image(build_folder(), "cube", one.target);
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
@@ -76,11 +76,18 @@ TEST_P(PairOnTarget, GivesTheHostsBits) {
     const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);
     const auto path_m = hard_path_of_two(tables, 30);
     const std::vector<PairTargetTick> ticks = image.measure_pair(pair_model, path_m);
+    const std::uint64_t fan = most_patches_around_a_vertex(model);
+    const PairTickCost each = pair_cost_of(one.mode, fan);
     haptable_pair pair;
     haptable_pair_init(&pair_model, &pair);
     std::size_t both = 0;
+    double most = 0.0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out[2];
+        for (haptable_servo& one_servo : pair.servo) {
+            haptable_counters& tick = one_servo.counters;
+            tick.most_steps = tick.most_held_steps = tick.most_boxes = tick.most_energies = 0;
+        }
         haptable_pair_step(&pair_model, &pair, &path_m[i][0], &path_m[i][3], std::uint32_t(i * 1000), out);
         for (std::size_t f = 0; f < 2; ++f) {
             const PairTargetTick::Finger& got = ticks[i].finger[f];
@@ -89,9 +96,17 @@ TEST_P(PairOnTarget, GivesTheHostsBits) {
             ASSERT_EQ(std::memcmp(got.god_object_m.data(), out[f].god_object_m, sizeof out[f].god_object_m), 0);
             ASSERT_EQ(std::memcmp(got.force_n.data(), out[f].force_n, sizeof out[f].force_n), 0) << "tick " << i;
         }
+        EXPECT_LE(pair.evaluations, HAPTABLE_PAIR_EVALUATIONS);
+        EXPECT_LE(pair.looks, 4 * (fan - 1));
+        if (one.coupling_bytes == kAll) {
+            most = std::max(most, double(ticks[i].instructions) / double(pair_cost(each, pair)));
+            EXPECT_LE(ticks[i].instructions, pair_cost(each, pair)) << "tick " << i;
+            EXPECT_LT(ticks[i].instructions, most_pair_cost(one.mode, fan)) << "tick " << i;
+        }
         both += haptable_touches(out[0].state) != 0 && haptable_touches(out[1].state) != 0;
     }
     EXPECT_GT(both, path_m.size() / 4);
+    RecordProperty("of its bound", std::to_string(most));
 }
 
 }  // namespace
