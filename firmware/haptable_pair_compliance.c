@@ -15,7 +15,10 @@ static inline void open_of(const struct haptable_model* model, const struct hapt
     const float fraction = fixed_fraction(model, contact);
     struct net net;
     gather(model, form, contact->patch, &net);
-    linear_net(&net, form->degree, contact->alpha, point->linear);
+    if (form->degree == 4)
+        linear_of_four(&net, contact->alpha, point->linear);
+    else
+        linear_of(net.block, contact->alpha, point->linear);
     evaluate_c(point->linear, contact->alpha, point->own.a);
     point->steps =
         fraction > 0.0f && is_at_lift(model, contact->patch, fraction, form->degree, point->linear, point->own.a);
@@ -72,29 +75,21 @@ static void slope_mask(const struct haptable_model* model, const struct haptable
 const struct haptable_pair_bend haptable_pair_bend_consistent = {open_consistent, slope_consistent};
 const struct haptable_pair_bend haptable_pair_bend_pressure_mask = {open_mask, slope_mask};
 
-/* Without the net: half the work. */
+/* At once: half the work of the net. */
 static void own_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                            const float finger_m[3], struct haptable_pair_own* terms) {
-    const struct haptable_compliance* table = model->compliance;
-    const uint16_t* v = model->patch[contact->patch];
-    const uint16_t* e = table->patch_edge[contact->patch];
-    const float* a = contact->alpha;
-    int c;
-    set_block(a[0] * a[0], table->vertex[v[0]], terms->a);
-    add_block(a[1] * a[1], table->vertex[v[1]], terms->a);
-    add_block(a[2] * a[2], table->vertex[v[2]], terms->a);
-    for (c = 0; c < 3; ++c) add_block(2.0f * a[next_corner(c)] * a[previous_corner(c)], table->edge[e[c]], terms->a);
+    struct net net;
+    gather(model, &consistent_form, contact->patch, &net);
+    quadratic_c(&net, contact->alpha, terms->a);
     lift(model, fixed_fraction(model, contact), terms->a);
     vec_sub(finger_m, contact->god_object_m, terms->s);
 }
 
 static void own_mask(const struct haptable_model* model, const struct haptable_contact* contact,
                      const float finger_m[3], struct haptable_pair_own* terms) {
-    float linear[3][6];
     struct net net;
     gather(model, &mask_form, contact->patch, &net);
-    linear_net(&net, mask_form.degree, contact->alpha, linear);
-    evaluate_c(linear, contact->alpha, terms->a);
+    quartic_c(&net, contact->alpha, terms->a);
     lift(model, fixed_fraction(model, contact), terms->a);
     vec_sub(finger_m, contact->god_object_m, terms->s);
 }
