@@ -12,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
@@ -53,7 +54,7 @@ std::optional<haptable_body> read_rigid_body(const std::filesystem::path& folder
     const std::filesystem::path path = folder / "body.json";
     if (!std::filesystem::exists(path)) return {};
     try {
-        return body_of(json::parse(read_file(path)));
+        return body_of(parse_json(read_file(path)));
     } catch (const json::exception& error) {
         throw Error(fmt::format("{}: {}: make the tables again", path.string(), error.what()));
     }

@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "host/base/json.hpp"
+
 namespace haptable::test {
 
 namespace {
@@ -116,7 +118,7 @@ json Browser::evaluate(const std::string& expression) {
         command("Runtime.evaluate", {{"expression", expression}, {"awaitPromise", true}, {"returnByValue", true}});
     if (answer.contains("exceptionDetails")) {
         const json& details = answer.at("exceptionDetails");
-        throw std::runtime_error(details.value("/exception/description"_json_pointer, details.dump()));
+        throw std::runtime_error(details.value("/exception/description"_json_pointer, json_text(details)));
     }
     return answer.at("result").value("value", json());
 }
@@ -154,7 +156,7 @@ std::string Browser::screenshot() {
 json Browser::call(const std::string& method, const json& parameters, bool in_page) {
     json message{{"id", ++next_id_}, {"method", method}, {"params", parameters}};
     if (in_page) message["sessionId"] = session_;
-    const std::string text = message.dump() + '\0';
+    const std::string text = json_text(message) + '\0';
     for (std::size_t sent = 0; sent < text.size();) {
         const ssize_t now = ::write(to_, text.data() + sent, text.size() - sent);
         if (now <= 0) throw std::runtime_error("the browser is gone");
@@ -166,7 +168,7 @@ json Browser::call(const std::string& method, const json& parameters, bool in_pa
             note(answer);
             continue;
         }
-        if (answer.contains("error")) throw std::runtime_error(method + ": " + answer.at("error").dump());
+        if (answer.contains("error")) throw std::runtime_error(method + ": " + json_text(answer.at("error")));
         return answer.at("result");
     }
 }
@@ -176,7 +178,7 @@ json Browser::receive() {
     for (;;) {
         const std::size_t end = received_.find('\0', scanned_);
         if (end != std::string::npos) {
-            json message = json::parse(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(end));
+            json message = parse_json(std::string_view(received_).substr(0, end));
             received_.erase(0, end + 1);
             scanned_ = 0;
             return message;
@@ -195,10 +197,10 @@ void Browser::note(const json& event) {
     const std::string method = event.value("method", "");
     const json parameters = event.value("params", json::object());
     if (method == "Page.loadEventFired") loaded_ = true;
-    if (method == "Runtime.exceptionThrown" || method == "Log.entryAdded") complaints_.push_back(parameters.dump());
+    if (method == "Runtime.exceptionThrown" || method == "Log.entryAdded") complaints_.push_back(json_text(parameters));
     if (method == "Runtime.consoleAPICalled" &&
         (parameters.at("type") == "error" || parameters.at("type") == "warning"))
-        complaints_.push_back(parameters.dump());
+        complaints_.push_back(json_text(parameters));
     if (method != "Network.requestWillBeSent") return;
     const std::string url = parameters.at("request").at("url").get<std::string>();
     if (url.rfind("blob:", 0) != 0 && url.rfind("data:", 0) != 0) requests_.push_back(url);

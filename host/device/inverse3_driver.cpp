@@ -12,6 +12,7 @@
 #include <string>
 
 #include "host/base/error.hpp"
+#include "host/base/json.hpp"
 #include "host/device/drivers.hpp"
 #include "host/device/exchange_driver.hpp"
 
@@ -188,7 +189,7 @@ private:
         values["z"] = force_n.z();
         Json message;
         message["inverse3"] = Json::array({command});
-        socket_.send(message.dump());
+        socket_.send(json_text(message));
     }
 
     bool take(Reading& reading) override {

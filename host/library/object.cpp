@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/vibration.hpp"
 
 namespace haptable {
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 json checked_summary(const fs::path& folder) {
     if (!fs::exists(folder / "summary.json"))
         throw Error((folder / "summary.json").string() + ": is not there: make the tables with haptable-precompute");
-    json summary = json::parse(read_file(folder / "summary.json"), nullptr, false);
+    json summary = parse_json_or_discard(read_file(folder / "summary.json"));
     if (!summary.is_object() || !summary.contains("hash") || !summary.contains("tables_hash"))
         throw Error((folder / "summary.json").string() + ": is not a summary of haptable-precompute");
     for (const auto& [file, hash] : summary["hash"].items())

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/base/json.hpp"
+
 namespace haptable {
 
 namespace {
@@ -30,7 +32,7 @@ std::string SummaryLines::table() const {
 std::string SummaryLines::json() const {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
     for (const auto& [key, value] : lines_) std::visit([&, &name = key](const auto& v) { object[name] = v; }, value);
-    return object.dump(2) + "\n";
+    return json_text(object, 2) + "\n";
 }
 
 void SummaryLines::print(bool as_json, bool quiet) const {

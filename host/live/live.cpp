@@ -13,6 +13,7 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/base/json.hpp"
 #include "host/link/connection.hpp"
 #include "host/live/page_server.hpp"
 #include "host/live/pointer.hpp"
@@ -115,7 +116,7 @@ private:
 
     /// What a page that only looks says, or what is no wish, changes nothing.
     void hear(int page, std::string_view text) {
-        const json message = json::parse(text, nullptr, false);
+        const json message = parse_json_or_discard(text);
         if (page != holder_ || !message.is_object()) return;
         const std::string kind = message.value("/kind"_json_pointer, json()).is_string()
                                      ? message.at("kind").get<std::string>()
@@ -157,12 +158,11 @@ private:
     }
 
     std::string status(int page, Clock::time_point now) const {
-        return json{{"kind", "status"},
-                    {"touch", pointer_.has_value()},
-                    {"yours", page == holder_},
-                    {"lost", ticks_.lost()},
-                    {"trouble", trouble(now)}}
-            .dump();
+        return json_text(json{{"kind", "status"},
+                              {"touch", pointer_.has_value()},
+                              {"yours", page == holder_},
+                              {"lost", ticks_.lost()},
+                              {"trouble", trouble(now)}});
     }
 
     /// Why nothing moves, for people; empty where a servo answers.

@@ -15,6 +15,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
+#include "host/base/json.hpp"
 #include "host/base/program.hpp"
 #include "host/page/base64.hpp"
 #include "host/page/columns.hpp"
@@ -58,7 +59,7 @@ std::uint32_t crc_of(const std::string& bytes) {
 }
 
 json parse_summary(const fs::path& folder) {
-    const json summary = json::parse(read_file(folder / "summary.json"), nullptr, false);
+    const json summary = parse_json_or_discard(read_file(folder / "summary.json"));
     return summary.is_object() ? summary : json::object();
 }
 
@@ -236,7 +237,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     text["wasm"] = to_base64(read_file(parts / "servo.wasm"));
     const std::string page_html = read_file(parts / "page.html");
     double others = kBase64 * static_cast<double>(blob.bytes().size()) +
-                    static_cast<double>(page_html.size() + scene.dump().size());
+                    static_cast<double>(page_html.size() + json_text(scene).size());
     for (const auto& [name, value] : text) others += static_cast<double>(value.size());
     const auto with = [&](std::size_t bytes) {
         return others + kBase64 * static_cast<double>(bytes * packed_count(rows));
@@ -259,7 +260,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     scene["crc32"] = crc_of(blob.bytes());
     text["connect"] = live.empty() ? "" : "; connect-src " + live;
     text["name"] = tables.name;
-    text["scene"] = inert(scene.dump());
+    text["scene"] = inert(json_text(scene));
     text["data"] = to_base64(blob.bytes());
     PageText page{replaced(page_html, text), {0, {}, word(columns.format), columns.error}};
     page.report.bytes = page.html.size();

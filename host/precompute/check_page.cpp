@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/index.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
@@ -242,7 +243,7 @@ std::string check_page(const Scene& scene, const Body& body, const Audit& audit,
         "<div id=\"legend\">{}</div>\n<script>\"use strict\";\nconst data = {};\n{}</script></body></html>\n",
         kHead, escaped(scene.name), escaped(scene.name), audit.nodes, audit.tets, audit.patches, audit.worst_ratio,
         audit.median_ratio, audit.volume_m3, low.x(), high.x(), low.y(), high.y(), low.z(), high.z(), legend,
-        data_of(body, audit, under_constrained).dump(), kScript);
+        json_text(data_of(body, audit, under_constrained)), kScript);
 }
 
 }  // namespace haptable

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/base/program.hpp"
 
 namespace haptable {
@@ -85,7 +86,7 @@ std::uint64_t hash_body(const Scene& scene, const Body& body) {
 std::uint64_t hash_work(const Scene& scene, const Identity& identity, const std::string& precision, double unit_m_per_n,
                         std::span<const std::int32_t> node, std::span<const std::int32_t> row) {
     Hash hash;
-    hash.add(to_json(scene, identity).dump());
+    hash.add(json_text(to_json(scene, identity)));
     hash.add(precision);
     hash.add(unit_m_per_n);
     hash.add(node);

@@ -11,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/under_constrained.hpp"
 
@@ -188,7 +189,7 @@ void write_rigid_body(const Scene& scene, const Body& body, const RigidBody& rig
         {"turn_stiffness_n_m", std::vector<double>(k.begin() + 3, k.end())},
         {"turn_damping_n_m_s", std::vector<double>(d.begin() + 3, d.end())}};
     add_floor(scene, body, rigid, json);
-    write_file(folder / "body.json", json.dump(1) + "\n");
+    write_file(folder / "body.json", json_text(json, 1) + "\n");
 }
 
 }  // namespace haptable

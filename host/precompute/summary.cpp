@@ -9,6 +9,7 @@
 
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/base/program.hpp"
 #include "host/precompute/digits.hpp"
 #include "host/precompute/locking.hpp"
@@ -185,7 +186,7 @@ Precision precision_of(const nlohmann::json& json) {
 /// summary.json of a folder, where it and all files that it names are as they were written.
 std::optional<nlohmann::json> read_intact(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(folder / "summary.json")) return {};
-    auto json = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
+    auto json = parse_json_or_discard(read_file(folder / "summary.json"));
     if (!json.is_object() || !json.contains("bytes") || !json["bytes"].is_object() || !json.contains("hash")) return {};
     for (const auto& [file, bytes] : json["bytes"].items()) {
         std::error_code missing;
@@ -354,11 +355,11 @@ std::string to_json(const Audit& audit, const std::vector<Support>& supports,
     nlohmann::ordered_json json = to_json(audit);
     if (gravity) json["gravity"] = to_json(*gravity);
     if (!supports.empty()) json["body"] = to_json(supports);
-    return json.dump(2) + "\n";
+    return json_text(json, 2) + "\n";
 }
 
 std::vector<std::string> kept_warnings(const std::filesystem::path& folder) {
-    const auto json = nlohmann::json::parse(read_file(folder / "summary.json"), nullptr, false);
+    const auto json = parse_json_or_discard(read_file(folder / "summary.json"));
     return json.is_object() ? json.value("warnings", std::vector<std::string>()) : std::vector<std::string>();
 }
 
@@ -462,7 +463,7 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["cpu_s"] = by_name(summary.stages, &StageCost::cpu_s);
     json["notes"] = body.mesh.notes;
     json["warnings"] = run_warnings(scene, summary);
-    return json.dump(2) + "\n";
+    return json_text(json, 2) + "\n";
 }
 
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary, const PressStiffness& press) {

@@ -10,6 +10,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
@@ -114,9 +115,9 @@ std::string to_text(const Json& topics) {
         for (const auto& [key, value] : topic.items()) {
             std::vector<std::string> rows;
             if (key == "rows")
-                for (const Json& row : value) rows.push_back("   " + row.dump());
-            lines.push_back(fmt::format("  \"{}\": {}", key,
-                                        rows.empty() ? value.dump() : fmt::format("[\n{}]", fmt::join(rows, ",\n"))));
+                for (const Json& row : value) rows.push_back("   " + json_text(row));
+            lines.push_back(fmt::format(
+                "  \"{}\": {}", key, rows.empty() ? json_text(value) : fmt::format("[\n{}]", fmt::join(rows, ",\n"))));
         }
         blocks.push_back(fmt::format(" \"{}\": {{\n{}}}", name, fmt::join(lines, ",\n")));
     }

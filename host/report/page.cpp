@@ -10,6 +10,7 @@
 #include <set>
 
 #include "host/base/error.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
@@ -166,7 +167,7 @@ std::string to_plot_data(const Json& topic) {
     for (const Json& row : topic.at("rows")) {
         std::vector<std::string> values;
         for (const Json& cell : row)
-            values.push_back(&cell != &row.front() && cell.is_object() ? cell.at("value").dump()
+            values.push_back(&cell != &row.front() && cell.is_object() ? json_text(cell.at("value"))
                                                                        : fmt::format("\"{}\"", text_of(cell)));
         text += fmt::format("{}\n", fmt::join(values, " "));
     }

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/base/json.hpp"
+
 namespace haptable {
 
 namespace {
@@ -52,7 +54,7 @@ Facts facts_of(const std::string& heading, const std::string& json) {
     const auto summary = nlohmann::ordered_json::parse(json, nullptr, false);
     if (!summary.is_object()) return facts;
     for (const auto& [name, value] : summary.items()) {
-        std::string text = value.dump();
+        std::string text = json_text(value);
         if (value.is_string()) text = value.get<std::string>();
         if (value.is_number_float()) text = fmt::format("{:.6g}", value.get<double>());
         facts.rows.emplace_back(name, std::move(text));

@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/base/json.hpp"
 #include "host/link/statistics.hpp"
 #include "host/run/child.hpp"
 #include "host/run/page.hpp"
@@ -78,7 +79,7 @@ private:
 
     /// Of the device's summary: where the body is that the finger never met.
     std::string never_met() const {
-        const auto device = nlohmann::json::parse(outcome_.device_summary, nullptr, false);
+        const auto device = parse_json_or_discard(outcome_.device_summary);
         return device.is_object() ? device.value("never_met", std::string()) : std::string();
     }
 

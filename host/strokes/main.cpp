@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/base/json.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
 #include "host/strokes/pair.hpp"
@@ -109,7 +110,7 @@ void stroke_by_two(const Options& options) {
                     tally.lost, tally.force);
         }
     json["all"] = to_json(all);
-    if (!options.json.empty()) write_file(options.json, json.dump(2) + "\n");
+    if (!options.json.empty()) write_file(options.json, json_text(json, 2) + "\n");
     if (!options.quiet)
         fmt::print("{} pairs of strokes: {} outside, {} lost, {} no force\n", all.strokes, all.outside, all.lost,
                    all.force);
@@ -136,7 +137,7 @@ void run(const Options& options) {
     const CampaignResult result = stroke_all(options);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     const Numbers numbers = numbers_of(result);
-    if (!options.json.empty()) write_file(options.json, to_json(result).dump(2) + "\n");
+    if (!options.json.empty()) write_file(options.json, json_text(to_json(result), 2) + "\n");
     if (!options.numbers.empty()) numbers.write(options.numbers);
     if (options.quiet) return;
     print_topics(numbers);

@@ -5,6 +5,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace haptable {
@@ -60,7 +61,7 @@ double BodyTables::cpu_s() const {
     for (const ForceLaw force : kForcesOfTables) {
         const fs::path file = folder_of(force) / "summary.json";
         if (!fs::exists(file)) continue;
-        const auto summary = nlohmann::json::parse(read_file(file));
+        const auto summary = parse_json(read_file(file));
         for (const auto& [stage, cpu_s] : summary.at("cpu_s").items()) sum_s += cpu_s.get<double>();
     }
     return sum_s;

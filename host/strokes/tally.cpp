@@ -6,6 +6,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
@@ -83,7 +84,7 @@ void write_tally(const std::filesystem::path& file, const std::string& key, cons
     Json json = to_json(tally);
     json["key"] = key;
     std::filesystem::create_directories(file.parent_path());
-    write_file(file, json.dump(1) + "\n");
+    write_file(file, json_text(json, 1) + "\n");
 }
 
 std::optional<Tally> read_tally(const std::filesystem::path& file, const std::string& key) try {

@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -80,7 +81,7 @@ std::optional<PairTables> read_pair(const fs::path& folder) {
     using nlohmann::json;
     const fs::path path = folder / "summary.json";
     try {
-        const json contact = json::parse(read_file(path)).at("contact");
+        const json contact = parse_json(read_file(path)).at("contact");
         if (contact.value("fingers", 1) == 1) return {};
         const json& pair = contact.at("pair");
         PairTables tables;

@@ -5,11 +5,12 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
 std::optional<double> read_small_strain_depth(const std::filesystem::path& folder) try {
-    const auto summary = nlohmann::json::parse(read_file(folder / "summary.json"));
+    const auto summary = parse_json(read_file(folder / "summary.json"));
     const auto found = summary.find("small_strain");
     if (found == summary.end() || found->is_null()) return {};
     return found->at("depth_m").get<double>();

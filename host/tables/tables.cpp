@@ -12,6 +12,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -105,7 +106,7 @@ SafetyLimits read_limits(const json& summary) {
 
 void read_summary(const fs::path& path, Tables& tables) {
     try {
-        const json summary = json::parse(read_file(path));
+        const json summary = parse_json(read_file(path));
         tables.name = summary.at("name").get<std::string>();
         const std::string hash = summary.at("model_hash").get<std::string>();
         const auto [end, failed] = std::from_chars(hash.data(), hash.data() + hash.size(), tables.model_hash, 16);
@@ -232,7 +233,7 @@ void check_definite(const fs::path& path, const std::vector<std::int32_t>& node,
 
 /// The files that were read are those that precompute wrote.
 void check_hashes(const fs::path& folder, const std::vector<std::string>& files) {
-    const json summary = json::parse(read_file(folder / "summary.json"));
+    const json summary = parse_json(read_file(folder / "summary.json"));
     const json hashes = summary.value("hash", json::object());
     for (const std::string& file : files)
         if (hashes.contains(file) && hashes.at(file) != hash_file(folder / file))

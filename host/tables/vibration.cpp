@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -40,7 +41,7 @@ void write_vibration(const VibrationTables& tables, const fs::path& folder) {
     nlohmann::ordered_json json{{"damping_ratio", tables.damping_ratio}, {"controls", tables.control_count}};
     json["omega_rad_per_s"] = tables.omega_rad_per_s;
     for (const double omega : tables.omega_rad_per_s) json["frequency_hz"].push_back(omega / (2.0 * std::numbers::pi));
-    write_file(folder / "modes.json", json.dump(1) + "\n");
+    write_file(folder / "modes.json", json_text(json, 1) + "\n");
     write_vectors(folder / "mode_shape.npy", tables.modes(), tables.shape);
     if (!tables.row.empty()) write_vectors(folder / "mode_rows.npy", tables.modes(), tables.row);
 }
@@ -49,7 +50,7 @@ std::optional<VibrationTables> read_vibration(const fs::path& folder) {
     const fs::path path = folder / "modes.json";
     if (!fs::exists(path)) return {};
     try {
-        const auto json = nlohmann::json::parse(read_file(path));
+        const auto json = parse_json(read_file(path));
         VibrationTables tables;
         json.at("damping_ratio").get_to(tables.damping_ratio);
         json.at("controls").get_to(tables.control_count);

@@ -4,11 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 
 namespace haptable {
 
 MeshCheck read_mesh_check(const std::filesystem::path& folder, std::size_t node_count) try {
-    const auto mesh = nlohmann::json::parse(read_file(folder / "summary.json")).at("mesh");
+    const auto mesh = parse_json(read_file(folder / "summary.json")).at("mesh");
     const auto known = [&](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < node_count; };
     MeshCheck check;
     for (const auto& element : mesh.at("worst_elements")) {

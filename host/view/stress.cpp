@@ -13,6 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/index.hpp"
+#include "host/base/json.hpp"
 #include "host/base/vtu_text.hpp"
 
 namespace haptable {
@@ -39,7 +40,7 @@ Law read_law(const nlohmann::json& material) {
 
 /// The scene's material, then those of its regions.
 std::vector<Law> read_laws(const std::filesystem::path& file) {
-    const auto json = nlohmann::json::parse(read_file(file), nullptr, false);
+    const auto json = parse_json_or_discard(read_file(file));
     try {
         std::vector<Law> laws{read_law(json.at("material"))};
         if (json.contains("regions"))

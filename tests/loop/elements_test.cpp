@@ -15,6 +15,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
+#include "host/base/json.hpp"
 #include "host/base/modes.hpp"
 #include "host/device/session.hpp"
 #include "host/servo/servo.hpp"
@@ -162,7 +163,7 @@ TEST_P(ElementLoop, ServoDeviceAndViewerAsProcessesOverUdp) {
     unsetenv("LCM_DEFAULT_URL");
     // 1. What was seen is the session's: none of its messages left out, a body that was pressed.
     ASSERT_EQ(viewer.status, 0) << viewer.err;
-    const auto seen = nlohmann::json::parse(viewer.out);
+    const auto seen = parse_json(viewer.out);
     EXPECT_EQ(seen.at("frames"), 40);
     EXPECT_EQ(seen.at("left_out_messages"), 0);
     EXPECT_TRUE(fs::exists(folder / "out/frame_000039.png"));

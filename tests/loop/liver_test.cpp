@@ -12,6 +12,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/servo/replay.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
@@ -97,7 +98,7 @@ TEST(Liver, ThePagesLinesTouchIt) {
     EXPECT_NE(said.find("force_size_n       0.65"), std::string::npos) << said;
     for (const char* file : {"sag.png", "touched.gif", "session/report.html", "touch.html"})
         EXPECT_GT(fs::file_size(made / file), 20'000U) << file;
-    const auto session = nlohmann::json::parse(read_file(made / "session/summary.json"));
+    const auto session = parse_json(read_file(made / "session/summary.json"));
     EXPECT_EQ(session.at("ticks"), 6000);
     EXPECT_GT(session.at("contact_ticks"), 2000);
     const Tables tables = read_tables(made);

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "host/base/error.hpp"
+#include "host/base/json.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/target/image.hpp"
 #include "tests/loop/helpers.hpp"
@@ -38,7 +39,7 @@ protected:
     }
     Process::Place place() const { return {{}, (folder / "stdout").string(), (folder / "stderr").string()}; }
     std::string said() const { return read_file(folder / "stderr"); }
-    nlohmann::json summary() const { return nlohmann::json::parse(read_file(folder / "out/summary.json")); }
+    nlohmann::json summary() const { return parse_json(read_file(folder / "out/summary.json")); }
 
     /// Waits until the session has been recorded for a while.
     bool wait_for_record(std::uintmax_t bytes = 200'000) const {
@@ -90,8 +91,8 @@ TEST_F(Run, LeavesAFolderWithAllOfASession) {
     EXPECT_EQ(summary()["unanswered"], 0);
     EXPECT_GT(summary()["contact_ticks"], 300);
     EXPECT_EQ(read_rows(folder / "out/servo.csv").size(), summary()["ticks"]);
-    EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/device.json"))["ticks"], summary()["ticks"]);
-    EXPECT_EQ(nlohmann::json::parse(read_file(folder / "out/servo.json"))["ticks"], summary()["ticks"]);
+    EXPECT_EQ(parse_json(read_file(folder / "out/device.json"))["ticks"], summary()["ticks"]);
+    EXPECT_EQ(parse_json(read_file(folder / "out/servo.json"))["ticks"], summary()["ticks"]);
     // The log is a regression test: the servo gives the same again.
     const Outcome again =
         haptable::test::run((build_folder() / "cube/servo").string() + " --quiet --check --replay " +
@@ -167,7 +168,7 @@ TEST_F(Run, ShowsFaultsThatWereAskedFor) {
     expect_whole_record();
     // How many ticks a device in real time has is the machine's matter; that some were lost is the faults'. What is
     // published is answered: they lose messages within the device.
-    const auto servo = nlohmann::json::parse(read_file(folder / "out/servo.json"));
+    const auto servo = parse_json(read_file(folder / "out/servo.json"));
     EXPECT_GT(servo["lost_states"], 0);
     EXPECT_GT(servo["silences"], 0);
     EXPECT_NE(read_file(folder / "out/report.html").find("lost_states"), std::string::npos);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 #include "tests/bodies.hpp"
 #include "tests/conditioning.hpp"
@@ -96,16 +97,16 @@ TEST_P(MpiOfMore, WritesTheTablesOfOneProcess) {
         EXPECT_EQ(read_file(one(file)), read_file(many(file))) << file;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path() / "one"))
         EXPECT_TRUE(fs::exists(many(entry.path().filename().c_str()))) << entry.path();
-    const auto summary = nlohmann::json::parse(read_file(many("summary.json")));
+    const auto summary = parse_json(read_file(many("summary.json")));
     EXPECT_EQ(summary.at("ranks").at("count"), GetParam());
     const auto pivot = [](const nlohmann::json& json) {
         return json.at("checks").at("smallest_pivot_ratio").get<double>();
     };
-    const double bound = pivot(summary), exact = pivot(nlohmann::json::parse(read_file(one("summary.json"))));
+    const double bound = pivot(summary), exact = pivot(parse_json(read_file(one("summary.json"))));
     EXPECT_LT(bound, exact);
     EXPECT_GT(bound, 1e-3 * exact);
     EXPECT_WITHIN(summary.at("checks").at("largest_residual").get<double>(), blocks(5));  // of unit loads
-    EXPECT_EQ(summary.at("model_hash"), nlohmann::json::parse(read_file(one("summary.json"))).at("model_hash"));
+    EXPECT_EQ(summary.at("model_hash"), parse_json(read_file(one("summary.json"))).at("model_hash"));
 }
 
 TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
@@ -187,7 +188,7 @@ mask_radius = 0.01
 }
 
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
-    const auto summary = [&] { return nlohmann::json::parse(read_file(many("summary.json"))); };
+    const auto summary = [&] { return parse_json(read_file(many("summary.json"))); };
     const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";
     ASSERT_EQ(run(kScene + top), 0) << read_file(folder_.path() / "many.txt");
     ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
@@ -211,7 +212,7 @@ TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
                     "-gt 3 ] && break; sleep 0.01; done; kill -9 $(cut -d' ' -f2 many.lock); wait ) >killed.txt 2>&1");
     ASSERT_TRUE(fs::exists(folder_.path() / "many.columns" / "journal")) << "it ended before it was stopped";
     ASSERT_EQ(system_of(start() + " 2>many.txt"), 0) << read_file(folder_.path() / "many.txt");
-    EXPECT_GE(nlohmann::json::parse(read_file(many("summary.json"))).at("resumed_columns"), 3 * 64);
+    EXPECT_GE(parse_json(read_file(many("summary.json"))).at("resumed_columns"), 3 * 64);
     // MUMPS on several ranks adds in the order in which messages come: the bits are not those of the other run.
     EXPECT_WITHIN(difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), kFloats);
     EXPECT_WITHIN(difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"), blocks(12));

@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/fem/gravity.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/mesh/middles.hpp"
@@ -354,7 +355,7 @@ protected:
         return precompute(scene, folder_.path() / name, progress, {}).summary;
     }
     std::string bytes(const char* run, const char* file) { return read_file(folder_.path() / run / file); }
-    nlohmann::json summary(const char* run) { return nlohmann::json::parse(bytes(run, "summary.json")); }
+    nlohmann::json summary(const char* run) { return parse_json(bytes(run, "summary.json")); }
     const test::TemporaryFolder folder_;
 };
 
@@ -376,7 +377,7 @@ TEST_F(GravityRun, WithoutPrestressTheStiffnessIsTheSameBitsAndTheSurfaceSags) {
     EXPECT_LT(lowest, -1e-3);
     const auto facts = summary("weighed")["gravity"];
     EXPECT_GT(facts["force_change"].get<double>(), GravityFacts::kFelt);
-    EXPECT_NE(summary("weighed")["warnings"].dump().find("write prestress = true"), std::string::npos);
+    EXPECT_NE(json_text(summary("weighed")["warnings"]).find("write prestress = true"), std::string::npos);
     // Again with another touch region: what an earlier run left is taken, with its sag.
     scene.gravity = gravity;
     scene.touch = {box(-1, -1, -1, 1, 1, 0.5 * kSide_m)};
@@ -400,7 +401,7 @@ TEST_F(GravityRun, PrestressIsKAndItsStressAndIsRefusedWhereItBuckles) {
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> s(table.values().data() + 45);
     EXPECT_WITHIN((s * l - Eigen::Matrix3d::Identity()).norm(), .count = test::inverse_bound(k).count,
                   .condition = 10 * test::inverse_bound(k).condition);
-    EXPECT_EQ(summary("loaded")["warnings"].dump().find("prestress"), std::string::npos);
+    EXPECT_EQ(json_text(summary("loaded")["warnings"]).find("prestress"), std::string::npos);
     scene.fixed = {kBottom};
     scene.material.young_pa = 20.0;  // stands under a weight that a hundredth of would do
     const std::string refused = test::error_of([&] { run(scene, "buckled"); });

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -70,7 +71,7 @@ TEST_F(PrecomputeProgram, WarnsOfLinearTetrahedraThatLock) {
     write_file(scene_, scene);
     const test::Outcome averaged = run("scene.toml -o a --json");
     EXPECT_EQ(averaged.err, "");
-    const auto summary = nlohmann::json::parse(averaged.out);
+    const auto summary = parse_json(averaged.out);
     EXPECT_EQ(summary.at("reused"), false) << "the tables of the other element do not stand in for these";
     EXPECT_EQ(summary.at("element").at("name"), "average-nodal-pressure");
     EXPECT_EQ(summary.at("element").at("expected_locking"), 0.0);
@@ -83,7 +84,7 @@ TEST_F(PrecomputeProgram, QuadraticTetrahedraHaveTheirMiddlesInEveryTable) {
     write_file(scene_, scene);
     const test::Outcome outcome = run("scene.toml -o a --json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const auto summary = nlohmann::json::parse(outcome.out);
+    const auto summary = parse_json(outcome.out);
     EXPECT_EQ(summary.at("reused"), false) << "the tables of the other element do not stand in for these";
     EXPECT_EQ(summary.at("element").at("name"), "quadratic");
     EXPECT_EQ(summary.at("counts").at("nodes"), 27 + 90);
@@ -111,7 +112,7 @@ TEST_F(PrecomputeProgram, QuadraticTetrahedraHaveTheirMiddlesInEveryTable) {
 TEST_F(PrecomputeProgram, JsonIsTheSummaryAndQuietIsSilent) {
     const test::Outcome json = run("scene.toml -o a --json");
     EXPECT_EQ(json.out, read_file(folder_.path() / "a/summary.json"));
-    EXPECT_EQ(nlohmann::json::parse(json.out).at("counts").at("nodes"), 27);
+    EXPECT_EQ(parse_json(json.out).at("counts").at("nodes"), 27);
     const test::Outcome quiet = run("scene.toml -o b/ --quiet");
     EXPECT_EQ(quiet.status, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
@@ -126,7 +127,7 @@ TEST_F(PrecomputeProgram, CheckDrawsWhatItFound) {
         const std::string page = read_file(folder_.path() / "a/check.html");
         EXPECT_EQ(page.substr(page.size() - 8), "</html>\n");
         const std::size_t begin = page.find("const data = ") + 13;
-        return nlohmann::json::parse(page.substr(begin, page.find(";\n", begin) - begin));
+        return parse_json(page.substr(begin, page.find(";\n", begin) - begin));
     };
     const auto data = data_of("-o a", 0);
     EXPECT_EQ(data.at("patch").size(), 48U);  // 3 x 3 x 3 nodes: six sides of 8

@@ -13,6 +13,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/view/annotate.hpp"
 #include "host/view/antialias.hpp"
 #include "host/view/colormap.hpp"
@@ -116,9 +117,9 @@ TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
 /// Red ink under the title, where the finger is deeper than the summary says that a linear body goes.
 TEST_F(ViewPicture, SaysWhereADentIsBeyondSmallStrain) {
     const auto warned = [&](const char* small_strain) {
-        auto summary = nlohmann::json::parse(read_file(folder_.path() / "summary.json"));
-        summary["small_strain"] = nlohmann::json::parse(small_strain);
-        write_file(folder_.path() / "summary.json", summary.dump());
+        auto summary = parse_json(read_file(folder_.path() / "summary.json"));
+        summary["small_strain"] = parse_json(small_strain);
+        write_file(folder_.path() / "summary.json", json_text(summary));
         const Image image = painted(press());
         int red = 0;
         for (int y = 44; y < 70; ++y)
@@ -463,11 +464,11 @@ TEST_F(ViewPicture, AMeshAloneShowsItsWorstElements) {
         });
     };
     EXPECT_LT(red(), 20);  // of the axes' x
-    auto summary = nlohmann::json::parse(read_file(folder_.path() / "summary.json"));
-    summary["mesh"] = nlohmann::json::parse(R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
+    auto summary = parse_json(read_file(folder_.path() / "summary.json"));
+    summary["mesh"] = parse_json(R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
         {"tetrahedron": 7, "radius_ratio": 0.25, "nodes": [0, 4, 20, 112]},
         {"tetrahedron": 8, "radius_ratio": 0.5, "nodes": [0, 4, 20, 99999]}]})");
-    write_file(folder_.path() / "summary.json", summary.dump());
+    write_file(folder_.path() / "summary.json", json_text(summary));
     EXPECT_GT(red(), 200);
 }
 
