@@ -177,6 +177,13 @@ std::vector<std::array<float, 10>> TargetImage::move_body(const std::vector<std:
     return ticks;
 }
 
+std::vector<std::array<float, 6>> TargetImage::ring(const std::vector<std::array<float, 3>>& path_m) const {
+    const std::string bytes = run("modes", bytes_of(path_m, path_m.size()));
+    std::vector<std::array<float, 6>> ticks(bytes.size() / sizeof(std::array<float, 6>));
+    std::memcpy(ticks.data(), bytes.data(), ticks.size() * sizeof ticks[0]);
+    return ticks;
+}
+
 std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
 
 std::string TargetImage::run(const std::string& image, std::string_view bytes) const {

@@ -57,6 +57,8 @@ public:
     std::vector<std::array<float, 3>> deform(const std::vector<std::array<float, 3>>& path_m) const;
     /// Force, centre and turn of a body that nothing holds, [ticks], by the image that moves it.
     std::vector<std::array<float, 10>> move_body(const std::vector<std::array<float, 3>>& path_m) const;
+    /// Force and shift of the surface of a body that rings, [ticks], by the image that steps it.
+    std::vector<std::array<float, 6>> ring(const std::vector<std::array<float, 3>>& path_m) const;
     /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 

@@ -25,15 +25,17 @@ constexpr const char* kFlags =
 
 constexpr const char* kMain =
     "#include \"model.h\"\n"
+    "@include@"
     "static struct haptable_servo servo;\n"
     "static struct haptable_output out;\n"
     "static volatile float device[3];\n"
     "@display@"
     "void _start(void) {\n"
     "    haptable_init(&servo);\n"
+    "    @init@\n"
     "    for (;;) {\n"
-    "        const float finger_m[3] = {device[0], device[1], device[2]};\n"
-    "        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, 0, &out);\n"
+    "        const float finger_m[1][3] = {{device[0], device[1], device[2]}};\n"
+    "        @step@\n"
     "        device[0] = out.force_n[0];\n"
     "        @deform@\n"
     "    }\n"
@@ -43,10 +45,40 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(text.find(what), what.size(), by);
 }
 
-std::string main_text(bool display) {
-    const std::string tables = "#include \"display.h\"\nstatic float displacement_m[HAPTABLE_DISPLAY_ROWS][3];\n";
-    return replaced(replaced(kMain, "@display@", display ? tables : ""), "@deform@",
-                    display ? "haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);" : "");
+/// How a tick of a body is asked for that is held or not, and rings or not.
+struct Step {
+    std::string include, init, step;
+};
+
+Step step_of(bool is_free, bool rings) {
+    constexpr const char* kBody = "static struct haptable_body_state body;\n";
+    constexpr const char* kBodyInit = "haptable_body_init(&HAPTABLE_MODEL_BODY, &body);";
+    constexpr const char* kModes = "static struct haptable_modes_state swings;\n";
+    constexpr const char* kModesInit = "haptable_modes_init(&swings);";
+    if (is_free && rings)
+        return {std::string("#include \"haptable_body_modes.h\"\n") + kBody + kModes,
+                std::string(kBodyInit) + kModesInit,
+                "haptable_body_modes_step(HAPTABLE_MODEL_MODES, &HAPTABLE_MODEL_BODY, &body, &swings, &servo, "
+                "finger_m[0], 0, &out);"};
+    if (is_free)
+        return {kBody, kBodyInit,
+                "haptable_body_step(&HAPTABLE_MODEL, &HAPTABLE_MODEL_BODY, &body, &servo, 1, finger_m, 0, &out);"};
+    if (rings)
+        return {kModes, kModesInit,
+                "haptable_modes_step(HAPTABLE_MODEL_MODES, &swings, &servo, finger_m[0], 0, &out);"};
+    return {"", "", "haptable_step(&HAPTABLE_MODEL, &servo, finger_m[0], 0, &out);"};
+}
+
+std::string main_text(const fs::path& tables) {
+    const bool display = fs::exists(tables / "display.c");
+    const Step step = step_of(fs::exists(tables / "body.json"), fs::exists(tables / "modes.json"));
+    const std::string rows = "#include \"display.h\"\nstatic float displacement_m[HAPTABLE_DISPLAY_ROWS][3];\n";
+    std::string text = kMain;
+    text = replaced(text, "@include@", step.include);
+    text = replaced(text, "@init@", step.init);
+    text = replaced(text, "@step@", step.step);
+    text = replaced(text, "@display@", display ? rows : "");
+    return replaced(text, "@deform@", display ? "haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);" : "");
 }
 
 /// What a command of the shell prints. Throws Error with its last line where it fails.
@@ -95,7 +127,7 @@ std::string missing_for_link(const fs::path& objects) {
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
     const Work work(tables);
     const bool display = fs::exists(tables / "display.c");
-    write_file(work.path() / "main.c", main_text(display));
+    write_file(work.path() / "main.c", main_text(tables));
     compile(tables, work.path(), (work.path() / "main.c").string());
     compile(tables, work.path(), (tables / "model.c").string());
     if (display) compile(tables, work.path(), (tables / "display.c").string());
@@ -114,6 +146,8 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
         if (section == ".text" || section == ".rodata" || section == ".data") linked.flash += bytes;
         if (section == ".data" || section == ".bss") linked.ram += bytes;
     }
+    output_of(fmt::format("{0}objcopy -O binary '{1}' '{1}.bin'", kCross, elf));
+    linked.image = read_file(elf + ".bin");
     std::istringstream names(output_of(fmt::format("{}nm --defined-only '{}'", kCross, elf)));
     for (std::string address, kind, name; names >> address >> kind >> name;)
         if (name.starts_with("haptable_")) linked.symbols.insert(name);

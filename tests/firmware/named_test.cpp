@@ -4,6 +4,8 @@
 
 #include <functional>
 
+#include "firmware/haptable_body.h"
+#include "firmware/haptable_modes.h"
 #include "host/precompute/precompute.hpp"
 #include "host/target/linked.hpp"
 #include "tests/bodies.hpp"
@@ -41,6 +43,18 @@ const Feature kFeatures[] = {
          s.relaxation = {{0.5, 0.1}};
      },
      "haptable_relaxation"},
+    {"a body that nothing holds",
+     [](Scene& s) {
+         s.fixed.clear();
+         s.free_body = FreeBody{};
+         s.free_body->density_kg_per_m3 = 1000.0;
+     },
+     "haptable_body_step"},
+    {"modes",
+     [](Scene& s) {
+         s.vibration = Vibration{4, 0.05, 1000.0, 0.0, 1};
+     },
+     "haptable_modes_step"},
     {"display rows",
      [](Scene& s) {
          s.tables.columns = ColumnRows::kSurface;
@@ -79,6 +93,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     EXPECT_EQ(plain.flash, alone.flash);
     EXPECT_EQ(plain.ram, alone.ram);
     EXPECT_EQ(plain.symbols, alone.symbols);
+    EXPECT_TRUE(plain.image == alone.image) << "byte for byte";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
     for (const Feature& feature : kFeatures) {
         SCOPED_TRACE(feature.name);
@@ -93,6 +108,10 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
             EXPECT_EQ(with.ram, plain.ram + 12) << "three floats a row";
         else if (std::string(feature.name) == "relaxation")
             EXPECT_EQ(with.ram, plain.ram + 132 + HAPTABLE_TERMS * 24) << "what the body remembers";
+        else if (std::string(feature.name) == "a body that nothing holds")
+            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state)) << "where it is and how it moves";
+        else if (std::string(feature.name) == "modes")
+            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state)) << "how far they have swung";
         else
             EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
     }
