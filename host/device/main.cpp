@@ -143,7 +143,10 @@ struct HandPlan {
     std::unique_ptr<Path> path;
 };
 
-std::string text_of(const Eigen::Vector3d& v) { return fmt::format("{:.4g},{:.4g},{:.4g}", v.x(), v.y(), v.z()); }
+std::string text_of(const Eigen::Vector3d& v) {
+    const Eigen::Vector3d x = v.array() + 0.0;  // no -0
+    return fmt::format("{:.4g},{:.4g},{:.4g}", x.x(), x.y(), x.z());
+}
 
 /// Without --at: this scene's touchable surface, and says so.
 void choose_place(const Options& o, const std::optional<Touchable>& body, PathOptions& geometry) {
@@ -192,7 +195,8 @@ std::unique_ptr<Path> make_path(const Options& o, const HandPlan& hand) {
     if (its.empty() && is_of_one && o.fingers == 1) its = ticks;
     if (its.empty() && !ticks.empty())
         throw Error(
-            fmt::format("{}: has no place of finger {}: its header is to be x,y,z,x2,y2,z2", o.path, hand.finger + 1));
+            fmt::format("{}: has no place of finger {}: its header is to be x,y,z,x2,y2,z2; or give --fingers 1",
+                        o.path, hand.finger + 1));
     return recorded_path(std::move(its));
 }
 

@@ -27,6 +27,7 @@ struct Options {
     RunOptions run;
     std::string path, device, fault, seed, draw = "pictures";
     double seconds = 0.0;
+    int fingers = 0;  ///< hands; 0: as many as the scene has
     bool lockstep = false, json = false;
     std::vector<std::string> more;
 };
@@ -41,6 +42,7 @@ void add_options(CommandLine& app, Options& o) {
     app.option("--device", o.device, "as of haptable-device");
     app.option("--fault", o.fault, "as of haptable-device");
     app.option("--seed", o.seed, "as of haptable-device");
+    app.option("--fingers", o.fingers, "hands of the device [as many as the scene has; of a --target 1]").range(1, 2);
     app.flag("--lockstep", o.lockstep, "as of haptable-device");
     app.option("--target", o.run.target,
                "the servo on a microcontroller in QEMU: cortex-m4, cortex-m7, cortex-m33, rv32");
@@ -61,6 +63,7 @@ std::vector<std::string> device_words(const Options& o) {
     add("--device", o.device);
     add("--fault", o.fault);
     add("--seed", o.seed);
+    if (o.fingers == 2) add("--fingers", "2");
     if (o.seconds > 0.0) add("--seconds", fmt::format("{:.9g}", o.seconds));
     if (o.lockstep) words.emplace_back("--lockstep");
     words.insert(words.end(), o.more.begin(), o.more.end());
@@ -73,8 +76,8 @@ void check(const Options& o) {
     throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
 }
 
-constexpr std::array kWritten{"session.lcmlog", "servo.csv",  "device.csv",  "session.csv", "report.html",
-                              "summary.json",   "servo.json", "device.json", "session.mp4"};
+constexpr std::array kWritten{"session.lcmlog", "servo.csv",    "device.csv", "device_2.csv", "session.csv",
+                              "report.html",    "summary.json", "servo.json", "device.json",  "session.mp4"};
 
 void make_folder(const Options& o) {
     const std::filesystem::path& folder = o.run.folder;
@@ -93,6 +96,7 @@ void run(Options& o) {
     const Scene scene = read_scene(o.run.scene_file);
     const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
     make_folder(o);
+    if (o.fingers == 0) o.fingers = o.run.target.empty() ? scene.contact.fingers : 1;
     o.run.device = device_words(o);
     o.run.live = o.draw == "live";
     const RunOutcome outcome = run_session(places, o.run);

@@ -34,11 +34,37 @@ struct Figure {
     std::vector<Curve> curves;
 };
 
-Points over_ticks(const Timeline& timeline, const std::function<double(const Tick&)>& value) {
+using Value = std::function<double(const Tick&)>;
+
+Points over_ticks(const std::vector<Tick>& ticks, const Value& value) {
     Points points;
-    points.reserve(timeline.ticks.size());
-    for (const Tick& tick : timeline.ticks) points.push_back({tick.time_s, value(tick)});
+    points.reserve(ticks.size());
+    for (const Tick& tick : ticks) points.push_back({tick.time_s, value(tick)});
     return points;
+}
+
+/// Of the first finger, and behind it of a second one where there is one.
+std::vector<Curve> of_each(const Timeline& timeline, const std::string& name, const Value& value) {
+    if (timeline.second.empty()) return {{name, over_ticks(timeline.ticks, value)}};
+    return {{name + ", finger 1", over_ticks(timeline.ticks, value)},
+            {name + ", finger 2", over_ticks(timeline.second, value)}};
+}
+
+/// Of one finger size and components, of two the sizes.
+std::vector<Curve> force_curves(const Timeline& timeline) {
+    std::vector<Curve> curves = of_each(timeline, "size", [](const Tick& t) { return t.force_size_n(); });
+    constexpr std::array kAxes{"x", "y", "z"};
+    for (std::size_t a = 0; timeline.second.empty() && a < 3; ++a)
+        curves.push_back({kAxes[a], over_ticks(timeline.ticks, [a](const Tick& t) { return t.force_n[a]; })});
+    return curves;
+}
+
+std::vector<Curve> energy_curves(const Timeline& timeline) {
+    std::vector<Curve> curves =
+        of_each(timeline, "stored in the contact", [](const Tick& t) { return 1e3 * t.stored_j; });
+    for (Curve& curve : of_each(timeline, "given to the user so far", [](const Tick& t) { return 1e3 * t.given_j; }))
+        curves.push_back(std::move(curve));
+    return curves;
 }
 
 Points over_statuses(const Timeline& timeline, const std::string& counter) {
@@ -49,13 +75,16 @@ Points over_statuses(const Timeline& timeline, const std::string& counter) {
     return points;
 }
 
+Points unanswered(const std::vector<Tick>& ticks) {
+    double count = 0.0;
+    return over_ticks(ticks, [&count](const Tick& tick) { return count += tick.answered ? 0.0 : 1.0; });
+}
+
 /// Of the servo's counters those that say that something went wrong, where any did, and the states without an answer.
 std::vector<Curve> fault_curves(const Timeline& timeline) {
-    std::vector<Curve> curves;
-    double unanswered = 0.0;
-    Points missing;
-    for (const Tick& tick : timeline.ticks) missing.push_back({tick.time_s, unanswered += tick.answered ? 0.0 : 1.0});
-    curves.push_back({"states without an answer", std::move(missing), true});
+    std::vector<Curve> curves{{"states without an answer", unanswered(timeline.ticks), true}};
+    if (!timeline.second.empty())
+        curves.push_back({"states of finger 2 without an answer", unanswered(timeline.second), true});
     if (timeline.statuses.empty()) return curves;
     for (const auto& [name, last] : timeline.statuses.back().counters)
         if (is_fault(name) && last != 0) curves.push_back({name, over_statuses(timeline, name), true});
@@ -63,30 +92,14 @@ std::vector<Curve> fault_curves(const Timeline& timeline) {
 }
 
 std::vector<Figure> figures(const Timeline& timeline) {
-    const auto axis = [&](std::size_t a) { return over_ticks(timeline, [a](const Tick& t) { return t.force_n[a]; }); };
     std::vector<Figure> all;
-    all.push_back({"force",
-                   "Force on the finger",
-                   "N",
-                   {{"size", over_ticks(timeline, [](const Tick& t) { return t.force_size_n(); })},
-                    {"x", axis(0)},
-                    {"y", axis(1)},
-                    {"z", axis(2)}}});
-    all.push_back({"depth",
-                   "Depth: from the god-object to the finger",
-                   "mm",
-                   {{"depth", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.depth_m; })}}});
-    all.push_back(
-        {"energy",
-         "Energy",
-         "mJ",
-         {{"stored in the contact", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.stored_j; })},
-          {"given to the user so far", over_ticks(timeline, [](const Tick& t) { return 1e3 * t.given_j; })}}});
+    all.push_back({"force", "Force on the finger", "N", force_curves(timeline)});
+    all.push_back({"depth", "Depth: from the god-object to the finger", "mm",
+                   of_each(timeline, "depth", [](const Tick& t) { return 1e3 * t.depth_m; })});
+    all.push_back({"energy", "Energy", "mJ", energy_curves(timeline)});
     if (!timeline.simulated)
-        all.push_back({"latency",
-                       "Latency: from a state to its answer",
-                       "us",
-                       {{"latency", over_ticks(timeline, [](const Tick& t) { return t.latency_us; })}}});
+        all.push_back({"latency", "Latency: from a state to its answer", "us",
+                       of_each(timeline, "latency", [](const Tick& t) { return t.latency_us; })});
     all.push_back({"faults", "Faults so far", "count", fault_curves(timeline)});
     return all;
 }

@@ -20,14 +20,16 @@ const char* word_of(int servo_state) {
 }  // namespace
 
 bool is_fault(const std::string& counter) {
-    const bool is_work = counter == "ticks" || counter == "contacts" || counter == "contact_ticks" ||
-                         counter.starts_with("most_") || counter.starts_with("energy_");
+    const std::string suffix = kFingerSuffix[1];
+    const std::string name = counter.ends_with(suffix) ? counter.substr(0, counter.size() - suffix.size()) : counter;
+    const bool is_work = name == "ticks" || name == "contacts" || name == "contact_ticks" || name == "session" ||
+                         name == "servo_state" || name.starts_with("most_") || name.starts_with("energy_");
     return !is_work;
 }
 
 Recorder::Recorder(Connection& connection, LogWriter& log) : log_(log) {
     for (std::size_t finger = 0; finger < kFingers; ++finger) listen(connection, finger);
-    listen<body_pose>(connection, kBodyChannel, [](const body_pose&, std::int64_t) {});
+    listen<body_pose>(connection, kBodyChannel, [this](const body_pose& pose, std::int64_t) { body_.take(pose); });
     listen<servo_status>(connection, kStatusChannel,
                          [this](const servo_status& status, std::int64_t) { take(status); });
 }
@@ -68,12 +70,8 @@ void Recorder::take(const servo_force& force, std::int64_t utime, Side& side) {
     side.latency.add(static_cast<double>(utime - std::exchange(sent_utime, 0)));
 }
 
-void Recorder::take(const contact& touched, Side& side) {
-    double square_m2 = 0.0;
-    for (int axis = 0; axis < 3; ++axis)
-        square_m2 += (touched.finger_m[axis] - touched.god_object_m[axis]) *
-                     (touched.finger_m[axis] - touched.god_object_m[axis]);
-    side.depth_m = touched.touches != 0 ? std::sqrt(square_m2) : 0.0;
+void Recorder::take(const contact& touched, Side& side) const {
+    side.depth_m = touched.touches != 0 ? body_.offset_m(touched).norm() : 0.0;
 }
 
 void Recorder::take(const servo_status& status) {

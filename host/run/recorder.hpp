@@ -13,6 +13,7 @@
 #include "host/link/log_writer.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
+#include "host/run/body_frame.hpp"
 
 namespace haptable {
 
@@ -52,13 +53,14 @@ private:
     void listen(Connection& connection, const char* channel, Take take);
     static void take(const device_state& state, std::int64_t utime, Side& side);
     static void take(const servo_force& force, std::int64_t utime, Side& side);
-    static void take(const contact& touched, Side& side);
+    void take(const contact& touched, Side& side) const;
     void take(const servo_status& status);
     std::string line(Side& side) const;
     std::string grown_faults();
 
     LogWriter& log_;
     std::array<Side, kFingers> side_;
+    BodyFrame body_;
     bool simulated_ = false;
     std::map<std::string, std::int64_t> faults_, told_faults_;
 };

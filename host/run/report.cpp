@@ -12,6 +12,7 @@
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/statistics.hpp"
 #include "host/run/child.hpp"
 #include "host/run/page.hpp"
@@ -89,10 +90,11 @@ private:
         summary.add("tables_hash", fmt::format("{:016x}", timeline.tables_hash));
         summary.add("servo_on", o_.target.empty() ? "host" : o_.target);
         summary.add("ticks", static_cast<std::int64_t>(timeline.ticks.size()));
-        const auto unanswered = [](const Tick& tick) { return !tick.answered; };
-        summary.add("unanswered",
-                    static_cast<std::int64_t>(std::count_if(timeline.ticks.begin(), timeline.ticks.end(), unanswered)));
-        add_largest(timeline, summary);
+        add_finger(timeline.ticks, kFingerSuffix[0], summary);
+        if (!timeline.second.empty()) {
+            summary.add("ticks_2", static_cast<std::int64_t>(timeline.second.size()));
+            add_finger(timeline.second, kFingerSuffix[1], summary);
+        }
         if (const std::string where = never_met(); !where.empty()) summary.add("never_met", where);
         summary.add("damaged_messages", timeline.damaged);
         summary.add("wall_s", outcome_.wall_s);
@@ -101,23 +103,26 @@ private:
         return summary;
     }
 
-    static void add_largest(const Timeline& timeline, SummaryLines& summary) {
+    /// suffix: of the finger, at the end of each name.
+    static void add_finger(const std::vector<Tick>& ticks, const std::string& suffix, SummaryLines& summary) {
         double force_n = 0.0, depth_m = 0.0;
-        std::int64_t touching = 0;
+        std::int64_t touching = 0, unanswered = 0;
         DurationStatistics latency;
-        for (const Tick& tick : timeline.ticks) {
+        for (const Tick& tick : ticks) {
             force_n = std::fmax(force_n, tick.force_size_n());
             depth_m = std::fmax(depth_m, tick.depth_m);
             touching += tick.stored_j > 0.0 ? 1 : 0;
+            unanswered += tick.answered ? 0 : 1;
             if (!std::isnan(tick.latency_us)) latency.add(tick.latency_us);
         }
-        summary.add("contact_ticks", touching);
-        summary.add("largest_force_n", force_n);
-        summary.add("largest_depth_m", depth_m);
+        summary.add("unanswered" + suffix, unanswered);
+        summary.add("contact_ticks" + suffix, touching);
+        summary.add("largest_force_n" + suffix, force_n);
+        summary.add("largest_depth_m" + suffix, depth_m);
         if (latency.count() == 0) return;
-        summary.add("latency_mean_us", latency.mean_us());
-        summary.add("latency_p999_us", latency.quantile_us(0.999));
-        summary.add("latency_max_us", latency.max_us());
+        summary.add("latency_mean_us" + suffix, latency.mean_us());
+        summary.add("latency_p999_us" + suffix, latency.quantile_us(0.999));
+        summary.add("latency_max_us" + suffix, latency.max_us());
     }
 
     Facts events() const {
@@ -139,6 +144,7 @@ private:
                  {"session.csv", "the same as a table, one line a state"},
                  {"servo.csv", "the servo's own record: servo --replay takes it"},
                  {"device.csv", "the device's own record"},
+                 {"device_2.csv", "the same of the second hand"},
                  {"summary.json", "the first table, for scripts; servo.json and device.json are the others"},
                  {"pictures", "the deformed body"},
                  {"session.mp4", "the same as a film"}})

@@ -9,9 +9,11 @@
 #include <optional>
 
 #include "host/base/file.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/decode.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
+#include "host/run/body_frame.hpp"
 
 namespace haptable {
 
@@ -23,13 +25,21 @@ constexpr std::size_t kOpen = 4096;
 class Reader {
 public:
     void take(const LogReader::Event& event) {
-        if (event.channel == kStateChannel) return decode<device_state>(event);
-        if (event.channel == kForceChannel) return decode<servo_force>(event);
-        if (event.channel == kContactChannel) return decode<contact>(event);
-        if (event.channel == kStatusChannel) decode<servo_status>(event);
+        for (std::size_t finger = 0; finger < kFingers; ++finger) {
+            if (event.channel == kStateChannels[finger]) return decode<device_state>(event, side_[finger]);
+            if (event.channel == kForceChannels[finger]) return decode<servo_force>(event, side_[finger]);
+            if (event.channel == kContactChannels[finger]) return decode<contact>(event, side_[finger]);
+        }
+        if (event.channel == kBodyChannel) return decode<body_pose>(event, side_[0]);
+        if (event.channel == kStatusChannel) decode<servo_status>(event, side_[0]);
     }
 
-    Timeline timeline;
+    Timeline finish(std::int64_t damaged) {
+        timeline_.damaged += damaged;
+        timeline_.ticks = std::move(side_[0].ticks);
+        timeline_.second = std::move(side_[1].ticks);
+        return std::move(timeline_);
+    }
 
 private:
     struct Open {
@@ -37,85 +47,110 @@ private:
         std::size_t tick = 0;
     };
 
+    /// A finger and its device.
+    struct Side {
+        std::vector<Tick> ticks;
+        std::vector<Open> open = std::vector<Open>(kOpen);
+        std::optional<std::size_t> held;  ///< the tick whose force acts
+        double given_j = 0.0;
+
+        Open& at(std::int64_t seq) { return open[static_cast<std::size_t>(static_cast<std::uint64_t>(seq) % kOpen)]; }
+        Tick* asked(std::int64_t session, std::int64_t seq) {
+            const Open& found = at(seq);
+            return found.session == session && found.seq == seq ? &ticks[found.tick] : nullptr;
+        }
+    };
+
     template <typename Message>
-    void decode(const LogReader::Event& event) {
+    void decode(const LogReader::Event& event, Side& side) {
         Message message;
         if (decode_whole(event.data, message))
-            add(message, event.utime);
+            add(message, event.utime, side);
         else
-            ++timeline.damaged;
+            ++timeline_.damaged;
     }
 
-    Open& open(std::int64_t seq) { return open_[static_cast<std::size_t>(static_cast<std::uint64_t>(seq) % kOpen)]; }
-
-    Tick* asked(std::int64_t session, std::int64_t seq) {
-        const Open& found = open(seq);
-        return found.session == session && found.seq == seq ? &timeline.ticks[found.tick] : nullptr;
+    double since_begin_s(std::int64_t utime) {
+        if (!begin_) begin_ = utime;
+        return 1e-6 * static_cast<double>(utime - *begin_);
     }
 
-    void add(const device_state& state, std::int64_t utime) {
-        if (asked(state.session, state.seq) != nullptr) return;  // once more: no tick
-        timeline.simulated = is_simulated(state);
-        const std::int64_t at = timeline.simulated ? state.utime : utime;
-        if (timeline.ticks.empty()) begin_ = at;
-        open(state.seq) = {state.session, state.seq, utime, timeline.ticks.size()};
+    void add(const device_state& state, std::int64_t utime, Side& side) {
+        if (side.asked(state.session, state.seq) != nullptr) return;  // once more: no tick
+        timeline_.simulated = is_simulated(state);
+        side.at(state.seq) = {state.session, state.seq, utime, side.ticks.size()};
         Tick tick;
-        tick.time_s = 1e-6 * static_cast<double>(at - begin_);
+        tick.time_s = since_begin_s(timeline_.simulated ? state.utime : utime);
         tick.seq = state.seq;
         std::copy_n(state.position_m, 3, tick.finger_m.begin());
-        timeline.ticks.push_back(tick);
+        side.ticks.push_back(tick);
     }
 
-    void add(const servo_force& force, std::int64_t utime) {
-        Tick* tick = asked(force.session, force.seq);
+    void add(const servo_force& force, std::int64_t utime, Side& side) {
+        Tick* tick = side.asked(force.session, force.seq);
         if (tick == nullptr || force.owner != force.session || tick->answered) return;
-        timeline.tables_hash = static_cast<std::uint64_t>(force.model_hash);
+        timeline_.tables_hash = static_cast<std::uint64_t>(force.model_hash);
         tick->answered = true;
         tick->servo_state = force.servo_state;
         std::copy_n(force.force_n, 3, tick->force_n.begin());
-        if (!timeline.simulated) tick->latency_us = static_cast<double>(utime - open(force.seq).utime);
-        account(*tick, open(force.seq).tick);
+        // In lockstep the answer has the servo's time, which a second device's is not.
+        if (timeline_.simulated)
+            tick->time_s = since_begin_s(force.utime);
+        else
+            tick->latency_us = static_cast<double>(utime - side.at(force.seq).utime);
+        account(*tick, side.at(force.seq).tick, side);
     }
 
     /// The force before this one was held until now (Hannaford and Ryu 2002).
-    void account(Tick& tick, std::size_t index) {
-        for (std::size_t axis = 0; held_ && axis < 3; ++axis)
-            given_j_ +=
-                timeline.ticks[*held_].force_n[axis] * (tick.finger_m[axis] - timeline.ticks[*held_].finger_m[axis]);
-        tick.given_j = given_j_;
+    static void account(Tick& tick, std::size_t index, Side& side) {
+        for (std::size_t axis = 0; side.held && axis < 3; ++axis)
+            side.given_j +=
+                side.ticks[*side.held].force_n[axis] * (tick.finger_m[axis] - side.ticks[*side.held].finger_m[axis]);
+        tick.given_j = side.given_j;
         const bool acts = tick.servo_state == servo_force::CONTACT || tick.servo_state == servo_force::LIMITED ||
                           tick.servo_state == servo_force::FREE;
-        held_ = acts ? std::optional(index) : std::nullopt;
+        side.held = acts ? std::optional(index) : std::nullopt;
     }
 
-    void add(const contact& touched, std::int64_t) {
-        Tick* tick = asked(touched.session, touched.seq);
+    void add(const body_pose& pose, std::int64_t, const Side&) { body_.take(pose); }
+
+    void add(const contact& touched, std::int64_t, Side& side) const {
+        Tick* tick = side.asked(touched.session, touched.seq);
         if (tick == nullptr) return;
         std::copy_n(touched.god_object_m, 3, tick->god_object_m.begin());
         tick->depth_m = tick->stored_j = 0.0;
-        for (std::size_t axis = 0; touched.touches != 0 && axis < 3; ++axis) {
-            const double u_m = touched.finger_m[axis] - touched.god_object_m[axis];
-            tick->depth_m = std::hypot(tick->depth_m, u_m);
-            for (const auto& load_n : touched.force_n) tick->stored_j += 0.5 * load_n[axis] * u_m;
-        }
+        if (touched.touches == 0) return;
+        const Eigen::Vector3d u_m = body_.offset_m(touched);
+        tick->depth_m = u_m.norm();
+        for (const auto& load_n : touched.force_n) tick->stored_j += 0.5 * Eigen::Vector3d(load_n.data()).dot(u_m);
     }
 
-    void add(const servo_status& status, std::int64_t) {
+    void add(const servo_status& status, std::int64_t, const Side& side) {
         StatusPoint point;
-        point.time_s = timeline.ticks.empty() ? 0.0 : timeline.ticks.back().time_s;
+        point.time_s = side.ticks.empty() ? 0.0 : side.ticks.back().time_s;
         for (std::size_t i = 0; i < status.name.size(); ++i) point.counters[status.name[i]] = status.value[i];
-        timeline.statuses.push_back(std::move(point));
+        timeline_.statuses.push_back(std::move(point));
     }
 
-    std::vector<Open> open_ = std::vector<Open>(kOpen);
-    std::int64_t begin_ = 0;
-    std::optional<std::size_t> held_;  ///< the tick whose force acts
-    double given_j_ = 0.0;
+    Timeline timeline_;
+    std::array<Side, kFingers> side_;
+    BodyFrame body_;
+    std::optional<std::int64_t> begin_;
 };
 
 void append(double value, std::string& line) {
     line += ',';
     if (!std::isnan(value)) fmt::format_to(std::back_inserter(line), "{:.9g}", value);
+}
+
+void append(const Tick& tick, std::string& text) {
+    fmt::format_to(std::back_inserter(text), "{:.6f},{}", tick.time_s, tick.seq);
+    for (const double x_m : tick.finger_m) fmt::format_to(std::back_inserter(text), ",{:.9g}", x_m);
+    text += ',';
+    if (tick.answered) text += std::to_string(tick.servo_state);
+    for (const double x_m : tick.god_object_m) append(x_m, text);
+    for (const double x_n : tick.force_n) append(x_n, text);
+    for (const double value : {tick.depth_m, tick.latency_us, tick.stored_j, tick.given_j}) append(value, text);
 }
 
 }  // namespace
@@ -126,24 +161,28 @@ Timeline read_timeline(const std::filesystem::path& log) {
     LogReader events(log);
     Reader reader;
     while (const auto event = events.next()) reader.take(*event);
-    reader.timeline.damaged += events.damaged();
-    return std::move(reader.timeline);
+    return reader.finish(events.damaged());
 }
 
 void write_csv(const Timeline& timeline, const std::filesystem::path& file) {
+    const bool has_two = !timeline.second.empty();
     std::string text =
         "time_s,seq,x,y,z,servo_state,god_x,god_y,god_z,force_x,force_y,force_z,depth_m,latency_us,"
-        "energy_stored_j,energy_given_j\n";
+        "energy_stored_j,energy_given_j";
+    text += has_two ? ",finger\n" : "\n";
+    auto second = timeline.second.begin();
+    const auto add_second = [&](double until_s) {
+        for (; second != timeline.second.end() && second->time_s < until_s; ++second) {
+            append(*second, text);
+            text += ",2\n";
+        }
+    };
     for (const Tick& tick : timeline.ticks) {
-        fmt::format_to(std::back_inserter(text), "{:.6f},{}", tick.time_s, tick.seq);
-        for (const double x_m : tick.finger_m) fmt::format_to(std::back_inserter(text), ",{:.9g}", x_m);
-        text += ',';
-        if (tick.answered) text += std::to_string(tick.servo_state);
-        for (const double x_m : tick.god_object_m) append(x_m, text);
-        for (const double x_n : tick.force_n) append(x_n, text);
-        for (const double value : {tick.depth_m, tick.latency_us, tick.stored_j, tick.given_j}) append(value, text);
-        text += '\n';
+        add_second(tick.time_s);
+        append(tick, text);
+        text += has_two ? ",1\n" : "\n";
     }
+    add_second(std::numeric_limits<double>::infinity());
     write_file(file, text);
 }
 

@@ -32,6 +32,13 @@ void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint
     haptable_body_pair_step(scene_.pair, body_, &state_, &pair, finger_m, now_us, out);
 }
 
+std::array<float, 3> BodyMotion::inside(const std::array<float, 3>& world_m) const {
+    if (body_ == nullptr) return world_m;
+    std::array<float, 3> inside_m{};
+    haptable_body_from_world(body_, &touched_, world_m.data(), inside_m.data());
+    return inside_m;
+}
+
 body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
     body_pose pose{};
     pose.utime = utime;

@@ -25,6 +25,8 @@ public:
     const haptable_body_state* state() const { return body_ != nullptr ? &touched_ : nullptr; }
     /// How far the modes have swung by the end of the tick. Null where the body does not ring.
     const haptable_modes_state* swings() const { return scene_.modes != nullptr ? &swings_ : nullptr; }
+    /// A world position in the frame of the last tick.
+    std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     /// Of a body that is not held, for the answer to that state.
     body_pose message(const device_state& state, std::int64_t utime, std::int64_t servo) const;
 

@@ -18,7 +18,10 @@ public:
     /// One tick: where the finger was (m) and what the servo answered. A force is held until the next tick, so that the
     /// one before did F . d over a motion d (Hannaford and Ryu 2002). After a rejected position, or silence, there is
     /// none.
-    void add(const std::array<float, 3>& finger_m, const haptable_output& output);
+    /// inside_m: where the finger was in body coordinates, as the output's god-object and loads are; of a body that is
+    /// held finger_m.
+    void add(const std::array<float, 3>& finger_m, const haptable_output& output, const std::array<float, 3>& inside_m);
+    void add(const std::array<float, 3>& finger_m, const haptable_output& output) { add(finger_m, output, finger_m); }
 
     /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in
     /// the body, and in the coupling where the scene has one. J.
@@ -55,8 +58,10 @@ struct ForceReport {
     double largest_force_n = 0.0;
     EnergyAccount energy;
 
-    /// One tick: where the finger was, and what the servo answered.
-    void note(const std::array<float, 3>& finger_m, const haptable_output& output);
+    /// One tick, as EnergyAccount::add.
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output,
+              const std::array<float, 3>& inside_m);
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output) { note(finger_m, output, finger_m); }
     /// suffix: at the end of each name.
     void add_to(SummaryLines& summary, const std::string& suffix = "") const;
 };

@@ -64,7 +64,7 @@ void Fingers::step(const FingerInputs& in, std::uint32_t now_us) {
 void Fingers::note(const FingerInputs& in) {
     double given_j = 0.0;
     for (std::size_t finger = 0; finger < count(); ++finger) {
-        if (in[finger]) report_[finger].note(in[finger]->at_m, out_[finger]);
+        if (in[finger]) report_[finger].note(in[finger]->at_m, out_[finger], body_.inside(in[finger]->at_m));
         given_j += report_[finger].energy.given_j();
     }
     most_given_j_ = std::max(most_given_j_, given_j);

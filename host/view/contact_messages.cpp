@@ -96,7 +96,37 @@ contact decode(const LogReader::Event& event, const std::string& source) {
     return message;
 }
 
-/// Chooses frames from messages in the order of a log.
+/// The newest frames of each finger of one servo, as one.
+class BothFingers {
+public:
+    /// pose: where the body is now, with both.
+    void take(std::size_t finger, const contact& message, const ContactFrame& frame,
+              const std::optional<Eigen::Isometry3d>& pose) {
+        if (message.servo != servo_) last_ = {};
+        servo_ = message.servo;
+        last_[finger] = frame;
+        for (std::optional<ContactFrame>& one : last_)
+            if (one) one->pose = pose;
+        newest_ = finger;
+    }
+    /// As a servo's CSV has it: the second in the first's frame. Number and time are the newest message's.
+    ContactFrame frame() const {
+        if (!last_[0] || !last_[1]) return *last_[newest_];
+        ContactFrame both = *last_[0];
+        both.time_s = last_[newest_]->time_s;
+        const ContactFrame& second = *last_[1];
+        if (second.contact) both.second = {second.finger_m, second.god_object_m, second.force_n};
+        both.loads.insert(both.loads.end(), second.loads.begin(), second.loads.end());
+        return both;
+    }
+
+private:
+    std::int64_t servo_ = 0;
+    std::size_t newest_ = 0;
+    std::array<std::optional<ContactFrame>, kFingers> last_;
+};
+
+/// Chooses frames from messages in the order of a log. Those of one time are one tick.
 class Chooser {
 public:
     Chooser(const ContactLoads& loads, const FrameChoice& choice, std::string source)
@@ -106,26 +136,17 @@ public:
           wanted_(choice.ticks.begin(), choice.ticks.end()) {}
 
     /// Throws Error, and takes nothing, where the message is not one that the servo can have sent.
-    void take(const contact& message) {
+    void take(std::size_t finger, const contact& message) {
         ContactFrame frame = to_frame(message, loads_, 0, source_);
-        frame.pose = pose.of(message);
-        const bool first = messages_++ == 0;
-        const std::int64_t step = message.utime - last_utime_;
-        if (first || step < 0 || step > kLongestPause_us) {
-            // Time goes on from the frame that is there, without the pause.
-            begin_utime_ = message.utime - (first ? 0 : next_us_);
-        }
-        last_utime_ = message.utime;
-        frame.time_s = static_cast<double>(message.utime - begin_utime_) * 1e-6;
-        if (!choice_.ticks.empty()) {
-            if (wanted_.erase(message.seq) == 1) frames.push_back(std::move(frame));
-            return;
-        }
-        hold_until(message.utime - begin_utime_);
-        held_ = std::move(frame);
+        if (tick_ && (tick_->utime != message.utime || tick_->has[finger])) end_tick();
+        if (!tick_) tick_ = Tick{message.utime, message.seq};
+        tick_->has[finger] = true;
+        both_.take(finger, message, frame, pose.of(message));
+        ++messages_;
     }
 
     void finish(const Omissions& left_out) {
+        end_tick();
         if (messages_ == 0 && left_out.count() > 0) throw Error(left_out.first());
         if (messages_ == 0)
             throw Error(
@@ -139,6 +160,33 @@ public:
     LastPose pose;
 
 private:
+    /// Of the first of its messages.
+    struct Tick {
+        std::int64_t utime = 0, seq = 0;
+        std::array<bool, kFingers> has{};
+    };
+
+    void end_tick() {
+        if (!tick_) return;
+        const auto [utime, seq, has] = *std::exchange(tick_, std::nullopt);
+        ContactFrame frame = both_.frame();
+        frame.number = seq;
+        const bool first = ticks_++ == 0;
+        const std::int64_t step = utime - last_utime_;
+        if (first || step < 0 || step > kLongestPause_us) {
+            // Time goes on from the frame that is there, without the pause.
+            begin_utime_ = utime - (first ? 0 : next_us_);
+        }
+        last_utime_ = utime;
+        frame.time_s = static_cast<double>(utime - begin_utime_) * 1e-6;
+        if (!choice_.ticks.empty()) {
+            if (wanted_.erase(seq) == 1) frames.push_back(std::move(frame));
+            return;
+        }
+        hold_until(utime - begin_utime_);
+        held_ = std::move(frame);
+    }
+
     /// The newest message so far is what was to be seen at every frame time before `now_us`.
     void hold_until(std::int64_t now_us) {
         for (; held_ && next_us_ < now_us; next_us_ += choice_.every_ms * 1000) {
@@ -151,8 +199,10 @@ private:
     const FrameChoice& choice_;
     std::string source_;
     std::set<std::int64_t> wanted_;
+    std::optional<Tick> tick_;
+    BothFingers both_;
     std::optional<ContactFrame> held_;
-    std::int64_t messages_ = 0;
+    std::int64_t messages_ = 0, ticks_ = 0;
     std::int64_t begin_utime_ = 0;
     std::int64_t last_utime_ = 0;
     std::int64_t next_us_ = 0;
@@ -193,11 +243,13 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
         if (body_pose pose; event->channel == kBodyChannel && decode_whole(event->data, pose)) chooser.pose.take(pose);
-        if (event->channel != kContactChannel) continue;
-        try {
-            chooser.take(decode(*event, file.string()));
-        } catch (const Error& error) {
-            left_out.add(error.what());
+        for (std::size_t finger = 0; finger < kFingers; ++finger) {
+            if (event->channel != kContactChannels[finger]) continue;
+            try {
+                chooser.take(finger, decode(*event, file.string()));
+            } catch (const Error& error) {
+                left_out.add(error.what());
+            }
         }
     }
     chooser.finish(left_out);
@@ -211,15 +263,15 @@ class Newest {
 public:
     Newest(const ContactLoads& loads, std::string source) : loads_(loads), source_(std::move(source)) {}
 
-    void take(const contact& message) {
+    void take(std::size_t finger, const contact& message) {
         const Clock::time_point now = Clock::now();
         try {
             require_tables(message, loads_, source_);
             if (begun_ && message.servo != servo_ && now - heard_ < kServoGone)
                 return left_out.add(source_ + ": two servos answer there: end one of them");
             if (!begun_) begin_utime_ = message.utime;
-            frame_ = to_frame(message, loads_, begin_utime_, source_);
-            frame_->pose = pose.of(message);
+            both_.take(finger, message, to_frame(message, loads_, begin_utime_, source_), pose.of(message));
+            frame_ = both_.frame();
         } catch (const Error& error) {
             return left_out.add(error.what());
         }
@@ -241,6 +293,7 @@ private:
     bool begun_ = false;
     std::int64_t begin_utime_ = 0, servo_ = 0;
     Clock::time_point heard_;
+    BothFingers both_;
     std::optional<ContactFrame> frame_;
 };
 
@@ -253,7 +306,10 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
     Connection connection;
     Newest newest(loads, connection.url());
     connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& pose, std::int64_t) { newest.pose.take(pose); });
-    connection.subscribe<contact>(kContactChannel, [&](const contact& message, std::int64_t) { newest.take(message); });
+    for (std::size_t finger = 0; finger < kFingers; ++finger)
+        connection.subscribe<contact>(
+            kContactChannels[finger],
+            [&newest, finger](const contact& message, std::int64_t) { newest.take(finger, message); });
     const Clock::time_point begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
     Clock::time_point next = begin + period;

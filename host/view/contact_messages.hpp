@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// HAPTABLE_CONTACT, from a log or as it comes.
+// HAPTABLE_CONTACT, of two fingers with HAPTABLE_CONTACT_2, from a log or as it comes.
 #pragma once
 
 #include <filesystem>

@@ -9,10 +9,12 @@
 #include "host/device/simulated_driver.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/run/recorder.hpp"
+#include "host/run/timeline.hpp"
 #include "host/servo/session.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
@@ -363,6 +365,31 @@ TEST_F(TwoHands, LockstepGivesTheSameBytesTwiceAndFromItsRecords) {
     EXPECT_EQ(first_other(folder / "of_csv.csv", csv("a")), "");
 }
 
+TEST_F(TwoHands, TheTableOfASessionHasBoth) {
+    run(true, "", "a", soft_pair().scene());
+    const Timeline timeline = read_timeline(log("a"));
+    ASSERT_EQ(timeline.ticks.size(), 1000U);
+    ASSERT_EQ(timeline.second.size(), 1000U);
+    double largest_n = 0.0, stored_j = 0.0;
+    for (const Tick& tick : timeline.second) {
+        EXPECT_TRUE(tick.answered);
+        largest_n = std::fmax(largest_n, tick.force_size_n());
+        stored_j = std::fmax(stored_j, tick.stored_j);
+    }
+    const ReplayReport report = replay(soft_pair().scene(), log("a"), "", true);
+    EXPECT_EQ(largest_n, report.second->largest_force_n);
+    EXPECT_WITHIN(std::abs(stored_j - report.second->energy.most_stored_j()), .count = 16, .epsilon = kFloat,
+                  .condition = 0.03 / 0.004, .size = stored_j);
+    write_csv(timeline, folder / "session.csv");
+    const auto rows = lines_of(read_file(folder / "session.csv"));
+    ASSERT_EQ(rows.size(), 2001U);
+    EXPECT_TRUE(rows[0].ends_with(",energy_given_j,finger"));
+    EXPECT_EQ(std::count_if(rows.begin(), rows.end(), [](const std::string& row) { return row.ends_with(",2"); }),
+              1000);
+    EXPECT_FALSE(is_fault("ticks_2"));
+    EXPECT_TRUE(is_fault("lost_states_2"));
+}
+
 TEST_F(TwoHands, LockstepWithLostMessagesGivesTheSameBytes) {
     run(true, "", "whole", soft_pair().scene());
     const auto reports = run(true, "drop=0.03,double=0.05", "lossy", soft_pair().scene());
@@ -402,6 +429,17 @@ TEST_F(TwoHands, ABodyThatNothingHoldsMovesOnceATick) {
     }
     EXPECT_GT(most_n[0], 0.05);
     EXPECT_GT(most_n[1], 0.05);
+    // The cube has moved; what is stored is of its own frame, for the servo as for who reads the log.
+    const Timeline timeline = read_timeline(log("a"));
+    double stored_j = 0.0, deepest_m = 0.0;
+    for (const Tick& tick : timeline.ticks) {
+        stored_j = std::fmax(stored_j, tick.stored_j);
+        deepest_m = std::fmax(deepest_m, tick.depth_m);
+    }
+    const ReplayReport report = replay(soft_pair().scene(), log("a"), "", true, &body);
+    EXPECT_LT(deepest_m, 0.006);
+    EXPECT_WITHIN(std::abs(stored_j - report.energy.most_stored_j()), .count = 64, .epsilon = kFloat,
+                  .condition = 0.03 / 0.004, .size = stored_j);
 }
 
 }  // namespace

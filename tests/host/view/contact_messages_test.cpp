@@ -11,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "tests/host/view/cube_tables.hpp"
@@ -44,8 +45,13 @@ protected:
 
     void write_log(const std::vector<contact>& messages, const std::string& channel = kContactChannel,
                    int cut = 0) const {
+        std::vector<std::pair<std::string, contact>> on_channel;
+        for (const contact& m : messages) on_channel.emplace_back(channel, m);
+        write_log(on_channel, cut);
+    }
+    void write_log(const std::vector<std::pair<std::string, contact>>& messages, int cut = 0) const {
         lcm::LogFile log(log_.string(), "w");
-        for (const contact& m : messages) {
+        for (const auto& [channel, m] : messages) {
             std::vector<char> bytes(static_cast<std::size_t>(m.getEncodedSize()));
             m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
             lcm::LogEvent event{};
@@ -118,6 +124,48 @@ TEST_F(ViewContactMessages, AFrameShowsTheNewestMessageOfItsTime) {
         EXPECT_EQ(frames[i].number, expected[i]);
         EXPECT_WITHIN(std::abs(frames[i].time_s - 0.01 * static_cast<double>(i)), .count = 4, .size = 0.1);
     }
+}
+
+// Messages of one time are one tick; a finger that says nothing more is where it was, until it is silent.
+TEST_F(ViewContactMessages, TwoFingersAreOneFrame) {
+    const auto second = [this](std::int64_t utime, std::int64_t seq) {
+        contact m = message(utime, seq);
+        m.finger_m[0] = 0.02;
+        m.node = {87, 88};
+        return m;
+    };
+    contact silent = second(3000, 52);
+    silent.count = silent.touches = 0;
+    silent.node.clear();
+    silent.force_n.clear();
+    write_log({{kContactChannel, message(0, 0)},
+               {kContactChannels[1], second(0, 50)},
+               {kContactChannel, message(1000, 1)},
+               {kContactChannels[1], second(2000, 51)},
+               {kContactChannels[1], silent},
+               {kContactChannel, message(4000, 4)}});
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
+    ASSERT_EQ(frames.size(), 5U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        ASSERT_TRUE(frames[i].second) << i;
+        EXPECT_EQ(frames[i].second->finger_m[0], 0.02);
+        EXPECT_EQ(frames[i].second->force_n[2], -3.5);
+        EXPECT_EQ(frames[i].finger_m[0], 0.0);
+        ASSERT_EQ(frames[i].loads.size(), 4U);
+        EXPECT_EQ(frames[i].loads[0].node, 112);
+        EXPECT_EQ(frames[i].loads[3].node, 88);
+    }
+    EXPECT_EQ(frames[0].number, 0);
+    EXPECT_FALSE(frames[3].second);
+    EXPECT_EQ(frames[4].loads.size(), 2U);
+}
+
+TEST_F(ViewContactMessages, ASecondFingerAloneIsAFrame) {
+    write_log({message(0, 0), message(1000, 1)}, kContactChannels[1]);
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
+    ASSERT_EQ(frames.size(), 2U);
+    EXPECT_TRUE(frames[1].contact);
+    EXPECT_FALSE(frames[1].second);
 }
 
 TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {
