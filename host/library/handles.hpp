@@ -2,9 +2,11 @@
 // What stands behind the pointers of haptable_library.h. Both hold the object: whichever is freed last frees it.
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_pair.h"
 #include "host/library/object.hpp"
 #include "host/session/energy.hpp"
 
@@ -18,4 +20,10 @@ struct haptable_finger {
     haptable::EnergyAccount energy;
     haptable_model model;      ///< the object's, but that it remembers for this finger alone
     haptable_relaxed relaxed;  ///< where the body relaxes
+};
+
+struct haptable_fingers {
+    std::shared_ptr<const haptable::LoadedObject> loaded;
+    haptable_pair pair;
+    std::array<haptable::EnergyAccount, HAPTABLE_FINGERS> energy;
 };

@@ -4,6 +4,7 @@
  *
  *   object   the tables that haptable-precompute wrote: read once, then const; any number of fingers may touch it
  *   finger   one servo on an object, with a state of its own: one thread at a time
+ *   fingers  two of them that feel one another's dents, of a scene with [contact] fingers = 2
  *   touch    what one tick gives: force, nodes, god-object
  *
  * The servo is the firmware's, compiled into the library: the same positions at the same times give the same bits as
@@ -28,6 +29,7 @@ extern "C" {
 
 struct haptable_object;
 struct haptable_finger;
+struct haptable_fingers;
 
 enum haptable_touch_state {
     HAPTABLE_TOUCH_SILENT = 0,   /* no position yet, or none for 20 ms: zero force */
@@ -122,6 +124,35 @@ HAPTABLE_LIBRARY_API void haptable_finger_replay(struct haptable_finger* finger,
                                                  size_t count, uint32_t begin_us, struct haptable_touch* touch);
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_finger_energy(const struct haptable_finger* finger);
+
+/* ---- two fingers ---------------------------------------------------------------------------------------------- */
+
+/* Of the object's scene: 1 or 2. */
+HAPTABLE_LIBRARY_API uint32_t haptable_object_fingers(const struct haptable_object* object);
+
+/* A servo for two fingers without contact, its tables checked. NULL where it fails, or the scene has one finger. */
+HAPTABLE_LIBRARY_API struct haptable_fingers* haptable_fingers_new(const struct haptable_object* object);
+HAPTABLE_LIBRARY_API void haptable_fingers_free(struct haptable_fingers* fingers);
+
+/* One tick of both, as haptable_finger_step: touch[0], touch[1]. A finger whose position is NULL is away: it lets go,
+ * and the other feels what a haptable_finger does. The load of both is that of both touches: haptable_object_deform of
+ * each, added. */
+HAPTABLE_LIBRARY_API void haptable_fingers_step(struct haptable_fingers* fingers, const float first_m[3],
+                                                const float second_m[3], uint32_t now_us,
+                                                struct haptable_touch touch[2]);
+
+/* As haptable_finger_buttons, of finger 0 or 1. */
+HAPTABLE_LIBRARY_API void haptable_fingers_buttons(struct haptable_fingers* fingers, uint32_t finger, uint32_t buttons);
+
+/* `count` ticks, one a millisecond from begin_us on: as many calls of haptable_fingers_step, touch[i] of tick i. */
+HAPTABLE_LIBRARY_API void haptable_fingers_replay(struct haptable_fingers* fingers, const float (*first_m)[3],
+                                                  const float (*second_m)[3], size_t count, uint32_t begin_us,
+                                                  struct haptable_touch (*touch)[2]);
+
+HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_fingers_energy(const struct haptable_fingers* fingers,
+                                                                          uint32_t finger);
+HAPTABLE_LIBRARY_API uint32_t haptable_fingers_counter(const struct haptable_fingers* fingers, uint32_t finger,
+                                                       uint32_t counter);
 
 /* What a servo counts, by number: 0 .. haptable_library_counters() - 1. NULL beyond. */
 HAPTABLE_LIBRARY_API uint32_t haptable_library_counters(void);

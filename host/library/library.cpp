@@ -2,6 +2,7 @@
 // The C side of the library: no exception leaves it.
 #include <algorithm>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
 
@@ -66,6 +67,24 @@ std::vector<NodalForce> loads_of(const haptable_touch& touch, std::size_t node_c
         loads.push_back({touch.node[c], std::to_array(touch.nodal_force_n[c])});
     }
     return loads;
+}
+
+/// A finger that is away: no contact, no force.
+void release(haptable_fingers& fingers, int finger, haptable_output& out) {
+    haptable_servo& servo = fingers.pair.servo[finger];
+    haptable_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out);
+    fingers.energy[static_cast<std::size_t>(finger)].add({}, out);
+}
+
+haptable_touch_energy to_energy(const EnergyAccount& energy) {
+    return {energy.stored_j(), energy.most_stored_j(), energy.given_j(), energy.most_given_j()};
+}
+
+std::uint32_t counter_of(const haptable_counters& c, std::uint32_t counter) {
+#define HAPTABLE_COUNTER_VALUE(name) c.name,
+    const std::uint32_t values[] = {HAPTABLE_COUNTERS(HAPTABLE_COUNTER_VALUE)};
+#undef HAPTABLE_COUNTER_VALUE
+    return counter < std::size(values) ? values[counter] : 0;
 }
 
 }  // namespace
@@ -160,8 +179,65 @@ void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3
 }
 
 haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
-    const haptable::EnergyAccount& energy = finger->energy;
-    return {energy.stored_j(), energy.most_stored_j(), energy.given_j(), energy.most_given_j()};
+    return haptable::to_energy(finger->energy);
+}
+
+std::uint32_t haptable_object_fingers(const haptable_object* object) {
+    return object->loaded->pair() != nullptr ? 2 : 1;
+}
+
+haptable_fingers* haptable_fingers_new(const haptable_object* object) {
+    return guarded(static_cast<haptable_fingers*>(nullptr), [&] {
+        if (object->loaded->pair() == nullptr)
+            throw haptable::Error(object->loaded->tables().name +
+                                  " has one finger: write fingers = 2 in [contact] and make its tables again");
+        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{object->loaded, {}, {}});
+        haptable_pair_init(object->loaded->pair(), &fingers->pair);
+        haptable_pair_check(object->loaded->pair(), &fingers->pair, HAPTABLE_CHECK_ALL);
+        return fingers.release();
+    });
+}
+
+void haptable_fingers_free(haptable_fingers* fingers) { delete fingers; }
+
+void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], const float second_m[3],
+                           std::uint32_t now_us, haptable_touch touch[2]) {
+    const haptable::LoadedObject& loaded = *fingers->loaded;
+    const float* position_m[HAPTABLE_FINGERS] = {first_m, second_m};
+    haptable_output out[HAPTABLE_FINGERS];
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        if (position_m[finger] == nullptr) haptable::release(*fingers, finger, out[finger]);
+    if (first_m != nullptr && second_m != nullptr) {
+        haptable_pair_step(loaded.pair(), &fingers->pair, first_m, second_m, now_us, out);
+    } else {
+        for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+            if (position_m[finger] != nullptr)
+                haptable_step(&loaded.model(), &fingers->pair.servo[finger], position_m[finger], now_us, &out[finger]);
+    }
+    for (std::size_t finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        const float* x_m = position_m[finger];
+        if (x_m != nullptr) fingers->energy[finger].add({x_m[0], x_m[1], x_m[2]}, out[finger]);
+        touch[finger] = haptable::to_touch(loaded, out[finger]);
+    }
+}
+
+void haptable_fingers_buttons(haptable_fingers* fingers, std::uint32_t finger, std::uint32_t buttons) {
+    if (finger < HAPTABLE_FINGERS) haptable_buttons(&fingers->pair.servo[finger], buttons);
+}
+
+void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3], const float (*second_m)[3],
+                             std::size_t count, std::uint32_t begin_us, haptable_touch (*touch)[2]) {
+    for (std::size_t i = 0; i < count; ++i)
+        haptable_fingers_step(fingers, first_m[i], second_m[i],
+                              begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, touch[i]);
+}
+
+haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, std::uint32_t finger) {
+    return finger < HAPTABLE_FINGERS ? haptable::to_energy(fingers->energy[finger]) : haptable_touch_energy{};
+}
+
+std::uint32_t haptable_fingers_counter(const haptable_fingers* fingers, std::uint32_t finger, std::uint32_t counter) {
+    return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->pair.servo[finger].counters, counter) : 0;
 }
 
 std::uint32_t haptable_library_counters(void) { return static_cast<std::uint32_t>(std::size(haptable::kCounter)); }
@@ -171,9 +247,5 @@ const char* haptable_library_counter_name(std::uint32_t counter) {
 }
 
 std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32_t counter) {
-    const haptable_counters& c = finger->servo.counters;
-#define HAPTABLE_COUNTER_VALUE(name) c.name,
-    const std::uint32_t values[] = {HAPTABLE_COUNTERS(HAPTABLE_COUNTER_VALUE)};
-#undef HAPTABLE_COUNTER_VALUE
-    return counter < std::size(values) ? values[counter] : 0;
+    return haptable::counter_of(finger->servo.counters, counter);
 }

@@ -53,6 +53,10 @@ LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
         throw Error(
             fmt::format("{}: holds the tables {}, not the {:016x} that are wanted", folder.string(), built, wanted));
     if (tables_.force == ForceLaw::kPressureMask) mask_.emplace(tables_);
+    if (const std::optional<PairTables> pair = read_pair(folder)) {
+        pair_ = build_pair(*pair, tables_, servo_);
+        pair_model_ = pair_in_memory(*pair_, tables_, model_);
+    }
     if (tables_.has_columns) open_columns(folder);
 }
 

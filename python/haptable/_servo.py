@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Optional, Sequence, Union
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,6 +152,55 @@ class Servo:
         return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
 
 
+class Pair:
+    """Two fingers on a body whose scene has [contact] fingers = 2: each feels the other's dent. For one thread at a
+    time. Calls release the GIL. The displacements of both are Body.deform of each contact, added."""
+
+    def __init__(self, body: "Body") -> None:
+        fingers = lib.haptable_fingers_new(body._object)
+        if fingers == ffi.NULL:
+            raise _error()
+        self.body = body
+        self._fingers = ffi.gc(fingers, lib.haptable_fingers_free)
+        self._us = 0
+
+    def step(self, first: Optional[ArrayLike], second: Optional[ArrayLike],
+             time: Optional[float] = None) -> Tuple[Contact, Contact]:
+        """One tick of both. Positions: [3] m; None: that finger is away, and the other feels what it would alone.
+        time: s; otherwise 1 ms after the last tick."""
+        position = [ffi.NULL if x is None else _from_buffer(_float3, _position(x)) for x in (first, second)]
+        touch = ffi.new("struct haptable_touch[2]")
+        us = self._us if time is None else round(time * 1e6) & 0xFFFFFFFF
+        lib.haptable_fingers_step(self._fingers, position[0], position[1], us, touch)
+        self._us = (us + 1000) & 0xFFFFFFFF
+        return _contact_of(touch[0]), _contact_of(touch[1])
+
+    def replay(self, first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
+        """One tick a row, one a millisecond. Positions: [n, 3] m of each finger. Returns [n, 2] of dtype CONTACT."""
+        x, y = np.ascontiguousarray(first, np.float32), np.ascontiguousarray(second, np.float32)
+        if x.ndim != 2 or x.shape[1] != 3 or x.shape != y.shape:
+            raise ValueError(f"positions: [n, 3] in m of each finger, not {list(x.shape)} and {list(y.shape)}")
+        out = np.empty((len(x), 2), CONTACT)
+        lib.haptable_fingers_replay(self._fingers, ffi.cast("float(*)[3]", x.ctypes.data),
+                                    ffi.cast("float(*)[3]", y.ctypes.data), len(x), self._us,
+                                    ffi.cast("struct haptable_touch(*)[2]", out.ctypes.data))
+        self._us = (self._us + 1000 * len(x)) & 0xFFFFFFFF
+        return out
+
+    def buttons(self, finger: int, grab: bool = False, acknowledge: bool = False) -> None:
+        """Held down from the next tick on by finger 0 or 1."""
+        lib.haptable_fingers_buttons(self._fingers, finger, 2 * bool(grab) + 4 * bool(acknowledge))
+
+    def counters(self, finger: int) -> Dict[str, int]:
+        """What the servo has counted of finger 0 or 1, by name."""
+        return {name: lib.haptable_fingers_counter(self._fingers, finger, i) for i, name in enumerate(_COUNTERS)}
+
+    def energy(self, finger: int) -> Dict[str, float]:
+        """J, of finger 0 or 1: stored_j, most_stored_j, given_j, most_given_j."""
+        energy = lib.haptable_fingers_energy(self._fingers, finger)
+        return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
+
+
 class Body:
     """The tables of a scene; any number of servos may touch it. Arrays are views of the library's memory, read-only.
 
@@ -166,6 +215,7 @@ class Body:
         self.name: str = ffi.string(facts.name).decode()
         self.tables_hash: str = f"{facts.tables_hash:016x}"
         self.max_force: float = facts.max_force_n  #: N
+        self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 or 2
         self.stiffness: float = facts.stiffness_n_per_m  #: N/m, the largest of any point, as felt
         self.rest: NDArray[np.float64] = self._array(facts.rest_m, np.float64, facts.node_count, 3)  #: [N, 3] m
         self.surface: NDArray[np.int32] = self._array(facts.surface, np.int32, facts.surface_count, 3)  #: mesh nodes
@@ -186,6 +236,10 @@ class Body:
     def servo(self) -> Servo:
         """A servo without contact."""
         return Servo(self)
+
+    def pair(self) -> Pair:
+        """Two fingers without contact, of a scene that has them."""
+        return Pair(self)
 
     def deform(self, contact: Union[Contact, np.void], rows: Optional[Sequence[int]] = None,
                out: Optional[NDArray[np.float32]] = None) -> NDArray[np.float32]:
@@ -218,6 +272,13 @@ def _position(position: ArrayLike) -> NDArray[np.float32]:
     if x.shape != (3,):
         raise ValueError(f"position: [3] in m, not {list(x.shape)}")
     return x
+
+
+def _contact_of(touch: Any) -> Contact:
+    """A copy of its own, of one among several."""
+    own = _new_touch(_touch_type)
+    own[0] = touch
+    return Contact(own)
 
 
 def _touch_of(contact: np.void) -> Any:

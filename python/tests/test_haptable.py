@@ -126,6 +126,32 @@ class Package(unittest.TestCase):
         inside = [t for t in seen if begin + 0.1 * (end - begin) < t < begin + 0.9 * (end - begin)]
         self.assertTrue(inside, "no other thread ran in the middle of it")
 
+    def test_two_fingers(self):
+        with self.assertRaisesRegex(haptable.HaptableError, "fingers = 2"):
+            self.body.pair()
+        program = BUILD / "bin" / "haptable-precompute"
+        body = haptable.load(haptable.precompute("meshes/cube-two.toml", self.path / "two", program=program))
+        self.assertEqual((self.body.fingers, body.fingers), (1, 2))
+        first, second = press() - np.float32([0.005, 0, 0]), press() + np.float32([0.005, 0, 0])
+        felt = body.pair().replay(first, second)
+        self.assertEqual(felt.shape, (60, 2))
+        pair = body.pair()
+        for row, x, y in zip(felt, first, second):
+            for contact, one in zip(pair.step(x, y), row):
+                self.assertTrue(np.array_equal(contact.force, one["force"]))
+        self.assertEqual(felt["state"][-1].tolist(), [2, 2])
+        self.assertEqual(pair.counters(1)["ticks"], 60)
+        self.assertGreater(pair.energy(0)["stored_j"], 0.0)
+        # The other's dent takes the surface away; who is away makes none.
+        alone, half = body.servo().replay(first), body.pair()
+        self.assertLess(felt["force"][-1, 0, 2], 0.99 * alone["force"][-1, 2])
+        for row, x in zip(alone, first):
+            contact, away = half.step(x, None)
+            self.assertTrue(np.array_equal(contact.force, row["force"]))
+            self.assertEqual(away.state, "silent")
+        with self.assertRaisesRegex(ValueError, "of each finger"):
+            pair.replay(first, second[1:])
+
     def test_precompute_by_the_program(self):
         program = BUILD / "bin" / "haptable-precompute"
         folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
 #include "host/base/file.hpp"
 #include "host/library/haptable_library.h"
 #include "host/target/modes.hpp"
@@ -24,6 +26,10 @@ namespace fs = std::filesystem;
 struct FreeObject {
     void operator()(haptable_object* object) const { haptable_object_free(object); }
 };
+struct FreeFingers {
+    void operator()(haptable_fingers* fingers) const { haptable_fingers_free(fingers); }
+};
+using Fingers = std::unique_ptr<haptable_fingers, FreeFingers>;
 struct FreeFinger {
     void operator()(haptable_finger* finger) const { haptable_finger_free(finger); }
 };
@@ -198,7 +204,7 @@ TEST_F(Library, ExportsItsOwnNamesAlone) {
     EXPECT_NE(names.out.find("haptable_finger_step@@HAPTABLE_1\n"), std::string::npos);
     const Outcome others =
         run("nm -D --defined-only " + lib() +
-            "/libhaptable.so.1 | grep -vE ' (A HAPTABLE_1|T haptable_(library|object|finger)_[a-z_]*@@HAPTABLE_1)$'");
+            "/libhaptable.so.1 | grep -vE ' (A HAPTABLE_1|T haptable_(library|object|fingers?)_[a-z_]*@@HAPTABLE_1)$'");
     EXPECT_EQ(others.out, "");
 }
 
@@ -305,6 +311,67 @@ TEST_F(Library, ReplayIsManySteps) {
     EXPECT_EQ(haptable_finger_watch(one.get(), last_us + 19'000, &touch), 0);
     EXPECT_EQ(haptable_finger_watch(one.get(), last_us + 20'000, &touch), 1);
     EXPECT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_SILENT});
+}
+
+// Both at once as the firmware has it, and where the other is away what one finger feels.
+TEST_F(Library, TwoFingersHaveTheServosBits) {
+    std::string scene = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, "float32");
+    scene.insert(scene.find("[contact]\n") + 10, "fingers = 2\n");
+    ASSERT_NO_FATAL_FAILURE(precompute(scene));
+    const fs::path folder = folder_.path() / "tables";
+    const Object object(haptable_object_load(folder.c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    EXPECT_EQ(haptable_object_fingers(object.get()), 2U);
+    const Tables tables = read_tables(folder);
+    const ServoModel built = build_model(tables);
+    const haptable_model model = model_in_memory(tables, built);
+    const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
+    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
+    haptable_pair pair;
+    haptable_pair_init(&pair_model, &pair);
+    haptable_pair_check(&pair_model, &pair, HAPTABLE_CHECK_ALL);
+
+    const std::vector<std::array<float, 3>> first_m = hard_path(tables, 30);
+    std::vector<std::array<float, 3>> second_m(first_m.rbegin(), first_m.rend());
+    const auto* const firsts = reinterpret_cast<const float(*)[3]>(first_m.data());
+    const auto* const seconds = reinterpret_cast<const float(*)[3]>(second_m.data());
+    const Fingers fingers(haptable_fingers_new(object.get()));
+    std::vector<std::array<haptable_touch, 2>> felt(first_m.size());
+    haptable_fingers_replay(fingers.get(), firsts, seconds, first_m.size(), 0,
+                            reinterpret_cast<haptable_touch(*)[2]>(felt.data()));
+    std::size_t both = 0;
+    for (std::size_t i = 0; i < first_m.size(); ++i) {
+        haptable_output out[2];
+        haptable_pair_step(&pair_model, &pair, firsts[i], seconds[i], static_cast<std::uint32_t>(1000 * i), out);
+        for (std::size_t f = 0; f < 2; ++f) {
+            ASSERT_EQ(felt[i][f].state, out[f].state) << i;
+            ASSERT_EQ(std::memcmp(felt[i][f].force_n, out[f].force_n, sizeof out[f].force_n), 0) << i;
+            ASSERT_EQ(std::memcmp(felt[i][f].nodal_force_n, out[f].nodal_force_n, sizeof out[f].nodal_force_n), 0) << i;
+        }
+        both += felt[i][0].state == HAPTABLE_TOUCH_CONTACT && felt[i][1].state == HAPTABLE_TOUCH_CONTACT;
+    }
+    EXPECT_GT(both, 30U);
+    EXPECT_EQ(haptable_fingers_counter(fingers.get(), 1, 0), first_m.size());
+    EXPECT_GT(haptable_fingers_energy(fingers.get(), 1).most_stored_j, 0.0);
+
+    const Fingers half(haptable_fingers_new(object.get()));
+    const Finger alone(haptable_finger_new(object.get()));
+    for (std::size_t i = 0; i < first_m.size(); ++i) {
+        haptable_touch expected{}, touch[2]{};
+        haptable_fingers_step(half.get(), nullptr, seconds[i], static_cast<std::uint32_t>(1000 * i), touch);
+        haptable_finger_step(alone.get(), seconds[i], static_cast<std::uint32_t>(1000 * i), &expected);
+        ASSERT_EQ(std::memcmp(&touch[1], &expected, sizeof expected), 0) << i;
+        ASSERT_EQ(touch[0].state, std::uint32_t{HAPTABLE_TOUCH_SILENT});
+    }
+}
+
+TEST_F(Library, RefusesTwoFingersOfASceneWithOne) {
+    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
+    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    EXPECT_EQ(haptable_object_fingers(object.get()), 1U);
+    EXPECT_EQ(haptable_fingers_new(object.get()), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("fingers = 2"), std::string::npos);
 }
 
 }  // namespace
