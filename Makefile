@@ -6,6 +6,8 @@
 # `make help` lists what can be made.
 
 BUILD ?= build
+# One name a folder, from here where it lies here: dependencies are read by the names that they were written with.
+override BUILD := $(patsubst $(CURDIR)/%,%,$(abspath $(BUILD)))
 SCENE ?= meshes/cube.toml
 
 CC = gcc
@@ -148,8 +150,6 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 # test: install what is missing, build and run every test
 .PHONY: test
 test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
-	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
-	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory test-fuzz images test-mpi test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 

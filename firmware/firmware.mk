@@ -79,6 +79,8 @@ loop: firmware
 # The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
 .PHONY: images
 images: $(BUILD)/host/target/count.so
+	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
+	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/free-cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/modes.toml

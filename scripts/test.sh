@@ -19,7 +19,7 @@ $loopback true || loopback=""
 
 # One job: make in the same folder, which two may not do at once. It and the other long suites come first, each a job of
 # its own; the rest goes into jobs of a few dozen tests, suites whole: a suite may make once what all its tests touch.
-makers="DebianPackages PythonPackage Installed Liver"
+makers="DebianPackages PythonPackage Installed Liver MakeScene"
 long="Ranks/Mpi Export Strokes TouchPage NodalPressure LivePage Modes/ModeInBrowser Inverse3 Shared/WholePrecompute Elements
     PressureMask Scenes/Target PrecomputeRun Run All/ElementLoop Ranks/MpiOfMore FaultySession"
 rm -rf "$jobs"

@@ -184,6 +184,15 @@ TEST(Clean, KeepsTablesAndFinishedColumns) {
     EXPECT_FALSE(fs::exists(build));
 }
 
+// Dependencies are written with a folder's name: by another name they would not be read, and old objects be linked.
+TEST(BuildFolder, HasOneNameHoweverItIsGiven) {
+    const std::string here = fs::current_path().string();
+    for (const std::string& name :
+         {std::string("build"), std::string("build/"), std::string("./build"), here + "/build", here + "/build//"})
+        EXPECT_EQ(run("make -pn help BUILD=" + name + " | grep '^BUILD :='").out, "BUILD := build\n") << name;
+    EXPECT_EQ(run("make -pn help BUILD=/elsewhere/ | grep '^BUILD :='").out, "BUILD := /elsewhere\n");
+}
+
 TEST(MakeScene, TakesAPathWithBlanks) {
     const TemporaryFolder folder;
     const fs::path scene = folder.path() / "my scenes" / "a b.toml", tables = build_folder() / "path-with-blanks";
