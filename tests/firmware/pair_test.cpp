@@ -213,6 +213,8 @@ Errors compare_forces(const ElasticBody& body, ForceLaw force, int pairs) {
         u << pair.u(0), pair.u(1);
         const Matrix6d c = direct.compliance(a, b, meeting_m);
         const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(c, Eigen::EigenvaluesOnly);
+        // Two places that load one node alone: C is singular, and the servo lifts it (see below).
+        if (!(eigen.eigenvalues()[0] > 1e-12 * eigen.eigenvalues()[5])) continue;
         const double condition = eigen.eigenvalues()[5] / eigen.eigenvalues()[0];
         if (pair.touches(0) && pair.touches(1)) {
             wanted = -c.llt().solve(u);
@@ -235,8 +237,8 @@ Errors compare_forces(const ElasticBody& body, ForceLaw force, int pairs) {
     return errors;
 }
 
-/// So many random pairs of places; HAPTABLE_RANDOM_PAIRS=10000: as many as docs/FINGERS.md says, then of all forces on
-/// the mouse too.
+/// So many random pairs of places; HAPTABLE_RANDOM_PAIRS=10000: as many as docs/FINGERS.md says on the
+/// mouse, then of all forces.
 int random_pairs(int in_the_suite) {
     const char* text = std::getenv("HAPTABLE_RANDOM_PAIRS");
     return text == nullptr ? in_the_suite : std::atoi(text);
@@ -245,7 +247,7 @@ int random_pairs(int in_the_suite) {
 TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheCube) {
     for (const ForceLaw force : kForces) {
         const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
-        const Errors errors = compare_forces(body, force, random_pairs(3000));
+        const Errors errors = compare_forces(body, force, random_pairs(10000));
         RecordProperty(std::string("worst, ") + word(force), std::to_string(1e6 * errors.worst) + "e-6");
         EXPECT_LT(errors.worst, 1e-5) << force;
         EXPECT_GT(errors.both, 2000);
