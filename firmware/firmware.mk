@@ -171,6 +171,7 @@ $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(
 	$(link_image)
 
 # Reads its tables into RAM: any mode on any body, on a board that has the room.
+$(IMAGE)/measure.elf: private override FLASH = 256K
 $(IMAGE)/measure.elf: private RAM = 2M
 $(IMAGE)/measure.elf: private STACK = 8K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_model_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
@@ -178,6 +179,7 @@ $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_model_reade
 
 # The same for two fingers, whose scene's own image is pair.elf.
 $(IMAGE)/pair.elf: private STACK = 8K
+$(IMAGE)/measure_pair.elf: private override FLASH = 256K
 $(IMAGE)/measure_pair.elf: private RAM = 2M
 $(IMAGE)/measure_pair.elf: private STACK = 8K
 $(IMAGE)/measure_pair.elf: $(IMAGE)/port/measure_pair.o $(IMAGE)/port/haptable_model_reader.o $(IMAGE)/port/haptable_pair_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
