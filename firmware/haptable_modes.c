@@ -213,17 +213,26 @@ static float stored_of(const float finger_m[3], const struct haptable_output* ou
     return 0.5f * (work < 0.0f ? -work : work);
 }
 
+/* The most that the shift goes in a tick in which nothing bears on the surface: a finger that waits there is met with
+ * so little that its contact holds no more than rounding. */
+#define FREE_STEP_M 1e-6f
+
 /* Brings the shift to where the modes have the surface at the god-object's new place, as far as that costs the contact
  * no more than the tick has left over. Returns what it may cost. */
 static float follow(const struct haptable_modes* modes, struct haptable_modes_state* state, float left_j) {
     float apart[3];
+    float apart2;
     float cost_j;
     float share = 1.0f;
     place_of(modes, state, apart);
     vec_add_scaled(-1.0f, state->shift_m, apart);
-    cost_j = 0.5f * modes->model->stiffness_limit_n_per_m * vec_dot(apart, apart) - vec_dot(state->load_n, apart);
-    if (vec_dot(state->load_n, state->load_n) == 0.0f) cost_j = 0.0f; /* nothing is there */
+    apart2 = vec_dot(apart, apart);
+    cost_j = 0.5f * modes->model->stiffness_limit_n_per_m * apart2 - vec_dot(state->load_n, apart);
     if (cost_j > left_j) share = left_j > 0.0f ? left_j / cost_j : 0.0f;
+    if (vec_dot(state->load_n, state->load_n) == 0.0f && share * share * apart2 < FREE_STEP_M * FREE_STEP_M) {
+        share = apart2 > FREE_STEP_M * FREE_STEP_M ? FREE_STEP_M * vec_inverse_root(apart2) : 1.0f;
+        cost_j = 0.0f;
+    }
     vec_add_scaled(share, apart, state->shift_m);
     return cost_j > 0.0f ? share * cost_j : 0.0f;
 }

@@ -143,6 +143,15 @@ TEST_F(BodyTest, ItsTurnKeepsItsLength) {
     EXPECT_NEAR(energy(), before, 1e-3 * before);
 }
 
+// What rounding has made of a turn's length does not stay: its error is squared each tick.
+TEST_F(BodyTest, ATurnOfAnotherLengthIsMended) {
+    begin();
+    state.turn[0] = 0.6F * 1.001F;
+    state.turn[2] = 0.8F * 1.001F;
+    move(2);
+    EXPECT_WITHIN(std::abs(turn_of(state).norm() - 1.0), .count = 8, .epsilon = kFloat);
+}
+
 // Undamped, and large: the step neither makes nor takes energy.
 TEST_F(BodyTest, SuspendedItKeepsItsEnergy) {
     for (int c = 0; c < 3; ++c) {
@@ -180,6 +189,22 @@ TEST_F(BodyTest, ComesToRestOnTheFloor) {
     move(57000);
     EXPECT_NEAR((moved() - (position_of(rested) - to_vector(body.centre_m))).norm(), 0.0, 1e-7);
     EXPECT_NEAR(turn_of(state).angularDistance(turn_of(rested)), 0.0, 1e-5);
+}
+
+// A body that is thrown up from the floor: that still pushes, for it was pressed, and does not pull.
+TEST_F(BodyTest, TheFloorDoesNotPull) {
+    add_gravity(body);
+    add_floor(body, -0.0001, 0.5);
+    begin();
+    move(1000);
+    ASSERT_EQ(__builtin_popcount(state.on_floor), 4);
+    for (const float up : {0.1F, 1.0F}) {
+        state.velocity_m_per_s[2] = up;
+        move();
+        EXPECT_GE(double(state.velocity_m_per_s[2]), double(up) - 9.81 * kTick - 4.0 * kFloat) << up;
+        begin();
+        move(1000);
+    }
 }
 
 // On a slope of 20 degrees, tan = 0.364.

@@ -373,6 +373,23 @@ TEST(Modes, ABodyThatNothingHoldsFallsAndRings) {
     EXPECT_GT(most_j, 1e-9) << "and it rang";
 }
 
+// A shift that lagged when contact ended follows so slowly that a finger which waits is not jumped at.
+TEST(Modes, AShiftThatLagsFollowsSlowly) {
+    const Jelly ringing(jelly(ForceLaw::kConsistent, 8));
+    Session session(ringing, GodObject::kLeastEnergy);
+    press(session, kOnTop, 0.002, 300);
+    for (int tick = 0; tick < 5000; ++tick) session.step(kOnTop + Vector3d(0, 0, 0.001 + 2e-6 * tick));
+    session.state.shift_m[2] = 3e-4F;
+    for (int tick = 0; tick < 299; ++tick) {
+        const float before = session.state.shift_m[2];
+        session.step(kOnTop + Vector3d(0, 0, 0.02));
+        ASSERT_NEAR(double(before - session.state.shift_m[2]), 1e-6, 1e-9) << tick;
+    }
+    session.step(kOnTop + Vector3d(0, 0, 0.02));
+    session.step(kOnTop + Vector3d(0, 0, 0.02));
+    EXPECT_NEAR(double(session.state.shift_m[2]), 0.0, 1e-9);
+}
+
 // What is refused, or is no number, leaves the modes to themselves.
 TEST(Modes, ARefusedFingerPushesNothing) {
     const Jelly ringing(jelly(ForceLaw::kConsistent, 8));
