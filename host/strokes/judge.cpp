@@ -348,20 +348,29 @@ private:
         return along <= mu * pressed + kCone * (1.0 + mu) * now_.load_n.norm() + rounding_of(0.0);
     }
 
-    /// A god-object that is where it would be without friction need not have its force in the cone: no point may. At a
-    /// limit that depends on the last bit of the load, and is taken as the servo has it.
-    bool is_freed(const float finger_m[3]) const {
+    /// Where the god-object would be without friction, its force is anywhere. Least energy goes on from there as long
+    /// as that stores no more than where it was held, whose load is `share` of what the tables say.
+    bool is_frictionless(const float finger_m[3], double share) const {
         haptable_model smooth = model_;
         smooth.god_object = model_.frictionless;
         haptable_servo servo = before_;
         if (smooth.energy == nullptr && servo.freed.patch != HAPTABLE_NONE) servo.contact = servo.freed;
-        const Vector3d held_n = last_.s * (now_.x - last_.god);  // with friction least energy stores no more than that
+        const Vector3d held_n = share * (last_.s * (now_.x - last_.god));
         for (int c = 0; c < 3; ++c) servo.contact.load_n[c] = static_cast<float>(held_n[c]);
         haptable_output out;
         touched_.step(&smooth, &servo, finger_m, 0, &out);
-        const double near_m = static_cast<double>(model_.tolerance_m);
-        if (has_limit()) return (vector_of(servo_.freed.god_object_m) - now_.god).norm() <= near_m;
-        return out.state == HAPTABLE_CONTACT && (vector_of(out.god_object_m) - now_.god).norm() <= near_m;
+        return out.state == HAPTABLE_CONTACT && is_at(out.god_object_m);
+    }
+
+    bool is_at(const float god_object_m[3]) const {
+        return (vector_of(god_object_m) - now_.god).norm() <= static_cast<double>(model_.tolerance_m);
+    }
+
+    /// A god-object that is where it would be without friction need not have its force in the cone: no point may. At a
+    /// limit that depends on the last bit of the load, and is taken as the servo has it.
+    bool is_freed(const float finger_m[3]) const {
+        if (has_limit()) return is_at(servo_.freed.god_object_m);
+        return is_frictionless(finger_m, 1.0 + kLaw) || is_frictionless(finger_m, 1.0 - kLaw);
     }
 
     void check_cone(const float finger_m[3]) {
