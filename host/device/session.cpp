@@ -324,11 +324,13 @@ void DeviceSession::ask_again(int resends) {
 }
 
 void DeviceSession::give_up() const {
-    throw Error(fmt::format(
-        "no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same machine and "
-        "LCM_DEFAULT_URL ({}{})",
-        state_.seq, options_.patience_s, connection_.url(), why_none(),
-        options_.finger == 0 ? "" : "; as a second finger, which only a scene with [contact] fingers = 2 has"));
+    throw Error(
+        fmt::format("no answer to state {} within {} s on {}: start build/<name>/servo --lcm on the same machine and "
+                    "LCM_DEFAULT_URL ({}{})",
+                    state_.seq, options_.patience_s, connection_.url(), why_none(),
+                    options_.finger == 0 || report_.refused_answers > 0
+                        ? ""
+                        : "; as a second finger, which only a scene with [contact] fingers = 2 has"));
 }
 
 void DeviceSession::end_tick() {
