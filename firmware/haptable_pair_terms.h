@@ -305,12 +305,12 @@ static inline void pair_other(const struct haptable_pair_view* view, const float
 }
 
 /* What is left of A at the least, as a part of it. */
-#define PAIR_LEAST 0.015625f
+#define HAPTABLE_PAIR_LEAST 0.015625f
 
 /* Places that load one node alone, next to fixed ones, load it alike however far apart they are: there N is lifted, as
  * is C beside a fixed vertex. */
 static inline int pair_keep_definite(const float a[6], float n[6]) {
-    const float missing = PAIR_LEAST * third_of_trace(a) - third_of_trace(n);
+    const float missing = HAPTABLE_PAIR_LEAST * third_of_trace(a) - third_of_trace(n);
     if (missing <= 0.0f) return 0;
     n[0] += missing;
     n[1] += missing;

@@ -66,12 +66,12 @@ static void put_contact(const struct haptable_model* model, const struct haptabl
 }
 
 /* Newtons squared: what is larger, or not a number, is no force of any device but a fault. */
-#define FORCE_LIMIT2 1e30f
+#define HAPTABLE_FORCE_LIMIT2 1e30f
 
 /* The last gate: what is not a force does not go to the device. */
 static void gate_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
     const float size2 = vec_dot(out->force_n, out->force_n);
-    if (!(size2 <= FORCE_LIMIT2)) {
+    if (!(size2 <= HAPTABLE_FORCE_LIMIT2)) {
         ++servo->counters.rejected_forces;
         haptable_fault(servo, HAPTABLE_FAULT_FORCE);
         vec_zero(out->force_n);

@@ -26,8 +26,8 @@ struct Poked {
 /// Throws Error for anything else.
 Eigen::Vector3d place_of(const std::string& text, const haptable_model& model);
 
-/// Pushes the finger in at 20 mm/s from a centimetre outside, and holds it for 0.1 s, for 5 s where the body rings. Throws Error, which says where
-/// the body is, where it never met it.
+/// Pushes the finger in at 20 mm/s from a centimetre outside, and holds it for 0.1 s, for 5 s where the body rings.
+/// Throws Error, which says where the body is, where it never met it.
 Poked poke(const ServoScene& scene, const Poke& poke);
 
 /// "the touchable surface lies in (x y z) to (x y z) m".
