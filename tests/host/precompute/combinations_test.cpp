@@ -2,7 +2,6 @@
 // Every element with every law and every force, in a skin, on a bed, under its weight, relaxing, of two materials.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <tuple>
 
 #include "codegen/in_memory.hpp"
@@ -12,6 +11,7 @@
 #include "host/precompute/gravity.hpp"
 #include "host/precompute/precompute.hpp"
 #include "tests/conditioning.hpp"
+#include "tests/dense.hpp"
 #include "tests/finger.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -70,7 +70,7 @@ protected:
 void expect_inverse(const Scene& scene, const Body& body, const Tables& tables) {
     const Factor without(assemble_free(scene, body));
     const Stiffness k = assemble_free(scene, body, prestress_of(scene, body, find_sag(scene, body, without)));
-    const Eigen::MatrixXd l = Eigen::MatrixXd(assembled(k)).llt().solve(Eigen::MatrixXd::Identity(k.size(), k.size()));
+    const Eigen::MatrixXd l = dense::inverse_spd(Eigen::MatrixXd(assembled(k)));
     const Bound bound = inverse_bound(k).times(10.0);
     for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
         const Eigen::Index row = 3 * Eigen::Index{body.unknown[std::size_t(tables.node_id[i])]};

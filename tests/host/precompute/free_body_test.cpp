@@ -12,6 +12,7 @@
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable {
 namespace {
@@ -40,8 +41,9 @@ TEST_F(FreeBodyTables, TheServosBodyIsTheScenes) {
     const std::optional<haptable_body> body = read_rigid_body(folder.path());
     ASSERT_TRUE(body);
     EXPECT_EQ(body->mass_kg, 0.05F);
-    EXPECT_NEAR(double(body->centre_m[1]), 0.015, 1e-8);
-    EXPECT_NEAR(double(body->inertia_kg_m2[2]), 0.05 * 0.0009 / 6.0, 1e-11);
+    EXPECT_WITHIN(std::abs(double(body->centre_m[1]) - 0.015), .count = 4, .epsilon = test::kFloat, .size = 0.015);
+    EXPECT_WITHIN(std::abs(double(body->inertia_kg_m2[2]) - 0.05 * 0.0009 / 6.0), .count = 4, .epsilon = test::kFloat,
+                  .size = 0.05 * 0.0009 / 6.0);
     EXPECT_EQ(body->stiffness_n_per_m[1], 2.0F);
     EXPECT_EQ(body->turn_stiffness_n_m[2], 6e-3F);
     EXPECT_EQ(body->floor_m, -0.001F);

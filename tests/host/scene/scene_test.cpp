@@ -10,6 +10,7 @@
 #include "host/base/file.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable {
 
@@ -385,7 +386,7 @@ TEST_F(SceneFile, MembranesBedsAndGravityAreRead) {
     EXPECT_EQ(scene.beds[0].normal_n_per_m3, 1e5);
     EXPECT_EQ(scene.beds[0].tangential_n_per_m3, 0.0);
     ASSERT_TRUE(scene.gravity);
-    EXPECT_NEAR(scene.gravity->acceleration_m_per_s2[2], 0.8 * 9.81, 1e-12);
+    EXPECT_WITHIN(std::abs(scene.gravity->acceleration_m_per_s2[2] - 0.8 * 9.81), .count = 8, .size = 9.81);
     EXPECT_EQ(scene.density_of(-1), 1060.0);
     EXPECT_EQ(scene.density_of(0), 900.0);
     EXPECT_FALSE(scene.gravity->prestress);
