@@ -74,8 +74,9 @@ protected:
     }
     std::string start() const { return mpirun() + "'" + many_.string() + "' scene.toml -o many --quiet"; }
     static std::string mpirun() {
+        // Processes that wait let others run, and none is bound to a processor that another test uses.
         return "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 mpirun --allow-run-as-root "
-               "--oversubscribe -n " +
+               "--oversubscribe --bind-to none -n " +
                std::to_string(GetParam()) + " ";
     }
     int system_of(const std::string& command) const { return test::run(command, folder_.path()).status; }
