@@ -54,18 +54,18 @@ struct both {
 
 /* ---- where they are free to move ------------------------------------------------------------------------------- */
 
-static void find_ways(struct place* place) {
-    const enum place_on_patch feature = feature_of(place->at.alpha, &place->corner);
-    place->free = feature == INSIDE ? 2 : feature == ON_EDGE ? 1 : 0;
-    place->way[0][0] = 1.0f;
-    place->way[0][1] = 0.0f;
-    place->way[1][0] = 0.0f;
-    place->way[1][1] = 1.0f;
+static void find_ways(struct place* here) {
+    const enum place_on_patch feature = feature_of(here->at.alpha, &here->corner);
+    here->free = feature == INSIDE ? 2 : feature == ON_EDGE ? 1 : 0;
+    here->way[0][0] = 1.0f;
+    here->way[0][1] = 0.0f;
+    here->way[1][0] = 0.0f;
+    here->way[1][1] = 1.0f;
     if (feature == ON_EDGE) {
-        const int from = next_corner(place->corner);
-        const int to = previous_corner(place->corner);
-        place->way[0][0] = (float)(to == 1) - (float)(from == 1);
-        place->way[0][1] = (float)(to == 2) - (float)(from == 2);
+        const int from = next_corner(here->corner);
+        const int to = previous_corner(here->corner);
+        here->way[0][0] = (float)(to == 1) - (float)(from == 1);
+        here->way[0][1] = (float)(to == 2) - (float)(from == 2);
     }
 }
 
@@ -110,14 +110,14 @@ static void put_slope_weights(const struct haptable_pair_law* law, const float a
 }
 
 /* What the controls' x change by with alpha_b: without a mask only its own corner's and the first one's count. */
-static void slope_of(const struct place* place, int b, const float (*x)[3], int count, float to[3]) {
+static void slope_of(const struct place* here, int b, const float (*x)[3], int count, float to[3]) {
     int k;
     if (count < HAPTABLE_PAIR_CONTROLS) {
         vec_sub(x[b + 1], x[0], to);
         return;
     }
     vec_zero(to);
-    for (k = 0; k < count; ++k) vec_add_scaled(place->slope_weight[b][k], x[k], to);
+    for (k = 0; k < count; ++k) vec_add_scaled(here->slope_weight[b][k], x[k], to);
 }
 
 /* A finger's controls as the loads of both press on them, through the other's place. */
@@ -207,26 +207,26 @@ static void put_second(const float q[HAPTABLE_PAIR_CONTROLS], float second_j[3])
 /* Where they meet: what the share's own slope adds. x_v: X_b v of the other; back: X_b^T v of this one. */
 static void couple_meeting(const struct both* both, int f, float x_v[2][3], float back[2][3]) {
     const float* v = both->system.v[f];
-    const struct place* place = &both->place[f];
+    const struct place* here = &both->place[f];
     float there[3]; /* R v */
-    float here[3];
+    float back_v[3];
     int b;
     if (f == 0) {
         pair_product(both->x, both->system.v[1], there);
-        pair_transposed_product(both->x, v, here);
+        pair_transposed_product(both->x, v, back_v);
     } else {
         pair_transposed_product(both->x, both->system.v[0], there);
-        pair_product(both->x, v, here);
+        pair_product(both->x, v, back_v);
     }
     for (b = 0; b < 2; ++b) {
-        const float slope = meeting_slope(both, f, place->e[b]) / both->meeting.share;
+        const float slope = meeting_slope(both, f, here->e[b]) / both->meeting.share;
         float scaled[3] = {0.0f, 0.0f, 0.0f};
         vec_add_scaled(both->meeting.share, x_v[b], scaled);
         vec_add_scaled(slope, there, scaled);
         vec_copy(scaled, x_v[b]);
         vec_zero(scaled);
         vec_add_scaled(both->meeting.share, back[b], scaled);
-        vec_add_scaled(slope, here, scaled);
+        vec_add_scaled(slope, back_v, scaled);
         vec_copy(scaled, back[b]);
     }
 }
@@ -235,15 +235,15 @@ static void couple_meeting(const struct both* both, int f, float x_v[2][3], floa
 static void couple(struct both* both, const struct pressed* pressed, int f, float back[2][3]) {
     const struct haptable_pair_law* law = both->tables->law;
     const float* v = both->system.v[f];
-    struct place* place = &both->place[f];
-    struct haptable_pair_slope* slope = &place->slope;
+    struct place* here = &both->place[f];
+    struct haptable_pair_slope* slope = &here->slope;
     float second_j[3] = {0.0f, 0.0f, 0.0f};
     float x_v[2][3];
     int b;
     for (b = 0; b < 2; ++b) {
-        slope_of(place, b, (const float(*)[3])pressed->by_other, law->controls, x_v[b]);
-        slope_of(place, b, (const float(*)[3])pressed->back, law->controls, back[b]);
-        place->raw_j[b] = vec_dot(v, x_v[b]);
+        slope_of(here, b, (const float(*)[3])pressed->by_other, law->controls, x_v[b]);
+        slope_of(here, b, (const float(*)[3])pressed->back, law->controls, back[b]);
+        here->raw_j[b] = vec_dot(v, x_v[b]);
     }
     if (law->controls == HAPTABLE_PAIR_CONTROLS) {
         float q[HAPTABLE_PAIR_CONTROLS];
@@ -252,8 +252,8 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
         put_second(q, second_j);
     }
     if (both->meeting.is_near) {
-        const float* e[2] = {place->e[0], place->e[1]};
-        const float* raw = place->raw_j;
+        const float* e[2] = {here->e[0], here->e[1]};
+        const float* raw = here->raw_j;
         second_j[0] = meeting_bend(both, f, e[0], f, e[0], raw[0], raw[0], second_j[0]);
         second_j[1] = meeting_bend(both, f, e[0], f, e[1], raw[0], raw[1], second_j[1]);
         second_j[2] = meeting_bend(both, f, e[1], f, e[1], raw[1], raw[1], second_j[2]);
@@ -290,22 +290,22 @@ static float mixed_of(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CO
 /* v of both, and the energy. Returns 0 where one leaves the other behind, or where N is lifted. */
 static int solve_places(struct both* both, struct haptable_pair_net* net) {
     const struct haptable_pair_model* tables = both->tables;
-    struct place* place = both->place;
+    struct place* here = both->place;
     float u[HAPTABLE_FINGERS][3];
     int f;
     put_meeting(both);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        vec_sub(both->x_m[f], place[f].at.god_object_m, u[f]);
-        tables->bend->open(tables->model, &place[f].at, both->x_m[f], &place[f].point);
-        pair_weights(tables, place[f].at.alpha, place[f].weight);
-        vec_copy(u[f], place[f].u);
+        vec_sub(both->x_m[f], here[f].at.god_object_m, u[f]);
+        tables->bend->open(tables->model, &here[f].at, both->x_m[f], &here[f].point);
+        pair_weights(tables, here[f].at.alpha, here[f].weight);
+        vec_copy(u[f], here[f].u);
     }
-    pair_cross_net(tables, pair_net(tables, net, place[0].at.patch, place[1].at.patch), place[0].weight,
-                   place[1].weight, both->x);
+    pair_cross_net(tables, pair_net(tables, net, here[0].at.patch, here[1].at.patch), here[0].weight, here[1].weight,
+                   both->x);
     if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
-    pair_solve_both(tables->law, &place[0].point.own, &place[1].point.own, u, both->x, &both->system);
+    pair_solve_both(tables->law, &here[0].point.own, &here[1].point.own, u, both->x, &both->system);
     both->energy_j =
-        0.5f * (vec_dot(place[0].point.own.s, both->system.v[0]) + vec_dot(place[1].point.own.s, both->system.v[1]));
+        0.5f * (vec_dot(here[0].point.own.s, both->system.v[0]) + vec_dot(here[1].point.own.s, both->system.v[1]));
     return both->system.touches[0] && both->system.touches[1] && !both->system.lifted;
 }
 
@@ -317,13 +317,13 @@ static void set_scaled(float s, const float a[3], float out[3]) {
 
 /* Of a finger on an edge. */
 static void put_edge_way(struct both* both, int f, int begin, float back[2][3]) {
-    const struct place* place = &both->place[f];
-    const float* second_j = place->slope.second_j;
-    const float* way = place->way[0];
+    const struct place* here = &both->place[f];
+    const float* second_j = here->slope.second_j;
+    const float* way = here->way[0];
     float(*y)[3] = both->y[begin];
-    both->gradient_j[begin] = way[0] * place->slope.first_j[0] + way[1] * place->slope.first_j[1];
-    set_scaled(way[0], place->slope.y[0], y[f]);
-    vec_add_scaled(way[1], place->slope.y[1], y[f]);
+    both->gradient_j[begin] = way[0] * here->slope.first_j[0] + way[1] * here->slope.first_j[1];
+    set_scaled(way[0], here->slope.y[0], y[f]);
+    vec_add_scaled(way[1], here->slope.y[1], y[f]);
     set_scaled(-way[0], back[0], y[1 - f]);
     vec_add_scaled(-way[1], back[1], y[1 - f]);
     both->hessian_j[begin][begin] =
@@ -332,16 +332,16 @@ static void put_edge_way(struct both* both, int f, int begin, float back[2][3]) 
 
 /* Gradient, y and curvature by the ways of a finger. */
 static void put_ways(struct both* both, int f, float back[2][3]) {
-    const struct place* place = &both->place[f];
-    const float* second_j = place->slope.second_j;
+    const struct place* here = &both->place[f];
+    const float* second_j = here->slope.second_j;
     const int begin = f == 0 ? 0 : both->place[0].free;
     int i;
-    if (place->free == 1) put_edge_way(both, f, begin, back);
-    if (place->free < 2) return;
+    if (here->free == 1) put_edge_way(both, f, begin, back);
+    if (here->free < 2) return;
     for (i = 0; i < 2; ++i) {
-        vec_copy(place->slope.y[i], both->y[begin + i][f]);
+        vec_copy(here->slope.y[i], both->y[begin + i][f]);
         set_scaled(-1.0f, back[i], both->y[begin + i][1 - f]);
-        both->gradient_j[begin + i] = place->slope.first_j[i];
+        both->gradient_j[begin + i] = here->slope.first_j[i];
     }
     both->hessian_j[begin][begin] = second_j[0];
     both->hessian_j[begin + 1][begin] = second_j[1];
@@ -350,7 +350,7 @@ static void put_ways(struct both* both, int f, float back[2][3]) {
 
 /* The curvature between the ways of the two: -v_1 . X_bc v_2. */
 static void put_mixed(struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
-    const struct place* place = both->place;
+    const struct place* here = both->place;
     float mixed[2][2];
     int b;
     int c;
@@ -358,15 +358,15 @@ static void put_mixed(struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS
         for (c = 0; c < 2; ++c) {
             mixed[b][c] = mixed_of(both, mixed_j, b, c);
             if (both->meeting.is_near)
-                mixed[b][c] = meeting_bend(both, 0, place[0].e[b], 1, place[1].e[c], place[0].raw_j[b],
-                                           place[1].raw_j[c], mixed[b][c]);
+                mixed[b][c] = meeting_bend(both, 0, here[0].e[b], 1, here[1].e[c], here[0].raw_j[b], here[1].raw_j[c],
+                                           mixed[b][c]);
         }
-    for (b = 0; b < place[0].free; ++b)
-        for (c = 0; c < place[1].free; ++c) {
-            const float* one = place[0].way[b];
-            const float* two = place[1].way[c];
-            both->hessian_j[place[0].free + c][b] = -(one[0] * (two[0] * mixed[0][0] + two[1] * mixed[0][1]) +
-                                                      one[1] * (two[0] * mixed[1][0] + two[1] * mixed[1][1]));
+    for (b = 0; b < here[0].free; ++b)
+        for (c = 0; c < here[1].free; ++c) {
+            const float* one = here[0].way[b];
+            const float* two = here[1].way[c];
+            both->hessian_j[here[0].free + c][b] = -(one[0] * (two[0] * mixed[0][0] + two[1] * mixed[0][1]) +
+                                                     one[1] * (two[0] * mixed[1][0] + two[1] * mixed[1][1]));
         }
 }
 
@@ -389,10 +389,10 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
     int j;
     press(both, net, pressed, mixed_j);
     for (i = 0; i < HAPTABLE_FINGERS; ++i) {
-        struct place* place = &both->place[i];
+        struct place* here = &both->place[i];
         float back[2][3];
-        put_slope_weights(tables->law, place->at.alpha, place->slope_weight);
-        tables->bend->slope(tables->model, &place->at, both->x_m[i], &place->point, both->system.v[i], &place->slope);
+        put_slope_weights(tables->law, here->at.alpha, here->slope_weight);
+        tables->bend->slope(tables->model, &here->at, both->x_m[i], &here->point, both->system.v[i], &here->slope);
         couple(both, &pressed[i], i, back);
         put_ways(both, i, back);
     }
@@ -462,11 +462,11 @@ static void solve_curvature(float h[MOST_FREE][MOST_FREE], int free, float b[MOS
 
 /* How the alphas of a finger change by a step of both. */
 static void step_of(const struct both* both, int f, const float step[MOST_FREE], float d[2]) {
-    const struct place* place = &both->place[f];
+    const struct place* here = &both->place[f];
     const float* own = f == 0 ? step : &step[both->place[0].free];
-    d[0] = place->free > 0 ? own[0] * place->way[0][0] : 0.0f;
-    d[1] = place->free > 0 ? own[0] * place->way[0][1] : 0.0f;
-    if (place->free == 2) d[1] += own[1];
+    d[0] = here->free > 0 ? own[0] * here->way[0][0] : 0.0f;
+    d[1] = here->free > 0 ? own[0] * here->way[0][1] : 0.0f;
+    if (here->free == 2) d[1] += own[1];
 }
 
 /* dE by alpha_c towards corner c, the others giving way in proportion. */
@@ -480,13 +480,13 @@ static float slope_towards(const float alpha[3], const float gradient_j[2], int 
 static void see_from(const struct both* both, struct haptable_pair* pair, int f, uint16_t patch, float alpha[3],
                      float gradient_j[2]) {
     const struct haptable_pair_model* tables = both->tables;
-    const struct place* place = &both->place[f];
-    const uint16_t* vertex = tables->model->patch[place->at.patch];
+    const struct place* here = &both->place[f];
+    const uint16_t* vertex = tables->model->patch[here->at.patch];
     const float(*x)[9] = (const float(*)[9])pair_gather(&pair->view[f], patch)->x;
     const float* v = both->system.v[f];
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
-    struct haptable_contact at = place->at;
+    struct haptable_contact at = here->at;
     float weight[2][HAPTABLE_PAIR_CONTROLS];
     float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
     int b;
@@ -495,7 +495,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     at.patch = patch;
     vec_zero(at.alpha);
     for (k = 0; k < 3; ++k)
-        if (place->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = place->at.alpha[k];
+        if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
     tables->bend->open(tables->model, &at, both->x_m[f], &point);
     tables->bend->slope(tables->model, &at, both->x_m[f], &point, v, &slope);
     put_slope_weights(tables->law, at.alpha, weight);
@@ -520,8 +520,8 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
 
 /* 1 where E falls into another patch of the edge. */
 static int falls_across(const struct both* both, struct haptable_pair* pair, int f) {
-    const struct place* place = &both->place[f];
-    struct across across = across_begin(both->tables->model, place->at.patch, place->corner);
+    const struct place* here = &both->place[f];
+    struct across across = across_begin(both->tables->model, here->at.patch, here->corner);
     for (; across.patch != HAPTABLE_NONE; across_next(both->tables->model, &across)) {
         float alpha[3];
         float gradient_j[2];
@@ -541,8 +541,8 @@ static int falls_from(const float alpha[3], const float gradient_j[2], int corne
 
 /* 1 where E falls along an edge of the vertex: its slope is linear on each patch's cone there. */
 static int falls_around(const struct both* both, struct haptable_pair* pair, int f) {
-    const struct place* place = &both->place[f];
-    struct fan fan = fan_begin(both->tables->model, place->at.patch, place->corner);
+    const struct place* here = &both->place[f];
+    struct fan fan = fan_begin(both->tables->model, here->at.patch, here->corner);
     while (fan_next(both->tables->model, &fan)) {
         float alpha[3];
         float gradient_j[2];
@@ -554,14 +554,14 @@ static int falls_around(const struct both* both, struct haptable_pair* pair, int
 
 /* 1 where a finger is within its patch, or E falls off its edge or vertex nowhere. */
 static int rests_across(const struct both* both, struct haptable_pair* pair, int f) {
-    const struct place* place = &both->place[f];
-    const float* alpha = place->at.alpha;
-    if (place->free == 2) return 1;
-    if (place->free == 1 ? slope_towards(alpha, place->slope.first_j, place->corner) < 0.0f
-                         : falls_from(alpha, place->slope.first_j, place->corner))
+    const struct place* here = &both->place[f];
+    const float* alpha = here->at.alpha;
+    if (here->free == 2) return 1;
+    if (here->free == 1 ? slope_towards(alpha, here->slope.first_j, here->corner) < 0.0f
+                        : falls_from(alpha, here->slope.first_j, here->corner))
         return 0;
     pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
-    return place->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
+    return here->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
 
 /* 1 where a step is so small that it ends the tick. */
@@ -593,19 +593,19 @@ static void put_follow(const struct both* both, struct haptable_pair_follow* fol
     int f;
     int i;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        const struct place* place = &both->place[f];
+        const struct place* here = &both->place[f];
         const int begin = f == 0 ? 0 : both->place[0].free;
-        follow->patch[f] = place->at.patch;
+        follow->patch[f] = here->at.patch;
         for (i = 0; i < both->free; ++i) {
             float* slope_n = follow->slope_n[i][f];
             if (!both->tables->law->is_stiffness) {
                 vec_copy(both->z[i][f], slope_n);
                 continue;
             }
-            vec_symmetric_product(place->point.own.a, both->z[i][f], slope_n);
-            if (i < begin || i >= begin + place->free) continue;
-            vec_add_scaled(place->way[i - begin][0], place->slope.a_v[0], slope_n);
-            vec_add_scaled(place->way[i - begin][1], place->slope.a_v[1], slope_n);
+            vec_symmetric_product(here->point.own.a, both->z[i][f], slope_n);
+            if (i < begin || i >= begin + here->free) continue;
+            vec_add_scaled(here->way[i - begin][0], here->slope.a_v[0], slope_n);
+            vec_add_scaled(here->way[i - begin][1], here->slope.a_v[1], slope_n);
         }
     }
     follow->free = (uint8_t)both->free;
@@ -706,13 +706,13 @@ static int may_settle(const struct haptable_pair* pair, int f) {
            !servo->segment.unfinished && servo->undecided_ticks == 0 && (servo->buttons & HAPTABLE_BUTTON_GRAB) == 0;
 }
 
-static int begin(struct both* both, struct haptable_pair* pair) {
+static int begin_both(struct both* both, struct haptable_pair* pair) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        struct place* place = &both->place[f];
+        struct place* here = &both->place[f];
         if (!may_settle(pair, f)) return 0;
-        place->at = pair->servo[f].contact;
-        find_ways(place);
+        here->at = pair->servo[f].contact;
+        find_ways(here);
     }
     both->free = both->place[0].free + both->place[1].free;
     return !pair->is_following || predict(both, pair);
@@ -726,7 +726,7 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     float most_j = 3e38f;
     both.tables = tables;
     both.x_m = finger_m;
-    if (!begin(&both, pair)) return 0;
+    if (!begin_both(&both, pair)) return 0;
     while (pair->evaluations < most) {
         int rests;
         if (!evaluate(&both, pair)) return 0;
