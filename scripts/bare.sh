@@ -12,6 +12,7 @@ trap 'rm -rf "$work"' EXIT
 chmod 755 "$work"
 git clone --quiet --no-local . "$work/haptable"
 cat >"$work/inside" <<END
+unset MAKEFLAGS MAKELEVEL MFLAGS
 cd /haptable
 TIMEFORMAT='bare: %R s, of which the processors worked %U s and the kernel %S s'
 time $*
