@@ -562,7 +562,6 @@ float haptable_body_push_of(const struct haptable_model* model, const struct hap
     float stored_j = 0.0f;
     float made_j;
     float moved[3] = {0.0f, 0.0f, 0.0f};
-    float dent[3];
     int i;
     if (known) vec_sub(world_m, state->finger_m[number], moved);
     made_j = known ? vec_dot(state->given_n[number], moved) : 0.0f;
@@ -578,6 +577,7 @@ float haptable_body_push_of(const struct haptable_model* model, const struct hap
     push->sticks = model->static_friction > 0.0f && servo->contact.slips == 0 ? 1u : 0u;
     push->stiffness_n_per_m = 0.0f;
     if (haptable_touches(out->state)) {
+        float dent[3];
         vec_sub(at_m, out->god_object_m, dent);
         push->stiffness_n_per_m = find_stiffness(model, out->force_n, dent, &stored_j);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A cube that is not held, its energy in double, and a hand with a mass that touches it.
+// A cube that is not held, and its energy in double.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Two fingers with friction grasp a cube that stands on a floor, lift it, hold it, and let it go.
+// Two fingers with friction grasp a cube that stands on a floor, lift it, hold it, and let it go; and two hands that do
+// so, and anything else: the energy of hands, contacts and cube never grows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "firmware/haptable_body_pair.h"
 #include "tests/bodies.hpp"
+#include "tests/hand.hpp"
 #include "tests/moving_body.hpp"
 
 namespace haptable::test {
@@ -16,6 +20,18 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kPress_m = 0.0025, kLift_m = 0.03;
+
+/// What a session of two hands found.
+struct Found {
+    double grown_j = 0.0;    ///< most by which the energy of all was above its least so far, but for what wanting gave
+    double largest_j = 0.0;  ///< of all
+    int contact_ticks = 0;   ///< of both
+    int lifted_ticks = 0;    ///< of a second of holding: both touch, and the cube is 10 mm up
+};
+
+/// What both hands do in a second of a session, one after the other.
+enum Doing { kBeside, kGrasp, kLift, kHold, kDrop, kAnything };
+constexpr int kSeconds = 8;  // of them all: three of anything
 
 /// Whether the fingers feel one another's dents, or the body's motion alone.
 class BodyGraspTest : public testing::TestWithParam<bool> {
@@ -29,6 +45,7 @@ protected:
                 scene.free_body->density_kg_per_m3 = 1000.0;
                 scene.contact.static_friction = scene.contact.kinetic_friction = 0.8;
                 scene.contact.fingers = 2;
+                scene.device.max_force_n = 20.0;
                 return scene;
             }(),
             ForceLaw::kConsistent);
@@ -54,12 +71,102 @@ protected:
     }
     double height() const { return position_of(state).z() - double(body.centre_m[2]); }
 
-    haptable_model model = model_in_memory(cube().tables(), cube().servo());
+    /// The same of two hands, with a look at the energy of all between what is taken back and the tick's motion.
+    double step_hands(Hand hand[2]) {
+        float finger[2][3], inside[2][3];
+        for (int f = 0; f < 2; ++f) {
+            for (int c = 0; c < 3; ++c) finger[f][c] = static_cast<float>(hand[f].at_m[c]);
+            haptable_body_from_world(&body, &state, finger[f], inside[f]);
+        }
+        now_us += 1000;
+        if (GetParam())
+            haptable_pair_step(&pair_model, &both, inside[0], inside[1], now_us, out);
+        else
+            for (int f = 0; f < 2; ++f) haptable_step(&model, &servo[f], inside[f], now_us, &out[f]);
+        haptable_body_push push[2];
+        float made_j = 0.0F;
+        for (int f = 0; f < 2; ++f)
+            made_j += haptable_body_push_of(&model, &body, GetParam() ? &both.servo[f] : &servo[f], &state, f,
+                                            finger[f], inside[f], &out[f], &push[f]);
+        haptable_body_brake(&body, &state, made_j);
+        double all = energy_of(body, state);
+        for (int f = 0; f < 2; ++f) {
+            const Vector3d dent = to_vector(inside[f]) - to_vector(out[f].god_object_m);
+            all +=
+                hand[f].energy() - (haptable_touches(out[f].state) ? 0.5 * to_vector(out[f].force_n).dot(dent) : 0.0);
+        }
+        haptable_body_move(&body, &state, push, 2);
+        for (int f = 0; f < 2; ++f) hand[f].move(to_vector(state.given_n[f]));
+        return all;
+    }
+
+    /// Where both want to be from now on: on either side of the cube, `apart` from its middle; or anywhere. Fingers
+    /// that feel one another's dents stay beside it then: with friction they give energy where they meet
+    /// (docs/BODY.md).
+    void want(Doing doing, std::mt19937& random, Hand hand[2]) const {
+        std::uniform_real_distribution<double> part(-1.0, 1.0);
+        const Vector3d centre = position_of(state), grip(0.0, 0.0, 0.003);
+        const Eigen::Matrix3d axes = turn_of(state).normalized().toRotationMatrix();
+        Eigen::Index level = 0;
+        axes.row(2).cwiseAbs().minCoeff(&level);
+        Vector3d across = axes.col(level);
+        if (across.dot(hand[0].at_m - hand[1].at_m) < 0.0) across = -across;
+        const double apart = doing == kBeside || doing == kAnything ? 0.022
+                             : doing == kGrasp                      ? 0.005 + 0.002 * part(random)
+                                                                    : 0.03;
+        for (int f = 0; f < 2; ++f) {
+            const Vector3d anywhere = 0.02 * Vector3d(part(random), part(random), part(random));
+            const double side = f == 0 ? 1.0 : -1.0;
+            const bool on_its_side = GetParam() || doing < kAnything;
+            hand[f].wants_m = centre + (on_its_side ? Vector3d(grip + side * apart * across) : anywhere);
+        }
+    }
+
+    /// Two hands for so many seconds; with more damping than the contacts ask for they are calm enough to lift.
+    Found play(std::uint32_t seed, int seconds, double more_damping) {
+        std::mt19937 random(seed);
+        haptable_body_init(&body, &state);
+        Hand hand[2];
+        // Where the fingers meet, what couples them leaves an eighth of C: there the pair is up to 8 times as stiff.
+        for (Hand& one : hand) {
+            one.damp((GetParam() ? 8.0 : 1.0) * cube().servo().stiffness.felt_n_per_m);
+            one.damping += more_damping;
+            one.at_m = {&one == hand ? -0.01 : 0.04, 0.015, 0.018};
+        }
+        Found found;
+        double least = HUGE_VAL, wanted_j = 0.0;
+        for (int tick = 0; tick < 1000 * seconds; ++tick) {
+            const Doing doing = static_cast<Doing>(std::min<int>(tick / 1000 % kSeconds, kAnything));
+            const double before_j = hand[0].energy() + hand[1].energy();
+            if (tick % 1000 == 0) {
+                // A cube that was knocked away is put back.
+                if (doing == kBeside && (position_of(state) - to_vector(body.centre_m)).norm() > 0.1) {
+                    haptable_body_init(&body, &state);
+                    least = HUGE_VAL;
+                }
+                if (doing != kLift && doing != kHold) want(doing, random, hand);
+            }
+            if (doing == kLift)
+                for (Hand& one : hand) one.wants_m.z() += kLift_m / 1000.0;
+            wanted_j += hand[0].energy() + hand[1].energy() - before_j;
+            const double all = step_hands(hand);
+            const bool touched = haptable_touches(out[0].state) != 0 && haptable_touches(out[1].state) != 0;
+            found.contact_ticks += touched;
+            found.lifted_ticks += touched && doing == kHold && state.on_floor == 0 && height() > 0.01;
+            found.largest_j = std::max(found.largest_j, all);
+            found.grown_j = std::max(found.grown_j, all - wanted_j - least);
+            least = std::min(least, all - wanted_j);
+        }
+        return found;
+    }
+
+    Tables tables = cube().tables();
+    haptable_model model = model_in_memory(tables, cube().servo());
     haptable_body body = cube_body();
     haptable_body_state state{};
     haptable_servo servo[2]{};
     ServoPair coupling = build_pair(cube().pair(), cube().tables(), cube().servo());
-    haptable_pair_model pair_model = pair_in_memory(coupling, cube().tables(), model);
+    haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
     haptable_pair both{};
     haptable_output out[2]{};
     std::uint32_t now_us = 0;
@@ -95,6 +202,26 @@ TEST_P(BodyGraspTest, LiftsHoldsAndDrops) {
     for (int tick = 0; tick < 1000; ++tick) step(-0.002, kLift_m);
     EXPECT_NE(state.on_floor, 0);
     EXPECT_LT(height(), 1e-3);
+}
+
+// Every session grasps, lifts, holds and drops, and does anything; in every other one the hands are calm.
+TEST_P(BodyGraspTest, EnergyNeverGrows) {
+    tables.god_object = GodObject::kLeastEnergy;
+    model = model_in_memory(tables, cube().servo());
+    pair_model = pair_in_memory(coupling, tables, model);
+    const int sessions = asked("HAPTABLE_SESSIONS", 16), seconds = asked("HAPTABLE_SECONDS", kSeconds);
+    int contact_ticks = 0, lifted_ticks = 0;
+    for (int seed = 0; seed < sessions; ++seed) {
+        for (haptable_servo& one : servo) haptable_init(&one);
+        haptable_pair_init(&pair_model, &both);
+        const Found found = play(static_cast<std::uint32_t>(seed), seconds, seed % 2 == 0 ? 0.0 : 4.0);
+        // Its terms are floats that are summed anew each tick.
+        EXPECT_WITHIN(found.grown_j, .count = 8, .epsilon = kFloat, .size = found.largest_j) << "session " << seed;
+        contact_ticks += found.contact_ticks;
+        lifted_ticks += found.lifted_ticks;
+    }
+    EXPECT_GT(contact_ticks, 100 * sessions * seconds);
+    EXPECT_GT(lifted_ticks, 20 * sessions * seconds);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fingers, BodyGraspTest, testing::Bool(),

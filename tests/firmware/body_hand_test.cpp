@@ -3,18 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 #include "tests/bodies.hpp"
+#include "tests/hand.hpp"
 #include "tests/moving_body.hpp"
 
 namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kTick = 0.001;
 
 Scene free_scene() {
     Scene scene = cube_scene(5, 0.45);
@@ -24,23 +22,6 @@ Scene free_scene() {
     scene.device.max_force_n = 20.0;
     return scene;
 }
-
-/// A mass on a spring and a damper to where it wants to be: passive, as a hand that holds still is. Its damping is
-/// what a sampled contact of stiffness K gives at the most, K T / 2 (Colgate and Schenkel 1997).
-struct Hand {
-    Vector3d at_m = Vector3d::Zero(), wants_m = Vector3d::Zero(), velocity = Vector3d::Zero();
-    double mass_kg = 0.2, stiffness = 60.0, damping = 0.0;
-
-    void move(const Vector3d& force) {
-        const Vector3d middle = (mass_kg * velocity + 0.5 * kTick * (force + stiffness * (wants_m - at_m))) /
-                                (mass_kg + 0.5 * kTick * damping + 0.25 * kTick * kTick * stiffness);
-        at_m += kTick * middle;
-        velocity = 2.0 * middle - velocity;
-    }
-    double energy() const {
-        return 0.5 * mass_kg * velocity.squaredNorm() + 0.5 * stiffness * (wants_m - at_m).squaredNorm();
-    }
-};
 
 /// What a session found.
 struct Found {
@@ -67,7 +48,7 @@ protected:
         const haptable_model model = cube().model(GodObject::kLeastEnergy);
         Hand hand;
         hand.at_m = {0.015, 0.015, 0.045};
-        hand.damping = 1.05 * 0.5 * kTick * cube().servo().stiffness.felt_n_per_m;
+        hand.damp(cube().servo().stiffness.felt_n_per_m);
         Found found;
         double least = HUGE_VAL;
         for (int tick = 0; tick < 1000 * seconds; ++tick) {
@@ -112,12 +93,6 @@ protected:
 
     haptable_body body = cube_body();
 };
-
-// HAPTABLE_SESSIONS=200 HAPTABLE_SECONDS=60: the whole judgement.
-int asked(const char* name, int otherwise) {
-    const char* text = std::getenv(name);
-    return text != nullptr ? std::atoi(text) : otherwise;
-}
 
 TEST_F(BodyHandTest, EnergyNeverGrows) {
     const int sessions = asked("HAPTABLE_SESSIONS", 12), seconds = asked("HAPTABLE_SECONDS", 4);

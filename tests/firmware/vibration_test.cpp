@@ -13,6 +13,7 @@
 #include "firmware/haptable_body_modes.h"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
+#include "tests/hand.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/tolerance.hpp"
 
@@ -238,33 +239,10 @@ TEST(Modes, GainWhatTheHandGave) {
     EXPECT_LT(worst, 0.1 * wall) << "so that the wall's part is seen";
 }
 
-/// A mass on a spring and a damper to where it wants to be; its damping is what a sampled contact of stiffness K makes
-/// at the most, K T / 2, and 5 % more.
-struct Hand {
-    Vector3d at_m = Vector3d::Zero(), wants_m = Vector3d::Zero(), velocity = Vector3d::Zero();
-    double mass_kg = 0.2, stiffness = 60.0, damping = 0.0;
-
-    void move(const Vector3d& force) {
-        const Vector3d middle = (mass_kg * velocity + 0.5 * kTick * (force + stiffness * (wants_m - at_m))) /
-                                (mass_kg + 0.5 * kTick * damping + 0.25 * kTick * kTick * stiffness);
-        at_m += kTick * middle;
-        velocity = 2.0 * middle - velocity;
-    }
-    double energy() const {
-        return 0.5 * mass_kg * velocity.squaredNorm() + 0.5 * stiffness * (wants_m - at_m).squaredNorm();
-    }
-};
-
 struct Found {
     double grown_j = 0.0, largest_j = 0.0;
     int contact_ticks = 0;
 };
-
-// HAPTABLE_SESSIONS=200 HAPTABLE_SECONDS=60: the whole judgement.
-int asked(const char* name, int otherwise) {
-    const char* text = std::getenv(name);
-    return text != nullptr ? std::atoi(text) : otherwise;
-}
 
 // Every second the hand wants to be elsewhere, in the jelly or over it, and knocks.
 Found play(const Jelly& ringing, GodObject god_object, double friction, std::uint32_t seed, int seconds) {
@@ -273,7 +251,7 @@ Found play(const Jelly& ringing, GodObject god_object, double friction, std::uin
     Session session(ringing, god_object, friction);
     Hand hand;
     hand.at_m = {0.015, 0.015, 0.045};
-    hand.damping = 1.05 * 0.5 * kTick * double(session.model.stiffness_limit_n_per_m);
+    hand.damp(double(session.model.stiffness_limit_n_per_m));
     Found found;
     double least = HUGE_VAL;
     for (int tick = 0; tick < 1000 * seconds; ++tick) {
@@ -322,7 +300,7 @@ TEST(Modes, EnergyOfABodyThatNothingHoldsNeverGrows) {
         haptable_body_init(&body, &state);
         Hand hand;
         hand.at_m = {0.015, 0.015, 0.045};
-        hand.damping = 1.05 * 0.5 * kTick * double(session.model.stiffness_limit_n_per_m);
+        hand.damp(double(session.model.stiffness_limit_n_per_m));
         double least = HUGE_VAL, grown = 0.0, largest = 0.0;
         for (int tick = 0; tick < 1000 * seconds; ++tick) {
             if (tick % 1000 == 0) {
@@ -388,6 +366,35 @@ TEST(Modes, AShiftThatLagsFollowsSlowly) {
     session.step(kOnTop + Vector3d(0, 0, 0.02));
     session.step(kOnTop + Vector3d(0, 0, 0.02));
     EXPECT_NEAR(double(session.state.shift_m[2]), 0.0, 1e-9);
+}
+
+// The paper's force has no energy of its own. What it makes as the finger slides, beyond what a wall does, is taken out
+// of the swing, as far as there is one.
+TEST(Modes, WhatAForceMakesIsTakenOutOfTheSwing) {
+    Scene scene = jelly(ForceLaw::kInterpolated, 8);
+    scene.vibration->damping_ratio = 1e-4;
+    const Jelly ringing(scene);
+    Session session(ringing, GodObject::kNearest);
+    press(session, kOnTop, 0.005, 400);
+    int taken = 0;
+    for (int tick = 0; tick < 1000; ++tick) {
+        const haptable_modes_state before = session.state;
+        session.step(kOnTop + Vector3d(0.008 * std::sin(0.005 * tick), 0.0, -0.005));
+        ASSERT_TRUE(haptable_touches(session.out.state));
+        const Vector3d moved = to_vector(session.state.finger_m) - to_vector(before.finger_m);
+        const double allowed = double(before.stored_j) + to_vector(before.load_n).dot(moved) +
+                               0.5 * double(session.model.stiffness_limit_n_per_m) * moved.squaredNorm();
+        const Vector3d dent = to_vector(session.servo.finger_m) - to_vector(session.out.god_object_m);
+        const double held =
+            0.5 * std::abs(session.force().dot(dent)) + double(haptable_modes_energy(&session.modes, &session.state));
+        const bool swings = std::any_of(session.state.p, session.state.p + 8, [](float p) { return p != 0.0F; });
+        const Bound rounding{.count = 16, .epsilon = kFloat, .size = allowed};
+        if (swings) {
+            EXPECT_WITHIN(held - allowed, rounding) << "tick " << tick;
+        }
+        taken += !swings || std::abs(held - allowed) < rounding.value();
+    }
+    EXPECT_GT(taken, 20) << "the force made something";
 }
 
 // What is refused, or is no number, leaves the modes to themselves.
