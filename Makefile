@@ -264,6 +264,7 @@ bench-target: bench-programs
 	@$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(MEASURED)/modes.json
 	@$(BUILD)/bin/haptable-bench-target --named --build $(BUILD) -o $(MEASURED)/named.json
 	@$(BUILD)/bin/haptable-bench-target --fingers --build $(BUILD) -o $(MEASURED)/fingers.json
+	@$(BUILD)/bin/haptable-bench-target --bodies --build $(BUILD) -o $(MEASURED)/bodies.json
 	@BUILD=$(BUILD) sh scripts/bench-size.sh $(MEASURED)/size.json
 	@BUILD=$(BUILD) sh scripts/bench-page.sh $(BUILD)/mouse $(MEASURED)/page.json
 	$(call bench_step,85,growth of the inversion)

@@ -84,12 +84,14 @@ images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/free-cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/modes.toml
+	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/grasp.toml
 	@if sh scripts/setup.sh cross; then \
 	for target in $(TARGETS); do \
 	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf $(BUILD)/cube/firmware/$$target/measure_pair.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
 	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/free-cube/firmware/$$target/body.elf NAME=free-cube SCENE=meshes/free-cube.toml TARGET=$$target && \
+	$(MAKE) --no-print-directory $(BUILD)/grasped/firmware/$$target/grasp.elf NAME=grasped SCENE=tests/firmware/grasp.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
 
@@ -134,12 +136,16 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o body.o pair.o modes.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o body.o grasp.o pair.o modes.o): $(BUILD)/$(NAME)/summary.json
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
 # Only where the body is not held.
 $(IMAGE)/body.elf: private STACK = 4K
+# Only where it has two fingers besides, whose coupling takes the room.
+$(IMAGE)/grasp.elf: private override FLASH = 512K
+$(IMAGE)/grasp.elf: private RAM = 32K
+$(IMAGE)/grasp.elf: private STACK = 12K
 # Only where the body rings.
 $(IMAGE)/modes.elf: private STACK = 4K
 $(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options

@@ -25,8 +25,10 @@ int haptable_port_main(void) {
     haptable_body_init(&HAPTABLE_MODEL_BODY, &body_state);
     for (; haptable_semihosting_read(in, finger_m, sizeof finger_m) == sizeof finger_m; now_us += HAPTABLE_TICK_US) {
         struct haptable_output out;
+        haptable_port_count_begin();
         haptable_body_step(&HAPTABLE_MODEL, &HAPTABLE_MODEL_BODY, &body_state, &servo_state, 1,
                            (const float(*)[3])finger_m, now_us, &out);
+        haptable_port_count_end();
         haptable_semihosting_write(out_file, out.force_n, sizeof out.force_n);
         haptable_semihosting_write(out_file, body_state.position_m, sizeof body_state.position_m);
         haptable_semihosting_write(out_file, body_state.turn, sizeof body_state.turn);

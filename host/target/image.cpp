@@ -170,18 +170,31 @@ std::vector<std::array<float, 3>> TargetImage::deform(const std::vector<std::arr
     return displacement_m;
 }
 
-std::vector<std::array<float, 10>> TargetImage::move_body(const std::vector<std::array<float, 3>>& path_m) const {
-    const std::string bytes = run("body", bytes_of(path_m, path_m.size()));
-    std::vector<std::array<float, 10>> ticks(bytes.size() / sizeof(std::array<float, 10>));
-    std::memcpy(ticks.data(), bytes.data(), ticks.size() * sizeof ticks[0]);
+template <std::size_t size, std::size_t path_size>
+std::vector<NumbersTick<size>> TargetImage::numbers(const std::string& image,
+                                                    const std::vector<std::array<float, path_size>>& path_m) const {
+    constexpr std::size_t kBytes = size * sizeof(float);
+    const std::string_view path(reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]);
+    std::string out;
+    const std::string counts = run_counted(image, path, "", out);
+    if (out.size() != path_m.size() * kBytes)
+        throw Error(fmt::format("the image for {} made {} ticks of {}", target_, out.size() / kBytes, path_m.size()));
+    std::vector<NumbersTick<size>> ticks(path_m.size());
+    for (std::size_t i = 0; i < ticks.size(); ++i) std::memcpy(&ticks[i].value, out.data() + i * kBytes, kBytes);
+    add_counts(counts, ticks);
     return ticks;
 }
 
-std::vector<std::array<float, 6>> TargetImage::ring(const std::vector<std::array<float, 3>>& path_m) const {
-    const std::string bytes = run("modes", bytes_of(path_m, path_m.size()));
-    std::vector<std::array<float, 6>> ticks(bytes.size() / sizeof(std::array<float, 6>));
-    std::memcpy(ticks.data(), bytes.data(), ticks.size() * sizeof ticks[0]);
-    return ticks;
+std::vector<NumbersTick<10>> TargetImage::move_body(const std::vector<std::array<float, 3>>& path_m) const {
+    return numbers<10>("body", path_m);
+}
+
+std::vector<NumbersTick<13>> TargetImage::move_body_by_two(const std::vector<std::array<float, 6>>& path_m) const {
+    return numbers<13>("grasp", path_m);
+}
+
+std::vector<NumbersTick<6>> TargetImage::ring(const std::vector<std::array<float, 3>>& path_m) const {
+    return numbers<6>("modes", path_m);
 }
 
 std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }

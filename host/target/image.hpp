@@ -35,6 +35,13 @@ struct PairTargetTick {
     std::uint64_t instructions = 0;  ///< of haptable_pair_step and its call
 };
 
+/// One tick of an image that writes plain numbers.
+template <std::size_t size>
+struct NumbersTick {
+    std::array<float, size> value{};
+    std::uint64_t instructions = 0;  ///< of the tick's one function and its call
+};
+
 /// A built image: build/<name>/firmware/<target>.
 class TargetImage {
 public:
@@ -56,9 +63,11 @@ public:
     /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
     std::vector<std::array<float, 3>> deform(const std::vector<std::array<float, 3>>& path_m) const;
     /// Force, centre and turn of a body that nothing holds, [ticks], by the image that moves it.
-    std::vector<std::array<float, 10>> move_body(const std::vector<std::array<float, 3>>& path_m) const;
+    std::vector<NumbersTick<10>> move_body(const std::vector<std::array<float, 3>>& path_m) const;
+    /// Both forces, centre and turn of such a body under two fingers, [ticks].
+    std::vector<NumbersTick<13>> move_body_by_two(const std::vector<std::array<float, 6>>& path_m) const;
     /// Force and shift of the surface of a body that rings, [ticks], by the image that steps it.
-    std::vector<std::array<float, 6>> ring(const std::vector<std::array<float, 3>>& path_m) const;
+    std::vector<NumbersTick<6>> ring(const std::vector<std::array<float, 3>>& path_m) const;
     /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 
@@ -68,6 +77,10 @@ private:
     std::string address_of(const std::string& image, const std::string& symbol) const;
     /// The ticks that an image makes of `bytes`, with their counts.
     std::vector<TargetTick> count(const std::string& image, std::string_view bytes, std::size_t ticks) const;
+    /// What an image that writes `size` numbers a tick makes of a path, with their counts.
+    template <std::size_t size, std::size_t path_size>
+    std::vector<NumbersTick<size>> numbers(const std::string& image,
+                                           const std::vector<std::array<float, path_size>>& path_m) const;
     /// Runs it under the plugin; what the plugin wrote, and in `out` what the image did.
     std::string run_counted(const std::string& image, std::string_view bytes, const std::string& more_of_plugin,
                             std::string& out) const;

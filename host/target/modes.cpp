@@ -107,4 +107,14 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
            each.look * 4 * (fan - 1);
 }
 
+std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
+    // Two systems of 6x6 and eight solves; of a finger 4 lines of the system, of a point 3, twice.
+    return 9000 + 2400 * fingers + 2800 * points;
+}
+
+std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes) {
+    const std::uint64_t load = std::max<std::uint64_t>(cost_of(mode, 0).energy, 2000);
+    return 1500 + 4 * load + 400 * modes;
+}
+
 }  // namespace haptable

@@ -61,4 +61,11 @@ std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick);
 /// The most that a tick of two fingers can cost, all pairs of places being blocks.
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan);
 
+/// What the motion of a body that nothing holds can cost beside its fingers' steps; no loop of it depends on data.
+///   points  of the body that may rest on a floor
+std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers);
+
+/// The same of so many modes that ring under a finger.
+std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes);
+
 }  // namespace haptable

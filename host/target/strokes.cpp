@@ -2,6 +2,7 @@
 #include "host/target/strokes.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -130,6 +131,38 @@ std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int str
         both.push_back({a[0], a[1], a[2], b[0], b[1], b[2]});
     }
     return both;
+}
+
+std::vector<std::array<float, 3>> tip_path() {
+    std::vector<std::array<float, 3>> path;
+    for (int tick = 0; tick < 300; ++tick)
+        path.push_back({0.015F, 0.0151F, 0.0325F - 2e-5F * static_cast<float>(tick)});
+    for (int tick = 0; tick < 1000; ++tick)
+        path.push_back({0.015F + 2e-5F * static_cast<float>(tick), 0.0151F, 0.0265F});
+    path[1250] = {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F};
+    return path;
+}
+
+std::vector<std::array<float, 6>> grasp_path() {
+    std::vector<std::array<float, 6>> path;
+    for (int tick = 0; tick < 950; ++tick) {
+        const float t = static_cast<float>(tick);
+        const float in_m = tick < 800 ? std::clamp(-0.002F + 2e-5F * (t - 100.0F), -0.002F, 0.0025F) : -0.002F;
+        const float up_m = std::clamp(5e-5F * (t - 350.0F), 0.0F, 0.02F);
+        path.push_back({in_m, 0.015F, 0.02F + up_m, 0.03F - in_m, 0.015F, 0.02F + up_m});
+    }
+    path[900][3] = std::numeric_limits<float>::quiet_NaN();
+    return path;
+}
+
+std::vector<std::array<float, 3>> knock_path() {
+    std::vector<std::array<float, 3>> path;
+    for (int tick = 0; tick < 300; ++tick)
+        path.push_back({0.0137F, 0.0168F, 0.029F + 0.003F * std::cos(0.063F * static_cast<float>(tick))});
+    for (int tick = 0; tick < 300; ++tick)
+        path.push_back({0.0137F + 2e-5F * static_cast<float>(tick), 0.0168F, 0.028F});
+    path[450] = {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F};
+    return path;
 }
 
 }  // namespace haptable

@@ -27,4 +27,13 @@ std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes);
 /// always in the same part of a stroke.
 std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes);
 
+/// Sessions of a cube of 30 mm that stands on a floor or is held there, a corner at the origin, in metres.
+/// Down onto the middle of its top, and along it: where nothing holds the cube, friction tips it over an edge. Then
+/// what is no position.
+std::vector<std::array<float, 3>> tip_path();
+/// Two fingers grasp it, lift it by 20 mm, hold it, and let it fall; one is no position for a tick.
+std::vector<std::array<float, 6>> grasp_path();
+/// Three knocks on its top, a slide at depth, and what is no position.
+std::vector<std::array<float, 3>> knock_path();
+
 }  // namespace haptable

@@ -1,28 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A body that rings on emulated microcontrollers: the host's bits.
+// A body that rings on emulated microcontrollers: the host's bits, under their bound.
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstring>
 
 #include "codegen/in_memory.hpp"
 #include "codegen/vibration.hpp"
 #include "host/target/image.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
-
-/// Three knocks, a slide at depth, and what is no position.
-std::vector<std::array<float, 3>> knock_path() {
-    std::vector<std::array<float, 3>> path;
-    for (int tick = 0; tick < 300; ++tick)
-        path.push_back({0.0137F, 0.0168F, 0.029F + 0.003F * std::cos(0.063F * static_cast<float>(tick))});
-    for (int tick = 0; tick < 300; ++tick)
-        path.push_back({0.0137F + 2e-5F * static_cast<float>(tick), 0.0168F, 0.028F});
-    path[450] = {NAN, 0.0F, 0.0F};
-    return path;
-}
 
 class VibrationTarget : public testing::TestWithParam<const char*> {};
 
@@ -44,14 +35,28 @@ TEST_P(VibrationTarget, GivesTheBitsOfTheHost) {
     haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
     haptable_modes_state state;
     haptable_modes_init(&state);
+    const Mode mode{tables.force, tables.god_object, "friction"};
+    const std::uint64_t fan = most_patches_around_a_vertex(model), rings = most_vibration_cost(mode, modes.count);
+    const TickCost each = cost_of(mode, fan);
     int contact_ticks = 0;
+    double most = 0.0;
     for (std::size_t tick = 0; tick < path.size(); ++tick) {
         haptable_output out;
+        haptable_counters& done = servo.counters;
+        done.most_steps = done.most_held_steps = done.most_boxes = done.most_energies = 0;
         haptable_modes_step(&modes, &state, &servo, path[tick].data(), static_cast<std::uint32_t>(tick) * 1000, &out);
         contact_ticks += haptable_touches(out.state);
-        ASSERT_EQ(std::memcmp(got[tick].data(), out.force_n, sizeof out.force_n), 0) << "force, tick " << tick;
-        ASSERT_EQ(std::memcmp(&got[tick][3], state.shift_m, sizeof state.shift_m), 0) << "shift, tick " << tick;
+        ASSERT_EQ(std::memcmp(got[tick].value.data(), out.force_n, sizeof out.force_n), 0) << "force, tick " << tick;
+        ASSERT_EQ(std::memcmp(&got[tick].value[3], state.shift_m, sizeof state.shift_m), 0) << "shift, tick " << tick;
+        const std::uint64_t bound = cost(each, done) + rings;
+        ASSERT_LE(got[tick].instructions, bound) << "tick " << tick;
+        ASSERT_LT(got[tick].instructions, most_cost(mode, fan) + rings) << "tick " << tick;
+        if (out.state == HAPTABLE_FREE) {
+            ASSERT_LE(got[tick].instructions, rings) << "tick " << tick;
+        }
+        most = std::max(most, double(got[tick].instructions) / double(bound));
     }
+    RecordProperty("of its bound", std::to_string(most));
     EXPECT_GT(contact_ticks, 100);
     EXPECT_NE(state.q[0], 0.0F);
 }

@@ -78,20 +78,6 @@ std::uint64_t quantile(const Ticks& ticks, double fraction) {
     return ticks.sliding[static_cast<std::size_t>(fraction * static_cast<double>(ticks.sliding.size() - 1))];
 }
 
-/// Parts at the clock that they are sold with on which every tick ends within 90 % of a millisecond, at an instruction
-/// a clock: by the bound, or by all that were counted.
-std::string in_time(std::uint64_t bound, std::uint64_t worst) {
-    std::string by_bound, counted;
-    for (const auto& [name, clock_hz] :
-         {std::pair{"M33 150 MHz", 150e6}, {"M4F 168 MHz", 168e6}, {"rv32 400 MHz", 400e6}, {"M7 600 MHz", 600e6}}) {
-        const double most = 0.9e-3 * clock_hz;
-        std::string& list = static_cast<double>(bound) <= most ? by_bound : counted;
-        if (static_cast<double>(worst) <= most) list += (list.empty() ? "" : ", ") + std::string(name);
-    }
-    if (!counted.empty()) counted = "counted: " + counted;
-    return by_bound + (by_bound.empty() || counted.empty() ? "" : "; ") + counted;
-}
-
 std::vector<Cell> cost_of(const Mode& mode, const Top& top, const TargetImage& image) {
     const haptable_model model = top.model(mode);
     const Ticks one = of(image.measure(model, hard_path(top.tables(), kStrokes)),
@@ -111,10 +97,22 @@ std::vector<Cell> cost_of(const Mode& mode, const Top& top, const TargetImage& i
             count(quantile(two, 0.999)),
             count(two.worst),
             count(bound),
-            in_time(bound, two.worst)};
+            parts_in_time(bound, two.worst)};
 }
 
 }  // namespace
+
+std::string parts_in_time(std::uint64_t bound, std::uint64_t worst) {
+    std::string by_bound, counted;
+    for (const auto& [name, clock_hz] :
+         {std::pair{"M33 150 MHz", 150e6}, {"M4F 168 MHz", 168e6}, {"rv32 400 MHz", 400e6}, {"M7 600 MHz", 600e6}}) {
+        const double most = 0.9e-3 * clock_hz;
+        std::string& list = static_cast<double>(bound) <= most ? by_bound : counted;
+        if (static_cast<double>(worst) <= most) list += (list.empty() ? "" : ", ") + std::string(name);
+    }
+    if (!counted.empty()) counted = "counted: " + counted;
+    return by_bound + (by_bound.empty() || counted.empty() ? "" : "; ") + counted;
+}
 
 NumberTable finger_costs(const fs::path& build) {
     const TargetImage image(build, "cube", kTarget);

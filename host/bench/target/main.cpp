@@ -11,6 +11,7 @@
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/subject.hpp"
+#include "host/bench/target/bodies.hpp"
 #include "host/bench/target/fingers.hpp"
 #include "host/bench/target/named.hpp"
 #include "host/precompute/precompute.hpp"
@@ -189,11 +190,12 @@ int main(int argc, char** argv) {
     haptable::CommandLine app("Counts the instructions of a tick in every contact mode, for docs/INSTRUCTIONS.md.",
                               "haptable-bench-target");
     std::filesystem::path build = "build", out;
-    bool named = false, fingers = false;
+    bool named = false, fingers = false, bodies = false;
     app.option("--build", build, "where images and tables are").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
     app.flag("--named", named, "what a scene pays for what it names instead");
     app.flag("--fingers", fingers, "what two fingers take beside one instead");
+    app.flag("--bodies", bodies, "what bodies take that nothing holds, or that ring, instead");
     return haptable::run_program(app, argc, argv, [&] {
         using namespace haptable;
         const std::string missing = TargetImage(build, "cube", "cortex-m7").missing();
@@ -201,6 +203,8 @@ int main(int argc, char** argv) {
         Numbers numbers("make bench");
         if (fingers) {
             numbers.add("fingers", finger_costs(build));
+        } else if (bodies) {
+            numbers.add("bodies", body_costs(build));
         } else if (named) {
             const NamedCosts costs = named_costs(build);
             numbers.add("named", costs.costs);

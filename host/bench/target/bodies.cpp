@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/bench/target/bodies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/rigid_body.hpp"
+#include "host/base/error.hpp"
+#include "host/bench/target/fingers.hpp"
+#include "host/tables/vibration.hpp"
+#include "host/target/image.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kForce = 3;  // numbers of a finger's, first in a tick
+
+/// Whether each of so many fingers is pushed back.
+template <std::size_t size>
+bool touches(const NumbersTick<size>& tick, std::size_t fingers) {
+    const auto pushes = [](float f) { return f != 0.0F; };
+    for (std::size_t i = 0; i < fingers; ++i)
+        if (std::none_of(&tick.value[kForce * i], &tick.value[kForce * i] + kForce, pushes)) return false;
+    return true;
+}
+
+/// "median / worst"; `worst` is the worst so far.
+template <std::size_t size>
+Number cell(const std::vector<NumbersTick<size>>& ticks, std::size_t fingers, std::uint64_t& worst) {
+    std::vector<std::uint64_t> touching;
+    std::uint64_t most = 0;
+    for (std::size_t i = 1; i < ticks.size(); ++i) {
+        most = std::max(most, ticks[i].instructions);
+        if (touches(ticks[i - 1], fingers) && touches(ticks[i], fingers)) touching.push_back(ticks[i].instructions);
+    }
+    if (touching.empty()) throw Error("the bench's fingers touched no body: no instructions were counted");
+    std::sort(touching.begin(), touching.end());
+    worst = std::max(worst, most);
+    const std::uint64_t median = touching[(touching.size() - 1) / 2];
+    return {{static_cast<double>(median), static_cast<double>(most)},
+            fmt::format("{} / {}", thousands(median), thousands(most))};
+}
+
+/// What the bound of a scene's tick depends on.
+struct Bounded {
+    Mode mode;
+    std::uint64_t fan;
+};
+
+Bounded bounded(const fs::path& folder) {
+    const Tables tables = read_tables(folder);
+    const ServoModel servo = build_model(tables);
+    return {{tables.force, tables.god_object, tables.static_friction > 0.0 ? "friction" : ""},
+            most_patches_around_a_vertex(model_in_memory(tables, servo))};
+}
+
+/// session: the counted ticks of an image.
+template <typename Session>
+std::vector<Cell> row(const std::string& what, const fs::path& build, const char* scene, std::size_t fingers,
+                      std::uint64_t bound, const Session& session) {
+    std::vector<Cell> cells{what};
+    std::uint64_t worst = 0;
+    for (const char* target : kTargets)
+        cells.emplace_back(cell(session(TargetImage(build, scene, target)), fingers, worst));
+    if (worst > bound) throw Error(what + ": a tick is above its bound in host/target/modes.cpp");
+    cells.emplace_back(count(bound));
+    cells.emplace_back(parts_in_time(bound, worst));
+    return cells;
+}
+
+}  // namespace
+
+NumberTable body_costs(const fs::path& build) {
+    const Bounded one = bounded(build / "free-cube"), two = bounded(build / "grasped"),
+                  rings = bounded(build / "ringing");
+    const std::uint64_t points = read_rigid_body(build / "free-cube")->point_count;
+    const std::uint64_t modes = read_vibration(build / "ringing")->modes();
+    NumberTable table{{"a tick of", "Cortex-M4F", "Cortex-M7", "Cortex-M33", "rv32imafc", "bound", "in 0.9 ms"}, {}};
+    table.rows.push_back(row("a cube that nothing holds", build, "free-cube", 1,
+                             most_cost(one.mode, one.fan) + most_body_cost(points, 1),
+                             [](const TargetImage& image) { return image.move_body(tip_path()); }));
+    table.rows.push_back(row("the same, two fingers", build, "grasped", 2,
+                             most_pair_cost(two.mode, two.fan) + most_body_cost(points, 2),
+                             [](const TargetImage& image) { return image.move_body_by_two(grasp_path()); }));
+    table.rows.push_back(row(fmt::format("a jelly, {} modes", modes), build, "ringing", 1,
+                             most_cost(rings.mode, rings.fan) + most_vibration_cost(rings.mode, modes),
+                             [](const TargetImage& image) { return image.ring(knock_path()); }));
+    return table;
+}
+
+}  // namespace haptable
