@@ -234,7 +234,7 @@ struct floor_axes {
 
 static struct floor_axes floor_axes_of(const struct haptable_body* body, const struct frame* f) {
     struct floor_axes axes;
-    to_body(f, body->floor_normal, axes.axis[0]);
+    to_body(f, body->floor_normal, axes.axis[0]); /* cppcheck-suppress uninitvar ; it is written here */
     to_body(f, body->floor_along, axes.axis[1]);
     vec_cross(axes.axis[0], axes.axis[1], axes.axis[2]);
     return axes;

@@ -206,7 +206,7 @@ static inline void quadratic_net(const struct net* net, const float alpha[3], en
     for (n = 0; n < 6; ++n) {
         const float* around[6];
         for (m = 0; m < 6; ++m) around[m] = net->block[at[n][m]];
-        mix_six(w, around, quadratic->room[n]);
+        mix_six(w, around, quadratic->room[n]); /* cppcheck-suppress uninitvar ; it is written here */
         quadratic->block[n] = quadratic->room[n];
     }
 }
@@ -459,7 +459,7 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
 static inline void forget_slope(struct haptable_energy* energy) {
     const float zero = 0.0f;
     int b;
-    for (b = 0; b < 2; ++b)
+    for (b = 0; b < 2; ++b) /* cppcheck-suppress duplicateExpression ; not a number */
         energy->load_gradient_n[b][0] = energy->load_gradient_n[b][1] = energy->load_gradient_n[b][2] = zero / zero;
 }
 

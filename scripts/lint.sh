@@ -32,14 +32,14 @@ arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
-arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_pair.h
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen firmware/haptable_pair.h host/precompute
 arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body_pair.h firmware/haptable_pair.h haptable/
+arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body_modes.h firmware/haptable_body_pair.h firmware/haptable_modes.h firmware/haptable_pair.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h firmware/haptable_body.h model.h haptable/
 arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h firmware/haptable_pair.h
@@ -49,7 +49,7 @@ arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h firmware/haptable_pair.h
-arrow host/library host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h firmware/haptable_pair.h
+arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h firmware/haptable_pair.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
 arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable.h haptable/
