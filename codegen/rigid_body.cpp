@@ -60,6 +60,14 @@ std::optional<haptable_body> read_rigid_body(const std::filesystem::path& folder
     }
 }
 
+void refuse_free_body(const std::filesystem::path& folder, const char* who) {
+    if (!std::filesystem::exists(folder / "body.json")) return;
+    throw Error(
+        fmt::format("{}: nothing holds its body, and {} cannot move one: remove free = true from [body] of the scene, "
+                    "hold the body with [[fixed]] and make the tables again",
+                    folder.string(), who));
+}
+
 std::string rigid_body_text(const haptable_body& body, const std::string& name) {
     std::string text = fmt::format("const struct haptable_body {} = {{\n", name);
 #define HAPTABLE_WRITE(name, ...) text += fmt::format("    .{} = {},\n", #name, literal(body.name));

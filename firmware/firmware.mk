@@ -85,6 +85,7 @@ images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=meshes/free-cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/modes.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/grasp.toml
+	@$(MAKE) --no-print-directory scene SCENE=meshes/cube-two.toml
 	@if sh scripts/setup.sh cross; then \
 	for target in $(TARGETS); do \
 	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf $(BUILD)/cube/firmware/$$target/measure_pair.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
@@ -92,7 +93,8 @@ images: $(BUILD)/host/target/count.so
 	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/free-cube/firmware/$$target/body.elf NAME=free-cube SCENE=meshes/free-cube.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/grasped/firmware/$$target/grasp.elf NAME=grasped SCENE=tests/firmware/grasp.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target || exit 1; \
+	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target && \
+	$(MAKE) --no-print-directory $(BUILD)/cube-two/firmware/$$target/loop_pair.elf $(BUILD)/cube-two/firmware/$$target/uart_pair.elf NAME=cube-two SCENE=meshes/cube-two.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
 
 # instructions: count the instructions of a tick on every emulated target
@@ -136,7 +138,7 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o body.o grasp.o pair.o modes.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o example.o deform.o body.o grasp.o pair.o modes.o): $(BUILD)/$(NAME)/summary.json
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
@@ -176,6 +178,13 @@ $(IMAGE)/loop.elf: $(IMAGE)/port/haptable_line_semihosting.o
 $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
 	$(link_image)
 
+# Only where the scene has two fingers.
+LOOPS_OF_TWO = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/coupling.npy),loop_pair.elf uart_pair.elf))
+$(IMAGE)/loop_pair.elf $(IMAGE)/uart_pair.elf: private STACK = 8K
+$(IMAGE)/loop_pair.elf: $(IMAGE)/port/haptable_line_semihosting.o
+$(IMAGE)/uart_pair.elf: $(IMAGE)/port/loop_pair.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
+	$(link_image)
+
 # Reads its tables into RAM: any mode on any body, on a board that has the room.
 $(IMAGE)/measure.elf: private override FLASH = 256K
 $(IMAGE)/measure.elf: private RAM = 2M
@@ -191,6 +200,6 @@ $(IMAGE)/measure_pair.elf: private STACK = 8K
 $(IMAGE)/measure_pair.elf: $(IMAGE)/port/measure_pair.o $(IMAGE)/port/haptable_model_reader.o $(IMAGE)/port/haptable_pair_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) $(LOOPS_OF_TWO) scripts/size.sh scripts/stack.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh scripts/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -17,6 +19,7 @@
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
 #include "host/session/serve.hpp"
+#include "host/tables/pair.hpp"
 #include "host/tables/vibration.hpp"
 
 namespace haptable {
@@ -63,14 +66,22 @@ struct BuiltScene {
           model(model_in_memory(tables, built)),
           node(built.node.begin(), built.node.end()) {
         refuse_vibration(folder, "a bridge's target");
+        refuse_free_body(folder, "a bridge's target");
+        if (const std::optional<PairTables> files = read_pair(folder)) {
+            built_pair = build_pair(*files, tables, built);
+            pair = pair_in_memory(built_pair, tables, model);
+        }
     }
     BuiltScene(const BuiltScene&) = delete;
     BuiltScene& operator=(const BuiltScene&) = delete;
-    ServoScene servo() const { return {&model, node.data(), tables.name.c_str()}; }
+    bool has_two_fingers() const { return pair.model != nullptr; }
+    ServoScene servo() const { return {&model, node.data(), tables.name.c_str(), has_two_fingers() ? &pair : nullptr}; }
 
     Tables tables;
     ServoModel built;
     haptable_model model;
+    ServoPair built_pair;
+    haptable_pair_model pair{};
     std::vector<std::uint32_t> node;
 };
 
@@ -97,8 +108,17 @@ void handle(BridgeSession& session, Connection& connection, const SerialTarget& 
     while (connection.handle_until(Clock::now())) session.take_answers();
 }
 
-SummaryLines summarise(const BridgeReport& report, const BuiltScene& scene, const SerialTarget& target,
+void add_second(const BridgeSession& session, SummaryLines& summary) {
+    const BridgeReport report = session.report(1);
+    const std::string suffix = kFingerSuffix[1];
+    report.each_of_second([&](const char* name, std::int64_t value) { summary.add(name + suffix, value); });
+    report.add_to(summary, suffix);
+    summary.add("energy_most_given_to_both_j", session.most_given_j());
+}
+
+SummaryLines summarise(const BridgeSession& session, const BuiltScene& scene, const SerialTarget& target,
                        const std::string& url) {
+    const BridgeReport report = session.report();
     SummaryLines summary;
     summary.add("scene", scene.tables.name);
     summary.add("tables_hash", fmt::format("{:016x}", scene.model.hash));
@@ -106,6 +126,7 @@ SummaryLines summarise(const BridgeReport& report, const BuiltScene& scene, cons
     summary.add("line", target.line().name());
     report.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
     report.add_to(summary);
+    if (session.finger_count() == 2) add_second(session, summary);
     summary.add("round_trip_mean_us", report.round_trip.mean_us());
     summary.add("round_trip_p999_us", report.round_trip.quantile_us(0.999));
     summary.add("round_trip_max_us", report.round_trip.max_us());
@@ -119,7 +140,7 @@ void run(Options& o) {
     const BuiltScene scene(o.folder);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv).keep();
+    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv, scene.has_two_fingers() ? 2 : 1).keep();
     SerialTarget target(open_line(o));
     Connection connection;
     BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr,
@@ -129,7 +150,7 @@ void run(Options& o) {
                    target.line().name(), priority);
     serve(session, o.end, [&](Clock::time_point deadline) { handle(session, connection, target, deadline); });
     if (record) record->finish();
-    summarise(session.report(), scene, target, connection.url()).print(o.json, o.quiet);
+    summarise(session, scene, target, connection.url()).print(o.json, o.quiet);
 }
 
 }  // namespace

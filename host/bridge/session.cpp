@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// state -> frame -> target -> frame -> checked -> force published -> contact published -> counted and recorded
+// state -> the other finger's, too? -> frames -> target -> frames -> checked -> forces published -> contacts published
+// -> counted and recorded
 #include "host/bridge/session.hpp"
 
 #include <fmt/format.h>
@@ -16,8 +17,20 @@ namespace haptable {
 
 namespace {
 
+/// Of the question for a second finger: a tick's frames begin with 1.
+constexpr std::uint32_t kAskSequence = 0;
+/// A target that answers, but not this question for so long, knows one finger.
+constexpr double kNoSecond_s = 1.0;
+
 Clock::duration seconds(double s) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+}
+
+haptable_output silent() {
+    haptable_output output{};
+    output.patch = HAPTABLE_NONE;
+    std::fill_n(output.vertex, 3, HAPTABLE_NONE);
+    return output;
 }
 
 }  // namespace
@@ -30,62 +43,181 @@ BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Se
       options_(options),
       record_(record),
       answer_(scene, connection),
-      gate_(answer_.servo(), answer_.model_hash()),
       live_(std::move(tell)) {
-    connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t received_utime) {
-        on_state(state, received_utime);
-    });
-    connection.after_all([this] { ask(); });
+    const std::size_t count = scene.pair != nullptr ? kFingers : 1;
+    for (std::size_t finger = 0; finger < count; ++finger) {
+        side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
+        side_.back().output = silent();
+    }
+    for (std::size_t finger = 0; finger < kFingers; ++finger) subscribe(finger);
+    connection.after_all([this] { ask_if_ready(); });
+}
+
+void BridgeSession::subscribe(std::size_t finger) {
+    connection_.subscribe<device_state>(kStateChannels[finger],
+                                        [this, finger](const device_state& state, std::int64_t received_utime) {
+                                            if (finger < side_.size()) return on_state(finger, state, received_utime);
+                                            side_[0].gate.count_absent_finger();
+                                        });
 }
 
 // ---- device -> target ----------------------------------------------------------------------------------------------
 
-void BridgeSession::on_state(const device_state& state, std::int64_t received_utime) {
-    const bool overtakes = to_ask_;
-    switch (gate_.judge(state, received_utime, Clock::now())) {
+void BridgeSession::on_state(std::size_t finger, const device_state& state, std::int64_t received_utime) {
+    Side& side = side_[finger];
+    const bool waited = side.waits;
+    const Clock::time_point now = Clock::now();
+    if (finger == 1 && !knows_second_) return ask_for_second(now);
+    if (is_of_other_time(finger, state)) return side.gate.count_odd();
+    switch (side.gate.judge(state, received_utime, now)) {
         case StateIs::refused:
             return;
         case StateIs::others:
-            return answer_.refuse(state, gate_.state().session);
+            return answer_.refuse(state, side.gate.state().session, finger);
         case StateIs::repeated:
             // The device did not get our answer: the same again, as soon as there is one.
-            if (!waiting_ && !to_ask_) answer_.publish_force(state_, output_, utime_of(state_));
-            return;
+            if (!side.is_asked && !side.waits)
+                answer_.publish_force(side.state, side.output, side.answered_utime, finger);
+            return ask_if_ready();
         case StateIs::beginning:
-            begins_ = true;
+            side.begins = true;
+            side.clock_us = 0;
+            // A clock of its own: it goes on from where the other finger's is.
+            for (std::size_t other = 0; other < side_.size(); ++other)
+                if (other != finger && is_there(other, now)) side.clock_us = tick_utime_ - state.utime;
             break;
         case StateIs::next:
             break;
     }
-    if (overtakes) gate_.count_skipped();
-    to_ask_ = true;
-    if (is_simulated(state)) ask();
+    if (waited) side.gate.count_skipped();
+    if (!waited) side.waits_since = now;
+    side.waits = true;
+    side.is_late = false;
+    if (is_simulated(state)) ask_if_ready();
 }
 
-void BridgeSession::ask() {
-    if (!std::exchange(to_ask_, false)) return;
+/// Nobody speaks for it until the target has: its device sends the state again.
+void BridgeSession::ask_for_second(Clock::time_point now) {
+    const bool is_first = last_ask_ == Clock::time_point{};
+    if (is_first) asks_since_ = now;
+    if (is_first || now - last_ask_ >= options_.retry) {
+        last_ask_ = now;
+        target_.ask(kAskSequence);
+    }
+    const double patience_s = has_answered_ ? std::min(kNoSecond_s, options_.patience_s) : options_.patience_s;
+    if (now - asks_since_ >= seconds(patience_s)) side_[1].gate.count_absent_finger();
+}
+
+/// One finger in lockstep and the other in real time have no tick in common.
+bool BridgeSession::is_of_other_time(std::size_t finger, const device_state& state) const {
     const Clock::time_point now = Clock::now();
-    if (waiting_)
-        ++report_.lost_answers;
-    else
-        deaf_since_ = now;
-    state_ = gate_.state();
-    const std::uint32_t time_us = time_of(state_, now);
-    // The target knows no sessions: a gap in its time tells it that what was before is over.
-    if (std::exchange(begins_, false) && number_ > 0) clock_us_ = asked_.time_us + HAPTABLE_SILENCE_US - time_us;
-    asked_.time_us = time_us + clock_us_;
+    for (std::size_t other = 0; other < side_.size(); ++other)
+        if (other != finger && is_there(other, now) && state.mode != side_[other].gate.state().mode) return true;
+    return false;
+}
+
+bool BridgeSession::is_there(std::size_t finger, Clock::time_point now) const {
+    return side_[finger].waits || side_[finger].gate.is_owned(now);
+}
+
+/// As ServoSession's; and in lockstep a tick of two fingers does not overtake one that a device waits for.
+bool BridgeSession::is_ready(Clock::time_point now) const {
+    bool waits = false, is_missing = false, has_waited = false, is_lockstep = false;
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        const Side& side = side_[finger];
+        waits |= side.waits;
+        is_missing |= is_there(finger, now) && !side.waits && !side.is_late;
+        if (!side.waits) continue;
+        is_lockstep |= is_simulated(side.gate.state());
+        has_waited |= side.begins || (!is_simulated(side.gate.state()) && now - side.waits_since >= kTick);
+    }
+    if (side_.size() > 1 && is_lockstep && waiting_) return false;
+    return has_waited || (waits && !is_missing);
+}
+
+void BridgeSession::ask_if_ready() {
+    const Clock::time_point now = Clock::now();
+    if (is_ready(now)) ask(now);
+}
+
+void BridgeSession::ask(Clock::time_point now) {
+    if (!waiting_) deaf_since_ = now;
+    take_states(now);
+    make_frames(time_of_tick(now));
+    end_asking();
     waiting_ = true;
     ++number_;
-    const std::array<float, 3> finger_m = to_finger(state_.position_m);
-    std::copy(finger_m.begin(), finger_m.end(), asked_.position_m);
-    asked_.buttons = buttons_of(state_);
     first_sent_ = now;
     send();
 }
 
+/// The tick: states that wait, and where a finger is whose state did not come.
+void BridgeSession::take_states(Clock::time_point now) {
+    bool is_anew = true;
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        Side& side = side_[finger];
+        const bool there = is_there(finger, now);
+        if (side.waits) {
+            if (side.is_asked) ++side.report.lost_answers;
+            side.state = side.gate.state();
+            side.is_asked = true;
+        }
+        side.has_come = false;
+        side.is_asked &= there;
+        in_[finger].reset();
+        if (!there) continue;
+        in_[finger] = FingerInput{to_finger(side.state.position_m), buttons_of(side.state), side.waits && side.begins};
+        is_anew &= in_[finger]->begins || side.output.state == HAPTABLE_SILENT;
+    }
+    tick_number_ = numbers_.next(is_anew);
+}
+
+/// Of the first finger whose state waits; after a gap where all that are there begin: the target knows no sessions.
+std::uint32_t BridgeSession::time_of_tick(Clock::time_point now) {
+    const Side& lead = *std::find_if(side_.begin(), side_.end(), [](const Side& side) { return side.waits; });
+    if (is_simulated(lead.state)) set_time(lead.state.utime + lead.clock_us);
+    const std::uint32_t time_us =
+        is_simulated(lead.state) ? static_cast<std::uint32_t>(tick_utime_) : to_firmware_us(now);
+    const bool all_begin = std::all_of(in_.begin(), in_.end(), [](const auto& in) { return !in || in->begins; });
+    if (all_begin && number_ > 0) clock_us_ = sent_us_ + HAPTABLE_SILENCE_US - time_us;
+    return time_us + clock_us_;
+}
+
+/// Answers of two fingers with one time are one tick, so that no other has it.
+void BridgeSession::set_time(std::int64_t utime) {
+    tick_utime_ = side_.size() == 2 && utime == tick_utime_ ? utime + 1 : utime;
+}
+
+/// Who begins beside one that goes on says so by a bit: a gap in time would end the other's contact, too.
+void BridgeSession::make_frames(std::uint32_t time_us) {
+    const bool goes_on = std::any_of(in_.begin(), in_.end(), [](const auto& in) { return in && !in->begins; });
+    const bool of_both = in_[0] && in_[1];
+    sent_us_ = time_us;
+    for (std::size_t finger = 0; finger < kFingers; ++finger) {
+        frames_[finger].reset();
+        if (!in_[finger]) continue;
+        haptable_frame_state& state = frames_[finger].emplace();
+        state.time_us = time_us;
+        std::copy(in_[finger]->at_m.begin(), in_[finger]->at_m.end(), state.position_m);
+        state.buttons = in_[finger]->buttons;
+        if (!of_both) continue;
+        state.buttons &= ~HAPTABLE_FRAME_BEGINS;
+        if (goes_on && in_[finger]->begins) state.buttons |= HAPTABLE_FRAME_BEGINS;
+    }
+}
+
+void BridgeSession::end_asking() {
+    const bool joins = std::any_of(side_.begin(), side_.end(), [](const Side& side) { return side.begins; });
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        Side& side = side_[finger];
+        if (!side.waits && !joins) side.is_late = in_[finger].has_value();
+    }
+    for (Side& side : side_) side.waits = side.begins = false;
+}
+
 void BridgeSession::send() {
     last_sent_ = Clock::now();
-    target_.send(number_, asked_);
+    target_.send(number_, frames_);
 }
 
 // ---- target -> device ----------------------------------------------------------------------------------------------
@@ -99,20 +231,57 @@ void BridgeSession::take(const TargetForce& force) {
         throw Error(
             fmt::format("{}: the target runs the tables {:016x}, the folder's are {:016x}: build and flash it again",
                         target_.line().name(), force.model_hash, scene_.model->hash));
-    if (!waiting_ || force.sequence != number_) {
-        ++report_.stale_answers;
+    has_answered_ = true;
+    knows_second_ |= force.finger == 1;
+    if (!waiting_ || force.sequence != number_ || !in_[force.finger]) {
+        if (force.finger == 0 || force.sequence != kAskSequence) ++side_[0].report.stale_answers;
         return;
     }
     if (!is_possible(force.output)) {
-        ++report_.rejected_forces;
+        ++side_[0].report.rejected_forces;
         return;
     }
+    side_[force.finger].next = force.output;
+    side_[force.finger].has_come = true;
+    if (has_all()) finish();
+}
+
+bool BridgeSession::has_all() const {
+    for (std::size_t finger = 0; finger < side_.size(); ++finger)
+        if (in_[finger] && !side_[finger].has_come) return false;
+    return true;
+}
+
+void BridgeSession::finish() {
     waiting_ = false;
-    output_ = force.output;
-    answer_.publish_force(state_, output_, utime_of(state_));
-    note(output_, Clock::now());
-    answer_.publish_contact(state_, output_);
-    if (record_ != nullptr) record_->add(state_.seq, to_finger(state_.position_m), buttons_of(state_), output_);
+    for (std::size_t finger = 0; finger < side_.size(); ++finger)
+        side_[finger].output = in_[finger] ? side_[finger].next : silent();
+    publish_forces();
+    note(Clock::now());
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        Side& side = side_[finger];
+        if (std::exchange(side.is_asked, false)) answer_.publish_contact(side.state, side.output, finger);
+    }
+    record();
+    if (side_.size() > 1) ask_if_ready();
+}
+
+void BridgeSession::publish_forces() {
+    bool is_real = false;
+    for (const Side& side : side_) is_real |= side.is_asked && !is_simulated(side.state);
+    if (is_real) set_time(utime_now());
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        Side& side = side_[finger];
+        if (!side.is_asked) continue;
+        answer_.publish_force(side.state, side.output, tick_utime_, finger);
+        side.answered_utime = tick_utime_;
+    }
+}
+
+void BridgeSession::record() {
+    if (record_ == nullptr) return;
+    if (side_.size() == 1) return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output);
+    record_->add(tick_number_, in_, {side_[0].output, side_[1].output});
 }
 
 /// What reaches the device is what a servo of these tables can have said, whatever the frame's CRC: a state that there
@@ -144,25 +313,47 @@ bool BridgeSession::is_on_a_patch(const haptable_output& output) const {
     return std::abs(sum - 1.0F) <= kRounding;
 }
 
-void BridgeSession::note(const haptable_output& output, Clock::time_point now) {
-    ++report_.ticks;
-    if (haptable_touches(output.state) != 0) ++report_.contact_ticks;
+void BridgeSession::note(Clock::time_point now) {
     const double us = to_us(now - first_sent_);
-    report_.round_trip.add(us);
+    side_[0].report.round_trip.add(us);
     longest_us_ = std::max(longest_us_, us);
-    report_.note(to_finger(state_.position_m), output);
-    if (output.state != HAPTABLE_REJECTED) return;
-    ++rejected_;
-    rejected_m_ = to_finger(state_.position_m);
+    double given_j = 0.0;
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        if (in_[finger]) note(finger);
+        given_j += side_[finger].report.energy.given_j();
+    }
+    most_given_j_ = std::max(most_given_j_, given_j);
+}
+
+void BridgeSession::note(std::size_t finger) {
+    Side& side = side_[finger];
+    ++side.report.ticks;
+    if (haptable_touches(side.output.state) != 0) ++side.report.contact_ticks;
+    side.report.note(in_[finger]->at_m, side.output);
+    if (side.output.state != HAPTABLE_REJECTED) return;
+    ++side.rejected;
+    side.rejected_m = in_[finger]->at_m;
 }
 
 // ---- neither ------------------------------------------------------------------------------------------------------
 
+/// When a finger falls silent. In lockstep time stands still, but a device that is gone does not hold up the other's.
+Clock::time_point BridgeSession::silent_at(std::size_t finger) const {
+    const Side& side = side_[finger];
+    if (!side.gate.has_states() || side.output.state == HAPTABLE_SILENT) return Clock::time_point::max();
+    if (!is_simulated(side.gate.state()))
+        return side.gate.last_state() + std::chrono::microseconds(HAPTABLE_SILENCE_US);
+    const bool other_waits = std::any_of(side_.begin(), side_.end(), [](const Side& any) { return any.waits; });
+    return other_waits && !side.waits ? side.gate.owned_until() : Clock::time_point::max();
+}
+
 Clock::time_point BridgeSession::watch_at() const {
-    Clock::time_point at = Clock::time_point::max();
-    if (waiting_) at = last_sent_ + options_.retry;
-    if (has_states() && !is_simulated(gate_.state()) && output_.state != HAPTABLE_SILENT)
-        at = std::min(at, last_state() + std::chrono::microseconds(HAPTABLE_SILENCE_US));
+    Clock::time_point at = waiting_ ? last_sent_ + options_.retry : Clock::time_point::max();
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        const Side& side = side_[finger];
+        at = std::min(at, silent_at(finger));
+        if (side.waits && !is_simulated(side.gate.state())) at = std::min(at, side.waits_since + kTick);
+    }
     return at;
 }
 
@@ -173,25 +364,43 @@ void BridgeSession::watch(Clock::time_point now) {
             fmt::format("{}: the target has not answered for {} s ({} bytes of garbage came): is it running, "
                         "and is --baud its own?",
                         target_.line().name(), options_.patience_s, target_.skipped_bytes()));
-    if (!is_simulated(gate_.state()) && now - last_state() >= std::chrono::microseconds(HAPTABLE_SILENCE_US)) {
-        // As the servo itself would: the target sees the gap in time with the next state.
-        if (haptable_touches(output_.state) != 0) live_.say(contact_dropped_after(now - last_state()));
-        waiting_ = false;
-        output_ = {};
-        output_.patch = HAPTABLE_NONE;
-        report_.note(to_finger(state_.position_m), output_);
-        answer_.publish_force(state_, output_, utime_of(state_));
-        answer_.publish_contact(state_, output_);
-        return;
-    }
-    ++report_.resent_frames;
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) watch(finger, now);
+    if (is_ready(now)) return ask(now);
+    if (!waiting_ || now < last_sent_ + options_.retry) return;
+    ++side_[0].report.resent_frames;
     send();
 }
 
+/// As the servo itself would: the target sees that it is not in the next tick, or the gap in time.
+void BridgeSession::watch(std::size_t finger, Clock::time_point now) {
+    Side& side = side_[finger];
+    if (now < silent_at(finger)) return;
+    if (haptable_touches(side.output.state) != 0)
+        live_.say(who(finger) + contact_dropped_after(now - side.gate.last_state()));
+    in_[finger].reset();
+    side.is_asked = false;
+    waiting_ = waiting_ && (in_[0] || in_[1]);
+    side.output = silent();
+    side.report.note(to_finger(side.state.position_m), side.output);
+    const std::int64_t utime = is_simulated(side.state) ? tick_utime_ : utime_now();
+    answer_.publish_force(side.state, side.output, utime, finger);
+    answer_.publish_contact(side.state, side.output, finger);
+    side.answered_utime = utime;
+}
+
 void BridgeSession::publish_status() {
-    Status status(answer_, gate_.owner(Clock::now()), output_, longest_us_);
+    const Clock::time_point now = Clock::now();
+    Status status(answer_, side_[0].gate.owner(now), side_[0].output, longest_us_);
     report().each(status);
-    status.add(report_);
+    status.add(side_[0].report);
+    if (side_.size() > 1) {
+        const std::string suffix = kFingerSuffix[1];
+        status("session" + suffix, side_[1].gate.owner(now));
+        status("servo_state" + suffix, side_[1].output.state);
+        status("faults" + suffix, side_[1].output.faults);
+        report(1).each_of_second([&](const char* name, std::int64_t value) { status(name + suffix, value); });
+        status.add(side_[1].report, suffix);
+    }
     status.publish(connection_);
     if (record_ != nullptr) record_->flush();
     longest_us_ = 0.0;
@@ -200,13 +409,42 @@ void BridgeSession::publish_status() {
 
 void BridgeSession::tell() {
     const Clock::time_point now = Clock::now();
-    tell_of_states(gate_.counters(), now, live_);
-    live_.look("rejected", rejected_, now, [this] { return why_rejected(*scene_.model, rejected_m_); });
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) tell(finger, now);
 }
 
-BridgeReport BridgeSession::report() const {
-    BridgeReport report = report_;
-    static_cast<StateCounters&>(report) = gate_.counters();
+/// Of two fingers, which one a line is about.
+std::string BridgeSession::who(std::size_t finger) const {
+    return side_.size() == 1 ? "" : "finger " + std::to_string(finger + 1) + ": ";
+}
+
+void BridgeSession::tell(std::size_t finger, Clock::time_point now) {
+    const Side& side = side_[finger];
+    const std::string of = who(finger);
+    StateCounters counters = side.gate.counters();
+    if (finger == 1)
+        live_.look(of + "absent", std::exchange(counters.absent_finger_states, 0), now, [&] {
+            return of +
+                   "the target knows one finger, and its device gets no force: flash the scene's loop_pair or "
+                   "uart_pair image (make firmware), or leave out the device";
+        });
+    tell_of_states(counters, now, live_, of);
+    live_.look(of + "rejected", side.rejected, now, [&] { return of + why_rejected(*scene_.model, side.rejected_m); });
+}
+
+bool BridgeSession::has_states() const {
+    return std::any_of(side_.begin(), side_.end(), [](const Side& side) { return side.gate.has_states(); });
+}
+
+Clock::time_point BridgeSession::last_state() const {
+    Clock::time_point last = side_[0].gate.last_state();
+    for (const Side& side : side_)
+        if (side.gate.has_states()) last = std::max(last, side.gate.last_state());
+    return last;
+}
+
+BridgeReport BridgeSession::report(std::size_t finger) const {
+    BridgeReport report = side_[finger].report;
+    static_cast<StateCounters&>(report) = side_[finger].gate.counters();
     report.skipped_bytes = static_cast<std::int64_t>(target_.skipped_bytes());
     report.foreign_frames = static_cast<std::int64_t>(target_.foreign_frames());
     return report;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// device_state in, a frame out; a frame in, servo_force and contact out: a target as the servo of a device over LCM.
+// device_state in, a frame out; a frame in, servo_force and contact out: a target as the servo of a device over LCM, or
+// of one for each finger.
 #pragma once
+
+#include <string>
+#include <vector>
 
 #include "host/bridge/target.hpp"
 #include "host/link/connection.hpp"
@@ -10,6 +14,7 @@
 #include "host/session/answer.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/energy.hpp"
+#include "host/session/fingers.hpp"
 #include "host/session/record.hpp"
 #include "host/session/scene.hpp"
 #include "host/session/state_gate.hpp"
@@ -22,14 +27,24 @@ struct BridgeOptions {
 };
 
 struct BridgeReport : ForceReport, BridgeCounters {
-    DurationStatistics round_trip;  ///< from a state's first frame to its answer
+    DurationStatistics round_trip;  ///< from a tick's first frame to its answer; of two fingers with the first
+
+    /// Those of a second finger: visit(name, value). The line's own are the first's.
+    template <typename Visit>
+    void each_of_second(Visit&& visit) const {
+        StateCounters::each(visit);
+        visit("ticks", ticks);
+        visit("contact_ticks", contact_ticks);
+        visit("lost_answers", lost_answers);
+    }
 };
 
 /// Takes states as ServoSession does, and is single-threaded like it: everything happens within connection.handle_until
-/// and the calls below.
+/// and the calls below. Of two fingers a tick is both: it waits for the other's state as ServoSession does, and sends
+/// the target both. A target that does not know a second finger is asked, told of, and goes on with the first.
 class BridgeSession {
 public:
-    /// Subscribes to the device's states. `record` may be null. `tell` gets a line for each event, if it is there.
+    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
     BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target, const BridgeOptions& options,
                   ServoRecord* record, LiveState::Tell tell = {});
     BridgeSession(const BridgeSession&) = delete;
@@ -37,26 +52,70 @@ public:
 
     /// Takes what the line has brought. Throws Error when the target runs other tables.
     void take_answers();
-    /// Asks again for an answer that has not come, publishes zero force once when the device has fallen silent.
-    /// Throws Error when the target has not answered for patience_s.
+    /// Asks again for an answer that has not come, asks for who has waited for the other finger, publishes zero force
+    /// once when a device has fallen silent. Throws Error when the target has not answered for patience_s.
     void watch(Clock::time_point now);
     /// When watch has work again.
     Clock::time_point watch_at() const;
     void publish_status();
 
-    bool has_states() const { return gate_.has_states(); }
-    Clock::time_point last_state() const { return gate_.last_state(); }
-    BridgeReport report() const;
+    bool has_states() const;
+    Clock::time_point last_state() const;
+    std::size_t finger_count() const { return side_.size(); }
+    BridgeReport report(std::size_t finger = 0) const;
+    /// Energy given to the hands together, the largest so far, J.
+    double most_given_j() const { return most_given_j_; }
 
 private:
-    void on_state(const device_state& state, std::int64_t received_utime);
-    void ask();
+    /// A finger's device and what waits of it.
+    struct Side {
+        explicit Side(const StateGate& of) : gate(of) {}
+
+        StateGate gate;
+        bool waits = false;                 ///< the gate's state was not sent yet
+        bool begins = false;                ///< it, or one that it overtook, is a session's first
+        bool is_late = false;               ///< the other has waited for it in vain: it is not waited for again
+        bool is_asked = false;              ///< `state` is to be answered
+        bool has_come = false;              ///< its force of the tick under way
+        Clock::time_point waits_since{};    ///< since the first that it stands for
+        device_state state{};               ///< the last one that the target was asked
+        std::int64_t clock_us = 0;          ///< simulated: the servo's time less the device's
+        std::int64_t answered_utime = 0;    ///< of the last answer
+        haptable_output output{};           ///< of the last tick
+        haptable_output next{};             ///< of the tick under way
+        std::int64_t rejected = 0;          ///< positions that the target does not take
+        std::array<float, 3> rejected_m{};  ///< the last one
+        BridgeReport report;
+    };
+
+    void subscribe(std::size_t finger);
+    void on_state(std::size_t finger, const device_state& state, std::int64_t received_utime);
+    void ask_for_second(Clock::time_point now);
+    bool is_of_other_time(std::size_t finger, const device_state& state) const;
+    bool is_there(std::size_t finger, Clock::time_point now) const;
+    bool is_ready(Clock::time_point now) const;
+    void ask_if_ready();
+    void ask(Clock::time_point now);
+    void set_time(std::int64_t utime);
+    void take_states(Clock::time_point now);
+    std::uint32_t time_of_tick(Clock::time_point now);
+    void make_frames(std::uint32_t time_us);
+    void end_asking();
     void send();
     void take(const TargetForce& force);
+    bool has_all() const;
+    void finish();
+    void publish_forces();
+    void record();
     bool is_possible(const haptable_output& output) const;
     bool is_on_a_patch(const haptable_output& output) const;
-    void note(const haptable_output& output, Clock::time_point now);
+    void note(Clock::time_point now);
+    void note(std::size_t finger);
+    Clock::time_point silent_at(std::size_t finger) const;
+    void watch(std::size_t finger, Clock::time_point now);
+    std::string who(std::size_t finger) const;
     void tell();
+    void tell(std::size_t finger, Clock::time_point now);
 
     ServoScene scene_;
     Connection& connection_;
@@ -64,22 +123,23 @@ private:
     BridgeOptions options_;
     ServoRecord* record_;
     Answer answer_;
-    StateGate gate_;
-    haptable_output output_{};
-    device_state state_{};                      ///< the last one that the target was asked
-    haptable_frame_state asked_{};              ///< as the target gets it
+    std::vector<Side> side_;
+    FingerInputs in_;                           ///< the tick under way, or the last one
+    TargetStates frames_;                       ///< as the target gets it
+    TickNumbers numbers_;                       ///< of two fingers' ticks, in the record
+    std::int64_t tick_number_ = 0;              ///< the same, of that tick
+    std::int64_t tick_utime_ = 0;               ///< of its answers
+    std::uint32_t sent_us_ = 0;                 ///< its time, for the target
     std::uint32_t clock_us_ = 0;                ///< from a state's time to the target's
-    std::uint32_t number_ = 0;                  ///< of that frame; counts on over sessions of devices
-    bool to_ask_ = false;                       ///< the gate's state was not sent yet
-    bool begins_ = false;                       ///< it, or one that it overtook, is a session's first
-    bool waiting_ = false;                      ///< for an answer
-    Clock::time_point first_sent_, last_sent_;  ///< that frame
+    std::uint32_t number_ = 0;                  ///< of its frames; counts on over sessions of devices
+    bool waiting_ = false;                      ///< for its answer
+    Clock::time_point first_sent_, last_sent_;  ///< its frames
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
-    BridgeReport report_;
-    double longest_us_ = 0.0;
+    bool has_answered_ = false;                 ///< the target, anything
+    bool knows_second_ = false;                 ///< the target has answered for a second finger
+    Clock::time_point asks_since_{}, last_ask_{};
+    double longest_us_ = 0.0, most_given_j_ = 0.0;
     LiveState live_;
-    std::int64_t rejected_ = 0;          ///< positions that the target does not take
-    std::array<float, 3> rejected_m_{};  ///< the last one
 };
 
 }  // namespace haptable

@@ -3,9 +3,21 @@
 
 namespace haptable {
 
-void SerialTarget::send(std::uint32_t sequence, const haptable_frame_state& state) {
+/// One burst: states of a tick arrive together.
+void SerialTarget::send(std::uint32_t sequence, const TargetStates& states) {
+    std::array<std::uint8_t, kFingers * HAPTABLE_FRAME_BYTES> bytes{};
+    const int of_both = states[0] && states[1] ? 1 : 0;
+    std::size_t length = 0;
+    for (std::size_t finger = 0; finger < kFingers; ++finger)
+        if (states[finger])
+            length += haptable_frame_write_state_of(static_cast<int>(finger), of_both, sequence, &*states[finger],
+                                                    bytes.data() + length);
+    line_.write(std::span(bytes.data(), length));
+}
+
+void SerialTarget::ask(std::uint32_t sequence) {
     std::array<std::uint8_t, HAPTABLE_FRAME_BYTES> bytes{};
-    line_.write(std::span(bytes.data(), haptable_frame_write_state(sequence, &state, bytes.data())));
+    line_.write(std::span(bytes.data(), haptable_frame_write_ask(sequence, bytes.data())));
 }
 
 std::optional<TargetForce> SerialTarget::take() {
@@ -20,7 +32,11 @@ std::optional<TargetForce> SerialTarget::take() {
         TargetForce force;
         force.sequence = whole.sequence;
         force.output.patch = HAPTABLE_NONE;
-        if (haptable_frame_take_force(&whole, &force.model_hash, &force.output) != 0) return force;
+        int finger = 0;
+        if (haptable_frame_take_force_of(&whole, &finger, &force.model_hash, &force.output) != 0) {
+            force.finger = static_cast<std::size_t>(finger);
+            return force;
+        }
         ++foreign_frames_;
     }
 }

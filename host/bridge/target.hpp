@@ -6,23 +6,30 @@
 #include <cstdint>
 #include <optional>
 
-#include "firmware/haptable_frame.h"
+#include "firmware/haptable_frame_pair.h"
+#include "host/link/channels.hpp"
 #include "host/link/line.hpp"
 
 namespace haptable {
 
 /// One force as the target sent it.
 struct TargetForce {
-    std::uint32_t sequence = 0;    ///< of the state that it answers
+    std::size_t finger = 0;
+    std::uint32_t sequence = 0;    ///< of the state, or of the question, that it answers
     std::uint64_t model_hash = 0;  ///< tables_hash of those that the target runs
     haptable_output output{};      ///< all but `patch`
 };
+
+/// A tick's states, by finger; none: it is not in it.
+using TargetStates = std::array<std::optional<haptable_frame_state>, kFingers>;
 
 class SerialTarget {
 public:
     explicit SerialTarget(Line line) : line_(std::move(line)) { haptable_frame_reader_init(&reader_); }
 
-    void send(std::uint32_t sequence, const haptable_frame_state& state);
+    void send(std::uint32_t sequence, const TargetStates& states);
+    /// Asks whether it knows a second finger: one that does answers with its force and this sequence.
+    void ask(std::uint32_t sequence);
     /// The next whole force of those that have come, without waiting. Garbage before it is skipped and counted.
     std::optional<TargetForce> take();
 

@@ -42,7 +42,7 @@ void add_options(CommandLine& app, Options& o) {
     app.option("--device", o.device, "as of haptable-device");
     app.option("--fault", o.fault, "as of haptable-device");
     app.option("--seed", o.seed, "as of haptable-device");
-    app.option("--fingers", o.fingers, "hands of the device [as many as the scene has; of a --target 1]").range(1, 2);
+    app.option("--fingers", o.fingers, "hands of the device [as many as the scene has]").range(1, 2);
     app.flag("--lockstep", o.lockstep, "as of haptable-device");
     app.option("--target", o.run.target,
                "the servo on a microcontroller in QEMU: cortex-m4, cortex-m7, cortex-m33, rv32");
@@ -94,9 +94,9 @@ void run(Options& o) {
     check(o);
     catch_interrupts();
     const Scene scene = read_scene(o.run.scene_file);
-    const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
+    const Places places = find_places(o.run.scene_file, scene.name, scene.contact.fingers, o.run.target, o.run.quiet);
     make_folder(o);
-    if (o.fingers == 0) o.fingers = o.run.target.empty() ? scene.contact.fingers : 1;
+    if (o.fingers == 0) o.fingers = scene.contact.fingers;
     o.run.device = device_words(o);
     o.run.live = o.draw == "live";
     const RunOutcome outcome = run_session(places, o.run);

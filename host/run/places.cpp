@@ -76,7 +76,8 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
 
 }  // namespace
 
-Places find_places(const fs::path& scene_file, const std::string& name, const std::string& target, bool quiet) {
+Places find_places(const fs::path& scene_file, const std::string& name, int fingers, const std::string& target,
+                   bool quiet) {
     Places places;
     places.programs = program_folder();
     const bool installed = is_installed();
@@ -93,7 +94,7 @@ Places find_places(const fs::path& scene_file, const std::string& name, const st
     if (target.empty()) return places;
     if (std::find(kTargets.begin(), kTargets.end(), target) == kTargets.end())
         throw Error(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
-    places.image = places.scene / "firmware" / target / "loop.elf";
+    places.image = places.scene / "firmware" / target / (fingers == 2 ? "loop_pair.elf" : "loop.elf");
     require(places.image, scene_file, places.build, {"firmware", scene, "TARGET=" + target}, quiet);
     if (!is_project_here())
         throw Error("--target: QEMU is started by haptable's scripts: run this in haptable's folder");

@@ -64,13 +64,21 @@ void ServoRecord::end_line(const haptable_body_state* body, const haptable_modes
 }
 
 void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers) {
-    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     line_ = std::to_string(tick);
-    for (std::size_t finger = 0; finger < kFingers; ++finger) {
-        const FingerInput input = in[finger].value_or(FingerInput{{kNone, kNone, kNone}});
-        append(input.at_m, input.buttons, fingers.output(finger));
-    }
+    for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], fingers.output(finger));
     end_line(fingers.body().state());
+}
+
+void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out) {
+    line_ = std::to_string(tick);
+    for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], out[finger]);
+    end_line(nullptr);
+}
+
+void ServoRecord::append(const std::optional<FingerInput>& input, const haptable_output& out) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    const FingerInput of = input.value_or(FingerInput{{kNone, kNone, kNone}});
+    append(of.at_m, of.buttons, out);
 }
 
 void ServoRecord::append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out) {

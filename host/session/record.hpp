@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "firmware/haptable_body.h"
@@ -28,6 +29,8 @@ public:
     /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
     /// nowhere (nan), and silent.
     void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
+    /// The same with outputs that another servo gave: by finger.
+    void add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -37,6 +40,7 @@ public:
 private:
     void end_line(const haptable_body_state* body, const haptable_modes_state* swings = nullptr);
     void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
+    void append(const std::optional<FingerInput>& input, const haptable_output& out);
 
     ServoScene scene_;
     TextFile file_;

@@ -24,6 +24,10 @@ std::string elf(const std::string& target, const std::string& image) {
     return (build_folder() / "cube/firmware" / target / (image + ".elf")).string();
 }
 
+std::string pair_elf(const std::string& target, const std::string& image) {
+    return (build_folder() / "cube-two/firmware" / target / (image + "_pair.elf")).string();
+}
+
 class TargetLoop : public testing::Test {
 protected:
     void SetUp() override {
@@ -64,6 +68,27 @@ protected:
         EXPECT_GT(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row[4] > 0.0; }), 50);
     }
 
+    /// The same of cube-two and two hands.
+    void expect_forces_of_both(const std::vector<std::string>& line) {
+        const std::filesystem::path scene = build_folder() / "cube-two";
+        std::vector<std::string> command{bridge,          scene.string(), "--quiet",
+                                         "--no-realtime", "--csv",        (folder / "bridge.csv").string()};
+        command.insert(command.end(), line.begin(), line.end());
+        Process bridge_process(command);
+        Process device_process({device, "meshes/cube-two.toml", "--quiet", "--lockstep", "--fingers", "2", "--path",
+                                "drag,poke", "--seconds", "0.5"});
+        ASSERT_EQ(device_process.wait_for_exit(), 0);
+        bridge_process.kill(SIGTERM);
+        ASSERT_EQ(bridge_process.wait_for_exit(), 0);
+        Process replay({scene / "servo", "--quiet", "--replay", folder / "bridge.csv", "--out", folder / "host.csv"});
+        ASSERT_EQ(replay.wait_for_exit(), 0);
+        EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "bridge.csv"));
+        const auto rows = read_rows(folder / "bridge.csv");
+        EXPECT_GE(rows.size(), 500U);
+        const auto both_touch = [](const auto& row) { return row[4] > 0.0 && row[22] > 0.0; };
+        EXPECT_GT(std::count_if(rows.begin(), rows.end(), both_touch), 50);
+    }
+
     std::string servo = build_folder() / "cube/servo";
     std::string device = program("haptable-device");
     std::string bridge = program("haptable-bridge");
@@ -79,6 +104,31 @@ TEST_F(TargetLoop, OverPipesGivesTheForcesOfTheHost) {
             {"sh", "scripts/qemu.sh", target, elf(target, "loop"), pipes.to_target(), pipes.from_target()});
         expect_forces_of_the_host({"--pipes", pipes.to_target(), pipes.from_target()}, "1");
     }
+}
+
+// Two hands of one device, the image of two fingers: what the target felt, through the host's servo again.
+TEST_F(TargetLoop, TwoFingersHaveTheForcesOfTheHost) {
+    for (const char* target : kTargets) {
+        SCOPED_TRACE(target);
+        const Pipes pipes;
+        const Process image(
+            {"sh", "scripts/qemu.sh", target, pair_elf(target, "loop"), pipes.to_target(), pipes.from_target()});
+        expect_forces_of_both({"--pipes", pipes.to_target(), pipes.from_target()});
+    }
+}
+
+TEST_F(TargetLoop, TwoFingersOverTheUartHaveTheForcesOfTheHost) {
+    for (const char* target : {"cortex-m7", "rv32"}) {
+        SCOPED_TRACE(target);
+        expect_forces_of_both({"--run", "env QEMU_SERIAL=stdio sh scripts/qemu.sh " + std::string(target) + " " +
+                                            pair_elf(target, "uart")});
+    }
+}
+
+TEST_F(TargetLoop, ABodyThatNothingHoldsIsRefused) {
+    const Outcome outcome = run(bridge + " " + (build_folder() / "free-cube").string() + " --run true");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("remove free = true from [body]"), std::string::npos) << outcome.err;
 }
 
 TEST_F(TargetLoop, OverTheUartGivesTheForcesOfTheHost) {

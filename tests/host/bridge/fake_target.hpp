@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-#include "firmware/haptable_frame.h"
+#include "firmware/haptable_frame_pair.h"
 #include "host/link/line.hpp"
 #include "tests/loop/helpers.hpp"
 
@@ -150,6 +150,39 @@ private:
     haptable_frame_reader reader_{};
     std::uint32_t last_ = 0;
     int states_ = 0;
+};
+
+/// The same of two fingers, as firmware/port/loop_pair.c does.
+template <typename Line>
+class FakePairTarget {
+public:
+    FakePairTarget(const haptable_pair_model* tables, const Line& line) : tables_(tables), line_(line) {
+        haptable_frame_pair_init(tables_, &end_);
+    }
+
+    /// Takes what has come, and answers it but for frames of the type that is lost. How many forces it has sent.
+    int answer(std::uint8_t lost_type = 0) {
+        int forces = 0;
+        for (const std::uint8_t byte : line_.take()) {
+            Bytes answer(HAPTABLE_FRAME_PAIR_BYTES);
+            answer.resize(haptable_frame_pair_take(tables_, &end_, byte, answer.data()));
+            for (std::size_t at = 0; at < answer.size(); at += HAPTABLE_FRAME_BYTES) {
+                if (answer[at + 3] == lost_type) continue;
+                line_.put(Bytes(answer.begin() + static_cast<std::ptrdiff_t>(at),
+                                answer.begin() + static_cast<std::ptrdiff_t>(at + HAPTABLE_FRAME_BYTES)));
+                ++forces;
+            }
+        }
+        return forces;
+    }
+
+    const haptable_frame_pair& end() const { return end_; }
+    const haptable_counters& counters(std::size_t finger) const { return end_.pair.servo[finger].counters; }
+
+private:
+    const haptable_pair_model* tables_;
+    const Line& line_;
+    haptable_frame_pair end_{};
 };
 
 }  // namespace haptable::test
