@@ -10,6 +10,7 @@
 
 #include "host/bench/contact/bodies.hpp"
 #include "host/bench/proxy/finger_proxy.hpp"
+#include "host/bench/proxy/shell_proxy.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 
@@ -24,6 +25,7 @@ constexpr int kStrokes = 50;
 constexpr float kLongest_m = 1e-4F;  // a tick: 0.1 m/s
 constexpr double kRadius_m = 1e-4;   // of the proxy
 constexpr double kStiffness_n_per_m = 100.0;
+constexpr double kStaticFriction = 0.5, kDynamicFriction = 0.4;  // in_mode()'s
 
 /// What is timed: it begins a stroke at a position, and makes ticks.
 struct Touched {
@@ -91,10 +93,11 @@ Times times_of(const std::vector<double>& fastest_s, const std::vector<char>& co
     return {quantile(0.5), quantile(0.999)};
 }
 
-Touched proxy_on(const Tables& tables) {
+template <typename Proxy, typename... Friction>
+Touched proxy_on(const Tables& tables, Friction... friction) {
     std::vector<Vector3d> point_m;
     for (const auto& p : tables.position) point_m.emplace_back(p[0], p[1], p[2]);
-    auto proxy = std::make_shared<FingerProxy>(point_m, tables.patch, kRadius_m);
+    auto proxy = std::make_shared<Proxy>(point_m, tables.patch, kRadius_m, friction...);
     auto force_n = std::make_shared<Vector3d>();
     const auto at = [](const std::array<float, 3>& x) {
         return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>();
@@ -118,24 +121,40 @@ Touched servo_on(const haptable_model& model) {
             [state](const auto& x) { haptable_step(&state->model, &state->servo, x.data(), 0, &state->out); }};
 }
 
-/// The proxy's times, then those of every mode without and with friction; all in turn, so that a ratio compares the
-/// same minutes.
-std::vector<Times> times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rounds) {
+/// Modes without passivity, which no proxy has.
+std::vector<Mode> modes_beside() {
+    std::vector<Mode> modes = every_mode();
+    std::erase_if(modes, [](const Mode& mode) { return mode.more == "passivity"; });
+    return modes;
+}
+
+/// What is compared on a body: proxies, and modes in the order of modes_beside().
+struct Beside {
+    Times finger, shell, shell_friction;
+    std::vector<Times> mode;
+};
+
+/// All in turn, so that a ratio compares the same minutes.
+Beside times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rounds) {
     const Tables& tables = subjects[0]->tables();
     const std::vector<FingerPath> strokes = slow_strokes(tables);
     const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
-    std::vector<Touched> touched{{[](const auto&) {}, [](const auto&) {}}, proxy_on(tables)};
-    for (const Mode& mode : every_mode())
-        if (mode.more != "passivity")
-            touched.push_back(servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
+    std::vector<Touched> touched{{[](const auto&) {}, [](const auto&) {}},
+                                 proxy_on<FingerProxy>(tables),
+                                 proxy_on<ShellProxy>(tables, 0.0, 0.0),
+                                 proxy_on<ShellProxy>(tables, kStaticFriction, kDynamicFriction)};
+    const std::size_t proxies = touched.size();
+    for (const Mode& mode : modes_beside())
+        touched.push_back(servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
     std::vector<std::vector<double>> fastest_s(
         touched.size(), std::vector<double>(counts.size(), std::numeric_limits<double>::infinity()));
     for (int round = 0; round < rounds; ++round)
         for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i], strokes, fastest_s[i]);
     const double clock_s = times_of(fastest_s[0], counts, 0.0).median_s;
-    std::vector<Times> times;
-    for (std::size_t i = 1; i < touched.size(); ++i) times.push_back(times_of(fastest_s[i], counts, clock_s));
-    return times;
+    const auto of = [&](std::size_t i) { return times_of(fastest_s[i], counts, clock_s); };
+    Beside beside{of(1), of(2), of(3), {}};
+    for (std::size_t i = proxies; i < touched.size(); ++i) beside.mode.push_back(of(i));
+    return beside;
 }
 
 std::array<std::unique_ptr<Subject>, 3> in_every_force(const Scene& scene, double mask_radius_m,
@@ -149,23 +168,34 @@ std::array<std::unique_ptr<Subject>, 3> in_every_force(const Scene& scene, doubl
 
 Number times(double factor) { return number(factor, fmt::format("{:.1f}", factor)); }
 
+std::vector<Cell> taken(const char* name, const Times& cube, const Times& mouse) {
+    return {name, seconds(cube.median_s), seconds(cube.most_s), seconds(mouse.median_s), seconds(mouse.most_s)};
+}
+
+std::vector<Cell> faster(const std::string& name, const Times& cube_proxy, const Times& cube, const Times& mouse_proxy,
+                         const Times& mouse) {
+    return {name, times(cube_proxy.median_s / cube.median_s), times(cube_proxy.most_s / cube.most_s),
+            times(mouse_proxy.median_s / mouse.median_s), times(mouse_proxy.most_s / mouse.most_s)};
+}
+
 }  // namespace
 
-NumberTable beside_a_proxy(const std::filesystem::path& build, int rounds) {
-    const std::vector<Times> cube = times_on(in_every_force(contact_cube(5, 0.3), 0.012, build), rounds);
-    const std::vector<Times> mouse = times_on(in_every_force(read_scene("meshes/mouse.toml"), 0.006, build), rounds);
-    NumberTable table{{"", "cube, median", "99.9 %", "mouse, median", "99.9 %"}, {}};
-    table.rows.push_back({"a finger proxy takes", seconds(cube[0].median_s), seconds(cube[0].most_s),
-                          seconds(mouse[0].median_s), seconds(mouse[0].most_s)});
-    std::size_t row = 0;
-    for (const Mode& mode : every_mode()) {
-        if (mode.more == "passivity") continue;
-        ++row;
-        table.rows.push_back({mode.name(), times(cube[0].median_s / cube[row].median_s),
-                              times(cube[0].most_s / cube[row].most_s), times(mouse[0].median_s / mouse[row].median_s),
-                              times(mouse[0].most_s / mouse[row].most_s)});
+std::pair<NumberTable, NumberTable> beside_proxies(const std::filesystem::path& build, int rounds) {
+    const Beside cube = times_on(in_every_force(contact_cube(5, 0.3), 0.012, build), rounds);
+    const Beside mouse = times_on(in_every_force(read_scene("meshes/mouse.toml"), 0.006, build), rounds);
+    NumberTable finger{{"", "cube, median", "99.9 %", "mouse, median", "99.9 %"}, {}}, shell = finger;
+    finger.rows.push_back(taken("a finger proxy takes", cube.finger, mouse.finger));
+    shell.rows.push_back(taken("a finger proxy takes", cube.shell, mouse.shell));
+    shell.rows.push_back(taken("with friction", cube.shell_friction, mouse.shell_friction));
+    std::size_t i = 0;
+    for (const Mode& mode : modes_beside()) {
+        const bool friction = mode.more == "friction";
+        finger.rows.push_back(faster(mode.name(), cube.finger, cube.mode[i], mouse.finger, mouse.mode[i]));
+        shell.rows.push_back(faster(mode.name(), friction ? cube.shell_friction : cube.shell, cube.mode[i],
+                                    friction ? mouse.shell_friction : mouse.shell, mouse.mode[i]));
+        ++i;
     }
-    return table;
+    return {finger, shell};
 }
 
 }  // namespace haptable

@@ -26,8 +26,13 @@ int main(int argc, char** argv) {
     return run_program(app, argc, argv, [&] {
         std::filesystem::create_directories(build);
         Numbers numbers("make bench");
+        const auto beside = [&] {
+            const auto [finger, shell] = beside_proxies(build, 2 * repetitions);
+            numbers.add("modes-beside", finger);
+            numbers.add("modes-beside-shells", shell);
+        };
         if (only_beside) {
-            numbers.add("modes-beside", beside_a_proxy(build, 2 * repetitions));
+            beside();
             print_topics(numbers);
             if (!out.empty()) numbers.write(out);
             return;
@@ -38,7 +43,7 @@ int main(int argc, char** argv) {
         write_file(build / "edge.dat", force_over_an_edge(build));
         if (only_curves) return;
         numbers.add("modes-cost", cost_of_modes(build, repetitions));
-        numbers.add("modes-beside", beside_a_proxy(build, 2 * repetitions));
+        beside();
         numbers.add("feel-stiffness", stiffness_table(line));
         numbers.add("feel-loops", loop_table(build, loops));
         numbers.add("feel-change", change_table(build));

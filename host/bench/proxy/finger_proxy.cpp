@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace haptable {
 
@@ -27,44 +26,6 @@ std::optional<double> reaches(const Vector3d& from, const Vector3d& way, const V
 
 }  // namespace
 
-FingerProxy::FingerProxy(std::vector<Vector3d> point_m, const std::vector<Patch>& patch, double radius_m)
-    : radius_m_(radius_m), gap_m_(0.01 * radius_m) {
-    for (const Patch& p : patch) {
-        Triangle t;
-        for (std::size_t c = 0; c < 3; ++c) t.corner[c] = point_m[static_cast<std::size_t>(p[c])];
-        t.normal = (t.corner[1] - t.corner[0]).cross(t.corner[2] - t.corner[0]).normalized();
-        triangle_.push_back(t);
-    }
-    std::vector<std::int32_t> order(patch.size());
-    std::iota(order.begin(), order.end(), 0);
-    build(order, 0, order.size());
-}
-
-/// Halves of as many patches, by their middle along the longest axis.
-void FingerProxy::build(std::vector<std::int32_t>& patch, std::size_t begin, std::size_t end) {
-    const auto of = [&](std::int32_t p) -> const Triangle& { return triangle_[static_cast<std::size_t>(p)]; };
-    Eigen::AlignedBox3d bounds;
-    for (std::size_t i = begin; i < end; ++i)
-        for (const Vector3d& corner : of(patch[i]).corner) bounds.extend(corner);
-    const std::size_t index = box_.size();
-    box_.push_back({bounds.min(), bounds.max(), 0, end - begin == 1 ? patch[begin] : -1});
-    if (end - begin > 1) {
-        Eigen::Index axis = 0;
-        bounds.sizes().maxCoeff(&axis);
-        const std::size_t middle = begin + (end - begin) / 2;
-        const auto place = [&](std::int32_t p) {
-            return of(p).corner[0][axis] + of(p).corner[1][axis] + of(p).corner[2][axis];
-        };
-        const auto first = patch.begin();
-        std::nth_element(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(middle),
-                         first + static_cast<std::ptrdiff_t>(end),
-                         [&](std::int32_t a, std::int32_t b) { return place(a) < place(b); });
-        build(patch, begin, middle);
-        build(patch, middle, end);
-    }
-    box_[index].skip = static_cast<std::uint32_t>(box_.size());
-}
-
 void FingerProxy::meet_corner(const Vector3d& corner, const Vector3d& way, std::optional<Hit>& first) const {
     const auto t = reaches(at_m_ - corner, way, Vector3d::Zero(), radius_m_);
     if (!t || (first && *t >= first->fraction)) return;
@@ -85,7 +46,8 @@ void FingerProxy::meet_edge(const Vector3d& a, const Vector3d& b, const Vector3d
 }
 
 /// From outside of the patch's plane alone: over its inside its plane is met, elsewhere its edges and corners are.
-void FingerProxy::meet_triangle(const Triangle& triangle, const Vector3d& way, std::optional<Hit>& first) const {
+void FingerProxy::meet_triangle(const PatchTree::Triangle& triangle, const Vector3d& way,
+                                std::optional<Hit>& first) const {
     const auto& [a, b, c] = triangle.corner;
     const double from = triangle.normal.dot(at_m_ - a), fall = -triangle.normal.dot(way);
     if (fall <= 0.0 || from < 0.0 || from - fall > radius_m_) return;
@@ -105,21 +67,12 @@ void FingerProxy::meet_triangle(const Triangle& triangle, const Vector3d& way, s
     for (const Vector3d& corner : triangle.corner) meet_corner(corner, way, first);
 }
 
-/// What the sphere meets first on its way to the goal: boxes that overlap that of its motion are opened.
+/// What the sphere meets first on its way to the goal.
 std::optional<FingerProxy::Hit> FingerProxy::meet(const Vector3d& goal_m) const {
-    const Vector3d low = at_m_.cwiseMin(goal_m).array() - radius_m_;
-    const Vector3d high = at_m_.cwiseMax(goal_m).array() + radius_m_;
     const Vector3d way = goal_m - at_m_;
     std::optional<Hit> first;
-    for (std::size_t i = 0; i < box_.size();) {
-        const Box& box = box_[i];
-        if ((box.low.array() > high.array()).any() || (box.high.array() < low.array()).any()) {
-            i = box.skip;
-            continue;
-        }
-        if (box.patch >= 0) meet_triangle(triangle_[static_cast<std::size_t>(box.patch)], way, first);
-        ++i;
-    }
+    tree_.visit(at_m_, goal_m, radius_m_,
+                [&](const PatchTree::Triangle& triangle) { meet_triangle(triangle, way, first); });
     return first;
 }
 
