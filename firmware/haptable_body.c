@@ -173,7 +173,7 @@ static void line_of(const struct haptable_body_push* push, float along[3]) {
 
 /* A finger's force is held for the tick, as a sampled spring of stiffness k: to a motion v against the hand it would
  * give k dt/2 v^2. The body is damped by k dt against the hand; what is left, k dt/2 (hand^2 - body^2), is no more than
- * a wall would give to the same hand (docs/BODY.md). */
+ * a wall would give to the same hand (docs/design/moving.md). */
 static void add_push(const struct haptable_body* body, const struct haptable_body_push* push, struct system* s) {
     static const float axis[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
     const float resistance = DT * push->stiffness_n_per_m;

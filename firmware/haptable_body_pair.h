@@ -18,6 +18,14 @@ void haptable_body_pair_step(const struct haptable_pair_model* tables, const str
                              const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
                              struct haptable_output out[HAPTABLE_FINGERS]);
 
+/* The same up to the body's motion, which is to follow by haptable_body_move with push[]: what contacts have made was
+ * taken back. */
+void haptable_body_pair_feel(const struct haptable_pair_model* tables, const struct haptable_body* body,
+                             struct haptable_body_state* state, struct haptable_pair* pair,
+                             const float finger_m[HAPTABLE_FINGERS][3], uint32_t now_us,
+                             struct haptable_body_push push[HAPTABLE_FINGERS],
+                             struct haptable_output out[HAPTABLE_FINGERS]);
+
 /* The same of finger `number` alone, 0 or 1, while the other is away: as haptable_body_step of one finger. What the
  * body remembers of the other is forgotten. */
 void haptable_body_step_finger(const struct haptable_model* model, const struct haptable_body* body,

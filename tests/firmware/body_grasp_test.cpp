@@ -73,36 +73,37 @@ protected:
 
     /// The same of two hands, with a look at the energy of all between what is taken back and the tick's motion.
     double step_hands(Hand hand[2]) {
-        float finger[2][3], inside[2][3];
-        for (int f = 0; f < 2; ++f) {
-            for (int c = 0; c < 3; ++c) finger[f][c] = static_cast<float>(hand[f].at_m[c]);
-            haptable_body_from_world(&body, &state, finger[f], inside[f]);
-        }
-        now_us += 1000;
-        if (GetParam())
-            haptable_pair_step(&pair_model, &both, inside[0], inside[1], now_us, out);
-        else
-            for (int f = 0; f < 2; ++f) haptable_step(&model, &servo[f], inside[f], now_us, &out[f]);
-        haptable_body_push push[2];
-        float made_j = 0.0F;
+        float finger[2][3];
         for (int f = 0; f < 2; ++f)
-            made_j += haptable_body_push_of(&model, &body, GetParam() ? &both.servo[f] : &servo[f], &state, f,
-                                            finger[f], inside[f], &out[f], &push[f]);
-        haptable_body_brake(&body, &state, made_j);
+            for (int c = 0; c < 3; ++c) finger[f][c] = static_cast<float>(hand[f].at_m[c]);
+        now_us += 1000;
+        haptable_body_push push[2];
+        if (GetParam())
+            haptable_body_pair_feel(&pair_model, &body, &state, &both, finger, now_us, push, out);
+        else
+            feel_alone(finger, push);
         double all = energy_of(body, state);
         for (int f = 0; f < 2; ++f) {
-            const Vector3d dent = to_vector(inside[f]) - to_vector(out[f].god_object_m);
+            const Vector3d dent = to_vector(push[f].at_m) - to_vector(out[f].god_object_m);
             all +=
-                hand[f].energy() - (haptable_touches(out[f].state) ? 0.5 * to_vector(out[f].force_n).dot(dent) : 0.0);
+                hand[f].energy() + (haptable_touches(out[f].state) ? 0.5 * to_vector(push[f].force_n).dot(dent) : 0.0);
         }
         haptable_body_move(&body, &state, push, 2);
         for (int f = 0; f < 2; ++f) hand[f].move(to_vector(state.given_n[f]));
         return all;
     }
+    void feel_alone(const float finger[2][3], haptable_body_push push[2]) {
+        float made_j = 0.0F;
+        for (int f = 0; f < 2; ++f) {
+            float inside[3];
+            haptable_body_from_world(&body, &state, finger[f], inside);
+            haptable_step(&model, &servo[f], inside, now_us, &out[f]);
+            made_j += haptable_body_push_of(&model, &body, &servo[f], &state, f, finger[f], inside, &out[f], &push[f]);
+        }
+        haptable_body_brake(&body, &state, made_j);
+    }
 
-    /// Where both want to be from now on: on either side of the cube, `apart` from its middle; or anywhere. Fingers
-    /// that feel one another's dents stay beside it then: with friction they give energy where they meet
-    /// (docs/BODY.md).
+    /// Where both want to be from now on: on either side of the cube, `apart` from its middle; or anywhere.
     void want(Doing doing, std::mt19937& random, Hand hand[2]) const {
         std::uniform_real_distribution<double> part(-1.0, 1.0);
         const Vector3d centre = position_of(state), grip(0.0, 0.0, 0.003);
@@ -111,41 +112,45 @@ protected:
         axes.row(2).cwiseAbs().minCoeff(&level);
         Vector3d across = axes.col(level);
         if (across.dot(hand[0].at_m - hand[1].at_m) < 0.0) across = -across;
-        const double apart = doing == kBeside || doing == kAnything ? 0.022
-                             : doing == kGrasp                      ? 0.005 + 0.002 * part(random)
-                                                                    : 0.03;
+        const double apart = doing == kBeside ? 0.022 : doing == kGrasp ? 0.005 + 0.002 * part(random) : 0.03;
         for (int f = 0; f < 2; ++f) {
             const Vector3d anywhere = 0.02 * Vector3d(part(random), part(random), part(random));
             const double side = f == 0 ? 1.0 : -1.0;
-            const bool on_its_side = GetParam() || doing < kAnything;
-            hand[f].wants_m = centre + (on_its_side ? Vector3d(grip + side * apart * across) : anywhere);
+            hand[f].wants_m = centre + (doing < kAnything ? Vector3d(grip + side * apart * across) : anywhere);
+        }
+    }
+
+    /// The cube stands, and both hands rest beside it.
+    void begin(Hand hand[2]) {
+        haptable_body_init(&body, &state);
+        for (haptable_servo& one : servo) haptable_init(&one);
+        haptable_pair_init(&pair_model, &both);
+        for (int f = 0; f < 2; ++f) {
+            hand[f].at_m = hand[f].wants_m = {f == 0 ? -0.01 : 0.04, 0.015, 0.018};
+            hand[f].velocity.setZero();
         }
     }
 
     /// Two hands for so many seconds; with more damping than the contacts ask for they are calm enough to lift.
     Found play(std::uint32_t seed, int seconds, double more_damping) {
         std::mt19937 random(seed);
-        haptable_body_init(&body, &state);
         Hand hand[2];
-        // Where the fingers meet, what couples them leaves an eighth of C: there the pair is up to 8 times as stiff.
         for (Hand& one : hand) {
-            one.damp((GetParam() ? 8.0 : 1.0) * cube().servo().stiffness.felt_n_per_m);
+            one.damp(cube().servo().stiffness.felt_n_per_m);
             one.damping += more_damping;
-            one.at_m = {&one == hand ? -0.01 : 0.04, 0.015, 0.018};
         }
+        begin(hand);
         Found found;
         double least = HUGE_VAL, wanted_j = 0.0;
         for (int tick = 0; tick < 1000 * seconds; ++tick) {
             const Doing doing = static_cast<Doing>(std::min<int>(tick / 1000 % kSeconds, kAnything));
-            const double before_j = hand[0].energy() + hand[1].energy();
-            if (tick % 1000 == 0) {
-                // A cube that was knocked away is put back.
-                if (doing == kBeside && (position_of(state) - to_vector(body.centre_m)).norm() > 0.1) {
-                    haptable_body_init(&body, &state);
-                    least = HUGE_VAL;
-                }
-                if (doing != kLift && doing != kHold) want(doing, random, hand);
+            const bool is_gone = (position_of(state) - to_vector(body.centre_m)).norm() > 0.1;
+            if (tick % 1000 == 0 && is_gone) {  // it was knocked away
+                begin(hand);
+                least = HUGE_VAL;
             }
+            const double before_j = hand[0].energy() + hand[1].energy();
+            if (tick % 1000 == 0 && doing != kLift && doing != kHold) want(doing, random, hand);
             if (doing == kLift)
                 for (Hand& one : hand) one.wants_m.z() += kLift_m / 1000.0;
             wanted_j += hand[0].energy() + hand[1].energy() - before_j;
@@ -204,24 +209,26 @@ TEST_P(BodyGraspTest, LiftsHoldsAndDrops) {
     EXPECT_LT(height(), 1e-3);
 }
 
-// Every session grasps, lifts, holds and drops, and does anything; in every other one the hands are calm.
+// Every session grasps, lifts, holds and drops, and does anything; in every other one the hands are calm. With friction
+// and without; where fingers feel one another's dents, of the nearest god-object too.
 TEST_P(BodyGraspTest, EnergyNeverGrows) {
-    tables.god_object = GodObject::kLeastEnergy;
-    model = model_in_memory(tables, cube().servo());
-    pair_model = pair_in_memory(coupling, tables, model);
-    const int sessions = asked("HAPTABLE_SESSIONS", 16), seconds = asked("HAPTABLE_SECONDS", kSeconds);
+    const int sessions = asked("HAPTABLE_SESSIONS", 24), seconds = asked("HAPTABLE_SECONDS", kSeconds);
     int contact_ticks = 0, lifted_ticks = 0;
     for (int seed = 0; seed < sessions; ++seed) {
-        for (haptable_servo& one : servo) haptable_init(&one);
-        haptable_pair_init(&pair_model, &both);
-        const Found found = play(static_cast<std::uint32_t>(seed), seconds, seed % 2 == 0 ? 0.0 : 4.0);
+        const bool is_calm = seed % 2 != 0, has_friction = seed / 2 % 2 == 0,
+                   goes_by_energy = !GetParam() || seed / 4 % 2 == 0;
+        tables.god_object = goes_by_energy ? GodObject::kLeastEnergy : GodObject::kNearest;
+        tables.static_friction = tables.kinetic_friction = has_friction ? 0.8 : 0.0;
+        model = model_in_memory(tables, cube().servo());
+        pair_model = pair_in_memory(coupling, tables, model);
+        const Found found = play(static_cast<std::uint32_t>(seed), seconds, is_calm ? 4.0 : 0.0);
         // Its terms are floats that are summed anew each tick.
         EXPECT_WITHIN(found.grown_j, .count = 8, .epsilon = kFloat, .size = found.largest_j) << "session " << seed;
         contact_ticks += found.contact_ticks;
         lifted_ticks += found.lifted_ticks;
     }
     EXPECT_GT(contact_ticks, 100 * sessions * seconds);
-    EXPECT_GT(lifted_ticks, 20 * sessions * seconds);
+    EXPECT_GT(lifted_ticks, 10 * sessions * seconds);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fingers, BodyGraspTest, testing::Bool(),
