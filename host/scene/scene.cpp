@@ -706,6 +706,8 @@ void require_ringing(const Section& section, const Scene& scene) {
         section.fail("modes", "are those of the body without stress; remove prestress, or modes");
     if (scene.contact.fingers == 2) section.fail("modes", "ring under one finger: write fingers = 1, or remove modes");
     if (!scene.relaxation.empty()) section.fail("modes", "are of an elastic body: remove [[relaxation]], or modes");
+    if (scene.contact.passivity)
+        section.fail("modes", "count what contacts give themselves: remove passivity, or modes");
 }
 
 std::optional<Vibration> read_vibration(const Section& root, const Scene& scene) {
@@ -773,7 +775,17 @@ void read_coupling(const Section& section, ContactOptions& contact) {
 /// hardly felt, and a force of 1 N is gone in a tenth of a second.
 constexpr double kReleaseOfJumps = 0.01;
 
-ContactOptions read_contact(const Section& root) {
+/// A body that nothing holds pays with its motion for what contacts make. What is neither hand, contact nor motion it
+/// cannot count: a force that goes on after its contact, or that brakes a hand, would throw it about.
+void require_contact_alone(const Section& section, const ContactOptions& contact) {
+    if (section.has("release_slew") && contact.release_n_per_ms > 0.0)
+        section.fail("release_slew",
+                     "keeps a force up that has ended, and a body that is free would be thrown by it; remove it");
+    if (contact.passivity)
+        section.fail("passivity", "is what the motion of a body that is free does already; remove it");
+}
+
+ContactOptions read_contact(const Section& root, bool is_free) {
     const Section section =
         root.section("contact",
                      {"force", "god_object", "rigid_stiffness", "mask_radius", "friction", "kinetic_friction",
@@ -789,13 +801,14 @@ ContactOptions read_contact(const Section& root) {
         section.fail("mask_radius", "belongs to force = \"pressure-mask\"; remove it or choose that force");
     read_friction(section, contact);
     const bool jumps = contact.god_object == GodObject::kLeastEnergy;  // from one minimum to another
-    contact.release_n_per_ms = section.not_negative("release_slew", jumps ? kReleaseOfJumps : 0.0);
+    contact.release_n_per_ms = section.not_negative("release_slew", jumps && !is_free ? kReleaseOfJumps : 0.0);
     contact.passivity = section.flag("passivity", false);
     contact.grab = section.flag("grab", false);
     const std::int64_t fingers = section.integer("fingers", contact.fingers);
     if (fingers != 1 && fingers != 2) section.fail("fingers", fmt::format("is {} and must be 1 or 2", fingers));
     contact.fingers = static_cast<int>(fingers);
     read_coupling(section, contact);
+    if (is_free) require_contact_alone(section, contact);
     return contact;
 }
 
@@ -1003,7 +1016,7 @@ Scene read_scene(const fs::path& file) {
     scene.free_body = read_free_body(root, scene.gravity);
     scene.relaxation = read_relaxation(root);
     scene.touch = read_touch(root);
-    scene.contact = read_contact(root);
+    scene.contact = read_contact(root, scene.free_body.has_value());
     const Section device = root.section(
         "device",
         {"model",     "max_force", "mass",           "damping",    "friction",        "encoder_step", "bandwidth",

@@ -25,9 +25,9 @@ protected:
         return read_scene(path_);
     }
     /// rest begins at line 7.
-    void expect_error(const std::string& rest, int line, const std::string& part) {
+    void expect_error(const std::string& rest, int line, const std::string& part, const std::string& of = "body.") {
         const std::string what = test::error_of([&] { read(rest); });
-        EXPECT_TRUE(what.starts_with(path_.string() + ":" + std::to_string(line) + ": body." + part)) << what;
+        EXPECT_TRUE(what.starts_with(path_.string() + ":" + std::to_string(line) + ": " + of + part)) << what;
     }
 
     const test::TemporaryFolder folder_;
@@ -75,6 +75,16 @@ TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
     expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that moves; add free = true or modes");
 }
 
+// Only its contacts push it: no force goes on after one, unless the scene says so, and then that is refused.
+TEST_F(FreeBodyScene, ContactsAloneActOnIt) {
+    const std::string free = "[body]\nfree = true\nmass = 1\n", least = "[contact]\ngod_object = \"least-energy\"\n";
+    EXPECT_GT(read(least).contact.release_n_per_ms, 0.0);
+    EXPECT_EQ(read(free + least).contact.release_n_per_ms, 0.0);
+    EXPECT_EQ(read(free + least + "release_slew = 0\npassivity = false\n").contact.release_n_per_ms, 0.0);
+    expect_error(free + least + "release_slew = 0.01\n", 12, "release_slew: keeps a force up", "contact.");
+    expect_error(free + least + "passivity = true\n", 12, "passivity: is what the motion", "contact.");
+}
+
 TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
     const Scene scene = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
     ASSERT_TRUE(scene.vibration);
@@ -104,6 +114,7 @@ TEST_F(FreeBodyScene, ErrorsOfModesNameLineAndKey) {
     expect_error("[body]\nmodes = 2\nmass = 1\n[contact]\nfingers = 2\n", 8, "modes: ring under one finger");
     expect_error("[body]\nmodes = 2\nmass = 1\n[[relaxation]]\nshare = 0.5\ntime = 1\n", 8,
                  "modes: are of an elastic body");
+    expect_error("[body]\nmodes = 2\nmass = 1\n[contact]\npassivity = true\n", 8, "modes: count what contacts give");
 }
 
 }  // namespace
