@@ -71,6 +71,10 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
         servo.relaxed_in_memory = std::make_shared<haptable_relaxed>();
         model.relaxed = servo.relaxed_in_memory.get();
     }
+    if (model.frictionless != nullptr) {
+        servo.freed_in_memory.push_back(std::make_shared<haptable_freed>());
+        model.freed = servo.freed_in_memory.back().get();
+    }
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
         haptable_compliance& compliance = *servo.compliance.in_memory;

@@ -160,6 +160,10 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
     to.far = pair.rank == 0 ? nullptr : haptable_pair_far_low_rank;
     to.blocks = pair.rank == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_low_rank;
     to.check = model.check != nullptr ? haptable_pair_check_crc : nullptr;
+    if (model.frictionless != nullptr) {
+        pair.freed_in_memory.push_back(std::make_shared<haptable_freed>());
+        to.freed = pair.freed_in_memory.back().get();
+    }
     to.meeting_m = pair.meeting_m;
     to.control_count = pair.control_count;
     to.rank = pair.rank;
@@ -224,11 +228,13 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("uint16_t", "near", "", pair.near, text);
     define("int16_t", "near_block", "[9]", pair.near_block, text);
     define("int16_t", "column", "[3]", pair.column, text);
+    if (to.freed != nullptr) text += "static struct haptable_freed freed_of_second;\n\n";
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
     fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
     if (to.energy != nullptr)
         fmt::format_to(Out(text), "    .bend = &haptable_pair_bend_{},\n    .energy = haptable_pair_energy,\n",
                        law_of(tables.force));
+    if (to.freed != nullptr) text += "    .freed = &freed_of_second,\n";
     if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
     const char* rank = pair.rank == 0 ? "exact" : "low_rank";
     fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n", rank);

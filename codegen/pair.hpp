@@ -2,6 +2,7 @@
 // What couples two fingers, as the servo holds it: beside its model, in the same two files.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "codegen/model.hpp"
@@ -20,6 +21,7 @@ struct ServoPair {
     float near_step = 0.0F, column_step = 0.0F;
     std::uint16_t control_count = 0, rank = 0;
     float meeting_m = 0.0F;
+    mutable std::vector<std::shared_ptr<haptable_freed>> freed_in_memory;  ///< what pair_in_memory lets each remember
 };
 
 /// Throws Error where the tables do not fit the model, or hold a number that no float does.

@@ -240,6 +240,7 @@ std::string model_fields(const haptable_model& from, const std::string& macro) {
     Initialiser to(macro);
     to.add("hash", macro + "_HASH");
     if (from.relaxed != nullptr) to.add("relaxed", "&relaxed");
+    if (from.freed != nullptr) to.add("freed", "&freed");
     HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
     return to.text();
 }
@@ -252,8 +253,10 @@ std::string source_text(const Tables& tables, const ServoModel& servo, const hap
     text += compliance_text(model.compliance);
     if (model.relaxed != nullptr)
         text +=
-            "/* What the body remembers of its contact: the one thing here that is not const. */\n"
+            "/* What the body remembers of its contact: not const. */\n"
             "static struct haptable_relaxed relaxed;\n\n";
+    if (model.freed != nullptr)
+        text += "/* What friction remembers: not const. */\nstatic struct haptable_freed freed;\n\n";
     text += asserts(name, macro, servo);
     text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(servo.node));
     text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, model_fields(model, macro));

@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 8
+#define HAPTABLE_TABLE_VERSION 9
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -263,10 +263,12 @@ typedef void haptable_check_fn(const struct haptable_model* model, struct haptab
     VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_tables_crc */
 
 struct haptable_relaxed;
+struct haptable_freed;
 
 struct haptable_model {
     uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
     struct haptable_relaxed* relaxed; /* for relax: what the body remembers, in RAM; NULL without */
+    struct haptable_freed* freed;     /* for god_object_friction: what it remembers, in RAM; NULL without */
     HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
 };
 #undef HAPTABLE_VALUE_FIELD
@@ -367,8 +369,6 @@ struct haptable_servo {
     struct haptable_contact contact;
     struct haptable_segment segment;
     float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger, by god_object_least_energy; 0: unknown */
-    struct haptable_contact freed; /* with friction: where the god-object would be without; HAPTABLE_NONE: unknown */
-    float freed_tangent;           /* of the load there, foreseen: along the surface to along the normal */
     float finger_m[3];             /* last accepted position; meaningless unless finger_known */
     uint8_t finger_known;          /* 0 or 1 */
     uint8_t state;                 /* enum haptable_state */
@@ -435,6 +435,16 @@ struct haptable_relaxed {
     float offset_m[3]; /* where a contact may be held: u of the last tick */
     float load_n[3];   /* and S u */
     struct haptable_relaxed_term term[HAPTABLE_TERMS];
+};
+
+/* What friction remembers, of one servo at a time: a model that names it brings it. Where another servo takes the
+ * model, or a tick had no contact with friction, it is forgotten. */
+struct haptable_freed {
+    const struct haptable_servo* servo; /* whose */
+    uint32_t tick;                      /* of its counters: the last */
+    uint32_t contacts;                  /* of its counters: the contact that this is of */
+    float tangent;                      /* of the load there, foreseen: along the surface to along the normal */
+    struct haptable_contact at;         /* where the god-object would be without friction */
 };
 
 /* Makes a servo that has no contact and knows no finger. */

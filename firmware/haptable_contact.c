@@ -173,7 +173,6 @@ int haptable_contact_slide_on(const struct haptable_model* model, struct haptabl
 
 void haptable_contact_end(struct haptable_servo* servo) {
     servo->contact.patch = HAPTABLE_NONE;
-    servo->freed.patch = HAPTABLE_NONE;
     servo->slide_patch = HAPTABLE_NONE;
     servo->undecided_ticks = 0;
     servo->fade_ticks = 0;

@@ -9,6 +9,14 @@
 #include "haptable.h"
 #include "haptable_entry.h"
 
+/* Where friction's god-object of the last tick would be without it; NULL where that is not known of this contact. */
+static inline const struct haptable_contact* haptable_freed_of(const struct haptable_model* model,
+                                                               const struct haptable_servo* servo) {
+    const struct haptable_freed* freed = model->freed;
+    if (!freed || freed->servo != servo || servo->contact.patch == HAPTABLE_NONE) return 0;
+    return servo->counters.ticks - freed->tick == 1u && servo->counters.contacts == freed->contacts ? &freed->at : 0;
+}
+
 /* Slides the god-object down to the nearest point of the surface around it; *steps counts on. Returns 0 when it met
  * HAPTABLE_WALK_STEPS and is not there yet.
  * before: contact holds a point of the surface. */

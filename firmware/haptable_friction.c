@@ -165,20 +165,21 @@ static void foresee(const struct line* line, float mu, float* freed_tangent) {
 static void slip(const struct haptable_model* model, struct haptable_servo* servo, const struct haptable_contact* held,
                  const struct load* held_load, const float x_m[3]) {
     const float mu = model->kinetic_friction;
-    struct line line = {0.0f, 1.0f, tangent_of(held_load), servo->freed_tangent};
+    struct haptable_freed* freed = model->freed;
+    struct line line = {0.0f, 1.0f, tangent_of(held_load), freed->tangent};
     int is_asked = 0;
     int rests = 1;
     int steps = 0;
     int tries;
     if (!(line.far_tangent < goal_of(mu))) {
-        rests = may_rest_freed(model, &servo->freed, held_load, x_m, &line);
+        rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
         is_asked = 1;
     }
     for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
-        steps += between(model, held, &servo->freed, fraction, &tried);
+        steps += between(model, held, &freed->at, fraction, &tried);
         load_at(model, &tried, x_m, held_load, &load);
         if (may_rest(model, &load, held_load)) {
             is_asked = 1;
@@ -187,34 +188,45 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
             line.far_tangent = tangent_of(&load);
             if (line.far_tangent >= (1.0f - CONE_REACHED) * mu) break;
         } else {
-            if (!is_asked) rests = may_rest_freed(model, &servo->freed, held_load, x_m, &line);
+            if (!is_asked) rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
             if (!rests) break;
             note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent_of(&load), mu, is_asked, &line);
             is_asked = 1;
         }
     }
     servo->contact.slips = 1;
-    foresee(&line, mu, &servo->freed_tangent);
+    foresee(&line, mu, &freed->tangent);
     if (steps >= HELD_STEPS) ++servo->counters.walk_limits;
     if ((uint32_t)steps > servo->counters.most_held_steps) servo->counters.most_held_steps = (uint32_t)steps;
+}
+
+/* Where the frictionless god-object is, for the next tick. */
+static void remember(const struct haptable_servo* servo, struct haptable_freed* freed) {
+    if (freed->servo != servo) freed->tangent = 0.0f;
+    freed->servo = servo;
+    freed->tick = servo->counters.ticks;
+    freed->contacts = servo->counters.contacts;
+    freed->at = servo->contact;
 }
 
 /* The frictionless god-object goes on from where it was. One of least energy may have to begin at the held one again,
  * so that friction never stores more: it finds that in servo->contact, with its load. */
 static void free_contact(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
-    const int is_known = servo->freed.patch != HAPTABLE_NONE;
-    if (is_known && !model->energy) servo->contact = servo->freed;
+    const struct haptable_contact* freed = haptable_freed_of(model, servo);
+    const int is_known = freed != 0;
+    if (is_known && !model->energy) servo->contact = *freed;
     if (!is_known) {
         vec_zero(servo->sensitivity_per_m[0]);
         vec_zero(servo->sensitivity_per_m[1]);
     }
     model->frictionless(model, servo, x_m);
-    servo->freed = servo->contact;
+    remember(servo, model->freed);
 }
 
-/* before: model->frictionless is another god-object. after: as that one, but held back within the cone of friction.
- * cost: the frictionless one, MOST_FRICTION_FORCES forces, a look at the finger, and slides of at most MOST_HELD_STEPS
- *       steps; where they end at that limit, which is counted, the god-object slips farther than it would. */
+/* before: model->frictionless is another god-object, model->freed a memory of the model's own. after: as that one, but
+ * held back within the cone of friction. cost: the frictionless one, MOST_FRICTION_FORCES forces, a look at the finger,
+ * and slides of at most MOST_HELD_STEPS steps; where they end at that limit, which is counted, the god-object slips
+ * farther than it would. */
 void haptable_god_object_friction(const struct haptable_model* model, struct haptable_servo* servo,
                                   const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
@@ -224,7 +236,7 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
     if (contact->patch == HAPTABLE_NONE) {
         free_contact(model, servo, x_m);
         contact->slips = 0;
-        servo->freed_tangent = 0.0f;
+        model->freed->tangent = 0.0f;
         return;
     }
     load_at(model, contact, x_m, 0, &held_load);

@@ -11,7 +11,6 @@ static void forget(struct haptable_servo* servo) {
     servo->slide_patch = HAPTABLE_NONE;
     servo->segment.unfinished = 0;
     servo->contact.slips = 0;
-    servo->freed.patch = HAPTABLE_NONE;
     vec_zero(servo->sensitivity_per_m[0]);
     vec_zero(servo->sensitivity_per_m[1]);
 }

@@ -27,9 +27,10 @@ struct point {
 struct walk {
     const struct haptable_model* model;
     const float* x_m;
-    int steps; /* evaluations so far */
-    int most;  /* evaluations that the tick has, less those that its searches took */
-    int all;   /* evaluations that the tick has */
+    const struct haptable_contact* freed; /* with friction: where it was; the servo's contact is held. Or NULL */
+    int steps;                            /* evaluations so far */
+    int most;                             /* evaluations that the tick has, less those that its searches took */
+    int all;                              /* evaluations that the tick has */
     int nearest_steps;
 };
 
@@ -605,8 +606,8 @@ static float stored_by(const struct haptable_contact* contact, const float load_
 
 /* 1 where the point stores no more than the contact: with friction it may be elsewhere. before: its load is known. */
 static int stores_no_more(const struct walk* walk, const struct haptable_servo* servo, const struct point* here) {
-    return servo->freed.patch == HAPTABLE_NONE || stored_by(&here->at, here->energy.load_n, walk->x_m) <=
-                                                      stored_by(&servo->contact, servo->contact.load_n, walk->x_m);
+    return !walk->freed || stored_by(&here->at, here->energy.load_n, walk->x_m) <=
+                               stored_by(&servo->contact, servo->contact.load_n, walk->x_m);
 }
 
 /* Slides from where it was; with friction, where that stores more than the contact, from there. */
@@ -646,7 +647,7 @@ static int goes_on(struct walk* walk, struct haptable_servo* servo, struct point
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
-    here->at = !is_new && servo->freed.patch != HAPTABLE_NONE ? servo->freed : servo->contact;
+    here->at = walk->freed ? *walk->freed : servo->contact;
     walk->most = walk->all - servo->segment.boxes / BOXES_OF_ENERGY;
     vec_copy(here->at.load_n, here->energy.load_n);
     if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
@@ -668,7 +669,7 @@ static int enters_lower(struct walk* walk, struct haptable_servo* servo, struct 
     evaluate(walk, here);
     note_energies(walk, servo);
     if (here->energy.energy_j >= stored_by(contact, contact->load_n, walk->x_m)) return 0;
-    servo->freed.patch = HAPTABLE_NONE;
+    walk->freed = 0;
     ++servo->counters.contacts;
     return 1;
 }
@@ -686,6 +687,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct point here;
     int slides;
     walk.model = model;
+    walk.freed = haptable_freed_of(model, servo);
     walk.steps = 0;
     walk.all = is_new ? ENTRY_ENERGIES : HAPTABLE_ENERGY_STEPS;
     walk.nearest_steps = 0;

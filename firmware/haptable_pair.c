@@ -149,6 +149,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->model = *tables->model;
         view->model.force = feel;
         view->model.energy = tables->energy;
+        if (finger == 1) view->model.freed = tables->freed;
         if (view->model.passivity) view->model.passivity = brake;
         view->tables = tables;
         view->is_coupled = view->is_solved = 0;

@@ -153,6 +153,7 @@ struct haptable_pair_model {
     haptable_pair_far_fn* far;             /* as cross asks */
     haptable_pair_blocks_fn* blocks;       /* the same */
     haptable_pair_check_fn* check;         /* as the model's */
+    struct haptable_freed* freed;          /* with friction: the second finger's, the model's being the first's */
     HAPTABLE_PAIR_FIELDS(HAPTABLE_PAIR_VALUE, HAPTABLE_PAIR_TABLE)
 };
 #undef HAPTABLE_PAIR_VALUE

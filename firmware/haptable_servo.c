@@ -9,7 +9,6 @@
 
 void haptable_init(struct haptable_servo* servo) {
     static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE},
-                                                .freed = {.patch = HAPTABLE_NONE},
                                                 .state = HAPTABLE_SILENT,
                                                 .slide_patch = HAPTABLE_NONE,
                                                 .gain = 1.0f,

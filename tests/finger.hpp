@@ -21,7 +21,12 @@ inline Bound rested(const TestModel& model) { return {.count = 4, .epsilon = 0x1
 class Finger {
 public:
     /// The tables that the model points to must outlive the finger.
-    explicit Finger(const haptable_model& model) : model_(model) { haptable_init(&servo_); }
+    explicit Finger(const haptable_model& model) : model_(model) {
+        if (model_.frictionless != nullptr) model_.freed = &freed_;
+        haptable_init(&servo_);
+    }
+    Finger(const Finger&) = delete;
+    Finger& operator=(const Finger&) = delete;
     explicit Finger(const TestModel& model) : Finger(*model.get()) {}
 
     /// A new session; the counters go on.
@@ -46,11 +51,13 @@ public:
     double energy() const { return touches() ? -0.5 * force().dot(at() - god()) : 0.0; }
     const haptable_output& out() const { return out_; }
     const haptable_servo& servo() const { return servo_; }
+    const haptable_freed& freed() const { return freed_; }
     const haptable_counters& counters() const { return servo_.counters; }
 
 private:
     haptable_model model_;
     haptable_servo servo_{};
+    haptable_freed freed_{};  ///< with friction
     haptable_output out_{};
     float finger_m_[3] = {};
     std::uint32_t time_us_ = 0;

@@ -56,5 +56,6 @@ int haptable_read_model(struct haptable_model_reader* in, struct haptable_model*
     to->compliance = 0;
     to->relaxed = &in->relaxed;
     HAPTABLE_MODEL_FIELDS(TAKE_VALUE, TAKE_TABLE, TAKE_FUNCTION, TAKE_PART)
+    to->freed = to->frictionless ? &in->freed : 0;
     return in->is_whole;
 }

@@ -18,6 +18,8 @@ struct haptable_model_reader {
     int is_whole;                          /* set by the reader */
     struct haptable_compliance compliance; /* that the model points to */
     struct haptable_relaxed relaxed;       /* the same */
+    struct haptable_freed freed;           /* the same, with friction */
+    struct haptable_freed freed_of_second; /* of two fingers */
 };
 
 /* Fills in all of *to but its hash, which is not among the bytes. Returns 1, or 0 where the bytes end too early, name a

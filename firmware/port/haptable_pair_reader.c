@@ -26,6 +26,7 @@ int haptable_read_pair(struct haptable_model_reader* in, const struct haptable_m
     to->cross = to->rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
     to->far = to->rank == 0 ? 0 : haptable_pair_far_low_rank;
     to->blocks = to->rank == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_low_rank;
+    to->freed = model->freed ? &in->freed_of_second : 0;
     to->check = model->check ? haptable_pair_check_crc : 0;
     return in->is_whole;
 }

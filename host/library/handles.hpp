@@ -20,10 +20,12 @@ struct haptable_finger {
     haptable::EnergyAccount energy;
     haptable_model model;      ///< the object's, but that it remembers for this finger alone
     haptable_relaxed relaxed;  ///< where the body relaxes
+    haptable_freed freed;      ///< where there is friction
 };
 
 struct haptable_fingers {
     std::shared_ptr<const haptable::LoadedObject> loaded;
     haptable_pair pair;
+    std::array<haptable_freed, HAPTABLE_FINGERS> freed;  ///< where there is friction
     std::array<haptable::EnergyAccount, HAPTABLE_FINGERS> energy;
 };

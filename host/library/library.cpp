@@ -141,8 +141,9 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
-        auto* finger = new haptable_finger{object->loaded, {}, {}, object->loaded->model(), {}};
+        auto* finger = new haptable_finger{object->loaded, {}, {}, object->loaded->model(), {}, {}};
         if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
+        if (finger->model.freed != nullptr) finger->model.freed = &finger->freed;
         haptable_init(&finger->servo);
         haptable_check(&finger->model, &finger->servo, HAPTABLE_CHECK_ALL);
         return finger;
@@ -191,8 +192,10 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
-        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{object->loaded, {}, {}});
+        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{object->loaded, {}, {}, {}});
         haptable_pair_init(object->loaded->pair(), &fingers->pair);
+        if (object->loaded->model().freed != nullptr)
+            for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) fingers->pair.view[f].model.freed = &fingers->freed[f];
         haptable_pair_check(object->loaded->pair(), &fingers->pair, HAPTABLE_CHECK_ALL);
         return fingers.release();
     });

@@ -74,8 +74,11 @@ public:
           where_(touched.solid),
           size_m_(touched.solid.size_m()),
           rounding_m_(kRoundings * touched.solid.reach_m()) {
+        if (model_.frictionless != nullptr) model_.freed = &freed_;
         haptable_init(&servo_);
     }
+    Trial(const Trial&) = delete;
+    Trial& operator=(const Trial&) = delete;
 
     Verdict run(const Stroke& stroke) {
         for (const auto& finger : stroke) {
@@ -139,6 +142,7 @@ private:
     void step(const float finger_m[3]) {
         haptable_output out;
         before_ = servo_;
+        freed_before_ = freed_;
         last_ = now_;
         touched_.step(&model_, &servo_, finger_m, static_cast<std::uint32_t>(index_) * 1000U, &out);
         now_ = Tick();
@@ -354,7 +358,12 @@ private:
         haptable_model smooth = model_;
         smooth.god_object = model_.frictionless;
         haptable_servo servo = before_;
-        if (smooth.energy == nullptr && servo.freed.patch != HAPTABLE_NONE) servo.contact = servo.freed;
+        haptable_freed freed = freed_before_;
+        const bool is_known =
+            freed.servo == &servo_ && freed.tick == servo.counters.ticks && freed.contacts == servo.counters.contacts;
+        freed.servo = &servo;
+        smooth.freed = &freed;
+        if (smooth.energy == nullptr && is_known) servo.contact = freed.at;
         const Vector3d held_n = share * (last_.s * (now_.x - last_.god));
         for (int c = 0; c < 3; ++c) servo.contact.load_n[c] = static_cast<float>(held_n[c]);
         haptable_output out;
@@ -369,7 +378,7 @@ private:
     /// A god-object that is where it would be without friction need not have its force in the cone: no point may. At a
     /// limit that depends on the last bit of the load, and is taken as the servo has it.
     bool is_freed(const float finger_m[3]) const {
-        if (has_limit()) return is_at(servo_.freed.god_object_m);
+        if (has_limit()) return is_at(freed_.at.god_object_m);
         return is_frictionless(finger_m, 1.0 + kLaw) || is_frictionless(finger_m, 1.0 - kLaw);
     }
 
@@ -384,8 +393,9 @@ private:
     std::vector<Judged>* ticks_;
     std::string faults_;  ///< of this tick
     const Touched& touched_;
-    const haptable_model& model_;
+    haptable_model model_;  ///< remembers for this stroke alone: others run beside it
     haptable_servo servo_{}, before_{};
+    haptable_freed freed_{}, freed_before_{};  ///< with friction
     Whereabouts where_;
     double size_m_;
     double rounding_m_;  ///< of a god-object

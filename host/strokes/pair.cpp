@@ -2,6 +2,7 @@
 #include "host/strokes/pair.hpp"
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 
 namespace haptable {
@@ -17,6 +18,7 @@ struct Behind {
     int finger = 0;  ///< that is judged
     std::size_t tick = 0;
     haptable_pair pair{};
+    std::array<haptable_freed, HAPTABLE_FINGERS> freed{};
     PairTally* tally = nullptr;
 };
 thread_local Behind behind;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
@@ -32,7 +34,8 @@ void count(const haptable_output out[2]) {
 /// As haptable_step, for the judged finger: the other one is at its own stroke's tick.
 void step_both(const haptable_model* model, haptable_servo* servo, const float finger_m[3], std::uint32_t now_us,
                haptable_output* out) {
-    if (model != behind.tables->model) return haptable_step(model, servo, finger_m, now_us, out);
+    if (model->god_object != behind.tables->model->god_object) /* the judge asks what one finger would do */
+        return haptable_step(model, servo, finger_m, now_us, out);
     const std::array<float, 3>& other = (*behind.other)[std::min(behind.tick++, behind.other->size() - 1)];
     float positions_m[2][3];
     std::copy_n(finger_m, 3, positions_m[behind.finger]);
@@ -54,6 +57,8 @@ void judge_one(const TouchedByTwo& by, const StrokeMaker& maker, std::uint64_t s
     behind.tick = 0;
     behind.tally = &tally;
     haptable_pair_init(&by.pair, &behind.pair);
+    if (by.pair.freed != nullptr)
+        for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) behind.pair.view[f].model.freed = &behind.freed[f];
     Touched touched = by.touched;
     touched.step = step_both;
     const Verdict verdict = judge(touched, own);

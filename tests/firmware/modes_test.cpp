@@ -257,7 +257,8 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
         for (const Mode& mode : every_mode()) {
             if (mode.force != ForceLaw::kInterpolated) continue;  // its blocks are made up
-            const haptable_model model = in_mode(*tip.get(), mode);
+            haptable_freed freed{};
+            const haptable_model model = in_mode(*tip.get(), mode, &freed);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
             const std::vector<TargetTick> ticks = image.measure(model, path_m);
             haptable_servo servo;
@@ -288,7 +289,8 @@ std::array<std::uint64_t, 2> reference(const std::string& words) {
 TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const ElasticBody& touched = body(one.body, one.mode.force);
-    const haptable_model model = in_mode(touched.model(), one.mode);
+    haptable_freed freed{};
+    const haptable_model model = in_mode(touched.model(), one.mode, &freed);
     const auto path_m = hard_path(touched.tables(), 60);
     const std::vector<TargetTick> ticks = image.measure(model, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);

@@ -94,6 +94,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     EXPECT_EQ(plain.ram, alone.ram);
     EXPECT_EQ(plain.symbols, alone.symbols);
     EXPECT_TRUE(plain.image == alone.image) << "byte for byte";
+    EXPECT_EQ(plain.ram, sizeof(haptable_servo) + sizeof(haptable_output) + 12) << "the caller's own";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
     for (const Feature& feature : kFeatures) {
         SCOPED_TRACE(feature.name);
@@ -110,6 +111,8 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
             EXPECT_EQ(with.ram, plain.ram + 132 + HAPTABLE_TERMS * 24) << "what the body remembers";
         else if (std::string(feature.name) == "a body that nothing holds")
             EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state)) << "where it is and how it moves";
+        else if (std::string(feature.name) == "friction")
+            EXPECT_EQ(with.ram, plain.ram + 56) << "where the god-object would be without";
         else if (std::string(feature.name) == "modes")
             EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state)) << "how far they have swung";
         else

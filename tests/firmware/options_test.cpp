@@ -230,7 +230,9 @@ haptable_model with_friction(haptable_model model) {
 TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
     for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
         const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
-        const haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
+        haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
+        haptable_freed freed{};
+        model.freed = &freed;
         haptable_servo servo;
         haptable_output out{};
         haptable_init(&servo);
@@ -258,12 +260,42 @@ TEST(Friction, AnEndedContactLeavesNothing) {
         for (int i = 0; i < 60; ++i) finger.to({0.006 + 5e-5 * i, 0.006, 0.031 - 5e-5 * i});
         EXPECT_TRUE(finger.touches());
         finger.to(Vector3d::Constant(std::nan("")));
-        EXPECT_EQ(finger.servo().freed.patch, HAPTABLE_NONE);
         for (int i = 0; i < 5; ++i) {
             finger.to({0.022, 0.021, 0.029 - 4e-5 * i});
             EXPECT_FALSE(finger.touches()) << i;
             EXPECT_EQ(finger.force(), Vector3d::Zero()) << i;
         }
+    }
+}
+
+// Two fingers far apart on one model, tick by tick: each feels what it feels alone, though what friction remembers is
+// the other's every time.
+TEST(Friction, WhatItRemembersIsOfOneServoAtATime) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        haptable_model shared = with_friction(body.model(god_object));
+        haptable_freed freed{};
+        shared.freed = &freed;
+        Finger one(with_friction(body.model(god_object))), two(with_friction(body.model(god_object)));
+        haptable_servo servo[2];
+        for (haptable_servo& each : servo) haptable_init(&each);
+        for (int i = 0; i < 200; ++i) {
+            const double deep = std::min(1.5e-3, 5e-5 * i), aside = std::max(0.0, 2e-5 * (i - 40));
+            const Vector3d at[2] = {{0.008 + aside, 0.011, 0.0301 - deep}, {0.011, 0.0301 - deep, 0.009 + aside}};
+            Finger* const alone[2] = {&one, &two};
+            for (int f = 0; f < 2; ++f) {
+                const float x[3] = {float(at[f].x()), float(at[f].y()), float(at[f].z())};
+                haptable_output out;
+                haptable_step(&shared, &servo[f], x, 0, &out);
+                alone[f]->to(at[f]);
+                ASSERT_EQ(haptable_touches(out.state) != 0, alone[f]->touches()) << i;
+                if (!alone[f]->touches()) continue;
+                // A slip ends within 2^-8 of the cone, wherever it was foreseen.
+                const Bound cone{.count = 1.0, .epsilon = 0x1p-7, .size = (alone[f]->at() - alone[f]->god()).norm()};
+                EXPECT_WITHIN((to_vector(out.god_object_m) - alone[f]->god()).norm(), cone) << f << " " << i;
+            }
+        }
+        EXPECT_GT(one.counters().contact_ticks, 100U);
     }
 }
 

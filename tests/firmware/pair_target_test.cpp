@@ -79,7 +79,8 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const TargetImage image(build_folder(), "cube", one.target);
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const ElasticBody& touched = body(one.mode.force, one.coupling_bytes);
-    const haptable_model model = in_mode(touched.model(), one.mode);
+    haptable_freed freed{};
+    const haptable_model model = in_mode(touched.model(), one.mode, &freed);
     Tables tables = touched.tables();
     const ServoPair servo = build_pair(touched.pair(), tables, touched.servo());
     const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);

@@ -114,9 +114,11 @@ Touched servo_on(const haptable_model& model) {
         haptable_model model;
         haptable_servo servo;
         haptable_output out;
+        haptable_freed freed;  // with friction
     };
     auto state = std::make_shared<State>();
     state->model = model;
+    if (model.frictionless != nullptr) state->model.freed = &state->freed;
     return {[state](const auto&) { haptable_init(&state->servo); },
             [state](const auto& x) { haptable_step(&state->model, &state->servo, x.data(), 0, &state->out); }};
 }

@@ -132,7 +132,8 @@ TEST_P(ModeInBrowser, GivesTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     for (const char* name : {"cube", "needle"}) {
         const ElasticBody& touched = body(name, GetParam().force);
-        const haptable_model model = in_mode(touched.model(), GetParam());
+        haptable_freed freed{};
+        const haptable_model model = in_mode(touched.model(), GetParam(), &freed);
         const auto path_m = long_path(touched.tables());
         ASSERT_GE(2 * path_m.size(), kTicks);
         const std::vector<PageTick> ticks = in_browser(model, path_m);
