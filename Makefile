@@ -383,8 +383,8 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 	@touch $@
 
 # The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
-WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,model_reader.c memory.c)
-WASM_H = $(wildcard firmware/*.h host/page/wasm/*.h) firmware/port/haptable_model_reader.h
+WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,model_reader.c pair_reader.c memory.c)
+WASM_H = $(wildcard firmware/*.h host/page/wasm/*.h) $(addprefix firmware/port/haptable_,model_reader.h pair_reader.h)
 WASM_FLAGS = --target=wasm32 -std=c99 -ffreestanding -nostdlib -O2 $(FP) -Wall -Wextra -Wshadow -Wconversion -pedantic $(if $(WERROR),-Werror) \
     -Ifirmware -Ifirmware/port -fuse-ld=lld -Wl,--no-entry -Wl,--gc-sections -Wl,--strip-all
 

@@ -132,6 +132,9 @@ press law-bed bed 0.0262 0.015 0.03 --azimuth -90 --elevation 8 --zoom 0.85 --ex
 "$BUILD/bin/haptable-view" "$BUILD/mouse" --page "$work/touch.html" --quiet
 "$BUILD/tests/touch_picture/touch-picture" "$work/touch.html" -o "$pictures/touch.png"
 echo "  $pictures/touch.png"
+"$BUILD/bin/haptable-view" "$BUILD/cube-two" --page "$work/touch-two.html" --quiet
+"$BUILD/tests/touch_picture/touch-picture" "$work/touch-two.html" -o "$pictures/touch-two.png"
+echo "  $pictures/touch-two.png"
 
 # A finger's path through places "ms x y z", mm; between them it moves smoothly (minimum jerk).
 smooth_path() {

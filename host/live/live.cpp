@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "host/live/page_server.hpp"
 #include "host/live/pointer.hpp"
 #include "host/page/pointer_device.hpp"
+#include "host/tables/pair.hpp"
 
 namespace haptable {
 
@@ -55,18 +57,20 @@ public:
           options_(options),
           servo_(build_model(tables)),
           model_(model_in_memory(tables, servo_)),
-          ticks_(tables, servo_, model_.hash),
+          fingers_(read_pair(folder) ? kFingers : 1),
+          ticks_(tables, servo_, model_.hash, fingers_),
           live_(options.tell),
           server_(options.port, events()) {
         server_.set_page(make_page(tables, folder, page_parts(), options.most_bytes, server_.socket_url()).html);
-        follow<servo_force>(kForceChannel);
-        follow<contact>(kContactChannel);
-        follow<device_state>(kStateChannel);
+        follow<servo_force>(kForceChannels);
+        follow<contact>(kContactChannels);
+        follow<device_state>(kStateChannels);
         connection_.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
             if (status.model_hash == static_cast<std::int64_t>(model_.hash)) servo_seen_ = Clock::now();
         });
-        if (options.touch)
-            pointer_.emplace(pointer_device(tables, folder), static_cast<std::int64_t>(model_.hash), options.tell);
+        for (std::size_t finger = 0; options.touch && finger < fingers_; ++finger)
+            pointers_.emplace_back(pointer_device(tables, folder), static_cast<std::int64_t>(model_.hash), options.tell,
+                                   finger);
     }
 
     LiveReport run() {
@@ -89,8 +93,11 @@ public:
 
 private:
     template <typename Message>
-    void follow(const char* channel) {
-        connection_.subscribe<Message>(channel, [this](const Message& message, std::int64_t) { ticks_.take(message); });
+    void follow(const std::array<const char*, kFingers>& channels) {
+        for (std::size_t finger = 0; finger < fingers_; ++finger)
+            connection_.subscribe<Message>(channels[finger], [this, finger](const Message& message, std::int64_t) {
+                ticks_.take(message, finger);
+            });
     }
 
     PageServer::Events events() {
@@ -101,17 +108,18 @@ private:
     void open(int page) {
         ++report_.sockets;
         pages_.push_back({page, ""});
-        if (pointer_ && holder_ == 0) holder_ = page;
+        if (!pointers_.empty() && holder_ == 0) holder_ = page;
     }
 
     void close(int page) {
         std::erase_if(pages_, [page](const Page& one) { return one.id == page; });
         if (page != holder_) return;
         holder_ = 0;
-        pointer_->desk().ask([](PointerWish& wish) {
-            wish.is_there = false;
-            wish.buttons = 0;
-        });
+        for (PointerDevice& pointer : pointers_)
+            pointer.desk().ask([](PointerWish& wish) {
+                wish.is_there = false;
+                wish.buttons = 0;
+            });
     }
 
     /// What a page that only looks says, or what is no wish, changes nothing.
@@ -122,22 +130,27 @@ private:
                                      ? message.at("kind").get<std::string>()
                                      : std::string();
         if (kind == "goal") return ask_goal(message);
-        pointer_->desk().ask([&](PointerWish& wish) {
-            if (kind == "hand") {
-                wish.gain = number_of(message, "gain", 0.0, kMostGain, wish.gain);
-                wish.stiffness_n_per_m =
-                    number_of(message, "stiffness_n_per_m", kLeastStiffness, kMostStiffness, wish.stiffness_n_per_m);
-            }
-            if (kind == "buttons")
-                wish.buttons = static_cast<std::int32_t>(number_of(message, "held", 0.0, 7.0, 0.0)) & ~kClutchButton;
-        });
+        for (PointerDevice& pointer : pointers_)
+            pointer.desk().ask([&](PointerWish& wish) { change(wish, kind, message); });
+    }
+
+    static void change(PointerWish& wish, const std::string& kind, const json& message) {
+        if (kind == "hand") {
+            wish.gain = number_of(message, "gain", 0.0, kMostGain, wish.gain);
+            wish.stiffness_n_per_m =
+                number_of(message, "stiffness_n_per_m", kLeastStiffness, kMostStiffness, wish.stiffness_n_per_m);
+        }
+        if (kind == "buttons")
+            wish.buttons = static_cast<std::int32_t>(number_of(message, "held", 0.0, 7.0, 0.0)) & ~kClutchButton;
     }
 
     void ask_goal(const json& message) {
         const std::optional<Eigen::Vector3d> at_m = vector_of(message, "at");
         if (!at_m) return;
         const bool is_elsewhere = message.value("/place"_json_pointer, json()) == true;
-        pointer_->desk().ask([&](PointerWish& wish) {
+        const bool is_second = message.value("/finger"_json_pointer, json()) == 1;
+        if (is_second && fingers_ == 1) return;
+        pointers_[is_second ? 1 : 0].desk().ask([&](PointerWish& wish) {
             if (is_elsewhere || !wish.is_there) ++wish.place;
             wish.is_there = true;
             wish.goal_m = *at_m;
@@ -146,7 +159,7 @@ private:
 
     void push() {
         const std::vector<LiveTick> ticks = ticks_.ticks();
-        report_.ticks += static_cast<std::int64_t>(ticks.size());
+        report_.ticks += static_cast<std::int64_t>(ticks.size() / fingers_);
         const std::string_view bytes(reinterpret_cast<const char*>(ticks.data()), ticks.size() * sizeof(LiveTick));
         const Clock::time_point now = Clock::now();
         tell(now);
@@ -159,7 +172,7 @@ private:
 
     std::string status(int page, Clock::time_point now) const {
         return json_text(json{{"kind", "status"},
-                              {"touch", pointer_.has_value()},
+                              {"touch", !pointers_.empty()},
                               {"yours", page == holder_},
                               {"lost", ticks_.lost()},
                               {"trouble", trouble(now)}});
@@ -170,7 +183,7 @@ private:
         if (refused_ && now - *refused_ < kAway) return "Another device has the servo: end that one first.";
         if (now - ticks_.heard() < kAway) return "";
         if (servo_seen_ && now - *servo_seen_ < kAway)
-            return pointer_ ? "The servo is there: press on the body." : "The servo waits for a device.";
+            return !pointers_.empty() ? "The servo is there: press on the body." : "The servo waits for a device.";
         if (ticks_.left_out().other_tables > 0)
             return fmt::format("A servo of other tables ({:016x}) speaks here: serve the folder of that one.",
                                ticks_.other_hash());
@@ -195,9 +208,10 @@ private:
         report.pages = server_.pages();
         report.lost_ticks = ticks_.lost();
         report.left_out = ticks_.left_out();
-        if (!pointer_) return report;
-        report.pointer_ticks = pointer_->finish();
-        report.pointer_sessions = pointer_->sessions();
+        for (PointerDevice& pointer : pointers_) {
+            report.pointer_ticks += pointer.finish();
+            report.pointer_sessions += pointer.sessions();
+        }
         return report;
     }
 
@@ -210,12 +224,13 @@ private:
     const LiveOptions& options_;
     ServoModel servo_;
     haptable_model model_;
+    std::size_t fingers_;
     LiveTicks ticks_;
     LiveState live_;
     Connection connection_;
     std::vector<Page> pages_;
-    int holder_ = 0;  ///< the page that has the pointer; 0: none
-    std::optional<PointerDevice> pointer_;
+    int holder_ = 0;                      ///< the page that has the pointer; 0: none
+    std::deque<PointerDevice> pointers_;  ///< by finger; none: pages only look
     PageServer server_;
     std::optional<Clock::time_point> servo_seen_, refused_;
     std::int64_t refusals_ = 0;

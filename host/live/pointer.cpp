@@ -87,8 +87,8 @@ void PointerDriver::advance(std::int64_t, double share) {
     }
 }
 
-PointerDevice::PointerDevice(const Device& device, std::int64_t model_hash, LiveState::Tell tell)
-    : device_(device), model_hash_(model_hash), tell_(std::move(tell)), thread_([this] { run(); }) {}
+PointerDevice::PointerDevice(const Device& device, std::int64_t model_hash, LiveState::Tell tell, std::size_t finger)
+    : device_(device), model_hash_(model_hash), tell_(std::move(tell)), finger_(finger), thread_([this] { run(); }) {}
 
 PointerDevice::~PointerDevice() { finish(); }
 
@@ -117,6 +117,7 @@ void PointerDevice::run_session() {
     options.patience_s = 0.0;
     options.model_hash = model_hash_;
     options.tell = tell_;
+    options.finger = finger_;
     ++sessions_;
     ticks_ += DeviceSession(driver, connection, options, nullptr).run().ticks;
 }

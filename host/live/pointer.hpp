@@ -66,7 +66,8 @@ private:
 /// session, as a servo believes no position that no finger reaches.
 class PointerDevice {
 public:
-    PointerDevice(const Device& device, std::int64_t model_hash, LiveState::Tell tell);
+    /// finger: of the scene, 0 or 1.
+    PointerDevice(const Device& device, std::int64_t model_hash, LiveState::Tell tell, std::size_t finger = 0);
     ~PointerDevice();
     PointerDevice(const PointerDevice&) = delete;
     PointerDevice& operator=(const PointerDevice&) = delete;
@@ -84,6 +85,7 @@ private:
     Device device_;
     std::int64_t model_hash_;
     LiveState::Tell tell_;
+    std::size_t finger_;
     PointerDesk desk_;
     std::atomic<std::int64_t> ticks_ = 0, sessions_ = 0;
     std::thread thread_;

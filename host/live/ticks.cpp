@@ -12,6 +12,7 @@ namespace haptable {
 namespace {
 
 constexpr std::chrono::seconds kServoGone{1};
+constexpr std::chrono::milliseconds kOther{4};  // which the other finger's messages may be behind
 
 std::array<std::int32_t, 3> ascending(std::array<std::int32_t, 3> nodes) {
     std::sort(nodes.begin(), nodes.end());
@@ -30,8 +31,8 @@ Eigen::Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2
 
 }  // namespace
 
-LiveTicks::LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash)
-    : tables_(tables), hash_(static_cast<std::int64_t>(hash)), vertex_(tables.position.size(), -1) {
+LiveTicks::LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers)
+    : tables_(tables), hash_(static_cast<std::int64_t>(hash)), vertex_(tables.position.size(), -1), side_(fingers) {
     for (std::size_t v = 0; v < servo.node.size(); ++v)
         vertex_[static_cast<std::size_t>(servo.node[v])] = static_cast<std::int32_t>(v);
     for (std::size_t p = 0; p < servo.patch.size(); ++p) {
@@ -54,47 +55,72 @@ bool LiveTicks::is_followed(std::int64_t servo, std::int64_t model_hash, Clock::
     return true;
 }
 
-void LiveTicks::take(const device_state& state) {
-    if (state.session == session_) buttons_ = static_cast<std::uint32_t>(state.buttons);
+void LiveTicks::take(const device_state& state, std::size_t finger) {
+    if (finger < side_.size() && state.session == side_[finger].session)
+        side_[finger].buttons = static_cast<std::uint32_t>(state.buttons);
 }
 
-void LiveTicks::take(const servo_force& force) {
+void LiveTicks::take(const servo_force& force, std::size_t finger) {
+    if (finger >= side_.size()) return;
     if (force.owner != force.session) {
         ++refusals_;
         return;
     }
     const bool is_second = servo_ != 0 && force.servo != servo_ && Clock::now() - heard_ < kServoGone;
-    if (!is_second) force_ = force;  // the second one's contact is counted
+    if (!is_second) side_[finger].force = force;  // the second one's contact is counted
 }
 
-void LiveTicks::take(const contact& load) {
+void LiveTicks::take(const contact& load, std::size_t finger) {
     const Clock::time_point now = Clock::now();
-    if (!is_followed(load.servo, load.model_hash, now)) return;
-    LiveTick tick{};
-    if (force_.servo != load.servo || force_.session != load.session || force_.seq != load.seq) {
+    if (finger >= side_.size() || !is_followed(load.servo, load.model_hash, now)) return;
+    Side& side = side_[finger];
+    const servo_force& force = side.force;
+    LiveTick tick;
+    if (force.servo != load.servo || force.session != load.session || force.seq != load.seq) {
         ++lost_;
         return;
     }
-    if (!copy_finite(force_.force_n, 3, tick.force_n) || !fill_contact(load, tick)) {
+    if (!copy_finite(force.force_n, 3, tick.force_n) || !fill_contact(force, load, tick)) {
         ++left_out_.damaged;
         return;
     }
-    tick.state = static_cast<std::uint8_t>(force_.servo_state);
-    tick.faults = static_cast<std::uint32_t>(force_.faults);
-    if (load.session == session_ && load.servo == servo_ && load.seq > seq_ + 1) lost_ += load.seq - seq_ - 1;
-    if (load.session != session_) buttons_ = 0;
-    tick.buttons = buttons_;
+    tick.state = static_cast<std::uint8_t>(force.servo_state);
+    tick.faults = static_cast<std::uint32_t>(force.faults);
+    if (load.session == side.session && load.servo == servo_ && load.seq > side.seq + 1)
+        lost_ += load.seq - side.seq - 1;
+    if (load.session != side.session) side.buttons = 0;
+    tick.buttons = side.buttons;
+    if (load.servo != servo_)
+        for (Side& one : side_) one.last = {};
     servo_ = load.servo;
-    session_ = load.session;
-    seq_ = load.seq;
+    side.session = load.session;
+    side.seq = load.seq;
     heard_ = now;
-    ticks_.push_back(tick);
+    join(finger, load.utime, tick, now);
+}
+
+void LiveTicks::join(std::size_t finger, std::int64_t utime, const LiveTick& tick, Clock::time_point now) {
+    if (open_ && (open_->utime != utime || open_->has[finger])) end_tick();
+    if (!open_) open_ = Open{utime, {}, now};
+    open_->has[finger] = true;
+    side_[finger].last = tick;
+    if (std::count(open_->has.begin(), open_->has.end(), true) == std::ssize(side_)) end_tick();
+}
+
+void LiveTicks::end_tick() {
+    open_.reset();
+    for (const Side& side : side_) ticks_.push_back(side.last);
+}
+
+std::vector<LiveTick> LiveTicks::ticks() {
+    if (open_ && Clock::now() - open_->since >= kOther) end_tick();
+    return std::exchange(ticks_, {});
 }
 
 /// False where a servo of these tables cannot have said that.
-bool LiveTicks::fill_contact(const contact& load, LiveTick& tick) const {
+bool LiveTicks::fill_contact(const servo_force& force, const contact& load, LiveTick& tick) const {
     for (std::size_t a = 0; a < 3; ++a) tick.finger_m[a] = static_cast<float>(load.finger_m[a]);
-    const bool touches = haptable_touches(force_.servo_state) != 0;
+    const bool touches = haptable_touches(force.servo_state) != 0;
     // Without a position there is no god-object either.
     std::copy_n(tick.finger_m, 3, tick.god_object_m);
     if (load.count == 0) return !touches;  // else a dent that the finger left

@@ -5,22 +5,24 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "codegen/model.hpp"
+#include "host/link/channels.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/messages.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
 
-/// A tick as the page's engine reads it: struct page_tick of host/page/wasm/page.c. SI.
+/// A finger's tick as the page's engine reads it: struct page_tick of host/page/wasm/page.c. SI.
 struct LiveTick {
     std::uint32_t state = 0;                            ///< enum haptable_state
     std::int32_t patch = -1, vertex[3] = {-1, -1, -1};  ///< of the servo's tables; -1 without contact
-    float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
+    float finger_m[3]{}, alpha[3]{}, god_object_m[3]{}, force_n[3]{}, nodal_force_n[3][3]{};
     std::uint32_t buttons = 0, faults = 0;
 };
 static_assert(sizeof(LiveTick) == 112);
@@ -33,19 +35,21 @@ struct LiveLeftOut {
     std::int64_t sum() const { return other_tables + other_servo + damaged; }
 };
 
-/// Joins each servo_force to its contact. Follows one servo, until that has been silent for a second.
+/// Joins each servo_force to its contact, and the fingers of a tick, whose messages have one time. Follows one servo,
+/// until that has been silent for a second.
 class LiveTicks {
 public:
-    /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory).
-    LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash);
+    /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory); fingers: of the scene, 1 or 2.
+    LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers = 1);
 
-    void take(const servo_force& force);
-    void take(const contact& load);
+    /// finger: 0 or 1; one that the scene has not is passed over.
+    void take(const servo_force& force, std::size_t finger = 0);
+    void take(const contact& load, std::size_t finger = 0);
     /// Of the device that has the servo: what it holds down.
-    void take(const device_state& state);
+    void take(const device_state& state, std::size_t finger = 0);
 
-    /// Those that were joined since the last call.
-    std::vector<LiveTick> ticks() { return std::exchange(ticks_, {}); }
+    /// Those that were joined since the last call: [ticks, fingers]. Who had no answer in a tick is as it was last.
+    std::vector<LiveTick> ticks();
     /// When the last tick came; the epoch's begin, where none did.
     Clock::time_point heard() const { return heard_; }
     const LiveLeftOut& left_out() const { return left_out_; }
@@ -57,17 +61,33 @@ public:
     std::uint64_t other_hash() const { return other_hash_; }
 
 private:
+    /// What is known of a finger.
+    struct Side {
+        servo_force force{};                 ///< the last one that was for its device
+        std::int64_t session = 0, seq = -1;  ///< of the last tick
+        std::uint32_t buttons = 0;
+        LiveTick last;  ///< of the servo that is followed
+    };
+    /// A tick whose other finger may come yet.
+    struct Open {
+        std::int64_t utime = 0;
+        std::array<bool, kFingers> has{};
+        Clock::time_point since{};
+    };
+
     bool is_followed(std::int64_t servo, std::int64_t model_hash, Clock::time_point now);
-    bool fill_contact(const contact& load, LiveTick& tick) const;
+    bool fill_contact(const servo_force& force, const contact& load, LiveTick& tick) const;
+    void join(std::size_t finger, std::int64_t utime, const LiveTick& tick, Clock::time_point now);
+    void end_tick();
     std::array<double, 3> area_coordinates(const std::array<std::int32_t, 3>& node, const double x_m[3]) const;
 
     const Tables& tables_;
     std::int64_t hash_;
     std::vector<std::int32_t> vertex_;                           ///< [N] of each mesh node; -1: none
     std::map<std::array<std::int32_t, 3>, std::int32_t> patch_;  ///< by ascending mesh nodes
-    servo_force force_{};                                        ///< the last one that was for its device
-    std::int64_t servo_ = 0, session_ = 0, seq_ = -1;            ///< of the last tick
-    std::uint32_t buttons_ = 0;
+    std::vector<Side> side_;
+    std::optional<Open> open_;
+    std::int64_t servo_ = 0;  ///< of the last tick
     Clock::time_point heard_{};
     std::vector<LiveTick> ticks_;
     LiveLeftOut left_out_;

@@ -91,11 +91,15 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
     for (std::size_t i = 0; i < modes.size(); ++i) {
         const std::string table = fmt::format("model {}", i);
         blob.add(table, modes[i].model);
+        // Of one force they are the same.
+        const std::string coupling = fmt::format("coupling {}", word(modes[i].force));
+        if (!modes[i].coupling.empty() && !blob.tables().contains(coupling)) blob.add(coupling, modes[i].coupling);
         scene["modes"].push_back({{"force", word(modes[i].force)},
                                   {"god_object", word(modes[i].god_object)},
                                   {"friction", modes[i].friction},
                                   {"hash", fmt::format("{:016x}", modes[i].hash)},
-                                  {"model", table}});
+                                  {"model", table},
+                                  {"coupling", modes[i].coupling.empty() ? "" : coupling}});
     }
 }
 
@@ -225,6 +229,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     if (!live.empty()) modes.resize(1);
     json scene = describe(tables, folder, servo);
     scene["live"] = !live.empty();
+    scene["fingers"] = modes[0].coupling.empty() ? 1 : 2;
     Blob blob;
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);

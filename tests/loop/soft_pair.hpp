@@ -22,6 +22,7 @@ public:
     SoftPair(const SoftPair&) = delete;
     SoftPair& operator=(const SoftPair&) = delete;
 
+    const Tables& tables() const { return tables_; }
     ServoScene scene() const { return {&model_, node_.data(), "two", &pair_model_}; }
     /// The same body for one finger.
     ServoScene scene_of_one() const { return {&model_, node_.data(), "one"}; }

@@ -41,12 +41,34 @@ void drag(Browser& browser, double x, double y, double dx, double dy) {
     }
 }
 
+/// A finger that is left in its dent, and the other one beside it.
+void take_two(const Options& o, Browser& browser) {
+    const auto press = [&](double share) {
+        const auto at = browser.evaluate(fmt::format(
+            "(p => p.project([p.low[0] + {0} * (p.high[0] - p.low[0]), p.centre[1], p.high[2]]))(haptable.picture())",
+            share));
+        const double x = at.at(0).get<double>(), y = at.at(1).get<double>();
+        browser.mouse("mouseMoved", x - 20, y);
+        browser.mouse("mouseMoved", x, y);
+        browser.mouse("mousePressed", x, y);
+        wait_ticks(browser, 1500);
+        browser.key("f");
+        browser.mouse("mouseReleased", x, y);
+    };
+    press(0.28);
+    press(0.74);
+    wait_ticks(browser, 500);
+    want(browser, "haptable.frame().contact && haptable.frame().second.contact", "two dents");
+    write_file(o.out, browser.screenshot());
+}
+
 void take(const Options& o) {
     int width = 0, height = 0;
     if (std::sscanf(o.size.c_str(), "%dx%d", &width, &height) != 2) throw std::runtime_error("--size: as 1280x800");
     Browser browser({}, width, height);
     browser.open("file://" + std::filesystem::absolute(o.page).string() + "?theme=light&ratio=1&smooth=on");
     browser.evaluate("haptable.ready");
+    if (browser.evaluate("haptable.scene().fingers") == 2) return take_two(o, browser);
     const auto middle = browser.evaluate("haptable.picture().project(haptable.picture().centre)");
     const double x = middle.at(0).get<double>() - 90.0, y = middle.at(1).get<double>() - 40.0;
     browser.mouse("mouseMoved", x - 20, y);

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * The servo of firmware/ as a WebAssembly module for a page: it reads its models, feels a finger that a hand holds, and
- * draws equation 8. Freestanding; the only memory is the module's own. For one caller (host/page/web/engine.js).
+ * The servo of firmware/ as a WebAssembly module for a page: it reads its models, feels one or two fingers that hands
+ * hold, and draws equation 8. Freestanding; the only memory is the module's own. For one caller
+ * (host/page/web/engine.js).
  */
 #include "deform.h"
 #include "hand.h"
 #include "haptable_model_reader.h"
+#include "haptable_pair_reader.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
@@ -20,12 +22,13 @@ struct page_tick {
 
 #define PAGE_BYTES 65536u
 #define STEPS_OF_A_TICK 20 /* of the hand: as the simulated device's */
+#define AWAY 0x80000000u   /* among the buttons of one of two fingers: it is not there */
 
 extern unsigned char __heap_base;
 
 static uintptr_t used_up;
-static struct haptable_servo servo;
-static struct page_hand hand;
+static struct haptable_pair pair; /* of one finger its first servo */
+static struct page_hand hand[HAPTABLE_FINGERS];
 static struct page_columns columns;
 static struct page_spread spread;
 static int is_spread;
@@ -74,9 +77,28 @@ EXPORT(page_model) const struct haptable_model* page_model(const unsigned char* 
     return reader->room && haptable_read_model(reader, model) && bytes.left == 0 ? model : 0;
 }
 
-/* A servo that knows no finger. */
-EXPORT(page_begin) void page_begin(void) {
-    haptable_init(&servo);
+/* What couples two fingers of a model, of these bytes; 0 as page_model. */
+EXPORT(page_coupling)
+const struct haptable_pair_model* page_coupling(const struct haptable_model* model, const unsigned char* coupling_bytes,
+                                                uint32_t count) {
+    struct bytes bytes = {coupling_bytes, count};
+    struct haptable_model_reader reader;
+    struct haptable_pair_model* tables = page_reserve(sizeof *tables);
+    reader.read = read_bytes;
+    reader.from = &bytes;
+    reader.words = count / 4u + 64u;
+    reader.used_words = 0;
+    reader.is_whole = 1;
+    reader.room = page_reserve(4u * reader.words);
+    return tables && reader.room && haptable_read_pair(&reader, model, tables) && bytes.left == 0 ? tables : 0;
+}
+
+/* A servo that knows no finger; tables: 0, or those of two. */
+EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables) {
+    if (tables)
+        haptable_pair_init(tables, &pair);
+    else
+        haptable_init(&pair.servo[0]);
     now_us = 0;
 }
 
@@ -97,14 +119,49 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
 
 static void step(const struct haptable_model* model, const float finger_m[3], uint32_t buttons,
                  struct page_tick* tick) {
+    struct haptable_servo* servo = &pair.servo[0];
     struct haptable_output out;
-    haptable_buttons(&servo, buttons);
-    if (servo.counters.ticks == 0) haptable_check(model, &servo, HAPTABLE_CHECK_ALL);
-    haptable_step(model, &servo, finger_m, now_us, &out);
+    haptable_buttons(servo, buttons);
+    if (servo->counters.ticks == 0) haptable_check(model, servo, HAPTABLE_CHECK_ALL);
+    haptable_step(model, servo, finger_m, now_us, &out);
     now_us += HAPTABLE_TICK_US;
     fill(tick, finger_m, &out);
     tick->buttons = buttons;
     tick->faults = out.faults;
+}
+
+/* As after silence. */
+static void release(int finger, struct haptable_output* out) {
+    struct haptable_servo* servo = &pair.servo[finger];
+    (void)haptable_pair_watch(&pair, finger, servo->position_us + HAPTABLE_SILENCE_US, out);
+}
+
+/* As a session steps them: a finger that is alone as in a scene with one. */
+static void step_both(const struct haptable_pair_model* tables, const float (*finger_m)[3], const uint32_t* buttons,
+                      struct page_tick* ticks) {
+    struct haptable_output out[HAPTABLE_FINGERS];
+    static const float nowhere[3] = {__builtin_nanf(""), __builtin_nanf(""), __builtin_nanf("")};
+    const int away[HAPTABLE_FINGERS] = {(buttons[0] & AWAY) != 0u, (buttons[1] & AWAY) != 0u};
+    int f;
+    if (now_us == 0) haptable_pair_check(tables, &pair, HAPTABLE_CHECK_ALL);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        if (away[f])
+            release(f, &out[f]);
+        else
+            haptable_buttons(&pair.servo[f], buttons[f]);
+    }
+    if (!away[0] && !away[1]) {
+        haptable_pair_step(tables, &pair, finger_m[0], finger_m[1], now_us, out);
+    } else if (!away[0] || !away[1]) {
+        f = away[0];
+        haptable_step(tables->model, &pair.servo[f], finger_m[f], now_us, &out[f]);
+    }
+    now_us += HAPTABLE_TICK_US;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        fill(&ticks[f], away[f] ? nowhere : finger_m[f], &out[f]);
+        ticks[f].buttons = buttons[f] & ~AWAY;
+        ticks[f].faults = out[f].faults;
+    }
 }
 
 /* `count` ticks: fingers [count, 3] in m, one a millisecond, and the buttons held down [count]; null: none. */
@@ -115,31 +172,63 @@ void page_replay(const struct haptable_model* model, const float (*finger_m)[3],
     for (i = 0; i < count; ++i) step(model, finger_m[i], buttons ? buttons[i] : 0u, &ticks[i]);
 }
 
-EXPORT(page_hand) struct page_hand* page_hand(void) { return &hand; }
-EXPORT(page_place) void page_place(double x, double y, double z) {
+/* The same of two fingers: [count, 2, 3], buttons [count, 2], AWAY among them. Ticks [count, 2]. */
+EXPORT(page_replay_both)
+void page_replay_both(const struct haptable_pair_model* tables, const float (*finger_m)[3], const uint32_t* buttons,
+                      uint32_t count, struct page_tick* ticks) {
+    uint32_t i;
+    for (i = 0; i < HAPTABLE_FINGERS * count; i += HAPTABLE_FINGERS)
+        step_both(tables, finger_m + i, buttons + i, ticks + i);
+}
+
+EXPORT(page_hand) struct page_hand* page_hand(int finger) { return &hand[finger]; }
+EXPORT(page_place) void page_place(int finger, double x, double y, double z) {
     const double at_m[3] = {x, y, z};
-    page_hand_place(&hand, at_m);
+    page_hand_place(&hand[finger], at_m);
+}
+
+/* The hand's part of tick i of `count`: its goal goes evenly from `from` to `to`, its motors give the force. */
+static void advance(struct page_hand* of, const double from_m[3], const double to_m[3], uint32_t i, uint32_t count,
+                    const float force_n[3], double gain) {
+    const double tick_s = 1e-6 * HAPTABLE_TICK_US, step_s = tick_s / STEPS_OF_A_TICK;
+    double goal_m_s[3], goal_m[3], motor_n[3];
+    int a, s;
+    for (a = 0; a < 3; ++a) {
+        goal_m_s[a] = (to_m[a] - from_m[a]) / (count * tick_s);
+        motor_n[a] = gain * (double)force_n[a];
+    }
+    page_hand_force(of, motor_n);
+    for (s = 0; s < STEPS_OF_A_TICK; ++s) {
+        for (a = 0; a < 3; ++a) goal_m[a] = from_m[a] + goal_m_s[a] * (i * tick_s + (s + 0.5) * step_s);
+        page_hand_advance(of, goal_m, goal_m_s, step_s);
+    }
 }
 
 /* `count` ticks in a closed loop: the goal goes evenly from `from` to `to`, the motors give `gain` times the force. */
 EXPORT(page_feel)
 void page_feel(const struct haptable_model* model, const double from_m[3], const double to_m[3], double gain,
                uint32_t count, struct page_tick* ticks) {
-    const double tick_s = 1e-6 * HAPTABLE_TICK_US, step_s = tick_s / STEPS_OF_A_TICK;
-    double goal_m_s[3], goal_m[3], force_n[3];
     float finger_m[3];
     uint32_t i;
-    int a, s;
-    for (a = 0; a < 3; ++a) goal_m_s[a] = (to_m[a] - from_m[a]) / (count * tick_s);
     for (i = 0; i < count; ++i) {
-        page_hand_encoders(&hand, finger_m);
+        page_hand_encoders(&hand[0], finger_m);
         step(model, finger_m, 0u, &ticks[i]);
-        for (a = 0; a < 3; ++a) force_n[a] = gain * (double)ticks[i].force_n[a];
-        page_hand_force(&hand, force_n);
-        for (s = 0; s < STEPS_OF_A_TICK; ++s) {
-            for (a = 0; a < 3; ++a) goal_m[a] = from_m[a] + goal_m_s[a] * (i * tick_s + (s + 0.5) * step_s);
-            page_hand_advance(&hand, goal_m, goal_m_s, step_s);
-        }
+        advance(&hand[0], from_m, to_m, i, count, ticks[i].force_n, gain);
+    }
+}
+
+/* The same of two hands: [2, 3], and AWAY for one that is not there. Ticks [count, 2]. */
+EXPORT(page_feel_both)
+void page_feel_both(const struct haptable_pair_model* tables, const double (*from_m)[3], const double (*to_m)[3],
+                    double gain, const uint32_t* away, uint32_t count, struct page_tick* ticks) {
+    float finger_m[HAPTABLE_FINGERS][3];
+    uint32_t i;
+    int f;
+    for (i = 0; i < count; ++i, ticks += HAPTABLE_FINGERS) {
+        for (f = 0; f < HAPTABLE_FINGERS; ++f) page_hand_encoders(&hand[f], finger_m[f]);
+        step_both(tables, finger_m, away, ticks);
+        for (f = 0; f < HAPTABLE_FINGERS; ++f)
+            if (away[f] == 0u) advance(&hand[f], from_m[f], to_m[f], i, count, ticks[f].force_n, gain);
     }
 }
 
@@ -169,21 +258,25 @@ void page_spread(const int32_t* vertex_control, const int32_t* edge_control, con
 /* Whether the loads that come are a mask's. */
 EXPORT(page_spreads) void page_spreads(int yes) { is_spread = yes; }
 
-/* The displacements [row_count, 3] in m under the load of a tick; 0 where there was no room for them. */
-EXPORT(page_displace) const float* page_displace(const struct page_tick* tick) {
+static void displace(const struct page_tick* tick) {
     int c;
-    if (!displacement_m) return 0;
-    page_deform_clear(&columns, displacement_m);
     /* Free, it may have a dent that the finger left. */
-    if (!haptable_touches((int)tick->state) && (tick->state != HAPTABLE_FREE || tick->vertex[0] < 0))
-        return displacement_m;
+    if (!haptable_touches((int)tick->state) && (tick->state != HAPTABLE_FREE || tick->vertex[0] < 0)) return;
     if (is_spread) {
         const uint16_t vertex[3] = {(uint16_t)tick->vertex[0], (uint16_t)tick->vertex[1], (uint16_t)tick->vertex[2]};
         page_deform_add_spread(&columns, &spread, vertex, (uint16_t)tick->patch, tick->nodal_force_n, displacement_m);
-        return displacement_m;
+        return;
     }
     for (c = 0; c < 3; ++c)
         if ((uint32_t)tick->vertex[c] < columns.column_count)
             page_deform_add(&columns, (uint32_t)tick->vertex[c], tick->nodal_force_n[c], displacement_m);
+}
+
+/* The displacements [row_count, 3] in m under the loads of a tick's fingers; 0 where there was no room for them. */
+EXPORT(page_displace) const float* page_displace(const struct page_tick* ticks, int fingers) {
+    int f;
+    if (!displacement_m) return 0;
+    page_deform_clear(&columns, displacement_m);
+    for (f = 0; f < fingers; ++f) displace(&ticks[f]);
     return displacement_m;
 }

@@ -42,21 +42,27 @@ const Data = (() => {
     return {scene, wasm: wasm.buffer, data: data.buffer, table};
   }
 
-  // A servo's CSV or a path: {path [3 n], buttons [n] or null, force [3 n] or null}. Throws an Error that names the line.
-  function parse_csv(text) {
+  const AWAY = 0x80000000;  // among the buttons of one of two fingers: it is not there
+
+  // A servo's CSV or a path: {path [3 n], buttons [n] or null, force [3 n] or null}; of two fingers each has both in turn.
+  // Throws an Error that names the line.
+  function parse_csv(text, fingers = 1) {
     const lines = text.replace(/^\uFEFF/, '').split(/\r?\n/);
-    const head = lines[0].split(','), x = head.indexOf('x'), fx = head.indexOf('force_x'), held = head.indexOf('buttons');
+    const head = lines[0].split(','), places = of => ['x', 'force_x', 'buttons', 'state'].map(name => head.indexOf(name + of));
+    const columns = [places(''), places('2')].slice(0, fingers), [x, fx, held] = columns[0];
     if (x < 0 || head[x + 1] !== 'y' || head[x + 2] !== 'z') throw new Error('line 1 names no columns x,y,z');
+    if (fingers === 1 && head.includes('x2')) throw new Error('it is of two fingers, and this body has one');
     while (lines.length > 1 && lines[lines.length - 1] === '') lines.pop();
-    const n = lines.length - 1, path = new Float32Array(3 * n), force = fx < 0 ? null : new Float32Array(3 * n);
-    const buttons = held < 0 ? null : new Uint32Array(n);
+    const n = fingers * (lines.length - 1), path = new Float32Array(3 * n), force = fx < 0 ? null : new Float32Array(3 * n);
+    const buttons = held < 0 && fingers === 1 ? null : new Uint32Array(n);
     for (let i = 0; i < n; ++i) {
-      const cell = lines[i + 1].split(',');
-      if (cell.length !== head.length) throw new Error('line ' + (i + 2) + ' has ' + cell.length + ' columns, not ' + head.length);
-      if (buttons) buttons[i] = number(cell[held], i + 2);
-      for (let a = 0; a < 3; ++a) {
-        path[3 * i + a] = number(cell[x + a], i + 2);
-        if (force) force[3 * i + a] = number(cell[fx + a], i + 2);
+      const row = Math.floor(i / fingers), cell = lines[row + 1].split(','), [x_, fx_, held_, state_] = columns[i % fingers];
+      if (cell.length !== head.length) throw new Error('line ' + (row + 2) + ' has ' + cell.length + ' columns, not ' + head.length);
+      if (held_ >= 0) buttons[i] = number(cell[held_], row + 2);
+      if (x_ < 0 || fingers === 2 && cell[state_] === '0') buttons[i] = AWAY;
+      for (let a = 0; x_ >= 0 && a < 3; ++a) {
+        path[3 * i + a] = number(cell[x_ + a], row + 2);
+        if (force && fx_ >= 0) force[3 * i + a] = number(cell[fx_ + a], row + 2);
       }
     }
     if (n === 0) throw new Error('it holds no tick');

@@ -3,18 +3,19 @@
 // out. `port` is what has postMessage and onmessage. A tick is a millisecond; time runs by the clock of the machine.
 function haptableEngine(port) {
   'use strict';
-  const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c)
-  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, CONTACT = 2, REJECTED = 3, LIMITED = 4;
+  const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c), one for each finger
+  const AWAY = 0x80000000;              // among the buttons of one of two fingers: it is not there
+  const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, SILENT = 0, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
   const ROOM = 4096;                    // ticks of one call
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
-  const SAMPLE = 5;                     // numbers a tick that the plots get
+  const SAMPLE = 5;                     // numbers a tick and finger that the plots get
 
-  let wasm, scene, models = [], mode = 0;
-  let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0, hand_at = 0;
-  let goal = null, goal_before = null, gain = 1;
+  let wasm, scene, models = [], couplings = [], mode = 0, fingers = 1, stride = WORDS;
+  let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0;
+  let goal = [null, null], goal_before = [null, null], gain = 1;
   let last_ms = 0, tick = 0, dropped = 0;
-  let latest = new Uint32Array(WORDS);
+  let latest = null;
   let samples = [], record = null, played = null;
 
   const floats = (at, n) => new Float32Array(wasm.memory.buffer, at, n);
@@ -38,17 +39,22 @@ function haptableEngine(port) {
     const module = await WebAssembly.instantiate(message.wasm, {});
     wasm = module.instance.exports;
     scene = message.scene;
-    ticks_at = reserve(4 * WORDS * ROOM);
-    path_at = reserve(12 * ROOM);
-    buttons_at = reserve(4 * ROOM);
-    from_at = reserve(24);
-    to_at = reserve(24);
-    hand_at = wasm.page_hand();
+    fingers = scene.fingers;
+    stride = fingers * WORDS;
+    ticks_at = reserve(4 * stride * ROOM);
+    path_at = reserve(12 * fingers * ROOM);
+    buttons_at = reserve(4 * fingers * ROOM);
+    from_at = reserve(24 * fingers);
+    to_at = reserve(24 * fingers);
     const table = scene.tables, data = message.data;
+    const whole = (at, name) => {
+      if (at === 0) throw new Error('the tables of ' + name + ' are damaged: make the page again');
+      return at;
+    };
     for (const one of scene.modes) {
-      const at = wasm.page_model(keep(data, table[one.model]), table[one.model].bytes);
-      if (at === 0) throw new Error('the tables of ' + one.model + ' are damaged: make the page again');
-      models.push(at);
+      const model = whole(wasm.page_model(keep(data, table[one.model]), table[one.model].bytes), one.model);
+      models.push(model);
+      couplings.push(fingers === 1 ? 0 : whole(wasm.page_coupling(model, keep(data, table[one.coupling]), table[one.coupling].bytes), one.coupling));
     }
     if (table.columns) {
       const at = keep(data, table.columns), half = scene.columns.format === 'float16';
@@ -59,23 +65,25 @@ function haptableEngine(port) {
         .map(name => keep(data, table[name])));
     choose(0);
     const hand = scene.hand;
-    doubles(hand_at, 7).set([hand.mass_kg, hand.damping_n_s_per_m, hand.friction_n, hand.max_force_n,
-      hand.encoder_step_m, hand.stiffness_n_per_m, hand.hand_damping_n_s_per_m]);
+    for (let f = 0; f < fingers; ++f)
+      doubles(wasm.page_hand(f), 7).set([hand.mass_kg, hand.damping_n_s_per_m, hand.friction_n, hand.max_force_n,
+        hand.encoder_step_m, hand.stiffness_n_per_m, hand.hand_damping_n_s_per_m]);
     port.postMessage({kind: 'ready'});
   }
 
   function choose(index) {
     mode = index;
+    goal = [null, null];
     wasm.page_spreads(scene.modes[mode].force === 'pressure-mask' ? 1 : 0);
     begin();
   }
 
   // A new session: the servo knows no finger, and feels nothing until it comes from outside.
   function begin() {
-    wasm.page_begin();
+    wasm.page_begin(couplings[mode]);
     tick = dropped = 0;
     samples = [];
-    latest = new Uint32Array(WORDS);
+    latest = new Uint32Array(stride);
   }
 
   // ---- live ---------------------------------------------------------------------------------------------------------
@@ -88,18 +96,28 @@ function haptableEngine(port) {
       dropped += due - MOST_TICKS;
       due = MOST_TICKS;
     }
-    if (goal === null || played !== null) return;
-    const share = 1 - Math.exp(-due / GOAL_MS), next = goal_before.map((x, a) => x + share * (goal[a] - x));
-    doubles(from_at, 3).set(goal_before);
-    doubles(to_at, 3).set(next);
-    goal_before = next;
-    wasm.page_feel(models[mode], from_at, to_at, gain, due, ticks_at);
-    note(words(ticks_at, WORDS * due), due);
+    if (goal.every(at => at === null) || played !== null) return;
+    const share = 1 - Math.exp(-due / GOAL_MS);
+    for (let f = 0; f < fingers; ++f) {
+      const from = goal_before[f] || [0, 0, 0], next = goal[f] ? from.map((x, a) => x + share * (goal[f][a] - x)) : from;
+      doubles(from_at + 24 * f, 3).set(from);
+      doubles(to_at + 24 * f, 3).set(next);
+      if (goal[f]) goal_before[f] = next;
+    }
+    if (fingers === 1) wasm.page_feel(models[mode], from_at, to_at, gain, due, ticks_at);
+    else wasm.page_feel_both(couplings[mode], from_at, to_at, gain, away(), due, ticks_at);
+    note(words(ticks_at, stride * due), due);
+  }
+
+  // Of a tick: which hands nobody holds.
+  function away() {
+    words(buttons_at, 2).set(goal.map(at => at === null ? AWAY : 0));
+    return buttons_at;
   }
 
   function note(made, count) {
-    for (let i = 0; i < count; ++i) sample(made.subarray(WORDS * i, WORDS * (i + 1)));
-    latest = made.slice(WORDS * (count - 1));
+    for (let i = 0; i < fingers * count; ++i) sample(made.subarray(WORDS * i, WORDS * (i + 1)), goal[i % fingers]);
+    latest = made.slice(stride * (count - 1));
     if (record !== null) record.push(made.slice());
     tick += count;
   }
@@ -109,42 +127,54 @@ function haptableEngine(port) {
   const length = v => Math.hypot(v[0], v[1], v[2]);
 
   // contact or not, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
-  function sample(t) {
+  function sample(t, at) {
     const f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
     const u = [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
-    const finger_known = t[0] !== REJECTED;
+    const finger_known = t[0] !== SILENT && t[0] !== REJECTED;
     samples.push(touches(t) ? 1 : 0, length(f), touches(t) ? length(u) : 0,
-      finger_known && goal ? Math.hypot(goal[0] - x[0], goal[1] - x[1], goal[2] - x[2]) : 0,
+      finger_known && at ? Math.hypot(at[0] - x[0], at[1] - x[1], at[2] - x[2]) : 0,
       touches(t) ? -0.5 * (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) : 0);
   }
 
   // The hand is somewhere else at once: the servo gets a tick without a position, so that no way there is felt.
-  function place(at) {
-    wasm.page_place(at[0], at[1], at[2]);
-    goal = goal_before = at;
-    floats(path_at, 3).set([NaN, NaN, NaN]);
-    wasm.page_replay(models[mode], path_at, 0, 1, ticks_at);
-    note(words(ticks_at, WORDS), 1);
+  function place(f, at) {
+    wasm.page_place(f, at[0], at[1], at[2]);
+    if (fingers === 1) {
+      floats(path_at, 3).set([NaN, NaN, NaN]);
+      wasm.page_replay(models[mode], path_at, 0, 1, ticks_at);
+    } else {
+      goal[f] = null;
+      const at_now = goal.flatMap((one, other) => Array.from(one ? real(latest.subarray(WORDS * other), FINGER) : [NaN, NaN, NaN]));
+      floats(path_at, 6).set(at_now);
+      wasm.page_replay_both(couplings[mode], path_at, away(), 1, ticks_at);
+    }
+    goal[f] = goal_before[f] = at;
+    note(words(ticks_at, stride), 1);
   }
 
   function displacement(tick_words) {
     if (!scene.columns) return null;
-    words(ticks_at, WORDS).set(tick_words);
-    const at = wasm.page_displace(ticks_at);
+    words(ticks_at, stride).set(tick_words);
+    const at = wasm.page_displace(ticks_at, fingers);
     return floats(at, 3 * scene.columns.rows).slice();
   }
 
+  const view = (t, at) => ({
+    state: t[0], contact: touches(t), patch: t[1] | 0, finger: real(t, FINGER).slice(), god: real(t, GOD).slice(),
+    force: real(t, FORCE).slice(), alpha: real(t, ALPHA).slice(), vertex: Int32Array.from(t.slice(2, 5)),
+    nodal: new Float32Array(t.slice(17, 26).buffer), goal: at
+  });
+
+  // What is the first finger's stands in the frame itself; `second`: that of another one.
   function frame() {
     if (played === null) advance(performance.now());
-    const shown = played === null ? latest : played.ticks.subarray(WORDS * played.at, WORDS * (played.at + 1));
+    const shown = played === null ? latest : played.ticks.subarray(stride * played.at, stride * (played.at + 1));
     const u = displacement(shown), plotted = new Float32Array(samples);
     samples = [];
     port.postMessage({
-      kind: 'frame', tick, dropped, mode, state: shown[0], contact: touches(shown), patch: shown[1] | 0, samples: plotted, sample: SAMPLE,
-      finger: real(shown, FINGER).slice(), god: real(shown, GOD).slice(), force: real(shown, FORCE).slice(),
-      alpha: real(shown, ALPHA).slice(),
-      vertex: Int32Array.from(shown.slice(2, 5)), nodal: new Float32Array(shown.slice(17, 26).buffer), goal,
-      recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / WORDS, 0),
+      kind: 'frame', tick, dropped, mode, samples: plotted, sample: SAMPLE, ...view(shown, goal[0]),
+      second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1]),
+      recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / stride, 0),
       played: played === null ? -1 : played.at, displacement: u
     }, u ? [u.buffer] : []);
   }
@@ -153,14 +183,16 @@ function haptableEngine(port) {
 
   // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
   function run(path, buttons, in_mode) {
-    const count = path.length / 3, all = new Uint32Array(WORDS * count);
-    wasm.page_begin();
+    const count = path.length / 3 / fingers, all = new Uint32Array(stride * count);
+    wasm.page_begin(couplings[in_mode]);
     for (let begun = 0; begun < count; begun += ROOM) {
-      const now = Math.min(ROOM, count - begun);
-      floats(path_at, 3 * now).set(path.subarray(3 * begun, 3 * (begun + now)));
-      if (buttons) words(buttons_at, now).set(buttons.subarray(begun, begun + now));
-      wasm.page_replay(models[in_mode], path_at, buttons ? buttons_at : 0, now, ticks_at);
-      all.set(words(ticks_at, WORDS * now), WORDS * begun);
+      const now = Math.min(ROOM, count - begun), of = (array, n) => array.subarray(n * begun, n * (begun + now));
+      floats(path_at, 3 * fingers * now).set(of(path, 3 * fingers));
+      const held = words(buttons_at, fingers * now).fill(0);
+      if (buttons) held.set(of(buttons, fingers));
+      if (fingers === 1) wasm.page_replay(models[in_mode], path_at, buttons_at, now, ticks_at);
+      else wasm.page_replay_both(couplings[in_mode], path_at, buttons_at, now, ticks_at);
+      all.set(words(ticks_at, stride * now), stride * begun);
     }
     begin();
     return all;
@@ -194,13 +226,18 @@ function haptableEngine(port) {
 
   // The servo's CSV (docs/SPEC.md), byte for byte.
   function csv(pieces) {
-    const lines = ['tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults'];
+    const names = ',x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults';
+    const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '')];
+    const columns = t => {
+      const three = at => Array.from(real(t, at), nine).join(',');
+      const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
+      return [three(FINGER), touches(t) ? 1 : 0, nodes.join(','), three(ALPHA), three(GOD), three(FORCE), t[BUTTONS], t[0], t[FAULTS]].join(',');
+    };
     for (const piece of pieces)
-      for (let i = 0; i < piece.length; i += WORDS) {
-        const t = piece.subarray(i, i + WORDS), three = at => Array.from(real(t, at), nine).join(',');
-        const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
-        lines.push([lines.length - 1, three(FINGER), touches(t) ? 1 : 0, nodes.join(','), three(ALPHA),
-          three(GOD), three(FORCE), t[BUTTONS], t[0], t[FAULTS]].join(','));
+      for (let i = 0; i < piece.length; i += stride) {
+        const row = [lines.length - 1];
+        for (let f = 0; f < fingers; ++f) row.push(columns(piece.subarray(i + WORDS * f, i + WORDS * (f + 1))));
+        lines.push(row.join(','));
       }
     return lines.join('\n') + '\n';
   }
@@ -209,15 +246,16 @@ function haptableEngine(port) {
     open,
     mode: m => choose(m.index),
     goal: m => {
-      if (goal === null || m.place) place(m.at);
-      goal = m.at;
+      const f = m.finger || 0;
+      if (goal[f] === null || m.place) place(f, m.at);
+      goal[f] = m.at;
     },
     hand: m => {
       gain = m.gain;
-      doubles(hand_at, 7).set([m.stiffness_n_per_m], 5);
+      for (let f = 0; f < fingers; ++f) doubles(wasm.page_hand(f), 7).set([m.stiffness_n_per_m], 5);
     },
     // Ticks of a servo elsewhere, as its page_tick.
-    feed: m => note(new Uint32Array(m.ticks), m.ticks.byteLength / (4 * WORDS)),
+    feed: m => note(new Uint32Array(m.ticks), m.ticks.byteLength / (4 * stride)),
     frame,
     begin_record: () => {
       begin();
@@ -226,9 +264,9 @@ function haptableEngine(port) {
     end_record: () => {
       const pieces = record || [];
       record = null;
-      port.postMessage({kind: 'recorded', csv: csv(pieces), mode, ticks: pieces.reduce((n, p) => n + p.length / WORDS, 0)});
+      port.postMessage({kind: 'recorded', csv: csv(pieces), mode, ticks: pieces.reduce((n, p) => n + p.length / stride, 0)});
     },
-    // For tests and for a file that was dropped: {path, buttons, mode, play}.
+    // For tests and for a file that was dropped: {path, buttons, mode, play}; of two fingers each has both in turn.
     replay: m => {
       const ticks = run(m.path, m.buttons, m.mode);
       const force = new Float32Array(m.path.length), god = new Float32Array(m.path.length);
@@ -244,7 +282,7 @@ function haptableEngine(port) {
       port.postMessage({kind: 'replayed', id: m.id, ticks: m.words ? ticks : null, force, god, series,
         csv: m.csv ? csv([ticks]) : null});
     },
-    show: m => { if (played) played.at = Math.min(m.at, played.ticks.length / WORDS - 1); },
+    show: m => { if (played) played.at = Math.min(m.at, played.ticks.length / stride - 1); },
     live: () => {
       played = null;
       last_ms = performance.now();

@@ -3,8 +3,8 @@
 // the pointer, where it is this page's, goes there. Stands where the engine stands, in front of it.
 class Live {
   // told: called when what is known of the session changes.
-  constructor(engine, told) {
-    Object.assign(this, {engine, told, yours: false, lost: 0, ticks: 0, trouble: 'Connecting …', goal: null, held: 0, hand: null});
+  constructor(engine, fingers, told) {
+    Object.assign(this, {engine, fingers, told, yours: false, lost: 0, ticks: 0, trouble: 'Connecting …', goals: [null, null], held: 0, hand: null});
     const base = location.href.replace(/[?#].*$/, '').replace(/^http/, 'ws');
     this.socket = new WebSocket(base + (base.endsWith('/') ? '' : '/') + 'session');
     this.socket.binaryType = 'arraybuffer';
@@ -13,7 +13,7 @@ class Live {
   }
 
   feed(ticks) {
-    this.ticks += ticks.byteLength / 112;
+    this.ticks += ticks.byteLength / (112 * this.fingers);
     this.engine.postMessage({kind: 'feed', ticks});
   }
 
@@ -25,7 +25,7 @@ class Live {
   }
 
   end() {
-    Object.assign(this, {yours: false, goal: null, trouble: 'The program that serves this page has ended, or has let it go: start it again, and open the address that it prints.'});
+    Object.assign(this, {yours: false, goals: [null, null], trouble: 'The program that serves this page has ended, or has let it go: start it again, and open the address that it prints.'});
     this.told();
   }
 
@@ -37,7 +37,7 @@ class Live {
   postMessage(message) {
     if (message.kind === 'mode') return;
     if (message.kind === 'hand') this.hand = message;
-    if (message.kind === 'goal' && this.yours) this.goal = message.at;
+    if (message.kind === 'goal' && this.yours) this.goals[message.finger] = message.at;
     if (message.kind === 'goal' || message.kind === 'hand') return this.say(message);
     this.engine.postMessage(message);
   }

@@ -9,8 +9,8 @@
 
   const GRAB = 2, ACKNOWLEDGE = 4;  // a device's buttons
   let data, scene, engine, picture, live = null, frame = null, mode = 0;
-  let press = null, hover = null, turning = null, pinch = new Map(), awaiting = false, gain = 1;
-  let by_time, by_depth, by_depth_floor, history, replay = null, recording = false;
+  let hand = 0, press = null, hover = null, turning = null, pinch = new Map(), awaiting = false, gain = 1;
+  let by_time, by_depth, by_depth_floor, histories, replay = null, recording = false;
   const frames = [];
   let ready;
   // For whoever wants to drive the page by a program.
@@ -108,8 +108,9 @@
   });
 
   function begin() {
-    if (scene.live) engine = live = new Live(engine, tell_live);
-    history = new History(1000 * HISTORY_S);
+    if (scene.live) engine = live = new Live(engine, scene.fingers, tell_live);
+    histories = Array.from({length: scene.fingers}, () => new History(1000 * HISTORY_S));
+    document.documentElement.classList.toggle('two', scene.fingers === 2);
     by_time = new Plot($('by_time'));
     by_depth = new Plot($('by_depth'));
     describe();
@@ -219,7 +220,7 @@
     set_mode(index);
     engine.postMessage({kind: 'mode', index});
     if (hover) send_goal(goal_of(), true);
-    history.clear();
+    clear();
   }
 
   function adjust() {
@@ -355,16 +356,25 @@
   }
 
   // Where the hand wants the finger: above the surface, or, pressed, below it.
-  function goal_of() {
+  function goal_of(least = 0) {
     const above = CLEARANCE * picture.size;
     if (!press) return hover.at_m.map((v, a) => v + above * hover.normal[a]);
-    const t = Math.min(1, (performance.now() - press.since) / (1e3 * RAMP_S)), share = t * t * t * (10 + t * (-15 + 6 * t));
+    const t = Math.min(1, Math.max(least, (performance.now() - press.since) / (1e3 * RAMP_S))), share = t * t * t * (10 + t * (-15 + 6 * t));
     const depth = Math.min(1e-3 * Number($('depth').value) * press.pressure, 2e-3 * Number($('depth').max));
     return hover.at_m.map((v, a) => v + (above - share * (above + depth)) * hover.normal[a]);
   }
 
   function send_goal(at, place = false) {
-    engine.postMessage({kind: 'goal', at, place});
+    engine.postMessage({kind: 'goal', finger: hand, at, place});
+  }
+
+  // Leaves the finger where it is, as deep as it was to go, and takes up the other one.
+  function other_finger() {
+    if (scene.fingers === 1 || replay || !may_press()) return;
+    if (press) send_goal(goal_of(1));
+    press = hover = null;
+    hand = 1 - hand;
+    dress();
   }
 
   function keys() {
@@ -376,7 +386,7 @@
       const act = {
         ArrowLeft: () => picture.turn(24, 0), ArrowRight: () => picture.turn(-24, 0), ArrowUp: () => picture.turn(0, 24),
         ArrowDown: () => picture.turn(0, -24), '+': () => picture.zoom(0.9), '=': () => picture.zoom(0.9), '-': () => picture.zoom(1.1),
-        w: () => deeper(1), s: () => deeper(-1), Home: () => picture.home(), p: press_middle, r: record,
+        w: () => deeper(1), s: () => deeper(-1), Home: () => picture.home(), p: press_middle, r: record, f: other_finger,
         l: () => $('theme').click(), '?': () => $('help').showModal()
       }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!act || (!picture && !/[rl?]/.test(event.key))) return;
@@ -420,12 +430,13 @@
 
   function show(message) {
     awaiting = false;
-    if (live) Object.assign(message, {goal: live.goal, dropped: live.lost});
+    if (live) Object.assign(message, {goal: live.goals[0], dropped: live.lost});
+    if (live && message.second) message.second.goal = live.goals[1];
     frame = message;
     const n = message.samples.length / message.sample;
     for (let i = 0; i < n; ++i) {
       const s = message.samples.subarray(i * message.sample, (i + 1) * message.sample);
-      if (!replay) history.add(s[1], s[2], s[0]);
+      if (!replay) histories[i % scene.fingers].add(s[1], s[2], s[0]);
     }
     const now = performance.now();
     if (picture && changed(message)) picture.show(message, $('colour').value);
@@ -439,7 +450,8 @@
 
   // Whether it would draw another picture than the last.
   function changed(message) {
-    const key = message.state + ' ' + message.finger.join() + message.god.join() + message.goal + $('colour').value + $('exaggerate').value;
+    const of = one => one ? one.state + ' ' + one.finger.join() + one.god.join() + one.goal : '';
+    const key = of(message) + of(message.second) + $('colour').value + $('exaggerate').value;
     const other = key !== changed.last;
     changed.last = key;
     return other;
@@ -448,10 +460,8 @@
   const STATE = ['no finger yet', 'free', 'in contact', 'no position', 'in contact, limited', 'fault'];
 
   function numbers(f) {
-    const size = Math.hypot(...f.force), contact = f.contact;
-    const depth = contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
-    const [value, unit] = Text.si(size, 'N').split('\u202f');
-    $('force').innerHTML = '<output>' + value + '</output> <span>' + unit + '</span>';
+    const size = Math.hypot(...f.force), contact = f.contact, depth = depth_of(f);
+    $('force').innerHTML = output(f, '') + (f.second ? ' ' + output(f.second, 'second') : '');
     const lines = [
       ['state', STATE[f.state] || String(f.state)],
       ['force x y z', contact ? vector(f.force, size, 'N') : '–'],
@@ -461,10 +471,26 @@
       ['god-object, mm', contact ? Text.mm(f.god) : '–'],
       ['patch', contact ? String(f.patch) : '–'],
       ['its nodes', contact ? Array.from(f.vertex, v => scene.node[v]).join('  ') : '–'],
+      ...(f.second ? of_second(f.second) : []),
       ['pictures', Math.round(api.rate()) + ' /s' + (f.dropped > 0 ? ', ' + Text.count(f.dropped) + ' ms lost' : '')]
     ];
     $('numbers').innerHTML = lines.map(([name, text]) => '<dt>' + name + '</dt><dd>' + text + '</dd>').join('');
     if (recording) $('session').textContent = 'recording: ' + (f.recorded / 1000).toFixed(1) + ' s';
+  }
+
+  const depth_of = f => f.contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
+
+  function output(f, name) {
+    const [value, unit] = Text.si(Math.hypot(...f.force), 'N').split('\u202f');
+    return '<output class="' + name + '">' + value + '</output> <span>' + unit + '</span>';
+  }
+
+  function of_second(f) {
+    return [
+      ['second finger', STATE[f.state] || String(f.state)],
+      ['its force x y z', f.contact ? vector(f.force, Math.hypot(...f.force), 'N') : '–'],
+      ['its depth', f.contact ? Text.si(depth_of(f), 'm') : '–']
+    ];
   }
 
   function vector(v, size, unit) {
@@ -472,12 +498,14 @@
     return Array.from(v, x => (x / factor).toFixed(2)).join('  ') + '\u202f' + letter + unit;
   }
 
+  const clear = () => histories.forEach(history => history.clear());
+
   function plots() {
     const floor_m = 1e-3, floor_n = Math.max(scene.stiffness_n_per_m * floor_m, 1e-6);
     const seconds = replay ? Math.max(0.1, replay.count / 1000) : HISTORY_S;
     if (replay) return replay_plots(seconds, floor_n, floor_m);
-    draw_by_time(by_time, history, seconds, floor_n);
-    draw_by_depth(by_depth, history, floor_n, floor_m);
+    draw_by_time(by_time, histories, seconds, floor_n);
+    draw_by_depth(by_depth, histories, floor_n, floor_m);
   }
 
   function legend() {
@@ -492,7 +520,9 @@
     $('legend').innerHTML = (load ? 'load on a node' : 'displacement') +
       '<div class="bar" style="background:linear-gradient(90deg,' + steps + ')"></div><div class="ends"><span>0</span><span>' +
       (end > 0 ? Text.si(end, load ? 'N' : 'm') : '') + '</span></div><div class="keys">' +
-      '<i style="background:#2563eb"></i><span>finger; ring: your hand</span><i style="background:#f0a020"></i><span>god-object</span>' +
+      '<i style="background:#2563eb"></i><span>finger; ring: your hand</span>' +
+      (scene.fingers === 2 ? '<i style="background:#7c3aed"></i><span>second finger</span>' : '') +
+      '<i style="background:#f0a020"></i><span>god-object</span>' +
       '<i style="background:#e4572e"></i><span>force on the finger</span>' +
       (has(m => m & 2) ? part('repeating-linear-gradient(135deg,#3b4252 0 3px,#717d99 3px 5px)', 'held still') : '') +
       (has(m => !(m & 3)) ? part('#9aa3b2', 'not touchable') : '') + '</div>';
@@ -506,7 +536,7 @@
     $('record').classList.toggle('on', recording);
     $('record').textContent = recording ? 'stop and save' : 'record';
     engine.postMessage({kind: recording ? 'begin_record' : 'end_record'});
-    if (recording) history.clear();
+    if (recording) clear();
   }
 
   function save(message) {
@@ -545,16 +575,16 @@
 
   // Replays the text of a CSV in the chosen mode; gives how many of its forces are the same, bit for bit.
   api.play = async (text, name = 'the file') => {
-    const {path, buttons, force} = Data.parse_csv(text);
+    const {path, buttons, force} = Data.parse_csv(text, scene.fingers), step = 3 * scene.fingers;
     if (recording) record();
     const answer = await ask('replay', {path, buttons, mode, play: true});
     const bits = a => new Uint32Array(a.buffer);
     let same = 0;
     if (force) {
       const [a, b] = [bits(force), bits(answer.force)];
-      for (let i = 0; i < path.length; i += 3) same += a[i] === b[i] && a[i + 1] === b[i + 1] && a[i + 2] === b[i + 2] ? 1 : 0;
+      for (let i = 0; i < path.length; i += step) same += a.subarray(i, i + step).every((bits_, k) => bits_ === b[i + k]) ? 1 : 0;
     }
-    replay = {count: path.length / 3, at: 0, playing: true, series: answer.series, last: performance.now()};
+    replay = {count: path.length / step, at: 0, playing: true, series: answer.series, last: performance.now()};
     $('seek').max = replay.count - 1;
     show_player(true);
     $('hint').classList.add('away');
@@ -595,27 +625,28 @@
     show_player(false);
     $('session').textContent = 'A CSV of the servo or of a path, dropped here, is replayed.';
     engine.postMessage({kind: 'live'});
-    history.clear();
+    clear();
   }
 
   function replay_plots(seconds, floor_n, floor_m) {
-    const n = replay.count, series = replay.series, xs = [], ys = [], ds = [];
-    const step = Math.max(1, Math.floor(n / 1500));
-    for (let i = 0; i < n; i += step) {
-      xs.push(i / 1000);
-      ys.push(series[2 * i]);
-      ds.push(series[2 * i + 1]);
-    }
-    const top = Text.round_up(Math.max(floor_n, 1.05 * ys.reduce((a, b) => Math.max(a, b), 0)));
-    const deep = Text.round_up(Math.max(floor_m, 1.02 * ds.reduce((a, b) => Math.max(a, b), 0)));
-    const at = Math.floor(replay.at);
+    const n = replay.count, series = replay.series, fingers = scene.fingers, at = Math.floor(replay.at);
+    const step = Math.max(1, Math.floor(n / 1500)), xs = [];
+    const of = (what, i, finger) => series[2 * (fingers * i + finger) + what];
+    const each = what => histories.map((_, finger) => xs.map((_x, k) => of(what, k * step, finger)));
+    for (let i = 0; i < n; i += step) xs.push(i / 1000);
+    const ys = each(0), ds = each(1), most = lists => lists.flat().reduce((a, b) => Math.max(a, b), 0);
+    const top = Text.round_up(Math.max(floor_n, 1.05 * most(ys))), deep = Text.round_up(Math.max(floor_m, 1.02 * most(ds)));
     let c = by_time.begin();
     by_time.axes(c, {x_end: seconds, x_label: s => String(Number(s.toPrecision(3))), y_end: top, y_unit: 'N'});
-    by_time.line(c, xs, ys, 'force');
-    by_time.dot(c, at / 1000, series[2 * at], 'force');
+    ys.forEach((y, finger) => {
+      by_time.line(c, xs, y, BY_TIME[finger]);
+      by_time.dot(c, at / 1000, of(0, at, finger), BY_TIME[finger]);
+    });
     c = by_depth.begin();
     by_depth.axes(c, {x_end: deep, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end: top, y_unit: 'N'});
-    by_depth.line(c, ds, ys.map((f, i) => ds[i] > 0 ? f : NaN), 'depth', {alpha: 0.8, width: 1.3});
-    by_depth.dot(c, series[2 * at + 1], series[2 * at], 'depth');
+    ds.forEach((d, finger) => {
+      by_depth.line(c, d, ys[finger].map((f, i) => d[i] > 0 ? f : NaN), BY_DEPTH[finger], {alpha: 0.8, width: 1.3});
+      by_depth.dot(c, of(1, at, finger), of(0, at, finger), BY_DEPTH[finger]);
+    });
   }
 })();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The body, the finger and its force, drawn by three.js. Lengths of the scene are metres over the body's diagonal.
 const OVERLAY = 240;  // CSS pixels
+const FINGER_COLORS = [0x2563eb, 0x7c3aed];
 class Picture {
   // Throws where the browser gives no WebGL. smooth: four samples of a pixel, over the page's ground, whoever draws.
   constructor(stage, canvas, overlay, scene, table, smooth) {
@@ -222,21 +223,20 @@ class Picture {
     const lamp = new THREE.DirectionalLight(0xffffff, 0.6);
     lamp.position.set(-0.5, -0.6, 1.2);
     this.world.add(lamp);
-    const sphere = new THREE.SphereBufferGeometry(1, 32, 20);
-    this.finger = this.marker(sphere, 0x2563eb, 0.016);
-    this.god = this.marker(sphere, 0xf0a020, 0.011);
-    this.ring = new THREE.Mesh(new THREE.TorusBufferGeometry(1, 0.1, 10, 40), new THREE.MeshBasicMaterial({color: 0x2563eb, transparent: true, opacity: 0.9, depthTest: false}));
-    this.ring.scale.setScalar(0.02);
-    this.ring.renderOrder = 4;
-    this.world.add(this.ring);
-    this.spring = this.polyline(2, 0x2563eb);
-    this.arrow = new THREE.Group();
-    const shaft = new THREE.CylinderBufferGeometry(0.0055, 0.0055, 1, 20).translate(0, 0.5, 0);
-    const head = new THREE.ConeBufferGeometry(0.018, 0.055, 28).translate(0, 0.0275, 0);
-    this.shaft = this.arrow_part(shaft);
-    this.head = this.arrow_part(head);
-    this.world.add(this.arrow);
-    for (const part of [this.finger, this.god, this.ring, this.spring, this.arrow]) part.visible = false;
+    this.fingers = Array.from({length: this.scene.fingers}, (_, finger) => this.build_finger(FINGER_COLORS[finger]));
+  }
+
+  build_finger(color) {
+    const sphere = new THREE.SphereBufferGeometry(1, 32, 20), arrow = new THREE.Group();
+    const ring = new THREE.Mesh(new THREE.TorusBufferGeometry(1, 0.1, 10, 40), new THREE.MeshBasicMaterial({color, transparent: true, opacity: 0.9, depthTest: false}));
+    ring.scale.setScalar(0.02);
+    ring.renderOrder = 4;
+    const shaft = this.arrow_part(arrow, new THREE.CylinderBufferGeometry(0.0055, 0.0055, 1, 20).translate(0, 0.5, 0));
+    const head = this.arrow_part(arrow, new THREE.ConeBufferGeometry(0.018, 0.055, 28).translate(0, 0.0275, 0));
+    this.world.add(ring, arrow);
+    const made = {finger: this.marker(sphere, color, 0.016), god: this.marker(sphere, 0xf0a020, 0.011), ring, spring: this.polyline(2, color), arrow};
+    for (const part of Object.values(made)) part.visible = false;
+    return {...made, shaft, head};
   }
 
   // Drawn twice: as it is, and half transparent where the body hides it.
@@ -251,14 +251,14 @@ class Picture {
     return group;
   }
 
-  arrow_part(geometry) {
+  arrow_part(arrow, geometry) {
     const both = new THREE.Group();
     for (const hidden of [false, true]) {
       const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({color: 0xe4572e, transparent: hidden, opacity: hidden ? 0.5 : 1, depthTest: !hidden}));
       mesh.renderOrder = hidden ? 3 : 0;
       both.add(mesh);
     }
-    this.arrow.add(both);
+    arrow.add(both);
     return both;
   }
 
@@ -274,7 +274,7 @@ class Picture {
 
   // A moment of the session (engine.js, "frame"). colour: "displacement" or "load".
   show(frame, colour) {
-    const contact = frame.contact;
+    const felt = frame.second ? [frame, frame.second] : [frame];
     const largest = this.deform(frame.displacement);
     this.fill();
     // Elsewhere nobody sees the inside.
@@ -282,10 +282,7 @@ class Picture {
     let value = this.moved, size = largest;
     if (colour === 'load') {
       this.load.fill(0);
-      for (let c = 0; contact && c < 3; ++c) {
-        const at = this.place_of_node.get(this.scene.node[frame.vertex[c]]);
-        if (at !== undefined) this.load[at] = Math.hypot(frame.nodal[3 * c], frame.nodal[3 * c + 1], frame.nodal[3 * c + 2]);
-      }
+      for (const one of felt) this.add_load(one);
       value = this.load;
       size = this.load.reduce((a, b) => Math.max(a, b), 0);
     }
@@ -293,33 +290,41 @@ class Picture {
     this.colour = colour;
     if (size > this.colour_end) this.colour_end = Text.round_up_a_little(size);
     this.paint(value, this.colour_end);
-    this.mark_finger(frame, contact);
+    felt.forEach((one, finger) => this.mark_finger(this.fingers[finger], one, frame.played < 0));
     this.dirty = true;
   }
 
-  mark_finger(frame, contact) {
-    const known = frame.state === 1 || contact, force = Math.hypot(...frame.force);
-    this.finger.visible = known;
-    this.god.visible = contact;
-    this.ring.visible = this.spring.visible = known && frame.goal !== null && frame.played < 0;
-    if (known) this.finger.position.copy(this.scaled(frame.finger));
-    if (contact) this.god.position.copy(this.scaled(frame.god));
-    if (this.ring.visible) {
-      this.ring.position.copy(this.scaled(frame.goal));
-      const p = this.spring.geometry.attributes.position;
-      p.array.set([...this.ring.position.toArray(), ...this.finger.position.toArray()]);
+  // Where two fingers load one node, what both give.
+  add_load(one) {
+    for (let c = 0; one.contact && c < 3; ++c) {
+      const at = this.place_of_node.get(this.scene.node[one.vertex[c]]);
+      if (at !== undefined) this.load[at] += Math.hypot(one.nodal[3 * c], one.nodal[3 * c + 1], one.nodal[3 * c + 2]);
+    }
+  }
+
+  mark_finger(mark, frame, is_now) {
+    const contact = frame.contact, known = frame.state === 1 || contact, force = Math.hypot(...frame.force);
+    mark.finger.visible = known;
+    mark.god.visible = contact;
+    mark.ring.visible = mark.spring.visible = known && frame.goal !== null && is_now;
+    if (known) mark.finger.position.copy(this.scaled(frame.finger));
+    if (contact) mark.god.position.copy(this.scaled(frame.god));
+    if (mark.ring.visible) {
+      mark.ring.position.copy(this.scaled(frame.goal));
+      const p = mark.spring.geometry.attributes.position;
+      p.array.set([...mark.ring.position.toArray(), ...mark.finger.position.toArray()]);
       p.needsUpdate = true;
     }
     if (force > this.force_end) this.force_end = Text.round_up_a_little(force);
     const length = this.force_end > 0 ? 0.3 * force / this.force_end : 0;
-    this.arrow.visible = contact && length > 0.004;
-    if (!this.arrow.visible) return;
+    mark.arrow.visible = contact && length > 0.004;
+    if (!mark.arrow.visible) return;
     const head = Math.min(1, length / 0.11);
-    this.arrow.position.copy(this.scaled(frame.finger));
-    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...frame.force).normalize());
-    this.shaft.scale.set(head, Math.max(length - 0.05 * head, 1e-4), head);
-    this.head.position.y = Math.max(length - 0.055 * head, 0);
-    this.head.scale.setScalar(head);
+    mark.arrow.position.copy(this.scaled(frame.finger));
+    mark.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...frame.force).normalize());
+    mark.shaft.scale.set(head, Math.max(length - 0.05 * head, 1e-4), head);
+    mark.head.position.y = Math.max(length - 0.055 * head, 0);
+    mark.head.scale.setScalar(head);
   }
 
   // ---- the eye ---------------------------------------------------------------------------------------------------------
@@ -360,7 +365,7 @@ class Picture {
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
     this.far = far;
-    this.ring.quaternion.copy(this.camera.quaternion);
+    for (const mark of this.fingers) mark.ring.quaternion.copy(this.camera.quaternion);
     this.material.uniforms.pixel.value = ratio;
   }
 

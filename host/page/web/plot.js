@@ -106,33 +106,43 @@ class History {
   }
 }
 
-function draw_by_time(plot, history, seconds, floor) {
-  const c = plot.begin(), n = Math.round(1000 * seconds), begin = history.count - n;
-  const y_end = Text.round_up(Math.max(1.05 * history.largest(history.force), floor));
+const BY_TIME = ['force', 'second'], BY_DEPTH = ['depth', 'second'];  // colours of the fingers
+
+// histories: of each finger.
+function draw_by_time(plot, histories, seconds, floor) {
+  const c = plot.begin(), y_end = Text.round_up(Math.max(...histories.map(h => 1.05 * h.largest(h.force)), floor));
   plot.axes(c, {x_begin: -seconds, x_end: 0, x_label: s => s === 0 ? 'now' : String(Number(s.toFixed(1))).replace('-', '−'), y_end, y_unit: 'N', steps: seconds});
+  histories.forEach((history, finger) => draw_force(plot, c, history, Math.round(1000 * seconds), BY_TIME[finger]));
+}
+
+function draw_force(plot, c, history, n, color) {
   const xs = [], ys = [], step = Math.max(1, Math.floor(n / 700));
-  for (let i = Math.max(history.begin, begin); i < history.count; i += step) {
+  for (let i = Math.max(history.begin, history.count - n); i < history.count; i += step) {
     let most = 0;  // of the ticks that share a pixel
     for (let k = i; k < Math.min(i + step, history.count); ++k) most = Math.max(most, history.force[history.at(k)]);
     xs.push((i - history.count) / 1000);
     ys.push(most);
   }
-  plot.line(c, xs, ys, 'force');
+  plot.line(c, xs, ys, color);
 }
 
-function draw_by_depth(plot, history, floor_n, floor_m) {
-  const c = plot.begin(), y_end = Text.round_up(Math.max(1.05 * history.largest(history.force), floor_n));
-  const x_end = Text.round_up(Math.max(1.02 * history.largest(history.depth), floor_m));
+function draw_by_depth(plot, histories, floor_n, floor_m) {
+  const c = plot.begin(), y_end = Text.round_up(Math.max(...histories.map(h => 1.05 * h.largest(h.force)), floor_n));
+  const x_end = Text.round_up(Math.max(...histories.map(h => 1.02 * h.largest(h.depth)), floor_m));
   plot.axes(c, {x_end, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end, y_unit: 'N'});
+  histories.forEach((history, finger) => draw_depth(plot, c, history, BY_DEPTH[finger]));
+}
+
+function draw_depth(plot, c, history, color) {
   const xs = [], ys = [];
   for (let i = history.begin; i < history.count; ++i) {
     const at = history.at(i);
     xs.push(history.depth[at]);
     ys.push(history.contact[at] ? history.force[at] : NaN);
   }
-  plot.line(c, xs, ys, 'depth', {alpha: 0.8, width: 1.3});
+  plot.line(c, xs, ys, color, {alpha: 0.8, width: 1.3});
   if (history.count > 0) {
     const last = history.at(history.count - 1);
-    if (history.contact[last]) plot.dot(c, history.depth[last], history.force[last], 'depth');
+    if (history.contact[last]) plot.dot(c, history.depth[last], history.force[last], color);
   }
 }

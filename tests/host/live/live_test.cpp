@@ -135,7 +135,7 @@ TEST_F(LivePage, ShowsASessionAsTheServoRecordsIt) {
         if (!row.ends_with(",0,0,0,")) ++(known.contains(row) ? same : others);
     EXPECT_EQ(others, 0U);
     EXPECT_GT(same, 100U);
-    EXPECT_EQ(browser.evaluate("haptable.live().goal"), nullptr);
+    EXPECT_EQ(browser.evaluate("haptable.live().goals[0]"), nullptr);
     expect_quiet(browser, url);
 }
 
@@ -179,7 +179,7 @@ TEST_F(LivePage, ItsPointerIsTheDeviceAndASecondPageLooks) {
     EXPECT_TRUE(first->wait_until("haptable.frame().state === 1 && haptable.frame().force[2] === 0"));
     press(second);
     second.mouse("mouseReleased", top(second)[0], top(second)[1]);
-    EXPECT_EQ(second.evaluate("haptable.live().goal"), nullptr);
+    EXPECT_EQ(second.evaluate("haptable.live().goals[0]"), nullptr);
     // Nor does the server take a wish of it.
     second.evaluate(
         "haptable.live().socket.send(JSON.stringify({kind: 'goal', at: [0.015, 0.015, 0.02], place: true})); "
@@ -204,6 +204,41 @@ TEST_F(LivePage, ItsPointerIsTheDeviceAndASecondPageLooks) {
     double largest_n = 0.0;
     for (const auto& row : read_rows(folder / "servo.csv")) largest_n = std::max(largest_n, row[16]);
     EXPECT_GT(largest_n, 1e-3);
+}
+
+// Both of a session's fingers are drawn, and the pointer of a page leads either: F goes on with the other one.
+TEST_F(LivePage, ShowsTwoFingersAndItsPointerIsBoth) {
+    const std::filesystem::path two = build_folder() / "cube-two";
+    if (!std::filesystem::exists(two / "servo"))
+        GTEST_SKIP() << two / "servo"
+                     << " is not built: make images";
+    servo.emplace(std::vector<std::string>{(two / "servo").string(), "--lcm", "--no-realtime", "--quiet"});
+    const std::string url = serve(two, {"--touch"});
+    Browser browser;
+    open(browser, url);
+    const char* kBothTouch =
+        "haptable.frame().contact && haptable.frame().second.contact && haptable.picture().fingers.every(mark => "
+        "mark.god.visible) && haptable.frame().second.force.some(f => Math.abs(f) > 1e-3)";
+    {
+        Process partner({program("haptable-device").string(), "meshes/cube-two.toml", "--no-realtime", "--quiet",
+                         "--fingers", "2", "--seconds", "300", "--path", "poke"});
+        EXPECT_TRUE(browser.wait_until(kBothTouch));
+        partner.kill(SIGINT);
+        EXPECT_EQ(partner.wait_for_exit(), 0);
+    }
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 0 && haptable.frame().second.state === 0"));
+    press(browser);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact")) << link(browser);
+    browser.key("f");
+    browser.mouse("mouseReleased", top(browser)[0], top(browser)[1]);
+    const auto at = browser.evaluate("haptable.picture().project([0.024, 0.015, 0.03])");
+    browser.mouse("mouseMoved", at.at(0).get<double>() - 5, at.at(1).get<double>());
+    browser.mouse("mousePressed", at.at(0).get<double>(), at.at(1).get<double>());
+    EXPECT_TRUE(browser.wait_until(kBothTouch)) << link(browser);
+    expect_quiet(browser, url);
+    view->kill(SIGINT);
+    EXPECT_EQ(view->wait_for_exit(), 0) << read_file(folder / "view.err");
+    end_servo();
 }
 
 // While a device has the servo, the pointer of a page gets none, and is told so.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "codegen/in_memory.hpp"
+#include "host/link/clock.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -97,6 +98,41 @@ TEST_F(LiveTicksTest, KeepTheDentThatAFingerLeft) {
     empty.force_n.clear();
     take(force(1), empty);
     EXPECT_EQ(ticks.left_out().damaged, 1) << "a contact without a patch";
+}
+
+// Messages of one time are one tick, whoever comes first; who has no answer in it is as it was, and nowhere at first.
+TEST_F(LiveTicksTest, JoinTheFingersOfATick) {
+    SimulatedTime time;
+    LiveTicks both(tables, servo, model.hash, 2);
+    const auto answer = [&](std::size_t finger, std::int64_t seq, std::int64_t utime) {
+        servo_force felt = force(seq);
+        contact its = load(seq);
+        felt.session = felt.owner = its.session = finger == 0 ? 5 : 6;
+        felt.force_n[2] = finger == 0 ? 0.5 : 0.25;
+        its.utime = utime;
+        both.take(felt, finger);
+        both.take(its, finger);
+    };
+    const auto forces = [&] {
+        std::vector<float> list;
+        for (const LiveTick& tick : both.ticks()) list.push_back(tick.force_n[2]);
+        return list;
+    };
+    answer(0, 0, 1000);
+    EXPECT_TRUE(both.ticks().empty()) << "the other may come yet";
+    answer(0, 1, 2000);
+    EXPECT_EQ(forces(), (std::vector<float>{0.5F, 0.0F})) << "it did not";
+    answer(1, 0, 2000);
+    EXPECT_EQ(forces(), (std::vector<float>{0.5F, 0.25F}));
+    answer(0, 2, 3000);
+    answer(1, 1, 3500);
+    EXPECT_EQ(both.ticks().size(), 2U) << "they have two times";
+    time.leap(time.now() + std::chrono::milliseconds(4));
+    EXPECT_EQ(forces(), (std::vector<float>{0.5F, 0.25F})) << "the first is as it was";
+    EXPECT_EQ(both.lost(), 0);
+    ticks.take(force(9), 1);
+    ticks.take(load(9), 1);
+    EXPECT_TRUE(ticks.ticks().empty()) << "a scene of one finger has no second";
 }
 
 TEST_F(LiveTicksTest, CountWhatIsNone) {

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
@@ -102,16 +103,18 @@ constexpr const char* kDented = "haptable.frame().contact && haptable.frame().di
 void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::path& folder, double epsilon,
                             double largest) {
     const auto frame = browser.evaluate(
-        "(f => ({vertex: Array.from(f.vertex, v => haptable.scene().node[v]), nodal: Array.from(f.nodal), u: "
-        "Array.from(f.displacement)}))(haptable.frame())");
+        "(f => ({fingers: [f, f.second].filter(one => one && one.contact).map(one => ({vertex: Array.from(one.vertex, "
+        "v => haptable.scene().node[v]), nodal: Array.from(one.nodal)})), u: Array.from(f.displacement)}))"
+        "(haptable.frame())");
     std::vector<NodalForce> loads;
     double size_n = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-        NodalForce load{frame.at("vertex").at(c).get<std::int32_t>(), {}};
-        for (std::size_t a = 0; a < 3; ++a) load.force_n[a] = frame.at("nodal").at(3 * c + a).get<float>();
-        for (const float f : load.force_n) size_n += std::abs(static_cast<double>(f));
-        loads.push_back(load);
-    }
+    for (const auto& finger : frame.at("fingers"))
+        for (std::size_t c = 0; c < 3; ++c) {
+            NodalForce load{finger.at("vertex").at(c).get<std::int32_t>(), {}};
+            for (std::size_t a = 0; a < 3; ++a) load.force_n[a] = finger.at("nodal").at(3 * c + a).get<float>();
+            for (const float f : load.force_n) size_n += std::abs(static_cast<double>(f));
+            loads.push_back(load);
+        }
     const ContactLoads contact(tables);
     Deformation deformation(tables, folder);
     const std::span<const float> u = deformation.displace(contact.spread(loads));
@@ -128,6 +131,13 @@ void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::pa
         }
     }
     EXPECT_GT(moved, 1e-4);
+}
+
+/// No block of L is larger, m/N.
+double largest_block(const Tables& tables) {
+    double largest = 0.0;
+    for (const auto& s : tables.stiffness) largest = std::max(largest, 3.0 / std::min({s[0], s[4], s[8]}));
+    return largest;
 }
 
 // From the disk, without a network: the body is drawn, a press is felt and dents it, letting go frees the finger.
@@ -294,10 +304,99 @@ mask_radius = 0.012
     open(browser, url());
     press(browser, top(browser));
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0.01"));
-    double largest = 0.0;
-    for (const auto& s : mask.stiffness) largest = std::max(largest, 3.0 / std::min({s[0], s[4], s[8]}));
-    expect_viewers_surface(browser, mask, folder / "cube-mask", kFloat, largest);
+    expect_viewers_surface(browser, mask, folder / "cube-mask", kFloat, largest_block(mask));
     expect_quiet(browser);
+}
+
+/// A page for two fingers, and the servo of both.
+class TouchPageOfTwo : public TouchPage {
+protected:
+    void SetUp() override {
+        if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+        write_file(folder / "two.toml", R"(name = "two"
+[mesh]
+generate = "cube"
+[material]
+young = 1e4
+poisson = 0.3
+[[fixed]]
+box = [-1, -1, -1, 1, 1, 1e-9]
+[contact]
+force = "consistent"
+god_object = "least-energy"
+fingers = 2
+)");
+        ASSERT_EQ(run(program("haptable-precompute").string() + " two.toml -o two --quiet", folder.path()).status, 0);
+        tables = read_tables(folder / "two");
+        write_page(tables, folder / "two", parts(), page());
+        tables.limits = {};  // as a page has it
+        servo = build_model(tables);
+        model = model_in_memory(tables, servo);
+        for (const std::int32_t node : servo.node) nodes.push_back(static_cast<std::uint32_t>(node));
+        built = build_pair(*read_pair(folder / "two"), tables, servo);
+        pair = pair_in_memory(built, tables, model);
+    }
+    static std::array<double, 2> at(Browser& browser, const char* where) {
+        const auto at = browser.evaluate(fmt::format("haptable.picture().project({})", where));
+        return {at.at(0).get<double>(), at.at(1).get<double>()};
+    }
+
+    ServoPair built;
+    haptable_pair_model pair{};
+};
+
+// F leaves the finger in its dent and takes up the other, which presses beside it: the first one's force falls, for the
+// surface gives way under it. Both are drawn. What was recorded is what the host replays.
+TEST_F(TouchPageOfTwo, OneFingerFeelsTheOther) {
+    Browser browser;
+    open(browser, url());
+    EXPECT_EQ(browser.evaluate("getComputedStyle(document.querySelector('.two')).display !== 'none'"), true);
+    browser.key("r");
+    const auto one = at(browser, "[0.009, 0.015, 0.03]"), other = at(browser, "[0.021, 0.015, 0.03]");
+    press(browser, one);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0.01"));
+    browser.key("f");
+    browser.mouse("mouseReleased", one[0], one[1]);
+    // At rest: a hand of 5 N s/m has no more to go.
+    ASSERT_TRUE(browser.wait_until(
+        "(t => (globalThis.begun = globalThis.begun || t, t > begun + 1500))(haptable.frame().tick)"));
+    const double alone_n = browser.evaluate("haptable.frame().force[2]").get<double>();
+    EXPECT_EQ(browser.evaluate("haptable.frame().second.state"), 0);
+    press(browser, other);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().second.contact && haptable.frame().second.force[2] > 0.01"));
+    ASSERT_TRUE(browser.wait_until(fmt::format("haptable.frame().force[2] < {}", 0.95 * alone_n)));
+    EXPECT_TRUE(browser.evaluate("haptable.frame().contact").get<bool>()) << "it is where it was left";
+    EXPECT_TRUE(browser.evaluate("haptable.picture().fingers.every(mark => mark.god.visible && mark.arrow.visible)"));
+    expect_viewers_surface(browser, tables, folder / "two", kFloat, largest_block(tables));
+    EXPECT_TRUE(browser.wait_until("document.querySelectorAll('#force output').length === 2"));
+    browser.mouse("mouseReleased", other[0], other[1]);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().second.state === 1"));
+    browser.key("r");
+    ASSERT_TRUE(browser.wait_until("haptable.saved"));
+    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
+    write_file(folder / "felt.csv", csv);
+    replay({&model, nodes.data(), "two", &pair}, folder / "felt.csv", folder / "again.csv", true);
+    EXPECT_EQ(read_file(folder / "again.csv"), csv);
+    const auto again = browser.evaluate("haptable.play(`" + csv + "`)");
+    EXPECT_EQ(again.at("same"), again.at("ticks"));
+    expect_quiet(browser);
+}
+
+// A path of one finger is felt as in a scene with one; one of two is refused by a page of one.
+TEST_F(TouchPageOfTwo, ReplaysAPathOfOneFinger) {
+    const std::string path = numbers(stroke_path(tables, 5));
+    Browser browser;
+    open(browser, url());
+    browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`, 2); 0");
+    const auto both = browser.evaluate("haptable.replay(file, 0).then(done => done.csv)").get<std::string>();
+    const std::vector<std::string> rows = lines_of(both), alone = lines_of(replayed(path));
+    ASSERT_EQ(rows.size(), alone.size());
+    for (std::size_t i = 1; i < rows.size(); ++i)
+        ASSERT_EQ(rows[i].substr(0, alone[i].size() + 12), alone[i] + ",nan,nan,nan");
+    const auto error = browser.evaluate(
+        "(() => { try { Data.parse_csv('x,y,z,x2,y2,z2\\n0,0,0,0,0,0\\n'); } catch (error) { return error.message; } "
+        "return ''; })()");
+    EXPECT_NE(error.get<std::string>().find("of two fingers"), std::string::npos) << error;
 }
 
 // A file that was copied half says so, wherever it ends; one whose tables were changed too.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The servo as WebAssembly, in a browser without a window: the host's bits, for every force and god-object.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,12 +10,15 @@
 
 #include "codegen/in_memory.hpp"
 #include "codegen/model_bytes.hpp"
+#include "codegen/pair.hpp"
 #include "host/base/file.hpp"
 #include "host/page/base64.hpp"
+#include "host/session/fingers.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/browser.hpp"
+#include "tests/loop/soft_pair.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
@@ -168,6 +172,57 @@ TEST(PackedInBrowser, GivesTheHostsBits) {
                 ASSERT_TRUE(same(ticks[i], out)) << word(force) << " " << word(precision) << " tick " << i;
             }
         }
+}
+
+/// The ticks of two fingers by a fresh module: [ticks, 2].
+std::vector<PageTick> both_in_browser(const haptable_pair_model& pair, const std::vector<std::array<float, 3>>& path_m,
+                                      const std::vector<std::uint32_t>& buttons) {
+    const std::string ticks = from_base64(
+        browser()
+            .evaluate("WebAssembly.instantiate(module, {}).then(instance => {"
+                      "const wasm = instance.exports, keep = kept(wasm), model = " +
+                      js_bytes(model_bytes(*pair.model)) + ", coupling = " + js_bytes(coupling_bytes(pair)) +
+                      ", path = keep(" + js_bytes(bytes_of(path_m)) + "), held = keep(" + js_bytes(bytes_of(buttons)) +
+                      fmt::format("), count = {};", path_m.size()) +
+                      "const m = wasm.page_model(keep(model), model.length);"
+                      "const p = wasm.page_coupling(m, keep(coupling), coupling.length);"
+                      "const out = wasm.page_reserve(112 * count);"
+                      "wasm.page_begin(p); wasm.page_replay_both(p, path, held, count / 2, out);"
+                      "return text(new Uint8Array(wasm.memory.buffer, out, 112 * count)); })")
+            .get<std::string>());
+    std::vector<PageTick> all(ticks.size() / sizeof(PageTick));
+    std::memcpy(all.data(), ticks.data(), all.size() * sizeof(PageTick));
+    return all;
+}
+
+// Two fingers, each away now and then: as a session steps them.
+TEST(BothInBrowser, GiveTheHostsBits) {
+    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    constexpr std::uint32_t kAway = 0x80000000U;
+    const SoftPair two;
+    const ServoScene scene = two.scene();
+    std::vector<std::array<float, 3>> path_m;
+    std::vector<std::uint32_t> buttons;
+    const auto first = stroke_path(two.tables(), 100);
+    for (std::size_t i = 0; i < first.size(); ++i)
+        for (std::size_t finger = 0; finger < kFingers; ++finger) {
+            path_m.push_back(first[finger == 0 ? i : first.size() - 1 - i]);
+            buttons.push_back(i % 700 < 30 * finger || i % 900 > 880 ? kAway : 0U);
+        }
+    const std::vector<PageTick> ticks = both_in_browser(*scene.pair, path_m, buttons);
+    ASSERT_EQ(ticks.size(), path_m.size());
+    Fingers fingers(scene, nullptr);
+    std::size_t both_touch = 0;
+    for (std::size_t i = 0; i < ticks.size(); i += kFingers) {
+        FingerInputs in;
+        for (std::size_t finger = 0; finger < kFingers; ++finger)
+            if (buttons[i + finger] == 0) in[finger] = FingerInput{path_m[i + finger]};
+        fingers.tick(in, static_cast<std::uint32_t>(i / kFingers * 1000));
+        for (std::size_t finger = 0; finger < kFingers; ++finger)
+            ASSERT_TRUE(same(ticks[i + finger], fingers.output(finger))) << "tick " << i / kFingers << " of " << finger;
+        both_touch += ticks[i].state == HAPTABLE_CONTACT && ticks[i + 1].state == HAPTABLE_CONTACT ? 1 : 0;
+    }
+    EXPECT_GT(both_touch, 500U);
 }
 
 // Bytes that are no model: cut, or naming a function that there is not.
