@@ -6,9 +6,26 @@
 #include <memory>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_body_pair.h"
 #include "firmware/haptable_pair.h"
 #include "host/library/object.hpp"
 #include "host/session/energy.hpp"
+
+namespace haptable {
+
+/// Where a body that nothing holds is; of one that is held nothing.
+struct LooseBody {
+    explicit LooseBody(const haptable_body* of) : body(of) {
+        if (body != nullptr) haptable_body_init(body, &state);
+        touched = state;
+    }
+
+    const haptable_body* body;
+    haptable_body_state state{};
+    haptable_body_state touched{};  ///< in the last tick, whose contacts are in its frame
+};
+
+}  // namespace haptable
 
 struct haptable_object {
     std::shared_ptr<const haptable::LoadedObject> loaded;
@@ -16,6 +33,7 @@ struct haptable_object {
 
 struct haptable_finger {
     std::shared_ptr<const haptable::LoadedObject> loaded;
+    haptable::LooseBody body;
     haptable_servo servo;
     haptable::EnergyAccount energy;
     haptable_model model;      ///< the object's, but that it remembers for this finger alone
@@ -25,6 +43,8 @@ struct haptable_finger {
 
 struct haptable_fingers {
     std::shared_ptr<const haptable::LoadedObject> loaded;
+    haptable::LooseBody body;
+    haptable_model alone;  ///< the object's, for one finger while the other is away: it remembers for these alone
     haptable_pair pair;
     std::array<haptable_freed, HAPTABLE_FINGERS> freed;  ///< where there is friction
     std::array<haptable::EnergyAccount, HAPTABLE_FINGERS> energy;

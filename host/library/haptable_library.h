@@ -6,6 +6,8 @@
  *   finger   one servo on an object, with a state of its own: one thread at a time
  *   fingers  two of them that feel one another's dents, of a scene with [contact] fingers = 2
  *   touch    what one tick gives: force, nodes, god-object
+ *   pose     where a body is that nothing holds ([body] free = true): each servo has one of its own, which its fingers
+ *            push, turn and lift
  *
  * The servo is the firmware's, compiled into the library: the same positions at the same times give the same bits as
  * build/NAME/servo. SI units: metres, newtons, joules, microseconds; indices 0-based; nodes are mesh nodes.
@@ -66,6 +68,16 @@ struct haptable_touch_energy {
     double most_given_j;  /* the largest of it so far */
 };
 
+/* Where a body is in the last tick: a point x of it at rest is at centre_m + turn (x - rest_centre_m) turn*. */
+struct haptable_pose {
+    float rest_centre_m[3]; /* of mass, at rest: 0 of a body that is held, as all but turn[0] = 1 */
+    float centre_m[3];
+    float turn[4]; /* a quaternion of length 1: w x y z */
+    float velocity_m_per_s[3];
+    float spin_rad_per_s[3]; /* body axes */
+    uint32_t on_floor;       /* bits: points of the body that the floor carries */
+};
+
 /* What an object is. The arrays are the object's, and live as long as it does. */
 struct haptable_object_facts {
     const char* name;        /* of the scene */
@@ -103,6 +115,10 @@ HAPTABLE_LIBRARY_API int haptable_object_deform(const struct haptable_object* ob
                                                 const struct haptable_touch* touch, const uint32_t* row, size_t count,
                                                 float (*displacement_m)[3]);
 
+/* 1: nothing holds it, and it moves with every tick. Then positions are in world coordinates, force_n is along world
+ * axes, and all else of a touch, and displacements, are in the body's frame: that of the tick's pose. */
+HAPTABLE_LIBRARY_API int haptable_object_is_free(const struct haptable_object* object);
+
 /* A servo without contact, its tables checked. NULL where it fails. */
 HAPTABLE_LIBRARY_API struct haptable_finger* haptable_finger_new(const struct haptable_object* object);
 HAPTABLE_LIBRARY_API void haptable_finger_free(struct haptable_finger* finger);
@@ -124,6 +140,7 @@ HAPTABLE_LIBRARY_API void haptable_finger_replay(struct haptable_finger* finger,
                                                  size_t count, uint32_t begin_us, struct haptable_touch* touch);
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_finger_energy(const struct haptable_finger* finger);
+HAPTABLE_LIBRARY_API struct haptable_pose haptable_finger_pose(const struct haptable_finger* finger);
 
 /* ---- two fingers ---------------------------------------------------------------------------------------------- */
 
@@ -135,8 +152,8 @@ HAPTABLE_LIBRARY_API struct haptable_fingers* haptable_fingers_new(const struct 
 HAPTABLE_LIBRARY_API void haptable_fingers_free(struct haptable_fingers* fingers);
 
 /* One tick of both, as haptable_finger_step: touch[0], touch[1]. A finger whose position is NULL is away: it lets go,
- * and the other feels what a haptable_finger does. The load of both is that of both touches: haptable_object_deform of
- * each, added. */
+ * and the other feels what a haptable_finger does; with both away a free body rests where it is. The load of both is
+ * that of both touches: haptable_object_deform of each, added. */
 HAPTABLE_LIBRARY_API void haptable_fingers_step(struct haptable_fingers* fingers, const float first_m[3],
                                                 const float second_m[3], uint32_t now_us,
                                                 struct haptable_touch touch[2]);
@@ -151,6 +168,7 @@ HAPTABLE_LIBRARY_API void haptable_fingers_replay(struct haptable_fingers* finge
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_fingers_energy(const struct haptable_fingers* fingers,
                                                                           uint32_t finger);
+HAPTABLE_LIBRARY_API struct haptable_pose haptable_fingers_pose(const struct haptable_fingers* fingers);
 HAPTABLE_LIBRARY_API uint32_t haptable_fingers_counter(const struct haptable_fingers* fingers, uint32_t finger,
                                                        uint32_t counter);
 

@@ -76,6 +76,46 @@ void release(haptable_fingers& fingers, int finger, haptable_output& out) {
     fingers.energy[static_cast<std::size_t>(finger)].add({}, out);
 }
 
+/// A world position in the frame of the last tick.
+std::array<float, 3> inside(const LooseBody& loose, const float world_m[3]) {
+    std::array<float, 3> inside_m{world_m[0], world_m[1], world_m[2]};
+    if (loose.body != nullptr) haptable_body_from_world(loose.body, &loose.touched, world_m, inside_m.data());
+    return inside_m;
+}
+
+haptable_pose to_pose(const LooseBody& loose) {
+    haptable_pose pose{};
+    pose.turn[0] = 1.0F;
+    if (loose.body == nullptr) return pose;
+    std::copy_n(loose.body->centre_m, 3, pose.rest_centre_m);
+    std::copy_n(loose.touched.position_m, 3, pose.centre_m);
+    std::copy_n(loose.touched.turn, 4, pose.turn);
+    std::copy_n(loose.touched.velocity_m_per_s, 3, pose.velocity_m_per_s);
+    std::copy_n(loose.touched.spin_rad_per_s, 3, pose.spin_rad_per_s);
+    pose.on_floor = loose.touched.on_floor;
+    return pose;
+}
+
+/// One tick of finger `number`, the other one being away.
+void step_alone(const haptable_model& model, LooseBody& loose, haptable_servo& servo, int number, const float at_m[3],
+                std::uint32_t now_us, haptable_output& out) {
+    loose.touched = loose.state;
+    if (loose.body == nullptr) return haptable_step(&model, &servo, at_m, now_us, &out);
+    haptable_body_step_finger(&model, loose.body, &loose.state, &servo, number, at_m, now_us, &out);
+}
+
+void step_both(haptable_fingers& fingers, const float first_m[3], const float second_m[3], std::uint32_t now_us,
+               haptable_output out[2]) {
+    const haptable_pair_model* tables = fingers.loaded->pair();
+    LooseBody& loose = fingers.body;
+    loose.touched = loose.state;
+    if (loose.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
+    float at_m[HAPTABLE_FINGERS][3];
+    std::copy_n(first_m, 3, at_m[0]);
+    std::copy_n(second_m, 3, at_m[1]);
+    haptable_body_pair_step(tables, loose.body, &loose.state, &fingers.pair, at_m, now_us, out);
+}
+
 haptable_touch_energy to_energy(const EnergyAccount& energy) {
     return {energy.stored_j(), energy.most_stored_j(), energy.given_j(), energy.most_given_j()};
 }
@@ -141,7 +181,8 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
-        auto* finger = new haptable_finger{object->loaded, {}, {}, object->loaded->model(), {}, {}};
+        auto* finger = new haptable_finger{
+            object->loaded, haptable::LooseBody(object->loaded->body()), {}, {}, object->loaded->model(), {}, {}};
         if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
         if (finger->model.freed != nullptr) finger->model.freed = &finger->freed;
         haptable_init(&finger->servo);
@@ -155,8 +196,8 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
     haptable_output out;
-    haptable_step(&finger->model, &finger->servo, position_m, now_us, &out);
-    finger->energy.add({position_m[0], position_m[1], position_m[2]}, out);
+    haptable::step_alone(finger->model, finger->body, finger->servo, 0, position_m, now_us, out);
+    finger->energy.add({position_m[0], position_m[1], position_m[2]}, out, haptable::inside(finger->body, position_m));
     *touch = haptable::to_touch(*finger->loaded, out);
 }
 
@@ -183,6 +224,10 @@ haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
     return haptable::to_energy(finger->energy);
 }
 
+haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->body); }
+
+int haptable_object_is_free(const haptable_object* object) { return object->loaded->body() != nullptr ? 1 : 0; }
+
 std::uint32_t haptable_object_fingers(const haptable_object* object) {
     return object->loaded->pair() != nullptr ? 2 : 1;
 }
@@ -192,8 +237,10 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
-        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{object->loaded, {}, {}, {}});
+        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
+            object->loaded, haptable::LooseBody(object->loaded->body()), object->loaded->model(), {}, {}, {}});
         haptable_pair_init(object->loaded->pair(), &fingers->pair);
+        if (fingers->alone.freed != nullptr) fingers->alone.freed = fingers->freed.data();
         if (object->loaded->model().freed != nullptr)
             for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) fingers->pair.view[f].model.freed = &fingers->freed[f];
         haptable_pair_check(object->loaded->pair(), &fingers->pair, HAPTABLE_CHECK_ALL);
@@ -211,15 +258,17 @@ void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], co
     for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (position_m[finger] == nullptr) haptable::release(*fingers, finger, out[finger]);
     if (first_m != nullptr && second_m != nullptr) {
-        haptable_pair_step(loaded.pair(), &fingers->pair, first_m, second_m, now_us, out);
+        haptable::step_both(*fingers, first_m, second_m, now_us, out);
     } else {
         for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
             if (position_m[finger] != nullptr)
-                haptable_step(&loaded.model(), &fingers->pair.servo[finger], position_m[finger], now_us, &out[finger]);
+                haptable::step_alone(fingers->alone, fingers->body, fingers->pair.servo[finger], finger,
+                                     position_m[finger], now_us, out[finger]);
     }
     for (std::size_t finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         const float* x_m = position_m[finger];
-        if (x_m != nullptr) fingers->energy[finger].add({x_m[0], x_m[1], x_m[2]}, out[finger]);
+        if (x_m != nullptr)
+            fingers->energy[finger].add({x_m[0], x_m[1], x_m[2]}, out[finger], haptable::inside(fingers->body, x_m));
         touch[finger] = haptable::to_touch(loaded, out[finger]);
     }
 }
@@ -238,6 +287,8 @@ void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3
 haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, std::uint32_t finger) {
     return finger < HAPTABLE_FINGERS ? haptable::to_energy(fingers->energy[finger]) : haptable_touch_energy{};
 }
+
+haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) { return haptable::to_pose(fingers->body); }
 
 std::uint32_t haptable_fingers_counter(const haptable_fingers* fingers, std::uint32_t finger, std::uint32_t counter) {
     return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->pair.servo[finger].counters, counter) : 0;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
@@ -57,6 +58,7 @@ LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
         pair_ = build_pair(*pair, tables_, servo_);
         pair_model_ = pair_in_memory(*pair_, tables_, model_);
     }
+    body_ = read_rigid_body(folder);
     if (tables_.has_columns) open_columns(folder);
 }
 

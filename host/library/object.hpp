@@ -11,6 +11,7 @@
 #include "codegen/model.hpp"
 #include "codegen/pair.hpp"
 #include "firmware/haptable.h"
+#include "firmware/haptable_body.h"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "host/view/loads.hpp"
@@ -28,6 +29,8 @@ public:
     const haptable_model& model() const { return model_; }
     /// Of a scene with two fingers; else null.
     const haptable_pair_model* pair() const { return pair_ ? &pair_model_ : nullptr; }
+    /// Where nothing holds it; else null.
+    const haptable_body* body() const { return body_ ? &*body_ : nullptr; }
     std::size_t rows() const { return tables_.has_columns ? tables_.row_id.size() : 0; }
     /// Mesh node of a vertex of the model; -1: HAPTABLE_NONE.
     std::int32_t node_of(std::uint16_t vertex) const { return vertex == HAPTABLE_NONE ? -1 : servo_.node[vertex]; }
@@ -47,7 +50,8 @@ private:
     ServoModel servo_;
     haptable_model model_;
     std::optional<ServoPair> pair_;
-    haptable_pair_model pair_model_{};             ///< where there is one
+    haptable_pair_model pair_model_{};  ///< where there is one
+    std::optional<haptable_body> body_;
     std::optional<ContactLoads> mask_;             ///< with force = "pressure-mask"
     std::optional<MappedNpy<float>> columns_;      ///< [n, r, 3, 3]
     std::optional<MappedNpy<Half>> half_columns_;  ///< the same, in units of tables_.column_unit_m_per_n

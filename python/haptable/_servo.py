@@ -85,6 +85,35 @@ class Contact:
         return self._view(56, 92, np.float32).reshape(3, 3)
 
 
+class Pose:
+    """Where a body that nothing holds is in the last tick; contacts and displacements are in its frame."""
+
+    def __init__(self, pose: Any) -> None:
+        self.rest_centre = np.array(list(pose.rest_centre_m))  #: [3] m, of mass, at rest
+        self.centre = np.array(list(pose.centre_m))  #: [3] m
+        self.turn = np.array(list(pose.turn))  #: [4] a quaternion of length 1: w x y z
+        self.velocity = np.array(list(pose.velocity_m_per_s))  #: [3] m/s
+        self.spin = np.array(list(pose.spin_rad_per_s))  #: [3] rad/s, body axes
+        self.on_floor: int = pose.on_floor  #: bits: points of the body that the floor carries
+
+    def __repr__(self) -> str:
+        return f"<Pose centre {self.centre.tolist()} m, turn {self.turn.tolist()}>"
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """[3, 3] from body to world axes."""
+        w, x, y, z = self.turn
+        return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+    def to_world(self, points: ArrayLike) -> NDArray[np.float64]:
+        """[..., 3] m of the body's frame, as Body.rest or a god-object, in world coordinates."""
+        inside = np.asarray(points, np.float64) - self.rest_centre
+        world: NDArray[np.float64] = self.centre + inside @ self.matrix.T
+        return world
+
+
 class Servo:
     """One finger on a body, with a state of its own; for one thread at a time. Calls release the GIL.
 
@@ -135,6 +164,11 @@ class Servo:
                                    ffi.cast("struct haptable_touch*", out.ctypes.data))
         self._us = (self._us + 1000 * len(x)) & 0xFFFFFFFF
         return out
+
+    @property
+    def pose(self) -> Optional[Pose]:
+        """Where the body is, of this servo's own; None where it is held."""
+        return Pose(lib.haptable_finger_pose(self._finger)) if self.body.free else None
 
     def buttons(self, grab: bool = False, acknowledge: bool = False) -> None:
         """Held down from the next tick on."""
@@ -187,6 +221,11 @@ class Pair:
         self._us = (self._us + 1000 * len(x)) & 0xFFFFFFFF
         return out
 
+    @property
+    def pose(self) -> Optional[Pose]:
+        """Where the body is, of this pair's own; None where it is held."""
+        return Pose(lib.haptable_fingers_pose(self._fingers)) if self.body.free else None
+
     def buttons(self, finger: int, grab: bool = False, acknowledge: bool = False) -> None:
         """Held down from the next tick on by finger 0 or 1."""
         lib.haptable_fingers_buttons(self._fingers, finger, 2 * bool(grab) + 4 * bool(acknowledge))
@@ -216,6 +255,7 @@ class Body:
         self.tables_hash: str = f"{facts.tables_hash:016x}"
         self.max_force: float = facts.max_force_n  #: N
         self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 or 2
+        self.free: bool = lib.haptable_object_is_free(handle) != 0  #: nothing holds it: positions are the world's
         self.stiffness: float = facts.stiffness_n_per_m  #: N/m, the largest of any point, as felt
         self.rest: NDArray[np.float64] = self._array(facts.rest_m, np.float64, facts.node_count, 3)  #: [N, 3] m
         self.surface: NDArray[np.int32] = self._array(facts.surface, np.int32, facts.surface_count, 3)  #: mesh nodes

@@ -152,6 +152,25 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "of each finger"):
             pair.replay(first, second[1:])
 
+    def test_a_body_that_nothing_holds(self):
+        self.assertFalse(self.body.free)
+        self.assertIsNone(self.body.servo().pose)
+        program = BUILD / "bin" / "haptable-precompute"
+        body = haptable.load(haptable.precompute("meshes/grasp-cube.toml", self.path / "grasp", program=program))
+        self.assertTrue(body.free)
+        pair = body.pair()
+        for tick in range(1500):  # squeezed from two sides, lifted by 16 mm, and held
+            inwards, up = 4e-6 * min(tick, 400) - 1e-4, 2e-5 * min(max(tick - 500, 0), 800)
+            felt = pair.step((inwards, 0.015, 0.015 + up), (0.03 - inwards, 0.015, 0.015 + up))
+        pose = pair.pose
+        self.assertGreater(pose.centre[2] - pose.rest_centre[2], 0.01)
+        self.assertTrue(np.allclose(pose.matrix @ pose.matrix.T, np.eye(3), atol=1e-5))
+        # God-objects are the body's, a millimetre and a half from the fingers, which are the world's.
+        for contact, x in zip(felt, (inwards, 0.03 - inwards)):
+            self.assertLess(np.linalg.norm(pose.to_world(contact.god_object) - (x, 0.015, 0.015 + up)), 0.003)
+        weight = 9.81 * 27e-3
+        self.assertLess(abs(-felt[0].force[2] - felt[1].force[2] - weight), 0.1 * weight)
+
     def test_precompute_by_the_program(self):
         program = BUILD / "bin" / "haptable-precompute"
         folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)

@@ -13,10 +13,11 @@ namespace haptable::test {
 
 class SoftPair {
 public:
-    SoftPair() {
+    explicit SoftPair(double friction = 0.0) {
         tables_.limits = {};
+        tables_.static_friction = tables_.kinetic_friction = friction;
         tables_.release_n_per_ms = 0.0;
-        model_ = model_in_memory(tables_, body_.servo());
+        model_ = model_in_memory(tables_, servo_);
         pair_model_ = pair_in_memory(pair_, tables_, model_);
     }
     SoftPair(const SoftPair&) = delete;
@@ -36,7 +37,8 @@ private:
 
     ElasticBody body_{scene_of_two(), ForceLaw::kConsistent};
     Tables tables_ = body_.tables();
-    ServoPair pair_ = build_pair(body_.pair(), tables_, body_.servo());
+    ServoModel servo_ = build_model(tables_);
+    ServoPair pair_ = build_pair(body_.pair(), tables_, servo_);
     haptable_model model_{};
     haptable_pair_model pair_model_{};
     std::vector<std::uint32_t> node_{body_.servo().node.begin(), body_.servo().node.end()};

@@ -82,15 +82,16 @@ EXPORT(page_coupling)
 const struct haptable_pair_model* page_coupling(const struct haptable_model* model, const unsigned char* coupling_bytes,
                                                 uint32_t count) {
     struct bytes bytes = {coupling_bytes, count};
-    struct haptable_model_reader reader;
+    struct haptable_model_reader* reader = page_reserve(sizeof *reader);
     struct haptable_pair_model* tables = page_reserve(sizeof *tables);
-    reader.read = read_bytes;
-    reader.from = &bytes;
-    reader.words = count / 4u + 64u;
-    reader.used_words = 0;
-    reader.is_whole = 1;
-    reader.room = page_reserve(4u * reader.words);
-    return tables && reader.room && haptable_read_pair(&reader, model, tables) && bytes.left == 0 ? tables : 0;
+    if (!reader || !tables) return 0;
+    reader->read = read_bytes;
+    reader->from = &bytes;
+    reader->words = count / 4u + 64u;
+    reader->used_words = 0;
+    reader->is_whole = 1;
+    reader->room = page_reserve(4u * reader->words);
+    return reader->room && haptable_read_pair(reader, model, tables) && bytes.left == 0 ? tables : 0;
 }
 
 /* A servo that knows no finger; tables: 0, or those of two. */

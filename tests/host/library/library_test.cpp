@@ -8,8 +8,10 @@
 
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
 #include "host/library/haptable_library.h"
+#include "host/session/fingers.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
@@ -363,6 +365,112 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
         ASSERT_EQ(std::memcmp(&touch[1], &expected, sizeof expected), 0) << i;
         ASSERT_EQ(touch[0].state, std::uint32_t{HAPTABLE_TOUCH_SILENT});
     }
+}
+
+constexpr const char* kLoose = R"(name = "loose"
+[mesh]
+generate = "cube"
+[material]
+young = 20000.0
+poisson = 0.45
+[gravity]
+density = 1000.0
+[body]
+free = true
+floor = 0.0
+floor_friction = 0.5
+[contact]
+force = "consistent"
+god_object = "least-energy"
+friction = 0.8
+fingers = 2
+)";
+
+void expect_pose(const haptable_pose& pose, const haptable_body& body, const haptable_body_state& state) {
+    EXPECT_EQ(std::memcmp(pose.rest_centre_m, body.centre_m, sizeof pose.rest_centre_m), 0);
+    EXPECT_EQ(std::memcmp(pose.centre_m, state.position_m, sizeof pose.centre_m), 0);
+    EXPECT_EQ(std::memcmp(pose.turn, state.turn, sizeof pose.turn), 0);
+    EXPECT_EQ(std::memcmp(pose.velocity_m_per_s, state.velocity_m_per_s, sizeof pose.velocity_m_per_s), 0);
+    EXPECT_EQ(std::memcmp(pose.spin_rad_per_s, state.spin_rad_per_s, sizeof pose.spin_rad_per_s), 0);
+    EXPECT_EQ(pose.on_floor, state.on_floor);
+}
+
+// Two fingers grasp a body that nothing holds, and lift it; then one lets go, and it falls: as in a session.
+TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
+    ASSERT_NO_FATAL_FAILURE(precompute(kLoose));
+    const fs::path folder = folder_.path() / "tables";
+    const Object object(haptable_object_load(folder.c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    EXPECT_EQ(haptable_object_is_free(object.get()), 1);
+    const Tables tables = read_tables(folder);
+    const ServoModel built = build_model(tables);
+    const haptable_model model = model_in_memory(tables, built);
+    const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
+    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
+    const haptable_body body = read_rigid_body(folder).value();
+    haptable::Fingers session({&model, nullptr, "loose", &pair_model}, &body);
+
+    const Fingers fingers(haptable_fingers_new(object.get()));
+    ASSERT_NE(fingers, nullptr) << haptable_library_error();
+    float most_lifted_m = 0.0F;
+    for (std::uint32_t tick = 0; tick < 1500; ++tick) {
+        const float in_m = 4e-6F * static_cast<float>(std::min(tick, 400U)) - 1e-4F;
+        const float up_m = tick < 500 ? 0.0F : 2e-5F * static_cast<float>(tick - 500);
+        const float first_m[3] = {in_m, 0.015F, 0.015F + up_m}, second_m[3] = {0.03F - in_m, 0.015F, 0.015F + up_m};
+        const bool second_there = tick < 1300;
+        haptable_touch touch[2];
+        haptable_fingers_step(fingers.get(), first_m, second_there ? second_m : nullptr, 1000 * tick, touch);
+        FingerInputs in{FingerInput{std::to_array(first_m)}};
+        if (second_there) in[1] = FingerInput{std::to_array(second_m)};
+        session.tick(in, 1000 * tick);
+        for (std::size_t finger = 0; finger < 2; ++finger) {
+            const haptable_output& out = session.output(finger);
+            ASSERT_EQ(touch[finger].state, out.state) << tick;
+            ASSERT_EQ(std::memcmp(touch[finger].force_n, out.force_n, sizeof out.force_n), 0) << tick;
+            ASSERT_EQ(std::memcmp(touch[finger].god_object_m, out.god_object_m, sizeof out.god_object_m), 0) << tick;
+            ASSERT_EQ(std::memcmp(touch[finger].nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0) << tick;
+        }
+        const haptable_pose pose = haptable_fingers_pose(fingers.get());
+        ASSERT_NO_FATAL_FAILURE(expect_pose(pose, body, *session.body().state())) << tick;
+        most_lifted_m = std::max(most_lifted_m, pose.centre_m[2] - pose.rest_centre_m[2]);
+    }
+    EXPECT_GT(most_lifted_m, 0.01F) << "of 16 mm that the hands rise";
+    EXPECT_LT(haptable_fingers_pose(fingers.get()).centre_m[2], most_lifted_m + body.centre_m[2] - 0.005F)
+        << "it falls";
+    const haptable_touch_energy energy = haptable_fingers_energy(fingers.get(), 0);
+    EXPECT_EQ(energy.given_j, session.report(0).energy.given_j());
+    EXPECT_EQ(energy.most_stored_j, session.report(0).energy.most_stored_j());
+
+    // One finger pushes it aside; another servo's body is its own.
+    const Finger finger(haptable_finger_new(object.get()));
+    haptable::Fingers pushed({&model, nullptr, "loose", nullptr}, &body);
+    for (std::uint32_t tick = 0; tick < 600; ++tick) {
+        const float at_m[3] = {1e-5F * static_cast<float>(tick) - 1e-3F, 0.015F, 0.01F};
+        haptable_touch touch;
+        haptable_finger_step(finger.get(), at_m, 1000 * tick, &touch);
+        pushed.tick({FingerInput{std::to_array(at_m)}}, 1000 * tick);
+        ASSERT_EQ(std::memcmp(touch.force_n, pushed.output(0).force_n, sizeof touch.force_n), 0) << tick;
+    }
+    ASSERT_NO_FATAL_FAILURE(expect_pose(haptable_finger_pose(finger.get()), body, *pushed.body().state()));
+    EXPECT_GT(haptable_finger_pose(finger.get()).centre_m[0], body.centre_m[0] + 1e-3F);
+}
+
+// It never moves, and rings nowhere: tables of a body that does are refused.
+TEST_F(Library, HasNoPoseOfABodyThatIsHeldAndRefusesOneThatRings) {
+    std::string scene = scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32");
+    ASSERT_NO_FATAL_FAILURE(precompute(scene));
+    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
+    ASSERT_NE(object, nullptr) << haptable_library_error();
+    EXPECT_EQ(haptable_object_is_free(object.get()), 0);
+    const Finger finger(haptable_finger_new(object.get()));
+    const haptable_pose pose = haptable_finger_pose(finger.get());
+    EXPECT_EQ(pose.turn[0], 1.0F);
+    EXPECT_EQ(pose.centre_m[2], 0.0F);
+    scene += "\n[body]\nmodes = 4\n[gravity]\ndensity = 1000.0\n";
+    ASSERT_NO_FATAL_FAILURE(precompute(scene));
+    EXPECT_EQ(haptable_object_load((folder_.path() / "tables").c_str(), 0), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("remove modes from [body]"), std::string::npos)
+        << haptable_library_error();
 }
 
 TEST_F(Library, RefusesTwoFingersOfASceneWithOne) {

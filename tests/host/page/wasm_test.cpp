@@ -199,7 +199,7 @@ std::vector<PageTick> both_in_browser(const haptable_pair_model& pair, const std
 TEST(BothInBrowser, GiveTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     constexpr std::uint32_t kAway = 0x80000000U;
-    const SoftPair two;
+    const SoftPair two(0.5);
     const ServoScene scene = two.scene();
     std::vector<std::array<float, 3>> path_m;
     std::vector<std::uint32_t> buttons;
