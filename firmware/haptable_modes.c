@@ -168,11 +168,10 @@ static void place_of(const struct haptable_modes* modes, const struct haptable_m
     for (k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], at_m);
 }
 
-/* The finger's way since the last tick; none where it is not known, or farther than a hand goes. */
+/* The finger's way since the last tick; none where that is no number, or farther than a hand goes. */
 static void motion_of(const struct haptable_modes_state* state, const float finger_m[3], float moved_m[3]) {
     vec_sub(finger_m, state->finger_m, moved_m);
-    if (state->finger_known && vec_dot(moved_m, moved_m) <= HAPTABLE_FAST_SEGMENT_M * HAPTABLE_FAST_SEGMENT_M) return;
-    vec_zero(moved_m);
+    if (!(vec_dot(moved_m, moved_m) <= HAPTABLE_FAST_SEGMENT_M * HAPTABLE_FAST_SEGMENT_M)) vec_zero(moved_m);
 }
 
 static void advance(const struct haptable_modes* modes, const struct haptable_servo* servo, const float moved_m[3],
@@ -181,7 +180,7 @@ static void advance(const struct haptable_modes* modes, const struct haptable_se
     struct meeting meeting;
     float load_n[3] = {0.0f, 0.0f, 0.0f};
     shape_at(modes, state->patch, state->alpha, meeting.shape);
-    if (contact->patch != HAPTABLE_NONE && servo->finger_known) {
+    if (contact->patch != HAPTABLE_NONE) {
         stiffness_at(modes->model, contact, servo->finger_m, state->load_n, meeting.s);
         find_load(modes, state, &meeting, moved_m, load_n);
     }
@@ -258,8 +257,7 @@ static float allowed_of(const struct haptable_modes* modes, const struct haptabl
 /* What the next tick is to know of the contact. */
 static void leave(const struct haptable_servo* servo, const float finger_m[3], const struct haptable_output* out,
                   struct haptable_modes_state* state) {
-    state->finger_known = servo->finger_known; /* what was refused may be no number */
-    if (servo->finger_known) vec_copy(finger_m, state->finger_m);
+    vec_copy(finger_m, state->finger_m);
     vec_zero(state->load_n);
     vec_add_scaled(-1.0f, out->force_n, state->load_n);
     if (servo->contact.patch == HAPTABLE_NONE) return;
@@ -286,7 +284,6 @@ void haptable_modes_step(const struct haptable_modes* modes, struct haptable_mod
     float moved_m[3];
     float shifted_m[3];
     float allowed_j;
-    if (!servo->finger_known) state->finger_known = 0; /* it fell silent */
     motion_of(state, finger_m, moved_m);
     allowed_j = allowed_of(modes, state, moved_m);
     advance(modes, servo, moved_m, state);

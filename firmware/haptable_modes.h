@@ -53,7 +53,6 @@ struct haptable_modes_state {
     float shift_m[3];            /* of the surface, by which the finger is felt: that of the modes at: */
     float alpha[3];
     uint16_t patch; /* of the last contact; HAPTABLE_NONE: there was none */
-    uint8_t finger_known;
     float stored_j; /* in the modes and in the contact, then; and what the shift may cost the contact next */
 };
 

@@ -84,6 +84,10 @@ protected:
             feel_alone(finger, push);
         double all = energy_of(body, state);
         for (int f = 0; f < 2; ++f) {
+            Vector3d nodal = Vector3d::Zero();
+            for (const float* force : out[f].nodal_force_n) nodal += to_vector(force);
+            EXPECT_WITHIN((nodal - to_vector(push[f].force_n)).norm(), .count = 16, .epsilon = kFloat,
+                          .size = nodal.norm());
             const Vector3d dent = to_vector(push[f].at_m) - to_vector(out[f].god_object_m);
             all +=
                 hand[f].energy() + (haptable_touches(out[f].state) ? 0.5 * to_vector(push[f].force_n).dot(dent) : 0.0);

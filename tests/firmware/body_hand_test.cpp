@@ -61,8 +61,11 @@ protected:
             }
             const float finger[3] = {float(hand.at_m.x()), float(hand.at_m.y()), float(hand.at_m.z())};
             // As haptable_body_step does, with a look between what is taken back and the tick's motion.
+            haptable_body_state whole = state;
+            haptable_servo same = servo;
             float inside[3];
             haptable_output out;
+            haptable_body_step(&model, &body, &whole, &same, 1, &finger, static_cast<std::uint32_t>(tick) * 1000, &out);
             haptable_body_push push;
             haptable_body_from_world(&body, &state, finger, inside);
             haptable_step(&model, &servo, inside, static_cast<std::uint32_t>(tick) * 1000, &out);
@@ -70,6 +73,8 @@ protected:
             haptable_body_brake(&body, &state, made);
             const double all = energy_of(body, state) + hand.energy() + double(state.stored_j[0]);
             haptable_body_move(&body, &state, &push, 1);
+            EXPECT_EQ(to_vector(whole.velocity_m_per_s), to_vector(state.velocity_m_per_s)) << "tick " << tick;
+            EXPECT_EQ(to_vector(whole.spin_rad_per_s), to_vector(state.spin_rad_per_s)) << "tick " << tick;
             found.contact_ticks += haptable_touches(out.state);
             found.largest_j = std::max(found.largest_j, all);
             found.grown_j = std::max(found.grown_j, all - least);

@@ -283,8 +283,16 @@ TEST(Modes, EnergyNeverGrows) {
     EXPECT_GT(contact_ticks, 100 * sessions * seconds);
 }
 
-// The same of a cube on a floor that nothing holds: as haptable_body_modes_step does, with a look between what is taken
-// back and the tick's motion.
+/// All that a tick of a body that nothing holds changes.
+struct Moving {
+    explicit Moving(const Session& session) : servo(session.servo), swings(session.state) {}
+    haptable_body_state body{};
+    haptable_servo servo;
+    haptable_modes_state swings;
+};
+
+// The same of a cube on a floor that nothing holds: tick by tick what haptable_body_modes_step does, with a look
+// between what is taken back and the tick's motion.
 TEST(Modes, EnergyOfABodyThatNothingHoldsNeverGrows) {
     const Jelly ringing(jelly(ForceLaw::kConsistent, 8, true));
     const int sessions = asked("HAPTABLE_SESSIONS", 8), seconds = asked("HAPTABLE_SECONDS", 4);
@@ -312,6 +320,11 @@ TEST(Modes, EnergyOfABodyThatNothingHoldsNeverGrows) {
             const float before = session.state.stored_j - state.stored_j[0];
             float inside[3];
             haptable_body_push push;
+            Moving whole(session);
+            whole.body = state;
+            haptable_output out;
+            haptable_body_modes_step(&session.modes, &body, &whole.body, &whole.swings, &whole.servo, finger,
+                                     session.tick * 1000, &out);
             haptable_body_from_world(&body, &state, finger, inside);
             haptable_modes_step(&session.modes, &session.state, &session.servo, inside, session.tick++ * 1000,
                                 &session.out);
@@ -322,6 +335,9 @@ TEST(Modes, EnergyOfABodyThatNothingHoldsNeverGrows) {
             haptable_body_brake(&body, &state, made);
             const double all = energy_of(body, state) + hand.energy() + double(session.state.stored_j);
             haptable_body_move(&body, &state, &push, 1);
+            ASSERT_EQ(to_vector(whole.body.velocity_m_per_s), to_vector(state.velocity_m_per_s)) << "tick " << tick;
+            ASSERT_EQ(to_vector(whole.body.spin_rad_per_s), to_vector(state.spin_rad_per_s)) << "tick " << tick;
+            ASSERT_EQ(to_vector(out.force_n), to_vector(state.given_n[0])) << "tick " << tick;
             contact_ticks += haptable_touches(session.out.state);
             largest = std::max(largest, all);
             grown = std::max(grown, all - least);
@@ -333,7 +349,6 @@ TEST(Modes, EnergyOfABodyThatNothingHoldsNeverGrows) {
     EXPECT_GT(contact_ticks, 20 * sessions * seconds);
 }
 
-// One step is what the test above is made of.
 TEST(Modes, ABodyThatNothingHoldsFallsAndRings) {
     const Jelly ringing(jelly(ForceLaw::kConsistent, 8, true));
     haptable_body body = cube_body();
@@ -395,6 +410,25 @@ TEST(Modes, WhatAForceMakesIsTakenOutOfTheSwing) {
         taken += !swings || std::abs(held - allowed) < rounding.value();
     }
     EXPECT_GT(taken, 20) << "the force made something";
+}
+
+// Out of contact the surface swings on where it was last touched, and what is told is where the finger is.
+TEST(Modes, TheSurfaceIsMetWhereItSwings) {
+    const Jelly ringing(jelly(ForceLaw::kConsistent, 8));
+    Session session(ringing, GodObject::kLeastEnergy);
+    press(session, kOnTop, 0.004, 300);
+    const Vector3d away = kOnTop + Vector3d(0, 0, 0.01);
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int tick = 0; tick < 200; ++tick) {
+        session.step(away);
+        ASSERT_EQ(session.out.state, HAPTABLE_FREE);
+        EXPECT_EQ(to_vector(session.out.god_object_m), away.cast<float>().cast<double>());
+        low = std::min(low, double(session.state.shift_m[2]));
+        high = std::max(high, double(session.state.shift_m[2]));
+    }
+    // The lowest mode that lifts the top has 21.9 Hz: some four swings.
+    EXPECT_LT(low, -1e-4);
+    EXPECT_GT(high, 1e-4);
 }
 
 // What is refused, or is no number, leaves the modes to themselves.

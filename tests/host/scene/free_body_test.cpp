@@ -90,6 +90,7 @@ TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
     ASSERT_TRUE(scene.vibration);
     EXPECT_FALSE(scene.free_body);
     EXPECT_EQ(scene.vibration->modes, 6);
+    EXPECT_EQ(scene.vibration->line, 8) << "for codegen's errors";
     EXPECT_EQ(scene.vibration->damping_ratio, 0.05);
     EXPECT_EQ(scene.density_of(-1), 900.0);
     EXPECT_EQ(scene.mass_kg(), 0.1);
@@ -108,6 +109,8 @@ TEST_F(FreeBodyScene, ErrorsOfModesNameLineAndKey) {
     expect_error("[body]\nmodes = 17\nmass = 1\n", 8, "modes: is 17, and a servo has 0 to 16");
     expect_error("[body]\nmodes = 8\n", 7, "density: is missing: a body that rings");
     expect_error("[body]\nmodes = 8\nmass = 1\nmode_damping = 1\n", 10, "mode_damping: is 1, the ratio");
+    expect_error("[body]\nmodes = 8\nmass = 1\nmode_damping = 0.00001\n", 10, "mode_damping: is 1e-05, the ratio");
+    expect_error("[body]\nmodes = -1\nmass = 1\n", 8, "modes: is -1, and a servo has 0 to 16");
     expect_error("[body]\nfree = true\nmass = 1\nmode_damping = 0.1\n", 10, "mode_damping: needs modes");
     expect_error("[gravity]\ndensity = 9\n[body]\nmodes = 2\ndensity = 1\n", 11, "density: is in [gravity] already");
     expect_error("[gravity]\ndensity = 9\nprestress = true\n[body]\nmodes = 2\n", 11, "modes: are those of the body");
