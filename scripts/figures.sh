@@ -191,3 +191,17 @@ PLACES
 "$BUILD/bin/haptable-view" "$BUILD/grasp-cube" --quiet --csv "$work/grasp.csv" --every 50 --size 480x360 --zoom 0.45 \
     --azimuth -60 --elevation 14 -o "$pictures/grasp-cube.gif"
 echo "  $pictures/grasp-cube.gif"
+
+# A knock on a jelly's side, four times as slow: it rings.
+smooth_path >"$work/jelly.path.csv" <<PLACES
+0 -15 15 26
+120 -2 15 26
+200 6 15 26
+260 6 15 26
+290 -15 15 26
+900 -15 15 26
+PLACES
+"$BUILD/jelly/servo" --quiet --replay "$work/jelly.path.csv" --out "$work/jelly.csv"
+"$BUILD/bin/haptable-view" "$BUILD/jelly" --quiet --csv "$work/jelly.csv" --every 12 --fps 20 --size 400x320 --zoom 0.75 \
+    --azimuth -75 --elevation 12 -o "$pictures/jelly.gif"
+echo "  $pictures/jelly.gif"
