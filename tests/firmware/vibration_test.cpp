@@ -127,6 +127,29 @@ TEST(Modes, AForceThatIsHeldIsTheStaticOne) {
     }
 }
 
+// After a slide, along which the modes moved each place of the surface otherwise, too: within a second to a hundredth
+// of it, far below the fifth that a hand tells apart.
+TEST(Modes, AForceAfterASlideComesToTheStaticOne) {
+    const Jelly ringing(jelly(ForceLaw::kConsistent, 8)), still(jelly(ForceLaw::kConsistent, 0));
+    const haptable_model whole = still.model();
+    const Vector3d from{0.0087, 0.0168, 0.03};
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+        for (const double step_m : {3e-5, 3e-4}) {
+            Session session(ringing, god_object, 0.5);
+            press(session, from, 0.003, 1500);
+            const Vector3d end = from + Vector3d(0.006, 0.0, -0.003);
+            for (double way_m = 0.0; way_m < 0.006; way_m += step_m) session.step(end - Vector3d(0.006 - way_m, 0, 0));
+            session.step(end);
+            const auto off = [&] {
+                const Vector3d wanted = force_at(whole, session.servo.contact, end);
+                return (session.force() - wanted).norm() / wanted.norm();
+            };
+            EXPECT_GT(off(), 0.01) << "it swings";
+            for (int tick = 0; tick < 1000; ++tick) session.step(end);
+            EXPECT_LT(off(), 0.01) << "at " << step_m / kTick << " m/s";
+        }
+}
+
 // What is left after a knock: each mode by itself, a damped cosine.
 void expect_closed_form(double young_pa, int ticks) {
     Scene scene = jelly(ForceLaw::kConsistent, 8);
