@@ -6,9 +6,11 @@
 
 #include <algorithm>
 
+#include "codegen/rigid_body.hpp"
 #include "host/base/program.hpp"
 #include "host/fit/fit.hpp"
 #include "host/link/summary.hpp"
+#include "host/tables/vibration.hpp"
 
 namespace {
 
@@ -63,6 +65,8 @@ void run(Options& o) {
     if (o.tables.empty()) o.tables = fs::path("build") / scene.name;
     if (!fs::exists(o.tables / "summary.json"))
         throw Error(o.tables.string() + ": holds no tables of the scene: run haptable-precompute, or give --tables");
+    refuse_vibration(o.tables, "haptable-fit");
+    refuse_free_body(o.tables, "haptable-fit");
     o.where.depth_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
     const double own_n_per_m = stiffness_at_once(read_tables(o.tables), o.place, o.where);
     const PronyFit fit = fit_prony(record, static_cast<std::size_t>(o.terms), 8);

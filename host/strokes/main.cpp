@@ -35,7 +35,7 @@ struct Options {
 void judge_one(const Options& options) {
     if (options.campaign.places.size() != 1) throw Error("--judge: give one scene to judge the stroke on");
     Progress progress(options.quiet);
-    const Scene scene = read_scene(options.campaign.places.front());
+    const Scene scene = read_stroked_scene(options.campaign.places.front());
     const StrokedBody body(scene, options.campaign.folder / "judged" / scene.name, progress);
     const haptable_model model = body.model(scene.contact);
     const Stroke stroke = read_stroke(options.stroke);
@@ -94,7 +94,7 @@ void stroke_by_two(const Options& options) {
         std::max<std::size_t>(1, options.campaign.strokes / (modes.size() * options.campaign.places.size()));
     for (const fs::path& place : options.campaign.places)
         for (const TouchMode& mode : modes) {
-            Scene scene = read_scene(place);
+            Scene scene = read_stroked_scene(place);
             if (mode.force == ForceLaw::kPressureMask && scene.contact.mask_radius_m == 0.0)
                 scene.contact.mask_radius_m = options.mask_radius_m;
             const PairTally tally = stroke_by_two(scene, mode, each, options, workers, progress);

@@ -130,7 +130,7 @@ StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs:
     TetMesh mesh;
     Scene& scene = stroked.scene;
     if (is_scene(file)) {
-        scene = read_scene(file);
+        scene = read_stroked_scene(file);
         mesh = make_mesh(scene.mesh);
         scene.touch.clear();
     } else {
@@ -180,6 +180,17 @@ std::string name_of(const fs::path& file) {
 }
 
 }  // namespace
+
+Scene read_stroked_scene(const fs::path& file) {
+    Scene scene = read_scene(file);
+    if (scene.free_body)
+        throw Error(
+            fmt::format("{}:{}: free: strokes are judged on a body that is held: remove it from [body], and hold the "
+                        "body with [[fixed]]",
+                        file.string(), scene.free_body->line));
+    scene.vibration.reset();
+    return scene;
+}
 
 StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vector<std::string>& only,
                              std::size_t most_nodes, const fs::path& folder) {

@@ -36,6 +36,9 @@ struct StrokedMeshes {
 StrokedMeshes collect_meshes(const std::vector<std::filesystem::path>& places, const std::vector<std::string>& only,
                              std::size_t most_nodes, const std::filesystem::path& folder);
 
+/// A scene as strokes are judged on it: one that rings follows at once. Throws Error for a body that nothing holds.
+Scene read_stroked_scene(const std::filesystem::path& file);
+
 /// The scene as a file that reads back: mesh, material, what is held, contact.
 std::string to_toml(const Scene& scene);
 

@@ -6,10 +6,12 @@
 #include <filesystem>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/rigid_body.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
+#include "host/tables/vibration.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/strokes.hpp"
@@ -49,6 +51,9 @@ class SceneCounts {
 public:
     explicit SceneCounts(const std::filesystem::path& folder)
         : tables_(read_tables(folder)), path_m_(walked(stroke_path(tables_, kStrokes))) {
+        // What replay.elf steps.
+        refuse_vibration(folder, "haptable-count");
+        refuse_free_body(folder, "haptable-count");
         Tables unlimited = tables_;
         unlimited.limits = {};  // the body's own force, at any jump
         const ServoModel servo = build_model(unlimited);

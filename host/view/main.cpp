@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -281,6 +282,7 @@ void make_page(const Options& options, const Tables& tables) {
 }
 
 void serve(Options& o) {
+    refuse_vibration(o.folder, "a page");
     catch_interrupts();
     o.live.seconds = o.limits.seconds;
     o.live.most_bytes = 1e6 * o.page_mb;
@@ -324,6 +326,7 @@ void view(Options& options) {
     if (options.serve) return serve(options);
     if (!options.page.empty()) {
         refuse_vibration(options.folder, "a page");
+        refuse_free_body(options.folder, "a page of its own");
         return make_page(options, read_tables(options.folder));
     }
     if (options.out.empty()) throw BadCommandLine("--out is required");

@@ -453,6 +453,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
     }
     ASSERT_NO_FATAL_FAILURE(expect_pose(haptable_finger_pose(finger.get()), body, *pushed.body().state()));
     EXPECT_GT(haptable_finger_pose(finger.get()).centre_m[0], body.centre_m[0] + 1e-3F);
+    EXPECT_EQ(haptable_finger_energy(finger.get()).most_stored_j, pushed.report(0).energy.most_stored_j());
 }
 
 // It never moves, and rings nowhere: tables of a body that does are refused.

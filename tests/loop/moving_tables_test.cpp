@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Tables of bodies that ring, or that nothing holds, before programs that know neither: one line that names folder or
+// file and key, instead of another body's forces.
+#include <gtest/gtest.h>
+
+#include "host/base/file.hpp"
+#include "host/strokes/meshes.hpp"
+#include "tests/error_of.hpp"
+#include "tests/loop/helpers.hpp"
+#include "tests/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr const char* kCube = R"([mesh]
+generate = "cube"
+nodes_per_side = 3
+[material]
+young = 1e4
+poisson = 0.3
+)";
+constexpr const char* kHeld = "[[fixed]]\nbox = [-1, -1, -1, 1, 1, 1e-9]\n";
+
+class MovingTables : public testing::Test {
+protected:
+    void make(const std::string& name, const std::string& rest) const {
+        write_file(folder / (name + ".toml"), "name = \"" + name + "\"\n" + kCube + rest);
+        const Outcome made = run(program("haptable-precompute").string() + " --quiet " + name + ".toml", folder.path());
+        ASSERT_EQ(made.status, 0) << made.err;
+    }
+    void SetUp() override {
+        ASSERT_NO_FATAL_FAILURE(make("ringing", std::string(kHeld) + "[body]\nmodes = 4\ndensity = 1000\n"));
+        ASSERT_NO_FATAL_FAILURE(make("loose", "[body]\nfree = true\ndensity = 1000\n"));
+        write_file(folder / "press.csv", "time_s,depth_m,force_n\n0,0.001,0.1\n1,0.001,0.1\n");
+    }
+    std::string refusal(const std::string& command) const {
+        const Outcome outcome = run(program(command).string(), folder.path());
+        EXPECT_EQ(outcome.status, 1) << command;
+        EXPECT_EQ(lines_of(outcome.err).size(), 1U) << outcome.err;
+        return outcome.err;
+    }
+
+    WorkFolder folder;
+};
+
+TEST_F(MovingTables, AreRefusedByProgramsThatHoldThemStill) {
+    for (const std::string name : {"ringing", "loose"}) {
+        const std::string tables = "build/" + name;
+        const std::string key = name == "ringing" ? "remove modes from [body]" : "remove free = true from [body]";
+        for (const std::string& command :
+             {"haptable-fit press.csv " + name + ".toml", "haptable-count " + tables,
+              "haptable-bridge " + tables + " --run true", "haptable-view " + tables + " --page page.html"}) {
+            const std::string said = refusal(command);
+            EXPECT_NE(said.find(tables + ": "), std::string::npos) << said;
+            EXPECT_NE(said.find(key), std::string::npos) << said;
+        }
+    }
+    EXPECT_NE(refusal("haptable-view build/ringing --lcm --serve").find("remove modes"), std::string::npos);
+}
+
+// A stroke is a finger's, on a body that is held: one that rings is judged as it comes to rest.
+TEST_F(MovingTables, AreStrokedOnlyWhereTheBodyIsHeld) {
+    EXPECT_FALSE(read_stroked_scene(folder / "ringing.toml").vibration.has_value());
+    const std::string said = error_of([&] { read_stroked_scene(folder / "loose.toml"); });
+    EXPECT_NE(said.find("loose.toml:"), std::string::npos) << said;
+    EXPECT_NE(said.find("free: strokes are judged on a body that is held"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace haptable::test
