@@ -793,7 +793,9 @@ ContactOptions read_contact(const Section& root, bool is_free) {
                      false);
     ContactOptions contact;
     contact.force = section.one_of<ForceLaw>("force");
-    contact.god_object = section.one_of<GodObject>("god_object");
+    // A body that is free is not to be given energy, and the nearest one gives some.
+    contact.god_object = is_free ? section.one_of("god_object", {GodObject::kLeastEnergy, GodObject::kNearest})
+                                 : section.one_of<GodObject>("god_object");
     contact.rigid_stiffness_n_per_m = section.positive("rigid_stiffness", contact.rigid_stiffness_n_per_m);
     if (contact.force == ForceLaw::kPressureMask)
         contact.mask_radius_m = section.positive("mask_radius");

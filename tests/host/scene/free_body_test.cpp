@@ -85,6 +85,13 @@ TEST_F(FreeBodyScene, ContactsAloneActOnIt) {
     expect_error(free + least + "passivity = true\n", 12, "passivity: is what the motion", "contact.");
 }
 
+TEST_F(FreeBodyScene, GoesByTheLeastEnergyUnlessTheSceneSaysOtherwise) {
+    const std::string free = "[body]\nfree = true\nmass = 1\n", nearest = "[contact]\ngod_object = \"nearest\"\n";
+    EXPECT_EQ(read("").contact.god_object, GodObject::kNearest);
+    EXPECT_EQ(read(free).contact.god_object, GodObject::kLeastEnergy);
+    EXPECT_EQ(read(free + nearest).contact.god_object, GodObject::kNearest);
+}
+
 TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
     const Scene scene = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
     ASSERT_TRUE(scene.vibration);
