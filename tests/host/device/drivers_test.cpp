@@ -13,10 +13,12 @@
 #include "host/device/exchange_driver.hpp"
 #include "host/device/five_bar.hpp"
 #include "host/device/session.hpp"
+#include "host/servo/session.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/device/falcon_board.hpp"
 #include "tests/host/device/hapi_board.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/loop/soft_pair.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 #include "tests/wheels.hpp"
@@ -264,6 +266,71 @@ TEST(HapiBoardTest, ASessionFeelsAWallThroughIt) {
     const Vector2d angle = Vector2d(130.0, 40.0) * kDegree;
     const Vector2d torque_nm = FiveBar{0.07, 0.09, 0.038}.jacobian(angle)->transpose() * Vector2d(0.0, -1.0);
     EXPECT_WITHIN((board.torque_nm() - torque_nm).norm(), .count = 64, .epsilon = kFloat, .size = 1.0);
+}
+
+/// A board whose plate is stood up beside the body's top: its end goes down into it, a step of 0.05 mm at a time.
+class Finger {
+public:
+    explicit Finger(std::size_t finger) : finger_(finger) {}
+
+    SessionOptions options() const {
+        SessionOptions options;
+        options.lockstep = true;  // of the emulators, which a busy machine stops for longer than a servo waits
+        options.seconds = 60.0;
+        options.finger = finger_;
+        options.map.rotation_deg = {90.0, 0.0, 0.0};
+        options.map.position_m = {place_m_.x(), 0.0143, place_m_.y()};
+        return options;
+    }
+    /// The next step once the last one was read: false where it has come to its end.
+    bool goes_on(const DeviceRow& row) {
+        const Vector2d at_m = *linkage_.end_m(angle_);
+        if ((Vector2d(row.encoder_m.x(), row.encoder_m.z()) - place_m_ - at_m).norm() > 1e-6) return true;
+        if (at_m.y() < begin_m_.y() - 0.003) return false;
+        for (int newton = 0; newton < 4; ++newton)
+            angle_ += linkage_.jacobian(angle_)->inverse() * (at_m - Vector2d(0.0, 5e-5) - *linkage_.end_m(angle_));
+        board.turn_to(angle_[0] / kDegree, angle_[1] / kDegree);
+        return true;
+    }
+    /// By which its motors push the end.
+    Vector2d force_n() const { return linkage_.jacobian(angle_)->transpose().inverse() * board.torque_nm(); }
+
+    HapiBoard board{130.0, 40.0};
+
+private:
+    std::size_t finger_;
+    FiveBar linkage_{0.07, 0.09, 0.038};
+    Vector2d angle_ = Vector2d(130.0, 40.0) * kDegree;
+    Vector2d begin_m_ = *linkage_.end_m(angle_);
+    Vector2d place_m_ = Vector2d(finger_ == 0 ? 0.0102 : 0.0197, 0.032) - begin_m_;  // of the plate's origin, x and z
+};
+
+// Two boards, each with a session of its own: the first presses and rests, and feels the second come.
+TEST(HapiBoardTest, TwoBoardsAreTheFingersOfOneBody) {
+    struct Done {};
+    const SoftPair body;
+    Connection connection("memq://");
+    ServoSession servo(body.scene(), connection, nullptr);
+    Finger first(0), second(1);
+    double alone_n = 0.0, beside_n = 0.0;
+    const auto one = open_driver("hapi", at_port(first.board.port()));
+    const auto other = open_driver("hapi", at_port(second.board.port()));
+    int rests = 0;
+    SessionOptions of_first = first.options(), of_second = second.options();
+    of_first.watch = [&](const DeviceRow& row) {
+        if (!first.goes_on(row) && rests < 200 && ++rests == 200) alone_n = first.force_n().y();
+    };
+    of_second.watch = [&](const DeviceRow& row) {
+        if (rests < 200 || second.goes_on(row) || ++rests < 400) return;
+        beside_n = first.force_n().y();
+        throw Done();
+    };
+    DeviceSession sessions[] = {{*one, connection, of_first, nullptr}, {*other, connection, of_second, nullptr}};
+    EXPECT_THROW(run_together({&sessions[0], &sessions[1]}), Done);
+    EXPECT_GT(alone_n, 0.01);
+    EXPECT_LT(beside_n, 0.98 * alone_n) << "the second's dent takes the surface away";
+    EXPECT_GT(second.force_n().y(), 0.01);
+    EXPECT_GT(servo.report(1).counters.contact_ticks, 100U);
 }
 
 // ---- Falcon --------------------------------------------------------------------------------------------------------
