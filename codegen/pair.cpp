@@ -155,6 +155,7 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
         to.bend = kBend[static_cast<std::size_t>(tables.force)];
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
+        to.track = haptable_pair_track;
     }
     to.cross = pair.rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
     to.far = pair.rank == 0 ? nullptr : haptable_pair_far_low_rank;
@@ -236,6 +237,7 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
                        law_of(tables.force));
     if (to.freed != nullptr) text += "    .freed = &freed_of_second,\n";
     if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
+    if (to.track != nullptr) text += "    .track = haptable_pair_track,\n";
     const char* rank = pair.rank == 0 ? "exact" : "low_rank";
     fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n", rank);
     if (pair.rank != 0) text += "    .far = haptable_pair_far_low_rank,\n";

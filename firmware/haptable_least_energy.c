@@ -272,16 +272,6 @@ static int find_direction(struct walk* walk, struct point* here, float d[3]) {
 
 /* ---- the slide ------------------------------------------------------------------------------------------------ */
 
-/* Makes the sum of the area coordinates 1, by the largest. */
-static inline void complete(float alpha[3]) {
-    if (alpha[0] >= alpha[1] && alpha[0] >= alpha[2])
-        alpha[0] = 1.0f - alpha[1] - alpha[2];
-    else if (alpha[1] >= alpha[2])
-        alpha[1] = 1.0f - alpha[0] - alpha[2];
-    else
-        alpha[2] = 1.0f - alpha[0] - alpha[1];
-}
-
 /* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. Returns how much of d
  * was gone. */
 static float move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
@@ -298,7 +288,7 @@ static float move_by(const struct haptable_model* model, const struct haptable_c
         to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
         if (c == ends) to->alpha[c] = 0.0f;
     }
-    complete(to->alpha);
+    haptable_patch_complete(to->alpha);
     place(model, to);
     return t;
 }
@@ -361,7 +351,7 @@ static int move_on(const struct haptable_model* model, const float d[3], struct 
         alpha[c] = point->alpha[c] + d[c];
         if (point->alpha[c] == 0.0f ? d[c] != 0.0f : alpha[c] <= 0.0f) return 0;
     }
-    complete(alpha);
+    haptable_patch_complete(alpha);
     vec_copy(alpha, point->alpha);
     place(model, point);
     return 1;

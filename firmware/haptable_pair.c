@@ -8,8 +8,12 @@
  */
 #include "haptable_pair.h"
 
+#include "haptable_contact.h"
 #include "haptable_pair_terms.h"
 #include "haptable_tick.h"
+
+/* Newton's steps of a god-object that is tracked while the other stays. */
+#define FREE_STEPS 3
 
 /* ---- what a finger is told of the other ----------------------------------------------------------------------- */
 
@@ -25,6 +29,9 @@ static void look_at(const struct haptable_pair_model* tables, const struct hapta
 
 static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
 
+/* One that holds the surface is not let go. */
+static int grabs(const struct haptable_servo* servo) { return (servo->buttons & HAPTABLE_BUTTON_GRAB) != 0; }
+
 static void forget_sensitivity(struct haptable_servo* servo) {
     vec_zero(servo->sensitivity_per_m[0]);
     vec_zero(servo->sensitivity_per_m[1]);
@@ -37,7 +44,7 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
     view->is_coupled = has_contact(&pair->servo[other]) && pair->touches[other];
-    if (!view->is_coupled || !(tables->energy || tables->model->frictionless)) return;
+    if (!view->is_coupled) return;
     look_at(tables, &pair->servo[other], other_m, view);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
@@ -80,9 +87,6 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     vec_add_scaled(-by, motion_m, force_n);
 }
 
-/* One that holds the surface is not let go. */
-static int grabs(const struct haptable_servo* servo) { return (servo->buttons & HAPTABLE_BUTTON_GRAB) != 0; }
-
 static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     const struct haptable_servo* servo = &pair->servo[finger];
     struct haptable_pair_own own;
@@ -94,6 +98,9 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
     pair->touches[1 - finger] = 0;
     pair->energy_j = 0.5f * vec_dot(own.s, pair->view[finger].v);
 }
+
+/* A finger is left behind by far where the other's dent is deeper by this part of its own. */
+#define BEHIND 1.0f
 
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
@@ -111,8 +118,14 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
     }
     pair_cross_contacts(tables, pair, at[0], at[1], x);
     pair_solve_both(tables->law, &own[0], &own[1], u, x, &system);
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        pair->touches[finger] = (uint8_t)(system.touches[finger] || grabs(&pair->servo[finger]));
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+        const float* v = system.v[finger];
+        const float pull = tables->energy ? pair_pull(tables, at[finger], &own[finger], v, system.alone[finger]) : 0.0f;
+        const float behind_m2 = -BEHIND * vec_dot(u[finger], u[finger]);
+        const int touches = system.touches[finger] && !(pull > 0.0f);
+        pair->touches[finger] = (uint8_t)(touches || grabs(&pair->servo[finger]));
+        pair->is_behind[finger] = (uint8_t)(pull > BEHIND || system.meets_m2[finger] < behind_m2);
+    }
     if (!pair->touches[0] && !pair->touches[1]) pair->touches[0] = pair->touches[1] = 1;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         float* v = pair->view[finger].v;
@@ -139,6 +152,33 @@ static void solve_pair(const struct haptable_pair_model* tables, struct haptable
     }
 }
 
+/* What a contact stores, whose load is known. */
+static float stored_by(const struct haptable_contact* contact, const float x_m[3]) {
+    float u[3];
+    vec_sub(x_m, contact->god_object_m, u);
+    return 0.5f * vec_dot(u, contact->load_n);
+}
+
+/* frictionless: goes on from where it was by steps while the contact is held, which is the other finger's too; where
+ * that stores more than the contact, or does not come to rest, as the model has it. */
+static void go_free(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    struct haptable_pair_view* view = (struct haptable_pair_view*)model; /* of a view, which is no constant */
+    const struct haptable_pair_model* tables = view->tables;
+    const struct haptable_contact* freed = haptable_freed_of(model, servo);
+    float from_m[3];
+    vec_copy(servo->finger_m, from_m);
+    if (view->is_coupled && freed) {
+        struct haptable_contact at = *freed;
+        if (tables->track(view, servo, x_m, FREE_STEPS, &at) > 0 &&
+            stored_by(&at, x_m) <= stored_by(&servo->contact, x_m)) {
+            model->freed->at = at;
+            vec_copy(x_m, servo->finger_m); /* it stays, and so does a god-object that rests */
+        }
+    }
+    tables->model->frictionless(model, servo, x_m);
+    vec_copy(from_m, servo->finger_m);
+}
+
 /* ---- a tick --------------------------------------------------------------------------------------------------- */
 
 void haptable_pair_init(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
@@ -150,13 +190,15 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->model.force = feel;
         view->model.energy = tables->energy;
         if (finger == 1) view->model.freed = tables->freed;
+        if (view->model.frictionless && tables->track) view->model.frictionless = go_free;
+        view->tracked = 0;
         if (view->model.passivity) view->model.passivity = brake;
         view->tables = tables;
         view->is_coupled = view->is_solved = 0;
         view->brake_n_per_m = 0.0f;
         vec_zero(view->v);
         pair_forget(view);
-        pair->touches[finger] = 0;
+        pair->touches[finger] = pair->is_behind[finger] = 0;
         pair->net.patch[finger] = HAPTABLE_NONE;
     }
     pair->check.field = pair->check.verdict = 0;
@@ -200,10 +242,61 @@ static int begin(const struct haptable_pair_model* tables, struct haptable_pair*
     return 1;
 }
 
+/* 1 where the other's dent left it behind in the last tick. */
+static int is_left(const struct haptable_pair* pair, int finger) {
+    return has_contact(&pair->servo[finger]) && has_contact(&pair->servo[1 - finger]) && !pair->touches[finger];
+}
+
+static int is_far_left(const struct haptable_pair* pair, int finger) {
+    return is_left(pair, finger) && pair->is_behind[finger];
+}
+
+/* 1 where nothing but its energy moves it. */
+static int goes_on_alone(const struct haptable_servo* servo) {
+    return servo->finger_known && !servo->segment.unfinished && servo->undecided_ticks == 0 && !grabs(servo) &&
+           vec_dot(servo->sensitivity_per_m[0], servo->sensitivity_per_m[0]) +
+                   vec_dot(servo->sensitivity_per_m[1], servo->sensitivity_per_m[1]) >
+               0.0f;
+}
+
+/* Of two of which one is left behind. 1 where the tick's work on the god-object is done: it is where it rests while the
+ * other stays, or, where it is the one left behind, a step nearer to that. */
+static int track(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                 const float finger_m[3]) {
+    struct haptable_pair_view* view = &pair->view[finger];
+    struct haptable_servo* servo = &pair->servo[finger];
+    if (!tables->track) return 0;
+    if (is_left(pair, finger)) return view->is_coupled && tables->track(view, servo, finger_m, 1, &servo->contact) >= 0;
+    return is_left(pair, 1 - finger) && !tables->model->frictionless && goes_on_alone(servo) &&
+           tables->track(view, servo, finger_m, FREE_STEPS, &servo->contact) > 0;
+}
+
+/* One that is left behind gives no force: it goes to the nearest point, where the surface would meet it again. */
 static void move_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                         const float finger_m[3], const float other_m[3], float motion_m[3]) {
-    tell(tables, pair, finger, finger_m, other_m);
-    move(&pair->view[finger].model, &pair->servo[finger], finger_m, motion_m);
+    struct haptable_model* model = &pair->view[finger].model;
+    struct haptable_servo* servo = &pair->servo[finger];
+    if (!(tables->energy || tables->model->frictionless)) {
+        move(model, servo, finger_m, motion_m);
+    } else if (is_far_left(pair, finger)) {
+        model->god_object = haptable_god_object_nearest;
+        move(model, servo, finger_m, motion_m);
+        model->god_object = tables->model->god_object;
+        forget_sensitivity(servo);
+        vec_zero(servo->contact.load_n);
+    } else {
+        tell(tables, pair, finger, finger_m, other_m);
+        if (track(tables, pair, finger, finger_m)) { /* it is looked at from there */
+            float none_m[3];
+            vec_sub(finger_m, servo->finger_m, motion_m);
+            vec_copy(finger_m, servo->finger_m);
+            if (tables->model->frictionless) model->god_object = tables->model->frictionless;
+            move(model, servo, finger_m, none_m);
+            model->god_object = tables->model->god_object;
+        } else {
+            move(model, servo, finger_m, motion_m);
+        }
+    }
 }
 
 /* The energy of the last tick's forces over both motions, and what takes back what is given. */
@@ -241,13 +334,23 @@ static void look_both(struct haptable_pair* pair, const float* const finger_m[HA
     }
 }
 
+/* Where both rest, the one gives no force. */
+static void leave_behind(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+    const int other = pair->touches[0] ? 0 : 1;
+    if (!has_contact(&pair->servo[0]) || !has_contact(&pair->servo[1])) return;
+    vec_zero(pair->view[1 - other].v);
+    solve_one(tables, pair, other);
+    pair->view[0].is_solved = pair->view[1].is_solved = 1;
+}
+
 /* Both god-objects of a tick: together where they rest so, or else one after the other. */
 static void move_both(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                       const float* const finger_m[HAPTABLE_FINGERS], const int goes_on[HAPTABLE_FINGERS],
                       float motion_m[HAPTABLE_FINGERS][3]) {
     const int together = tables->settle && goes_on[0] && goes_on[1];
+    const int left = is_left(pair, 0) || is_left(pair, 1);
     int finger;
-    if (together) {
+    if (together && !left) {
         for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
             if (pair->servo[finger].finger_known)
                 vec_sub(finger_m[finger], pair->servo[finger].finger_m, motion_m[finger]);
@@ -263,7 +366,15 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger])
             move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
-    if (together) (void)tables->settle(tables, pair, finger_m); /* as the first rested, the other had not moved */
+    if (!together) return;
+    if (!left && (is_left(pair, 0) || is_left(pair, 1))) { /* as they settled */
+        leave_behind(tables, pair);
+        return;
+    }
+    if (left) solve_pair(tables, pair);
+    if (is_left(pair, 0) || is_left(pair, 1)) return;
+    (void)tables->settle(tables, pair, finger_m); /* as the first rested, the other had not moved */
+    if (is_left(pair, 0) || is_left(pair, 1)) leave_behind(tables, pair);
 }
 
 void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
@@ -276,11 +387,12 @@ void haptable_pair_step(const struct haptable_pair_model* tables, struct haptabl
     pair->looks = 0;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         vec_zero(motion_m[finger]);
+        pair->view[finger].tracked = 0;
         pair->view[finger].is_solved = 0;
         goes_on[finger] = begin(tables, pair, finger, finger_m[finger], now_us, &out[finger]);
     }
     move_both(tables, pair, finger_m, goes_on, motion_m);
-    if (!pair->is_following) solve_pair(tables, pair);
+    if (!pair->view[0].is_solved) solve_pair(tables, pair);
     if (tables->model->passivity) observe(pair, motion_m);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger]) finish(pair, finger, motion_m[finger], &out[finger]);

@@ -31,6 +31,12 @@ extern "C" {
  * that fails, once more at its end. */
 #define HAPTABLE_PAIR_EVALUATIONS 6
 
+/* Looks of a tick from a place at another patch of its edge or vertex. */
+#define HAPTABLE_PAIR_LOOKS 28
+
+/* Energies of a tick in which one is tracked while the other stays. */
+#define HAPTABLE_PAIR_TRACKED 7
+
 /* By so much the coupling of two fingers is less where they meet; it fades in from meeting_m apart. What is left keeps
  * C positive definite by an eighth of C_11 and C_22. */
 #define HAPTABLE_PAIR_MEETING 0.125f
@@ -89,9 +95,16 @@ typedef void haptable_pair_slope_fn(const struct haptable_model* model, const st
                                     const float finger_m[3], struct haptable_pair_point* point, const float v[3],
                                     struct haptable_pair_slope* slope);
 
-/* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved. */
+/* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
+ * they rest but the one gives no force, pair->touches says so. */
 typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                                     const float* const finger_m[HAPTABLE_FINGERS]);
+
+/* The one god-object goes downhill in the energy of both, while the other stays: from `at`, and from there as the
+ * minimum goes with this finger where its servo knows that, by at most so many of Newton's steps, which end at edges.
+ * Returns 1 where it rests, with its load; 0 where not; -1 where there is no such step, and then it has not moved. */
+typedef int haptable_pair_track_fn(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3],
+                                   int steps, struct haptable_contact* at);
 
 /* Goes on with the check of the coupling's tables. */
 typedef void haptable_pair_check_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
@@ -149,6 +162,7 @@ struct haptable_pair_model {
     const struct haptable_pair_bend* bend; /* for god_object_least_energy; else NULL */
     haptable_energy_fn* energy;            /* the same */
     haptable_pair_settle_fn* settle;       /* the same, without friction */
+    haptable_pair_track_fn* track;         /* the same, with friction too */
     haptable_pair_cross_fn* cross;         /* one of those below, by the rank */
     haptable_pair_far_fn* far;             /* as cross asks */
     haptable_pair_blocks_fn* blocks;       /* the same */
@@ -171,6 +185,7 @@ haptable_pair_blocks_fn haptable_pair_blocks_low_rank;
 
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;
+haptable_pair_track_fn haptable_pair_track;
 haptable_pair_check_fn haptable_pair_check_crc;
 
 /* CRC-32 (ISO-HDLC) of all values and tables of the coupling but crc itself, in the order of HAPTABLE_PAIR_FIELDS. */
@@ -194,6 +209,7 @@ struct haptable_pair_view {
     const struct haptable_pair_model* tables;
     uint8_t is_coupled; /* 0: alone */
     uint8_t is_solved;  /* 1: v is the pair's */
+    uint8_t tracked;    /* energies of the last tick: at most HAPTABLE_PAIR_TRACKED */
     struct haptable_pair_place place;
     float at_m[3];                     /* the other's god-object */
     float m[6];                        /* its A^-1 */
@@ -222,10 +238,11 @@ struct haptable_pair {
     struct haptable_pair_follow follow;
     uint8_t is_following; /* 1: both rested together in the last tick */
     uint8_t evaluations;  /* of both fingers' energy at once, in the last tick: at most HAPTABLE_PAIR_EVALUATIONS */
-    uint16_t looks;       /* of the last tick, at another patch of an edge or a vertex: at most twice round two */
-    uint8_t touches[HAPTABLE_FINGERS]; /* 0: no contact, or the other's dent leaves it behind: it gives no force */
-    float energy_j;                    /* stored by both, of the last tick */
-    float given_j;                     /* with passivity: energy given to both hands, less what was taken */
+    uint16_t looks;       /* of the last tick: at most HAPTABLE_PAIR_LOOKS */
+    uint8_t touches[HAPTABLE_FINGERS];   /* 0: no contact, or the other's dent leaves it behind: it gives no force */
+    uint8_t is_behind[HAPTABLE_FINGERS]; /* 1: by far, so that its god-object is the nearest point */
+    float energy_j;                      /* stored by both, of the last tick */
+    float given_j;                       /* with passivity: energy given to both hands, less what was taken */
 };
 
 /* Two servos without a contact. before: tables' model does not name `relax`. */

@@ -6,12 +6,14 @@
  *
  * of the four area coordinates p that the two god-objects are free to move by; A and y are of both fingers. As one
  * finger's god-object does, the two follow their minimum to first order in both motions, and Newton's step, of both,
- * corrects that: so no order of the fingers is in what they feel. Where one leaves its patch, edge or vertex, or where
- * E does not bend upwards, haptable_pair.c lets them move one after the other.
+ * corrects that: so no order of the fingers is in what they feel. A step ends at the border of a patch; from there it
+ * goes on into the patch across, along the edge or back, whatever leads down. Where E does not bend upwards, or that
+ * takes too long, haptable_pair.c lets them move one after the other.
  */
 #include "haptable_bounds.h"
 #include "haptable_compliance.h"
 #include "haptable_pair_terms.h"
+#include "haptable_patch.h"
 
 #define MOST_FREE 4
 
@@ -27,6 +29,7 @@ struct place {
     float raw_j[2];  /* v_1 . R_b v_2 */
     int free;        /* in how many ways it may move: 2 within a patch, 1 along an edge, 0 on a vertex */
     int corner;      /* of an edge: opposite to it; of a vertex: there */
+    int is_held;     /* 1: it stays on its edge or vertex, as its patch was tried */
     float way[2][2]; /* each as a change of alpha_1, alpha_2 */
 };
 
@@ -46,6 +49,7 @@ struct both {
     } meeting;
     float energy_j;
     int free; /* of both: the first finger's ways, then the second's */
+    int is_given_up;
     float gradient_j[MOST_FREE];
     float hessian_j[MOST_FREE][MOST_FREE];
     float y[MOST_FREE][HAPTABLE_FINGERS][3];
@@ -54,38 +58,76 @@ struct both {
 
 /* ---- where they are free to move ------------------------------------------------------------------------------- */
 
+/* Along the edge from one corner to another. */
+static void set_way(int from, int to, float way[2]) {
+    way[0] = (float)(to == 1) - (float)(from == 1);
+    way[1] = (float)(to == 2) - (float)(from == 2);
+}
+
+static void set_both_ways(struct place* here) {
+    here->free = 2;
+    here->way[0][0] = here->way[1][1] = 1.0f;
+    here->way[0][1] = here->way[1][0] = 0.0f;
+}
+
 static void find_ways(struct place* here) {
     const enum place_on_patch feature = feature_of(here->at.alpha, &here->corner);
-    here->free = feature == INSIDE ? 2 : feature == ON_EDGE ? 1 : 0;
-    here->way[0][0] = 1.0f;
-    here->way[0][1] = 0.0f;
-    here->way[1][0] = 0.0f;
-    here->way[1][1] = 1.0f;
-    if (feature == ON_EDGE) {
-        const int from = next_corner(here->corner);
-        const int to = previous_corner(here->corner);
-        here->way[0][0] = (float)(to == 1) - (float)(from == 1);
-        here->way[0][1] = (float)(to == 2) - (float)(from == 2);
+    set_both_ways(here);
+    here->is_held = 0;
+    if (feature == INSIDE) return;
+    here->free = feature == ON_EDGE ? 1 : 0;
+    if (feature == ON_EDGE) set_way(next_corner(here->corner), previous_corner(here->corner), here->way[0]);
+}
+
+/* dE by alpha_c towards corner c, the others giving way in proportion. */
+static float slope_towards(const float alpha[3], const float gradient_j[2], int corner) {
+    const float own = corner == 0 ? 0.0f : gradient_j[corner - 1];
+    return own - alpha[1] * gradient_j[0] - alpha[2] * gradient_j[1];
+}
+
+/* From an edge into its patch, or from a vertex along an edge, where E falls there. */
+static void open_ways(struct place* here) {
+    const float* alpha = here->at.alpha;
+    const float* gradient_j = here->slope.first_j;
+    if (here->free == 2 || here->is_held) return;
+    if (here->free == 1) {
+        if (slope_towards(alpha, gradient_j, here->corner) < 0.0f) set_both_ways(here);
+    } else {
+        const int one = next_corner(here->corner);
+        const int two = previous_corner(here->corner);
+        const float down_one = slope_towards(alpha, gradient_j, one);
+        const float down_two = slope_towards(alpha, gradient_j, two);
+        if (!(down_one < 0.0f || down_two < 0.0f)) return;
+        here->free = 1;
+        set_way(here->corner, down_one < down_two ? one : two, here->way[0]);
     }
 }
 
-/* Moves by d_1, d_2 within the patch's inside or the edge. Returns 0 where that leads off it. */
-static int move_place(const struct haptable_model* model, const float d[2], struct haptable_contact* at) {
-    float alpha[3];
+/* How much of the step d is within the patch; the coordinate that ends there, or -1. */
+static float part_within(const float alpha[3], const float d[2], int* ends) {
+    const float change[3] = {-(d[0] + d[1]), d[0], d[1]};
+    float part = 1.0f;
     int c;
-    alpha[1] = at->alpha[1] + d[0];
-    alpha[2] = at->alpha[2] + d[1];
-    alpha[0] = 1.0f - alpha[1] - alpha[2];
+    *ends = -1;
     for (c = 0; c < 3; ++c) {
-        if (at->alpha[c] == 0.0f)
-            alpha[c] = 0.0f;
-        else if (alpha[c] <= 0.0f)
-            return 0;
+        if (!(change[c] < 0.0f && alpha[c] + part * change[c] <= 0.0f)) continue;
+        part = alpha[c] / -change[c];
+        *ends = c;
     }
-    if (at->alpha[0] == 0.0f) alpha[1] = 1.0f - alpha[2]; /* the sum stays 1 */
-    vec_copy(alpha, at->alpha);
+    return part;
+}
+
+/* Moves by that part of d; `ends` becomes exactly 0, or none where it is -1. */
+static void move_place(const struct haptable_model* model, const float d[2], float part, int ends,
+                       struct haptable_contact* at) {
+    const float change[3] = {-(d[0] + d[1]), d[0], d[1]};
+    int c;
+    for (c = 0; c < 3; ++c)
+        at->alpha[c] = c == ends || (at->alpha[c] == 0.0f && change[c] <= 0.0f)
+                           ? 0.0f
+                           : vec_clamp01(at->alpha[c] + part * change[c]);
+    haptable_patch_complete(at->alpha);
     place(model, at);
-    return 1;
 }
 
 /* ---- how two places are coupled --------------------------------------------------------------------------------- */
@@ -287,7 +329,7 @@ static float mixed_of(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CO
 /* ---- an evaluation ------------------------------------------------------------------------------------------------
  */
 
-/* v of both, and the energy. Returns 0 where one leaves the other behind, or where N is lifted. */
+/* v of both, and the energy. Returns 0 where N is lifted. */
 static int solve_places(struct both* both, struct haptable_pair_net* net) {
     const struct haptable_pair_model* tables = both->tables;
     struct place* here = both->place;
@@ -306,7 +348,7 @@ static int solve_places(struct both* both, struct haptable_pair_net* net) {
     pair_solve_both(tables->law, &here[0].point.own, &here[1].point.own, u, both->x, &both->system);
     both->energy_j =
         0.5f * (vec_dot(here[0].point.own.s, both->system.v[0]) + vec_dot(here[1].point.own.s, both->system.v[1]));
-    return both->system.touches[0] && both->system.touches[1] && !both->system.lifted;
+    return !both->system.lifted;
 }
 
 static void set_scaled(float s, const float a[3], float out[3]) {
@@ -394,8 +436,10 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
         put_slope_weights(tables->law, here->at.alpha, here->slope_weight);
         tables->bend->slope(tables->model, &here->at, both->x_m[i], &here->point, both->system.v[i], &here->slope);
         couple(both, &pressed[i], i, back);
+        open_ways(here);
         put_ways(both, i, back);
     }
+    both->free = both->place[0].free + both->place[1].free;
     put_mixed(both, mixed_j);
     for (i = 0; i < both->free; ++i) {
         solve_slope(&both->system, both->y[i], both->z[i]);
@@ -469,12 +513,6 @@ static void step_of(const struct both* both, int f, const float step[MOST_FREE],
     if (here->free == 2) d[1] += own[1];
 }
 
-/* dE by alpha_c towards corner c, the others giving way in proportion. */
-static float slope_towards(const float alpha[3], const float gradient_j[2], int corner) {
-    const float own = corner == 0 ? 0.0f : gradient_j[corner - 1];
-    return own - alpha[1] * gradient_j[0] - alpha[2] * gradient_j[1];
-}
-
 /* The same place as another patch sees it, and the gradient there, the other finger being as it was told: v is the
  * same. */
 static void see_from(const struct both* both, struct haptable_pair* pair, int f, uint16_t patch, float alpha[3],
@@ -518,17 +556,30 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     vec_copy(at.alpha, alpha);
 }
 
-/* 1 where E falls into another patch of the edge. */
-static int falls_across(const struct both* both, struct haptable_pair* pair, int f) {
-    const struct place* here = &both->place[f];
+/* 0, and given up, where the tick has no look left. */
+static int may_look(struct both* both, const struct haptable_pair* pair) {
+    if (pair->looks >= HAPTABLE_PAIR_LOOKS) both->is_given_up = 1;
+    return !both->is_given_up;
+}
+
+/* Always 1. */
+static int go_to(struct place* here, uint16_t patch, const float alpha[3]) {
+    here->at.patch = patch;
+    vec_copy(alpha, here->at.alpha);
+    return 1;
+}
+
+/* 1 where E falls into another patch of the edge: then it is on that one. */
+static int falls_across(struct both* both, struct haptable_pair* pair, int f) {
+    struct place* here = &both->place[f];
     struct across across = across_begin(both->tables->model, here->at.patch, here->corner);
-    for (; across.patch != HAPTABLE_NONE; across_next(both->tables->model, &across)) {
+    for (; across.patch != HAPTABLE_NONE && may_look(both, pair); across_next(both->tables->model, &across)) {
         float alpha[3];
         float gradient_j[2];
         int opposite = 0;
         see_from(both, pair, f, across.patch, alpha, gradient_j);
         (void)feature_of(alpha, &opposite);
-        if (slope_towards(alpha, gradient_j, opposite) < 0.0f) return 1;
+        if (slope_towards(alpha, gradient_j, opposite) < 0.0f) return go_to(here, across.patch, alpha);
     }
     return 0;
 }
@@ -539,27 +590,24 @@ static int falls_from(const float alpha[3], const float gradient_j[2], int corne
            slope_towards(alpha, gradient_j, previous_corner(corner)) < 0.0f;
 }
 
-/* 1 where E falls along an edge of the vertex: its slope is linear on each patch's cone there. */
-static int falls_around(const struct both* both, struct haptable_pair* pair, int f) {
-    const struct place* here = &both->place[f];
+/* 1 where E falls along an edge of the vertex, as its slope is linear on each patch's cone there: then it is on a patch
+ * with that edge. */
+static int falls_around(struct both* both, struct haptable_pair* pair, int f) {
+    struct place* here = &both->place[f];
     struct fan fan = fan_begin(both->tables->model, here->at.patch, here->corner);
-    while (fan_next(both->tables->model, &fan)) {
+    while (fan_next(both->tables->model, &fan) && may_look(both, pair)) {
         float alpha[3];
         float gradient_j[2];
         see_from(both, pair, f, fan.patch, alpha, gradient_j);
-        if (falls_from(alpha, gradient_j, fan.corner)) return 1;
+        if (falls_from(alpha, gradient_j, fan.corner)) return go_to(here, fan.patch, alpha);
     }
     return 0;
 }
 
-/* 1 where a finger is within its patch, or E falls off its edge or vertex nowhere. */
-static int rests_across(const struct both* both, struct haptable_pair* pair, int f) {
+/* 1 where a finger is within its patch, or E falls off its edge or vertex nowhere; else it is on another patch. */
+static int rests_across(struct both* both, struct haptable_pair* pair, int f) {
     const struct place* here = &both->place[f];
-    const float* alpha = here->at.alpha;
     if (here->free == 2) return 1;
-    if (here->free == 1 ? slope_towards(alpha, here->slope.first_j, here->corner) < 0.0f
-                        : falls_from(alpha, here->slope.first_j, here->corner))
-        return 0;
     pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
     return here->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
@@ -613,13 +661,6 @@ static void put_follow(const struct both* both, struct haptable_pair_follow* fol
         for (f = 0; f <= i; ++f) follow->curvature_j[i][f] = both->hessian_j[i][f];
 }
 
-/* The one finger's own sensitivity is not known, but the god-object stays where its finger does. */
-static void keep_known(struct haptable_servo* servo) {
-    vec_zero(servo->sensitivity_per_m[0]);
-    vec_zero(servo->sensitivity_per_m[1]);
-    servo->sensitivity_per_m[0][0] = 1e-12f;
-}
-
 /* The places and v are the tick's. */
 static void rest(const struct both* both, struct haptable_pair* pair, float v[HAPTABLE_FINGERS][3], float energy_j) {
     int f;
@@ -631,7 +672,7 @@ static void rest(const struct both* both, struct haptable_pair* pair, float v[HA
             vec_symmetric_product(both->place[f].point.own.a, v[f], servo->contact.load_n);
         else
             vec_copy(v[f], servo->contact.load_n);
-        keep_known(servo);
+        pair_keep_known(servo);
         vec_copy(both->x_m[f], servo->finger_m); /* it stays, and so does a god-object that rests */
         vec_copy(v[f], pair->view[f].v);
         pair->view[f].is_solved = 1;
@@ -640,64 +681,137 @@ static void rest(const struct both* both, struct haptable_pair* pair, float v[HA
     pair->is_following = 1;
 }
 
+/* Where a step of one is foreseen to lead. */
+static void predict_place(const struct haptable_model* model, const float d[2], struct place* here) {
+    int ends;
+    const float part = part_within(here->at.alpha, d, &ends);
+    if (part < 1.0f) {
+        const uint16_t across = model->neighbour[here->at.patch][ends];
+        float aim[3];
+        float edge[2][3];
+        float normal[3];
+        patch_frame(model, here->at.patch, edge[0], edge[1], normal);
+        vec_copy(here->at.god_object_m, aim);
+        vec_add_scaled(d[0], edge[0], aim);
+        vec_add_scaled(d[1], edge[1], aim);
+        if (here->free == 2 && across != HAPTABLE_NONE)
+            haptable_patch_nearest(model, across, aim, &here->at);
+        else
+            move_place(model, d, part, ends, &here->at);
+        find_ways(here);
+    } else {
+        move_place(model, d, 1.0f, -1, &here->at);
+    }
+}
+
+/* Both where a step of both leads, at most to a border. Returns how much of it that is. */
+static float step_places(const struct both* both, float d[HAPTABLE_FINGERS][2],
+                         struct haptable_contact to[HAPTABLE_FINGERS]) {
+    float part[HAPTABLE_FINGERS];
+    float least;
+    int ends[HAPTABLE_FINGERS];
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) part[f] = part_within(both->place[f].at.alpha, d[f], &ends[f]);
+    least = part[0] < part[1] ? part[0] : part[1];
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        to[f] = both->place[f].at;
+        move_place(both->tables->model, d[f], least, part[f] == least ? ends[f] : -1, &to[f]);
+    }
+    return least;
+}
+
+/* What evaluates next begins there. A step that leads off an edge or a vertex at once leaves them on it. */
+static void go_places(struct both* both, float part, float d[HAPTABLE_FINGERS][2],
+                      const struct haptable_contact to[HAPTABLE_FINGERS]) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* here = &both->place[f];
+        int ends;
+        const int held = part == 0.0f && part_within(here->at.alpha, d[f], &ends) == 0.0f;
+        here->at = to[f];
+        find_ways(here);
+        here->is_held = held;
+    }
+}
+
+/* The tick's end, where the step is small. Returns 1 where the two rest, 0 where one goes on over an edge, -1 where
+ * they cannot settle together. */
+static int end(struct both* both, struct haptable_pair* pair, const float step[MOST_FREE], float fall_j,
+               const struct haptable_contact to[HAPTABLE_FINGERS]) {
+    float v[HAPTABLE_FINGERS][3];
+    int known = 1;
+    int rests = 1;
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) rests = rests_across(both, pair, f) && rests;
+    if (both->is_given_up) return -1;
+    if (!rests) {
+        find_ways(&both->place[0]);
+        find_ways(&both->place[1]);
+        return 0;
+    }
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        known = step_load(both, f, step, gap2(to[f].god_object_m, both->place[f].at.god_object_m), v[f]) && known;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) both->place[f].at = to[f];
+    if (!known) {
+        if (!solve_places(both, &pair->net)) return -1;
+        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
+    }
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        if (pair_pull(both->tables, &both->place[f].at, &both->place[f].point.own, both->system.v[f],
+                      both->system.alone[f]) > 0.0f)
+            both->system.touches[f] = 0;
+    if (both->system.touches[0] != both->system.touches[1]) {
+        pair->touches[both->system.touches[0] ? 1 : 0] = 0;
+        return -1;
+    }
+    rest(both, pair, v, both->energy_j + (known ? fall_j : 0.0f));
+    return 1;
+}
+
 /* Newton's step after an evaluation. Returns 1 where the two rest after it, -1 where they cannot settle together, and 0
  * where another evaluation is to be made. */
 static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
     struct haptable_contact to[HAPTABLE_FINGERS];
-    float v[HAPTABLE_FINGERS][3];
+    float d[HAPTABLE_FINGERS][2];
     float step[MOST_FREE];
     float fall_j = 0.0f;
-    int small = 1;
-    int known = 1;
-    int f;
+    float part;
     int i;
     if (!(both->energy_j <= most_j)) return -1;
     if (!factor_curvature(both->hessian_j, both->free)) return -1;
     for (i = 0; i < both->free; ++i) step[i] = -both->gradient_j[i];
     solve_curvature(both->hessian_j, both->free, step);
     for (i = 0; i < both->free; ++i) fall_j += 0.5f * step[i] * both->gradient_j[i];
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        float d[2];
-        step_of(both, f, step, d);
-        small = small && is_small(d);
-        to[f] = both->place[f].at;
-        if (!move_place(both->tables->model, d, &to[f])) return -1;
-        known = step_load(both, f, step, gap2(to[f].god_object_m, both->place[f].at.god_object_m), v[f]) && known;
-    }
-    for (f = 0; small && f < HAPTABLE_FINGERS; ++f)
-        if (!rests_across(both, pair, f)) return -1;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) both->place[f].at = to[f];
-    if (!small) return 0;
-    if (!known) {
-        if (!solve_places(both, &pair->net)) return -1;
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
-    }
-    rest(both, pair, v, both->energy_j + (known ? fall_j : 0.0f));
-    return 1;
+    step_of(both, 0, step, d[0]);
+    step_of(both, 1, step, d[1]);
+    part = step_places(both, d, to);
+    if (part == 1.0f && is_small(d[0]) && is_small(d[1])) return end(both, pair, step, fall_j, to);
+    go_places(both, part, d, to);
+    return 0;
 }
 
-/* Where the fingers' motions take the minimum: -H^-1 (slopes . motions). Returns 0 where that is off a patch or an
- * edge. */
-static int predict(struct both* both, struct haptable_pair* pair) {
+/* Where the fingers' motions take the minimum: -H^-1 (slopes . motions). Over an edge it goes on to the point of the
+ * patch there that is nearest to where that leads. */
+static void predict(struct both* both, struct haptable_pair* pair) {
     struct haptable_pair_follow* follow = &pair->follow;
     float motion_m[HAPTABLE_FINGERS][3];
     float step[MOST_FREE];
     int f;
     int i;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        if (follow->patch[f] != both->place[f].at.patch) return 1;
+        if (follow->patch[f] != both->place[f].at.patch) return;
         vec_sub(both->x_m[f], pair->servo[f].finger_m, motion_m[f]);
     }
-    if (follow->free != both->free) return 1;
+    if (follow->free != both->free) return;
     for (i = 0; i < both->free; ++i)
         step[i] = -vec_dot(follow->slope_n[i][0], motion_m[0]) - vec_dot(follow->slope_n[i][1], motion_m[1]);
     solve_curvature(follow->curvature_j, both->free, step);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         float d[2];
         step_of(both, f, step, d);
-        if (!move_place(both->tables->model, d, &both->place[f].at)) return 0;
+        predict_place(both->tables->model, d, &both->place[f]);
     }
-    return 1;
+    both->free = both->place[0].free + both->place[1].free;
 }
 
 static int may_settle(const struct haptable_pair* pair, int f) {
@@ -715,17 +829,20 @@ static int begin_both(struct both* both, struct haptable_pair* pair) {
         find_ways(here);
     }
     both->free = both->place[0].free + both->place[1].free;
-    return !pair->is_following || predict(both, pair);
+    if (pair->is_following) predict(both, pair);
+    return 1;
 }
 
-/* cost: at most the tick's evaluations that are left, and looks around two vertices. */
+/* cost: at most the evaluations and the looks that the tick has left. */
 int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                          const float* const finger_m[HAPTABLE_FINGERS]) {
     struct both both;
-    const int most = pair->evaluations == 0 ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
+    const int is_first = pair->evaluations == 0 && !pair->view[0].is_solved;
+    const int most = is_first ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
     float most_j = 3e38f;
     both.tables = tables;
     both.x_m = finger_m;
+    both.is_given_up = 0;
     if (!begin_both(&both, pair)) return 0;
     while (pair->evaluations < most) {
         int rests;
@@ -734,5 +851,146 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
         if (rests != 0) return rests > 0;
         most_j = both.energy_j;
     }
+    return 0;
+}
+
+/* ---- one alone ------------------------------------------------------------------------------------------------ */
+
+static void evaluate_alone(struct haptable_pair_view* view, const struct haptable_contact* at, const float x_m[3],
+                           enum haptable_energy_terms terms, struct haptable_energy* energy) {
+    ++view->tracked;
+    view->tables->energy(&view->model, at, x_m, terms, energy);
+}
+
+/* The curvature by the ways, factored. Returns 0 where it is not positive definite. */
+static int curve_alone(const struct place* here, const float hessian_j[3], float h[MOST_FREE][MOST_FREE]) {
+    const float* way = here->way[0];
+    h[0][0] = hessian_j[0];
+    h[1][0] = hessian_j[1];
+    h[1][1] = hessian_j[2];
+    if (here->free == 1)
+        h[0][0] =
+            way[0] * way[0] * hessian_j[0] + 2.0f * way[0] * way[1] * hessian_j[1] + way[1] * way[1] * hessian_j[2];
+    return factor_curvature(h, here->free);
+}
+
+/* -H^-1 b of the ways, b by alpha_1 and alpha_2, as a change of these. */
+static void solve_alone(const struct place* here, float h[MOST_FREE][MOST_FREE], const float b[2], float d[2]) {
+    const float* way = here->way[0];
+    float step[MOST_FREE];
+    step[0] = -b[0];
+    step[1] = -b[1];
+    if (here->free == 1) step[0] = -(way[0] * b[0] + way[1] * b[1]);
+    solve_curvature(h, here->free, step);
+    d[0] = here->free == 1 ? step[0] * way[0] : step[0];
+    d[1] = here->free == 1 ? step[0] * way[1] : step[1];
+}
+
+/* As a minimum goes with its finger. */
+static void put_sensitivity(const struct place* here, float h[MOST_FREE][MOST_FREE],
+                            const struct haptable_energy* energy, struct haptable_servo* servo) {
+    int c;
+    for (c = 0; c < 3; ++c) {
+        const float b[2] = {energy->load_gradient_n[0][c], energy->load_gradient_n[1][c]};
+        float d[2];
+        solve_alone(here, h, b, d);
+        servo->sensitivity_per_m[0][c] = d[0];
+        servo->sensitivity_per_m[1][c] = d[1];
+    }
+}
+
+/* 1 where E does not fall over the edge where the place is; else it is on the patch across. */
+static int rests_on_edge(struct haptable_pair_view* view, const float x_m[3], const float load_n[3],
+                         struct place* here) {
+    const struct haptable_model* model = &view->model;
+    const uint16_t* vertex = model->patch[here->at.patch];
+    const uint16_t across = model->neighbour[here->at.patch][here->corner];
+    struct haptable_contact at = here->at;
+    struct haptable_energy energy;
+    int opposite = 0;
+    int k;
+    if (across == HAPTABLE_NONE) return 1;
+    at.patch = across;
+    vec_zero(at.alpha);
+    for (k = 0; k < 3; ++k)
+        if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(model, across, vertex[k])] = here->at.alpha[k];
+    vec_copy(load_n, energy.load_n);
+    evaluate_alone(view, &at, x_m, HAPTABLE_ENERGY_GRADIENT, &energy);
+    (void)feature_of(at.alpha, &opposite);
+    if (!(slope_towards(at.alpha, energy.gradient_j, opposite) < 0.0f)) return 1;
+    return !go_to(here, across, at.alpha);
+}
+
+/* The load after the step d to `to`, to first order where that does. */
+static void load_alone(struct haptable_pair_view* view, const float x_m[3], const float d[2],
+                       struct haptable_energy* energy, const struct haptable_contact* from,
+                       struct haptable_contact* to) {
+    const float most = LOAD_CORRECTION * LOAD_CORRECTION;
+    float change[3] = {0.0f, 0.0f, 0.0f};
+    vec_add_scaled(d[0], energy->load_gradient_n[0], change);
+    vec_add_scaled(d[1], energy->load_gradient_n[1], change);
+    if (vec_dot(change, change) <= most * vec_dot(energy->load_n, energy->load_n) &&
+        gap2(from->god_object_m, to->god_object_m) <= most * gap2(x_m, to->god_object_m))
+        vec_add_scaled(1.0f, change, energy->load_n);
+    else
+        evaluate_alone(view, to, x_m, HAPTABLE_ENERGY_LOAD, energy);
+    vec_copy(energy->load_n, to->load_n);
+}
+
+/* Where the finger's own motion is foreseen to take it. */
+static void predict_alone(const struct haptable_servo* servo, const float x_m[3], struct place* here,
+                          const struct haptable_model* model) {
+    float motion_m[3];
+    float d[2];
+    vec_sub(x_m, servo->finger_m, motion_m);
+    d[0] = vec_dot(servo->sensitivity_per_m[0], motion_m);
+    d[1] = vec_dot(servo->sensitivity_per_m[1], motion_m);
+    predict_place(model, d, here);
+}
+
+/* cost: HAPTABLE_PAIR_TRACKED energies: two a step, as its patch is seen across an edge, and a load. */
+int haptable_pair_track(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3], int steps,
+                        struct haptable_contact* at) {
+    struct place here;
+    float most_j = 3e38f;
+    here.at = *at;
+    find_ways(&here);
+    if (here.free > 0) predict_alone(servo, x_m, &here, &view->model);
+    for (; steps > 0; --steps) {
+        float h[MOST_FREE][MOST_FREE];
+        struct haptable_energy energy;
+        struct haptable_contact to;
+        float d[2];
+        float part;
+        int ends;
+        if (here.free == 0) return -1;
+        evaluate_alone(view, &here.at, x_m, HAPTABLE_ENERGY_ALL, &energy);
+        if (!(energy.energy_j <= most_j)) return -1;
+        most_j = energy.energy_j;
+        here.slope.first_j[0] = energy.gradient_j[0];
+        here.slope.first_j[1] = energy.gradient_j[1];
+        open_ways(&here);
+        if (!curve_alone(&here, energy.hessian_j, h)) return -1;
+        solve_alone(&here, h, energy.gradient_j, d);
+        part = part_within(here.at.alpha, d, &ends);
+        to = here.at;
+        move_place(&view->model, d, part, ends, &to);
+        if (part == 1.0f && is_small(d)) {
+            if (here.free == 1 && !rests_on_edge(view, x_m, energy.load_n, &here)) {
+                find_ways(&here);
+                continue;
+            }
+            put_sensitivity(&here, h, &energy, servo);
+            load_alone(view, x_m, d, &energy, &here.at, &to);
+            *at = to;
+            return 1;
+        }
+        here.at = to;
+        vec_copy(energy.load_n, here.at.load_n);
+        find_ways(&here);
+        here.is_held = part == 0.0f;
+    }
+    *at = here.at;
+    pair_keep_known(servo);
     return 0;
 }

@@ -380,6 +380,7 @@ struct pair_system {
     float v[HAPTABLE_FINGERS][3];
     float alone[HAPTABLE_FINGERS][3]; /* v of each without the other */
     int lifted;                       /* 1: N is, as A beside a fixed vertex */
+    float meets_m2[HAPTABLE_FINGERS]; /* u . q, q = u less what the other makes of it alone */
     int touches[HAPTABLE_FINGERS];    /* 0: where the other alone presses, its dent leaves this one behind */
 };
 
@@ -439,7 +440,7 @@ static inline void pair_eliminate(const struct haptable_pair_own* first, const s
     system->n = factor(n);
 }
 
-/* Both v, and which fingers touch: one does unless u . q < 0, q = u less what the other makes of it alone. */
+/* Both v, and which fingers touch: one does unless u . q < 0. */
 static inline void pair_solve_both(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
                                    const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
                                    const float x[9], struct pair_system* system) {
@@ -464,13 +465,41 @@ static inline void pair_solve_both(const struct haptable_pair_law* law, const st
     vec_symmetric_product(system->m, w, system->v[1]);
     if (law->is_stiffness) { /* q = A^-1 t */
         solve(&own, u[0], w);
-        system->touches[0] = !(vec_dot(w, t[0]) < 0.0f);
+        system->meets_m2[0] = vec_dot(w, t[0]);
         vec_symmetric_product(system->m, u[1], w);
-        system->touches[1] = !(vec_dot(w, t[1]) < 0.0f);
+        system->meets_m2[1] = vec_dot(w, t[1]);
     } else {
-        system->touches[0] = !(vec_dot(u[0], t[0]) < 0.0f);
-        system->touches[1] = !(vec_dot(u[1], t[1]) < 0.0f);
+        system->meets_m2[0] = vec_dot(u[0], t[0]);
+        system->meets_m2[1] = vec_dot(u[1], t[1]);
     }
+    system->touches[0] = !(system->meets_m2[0] < 0.0f);
+    system->touches[1] = !(system->meets_m2[1] < 0.0f);
+}
+
+/* The one finger's own sensitivity is not known, but the god-object stays where its finger does. */
+static inline void pair_keep_known(struct haptable_servo* servo) {
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+    servo->sensitivity_per_m[0][0] = 1e-12f;
+}
+
+/* How much the surface would have to be pulled at a contact, as a part of how much that presses on it without the
+ * other; 0 where it does not press then. Where it is pulled the other's dent leaves it behind, wherever its god-object
+ * has gone. */
+static inline float pair_pull(const struct haptable_pair_model* tables, const struct haptable_contact* contact,
+                              const struct haptable_pair_own* own, const float v[3], const float alone[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float along[3];
+    float pressed;
+    patch_frame(tables->model, contact->patch, edge1, edge2, normal);
+    if (tables->law->is_stiffness)
+        vec_symmetric_product(own->a, normal, along);
+    else
+        vec_copy(normal, along);
+    pressed = -vec_dot(along, alone);
+    return pressed > 0.0f ? vec_dot(along, v) / pressed : 0.0f;
 }
 
 static inline const struct haptable_pair_view* pair_view_of(const struct haptable_model* model) {

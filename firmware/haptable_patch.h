@@ -69,4 +69,14 @@ int haptable_patch_onto_border(const struct haptable_model* model, struct haptab
 int haptable_patch_ends_beyond(const struct haptable_model* model, uint16_t patch, int corner, const float at_m[3],
                                float thin_m);
 
+/* Makes the sum of the area coordinates 1, by the largest. */
+static inline void haptable_patch_complete(float alpha[3]) {
+    if (alpha[0] >= alpha[1] && alpha[0] >= alpha[2])
+        alpha[0] = 1.0f - alpha[1] - alpha[2];
+    else if (alpha[1] >= alpha[2])
+        alpha[1] = 1.0f - alpha[0] - alpha[2];
+    else
+        alpha[2] = 1.0f - alpha[0] - alpha[1];
+}
+
 #endif

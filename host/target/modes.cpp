@@ -98,14 +98,15 @@ PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
 std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick) {
     std::uint64_t sum = each.rest + each.evaluation * tick.evaluations + each.look * tick.looks;
     for (const haptable_servo& servo : tick.servo) sum += cost(each.each, servo.counters);
+    for (const haptable_pair_view& view : tick.view) sum += each.each.energy * view.tracked;
     return sum;
 }
 
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     const PairTickCost each = pair_cost_of(mode, fan);
-    // As both settle at the tick's begin, and at its end, each looks once around a vertex.
+    const bool least = mode.god_object == GodObject::kLeastEnergy;
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
-           each.look * 4 * (fan - 1);
+           each.look * HAPTABLE_PAIR_LOOKS + (least ? 2 * HAPTABLE_PAIR_TRACKED * each.each.energy : 0);
 }
 
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {

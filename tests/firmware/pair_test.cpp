@@ -501,6 +501,56 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
     }
 }
 
+/// Both slide 1 mm deep over several patches of a cube's top, 50 um a tick. Of the ticks with both in contact, the part
+/// in which neither descended by itself.
+double followed_part(ForceLaw force, double friction) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+    Pair pair(body, GodObject::kLeastEnergy, friction);
+    int ticks = 0, followed = 0;
+    for (int i = 0; i < 400; ++i) {
+        const double deep = std::min(1e-3, 2e-5 * i), along = 5e-5 * std::max(0, i - 50);
+        for (haptable_servo& servo : pair.state().servo) servo.counters.most_energies = 0;
+        pair.to({0.0061 + along, 0.0082 + 0.3 * along, 0.0301 - deep},
+                {0.0242 - along, 0.0213 - 0.2 * along, 0.0301 - deep});
+        if (!pair.touches(0) || !pair.touches(1)) continue;
+        ++ticks;
+        followed += pair.state().servo[0].counters.most_energies + pair.state().servo[1].counters.most_energies == 0;
+    }
+    EXPECT_GT(ticks, 300);
+    return double(followed) / ticks;
+}
+
+TEST(Pair, BothAreFollowedOverEdges) {
+    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.0), 0.99) << force;
+}
+
+TEST(Pair, WithFrictionEachIsFollowedToo) {
+    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.3), 0.8) << force;
+}
+
+// The second comes in where the first's dent is deep: no energy is asked for where it would meet the surface.
+TEST(Pair, AFingerFarBehindIsAtTheNearestPoint) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    for (const double friction : {0.0, 0.5}) {
+        Pair pair(body, GodObject::kLeastEnergy, friction);
+        int behind = 0;
+        for (int i = 0; i < 300; ++i) {
+            const Vector3d second(0.0181, 0.0152, 0.0301 - 2e-6 * std::clamp(i - 150, 0, 100));
+            for (haptable_servo& servo : pair.state().servo) servo.counters.most_energies = 0;
+            const bool was_behind = pair.state().is_behind[1] != 0;
+            pair.to({0.0126, 0.0152, 0.0301 - 3e-5 * std::min(i, 150)}, second);
+            if (!was_behind || !haptable_touches(pair.out[1].state)) continue;
+            ++behind;
+            EXPECT_EQ(pair.state().servo[1].counters.most_energies, 0U) << i;
+            EXPECT_EQ(pair.force(1).norm(), 0.0) << i;
+            const Vector3d nearest(second.x(), second.y(), 0.03);
+            EXPECT_WITHIN((to_vector(pair.out[1].god_object_m) - nearest).norm(), .count = 16, .epsilon = kFloat,
+                          .size = body.size());
+        }
+        EXPECT_GT(behind, 50);
+    }
+}
+
 TEST(Pair, EachFingerLetsGoOnItsOwn) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     Pair pair(body, GodObject::kNearest);
