@@ -36,7 +36,10 @@ void haptable_pair_cross_exact(const struct haptable_pair_view* view, const uint
                                float (*x)[9]) {
     int i;
     for (i = 0; i < count; ++i) {
-        float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        float sum[9];
+        vec_zero(&sum[0]);
+        vec_zero(&sum[3]);
+        vec_zero(&sum[6]);
         if (control[i] != HAPTABLE_NONE) add_row(view, control[i], count, sum);
         pair_copy(sum, x[i]);
     }
