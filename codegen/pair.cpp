@@ -19,6 +19,10 @@ using Eigen::Matrix3d;
 using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Out = std::back_insert_iterator<std::string>;
 
+static_assert(kClusterPlaces == HAPTABLE_PAIR_CLUSTER && kMostRank == HAPTABLE_PAIR_RANK &&
+              kMostLoaded == HAPTABLE_PAIR_PLACES && kDenseForm == HAPTABLE_PAIR_DENSE &&
+              kTwiceForm == HAPTABLE_PAIR_TWICE);
+
 float finite(double value) {
     const auto narrow = static_cast<float>(value);
     if (!std::isfinite(narrow)) throw Error("the coupling of two fingers holds a number that is not finite");
@@ -49,52 +53,28 @@ using Blocks = std::vector<std::array<float, 9>>;
 
 Blocks scaled_blocks(const PairTables& pair, const Scale& scale) {
     Blocks to;
-    for (std::size_t k = 0, i = 0; k < pair.control_count; ++k) {
+    for (std::size_t k = 0, i = 0; k < pair.control_count && i < pair.block.size(); ++k) {
         const Matrix3d s_k = scale.of(k);
-        const std::size_t first = pair.is_exact() ? 0 : pair.near_begin[k];
-        const std::size_t count = pair.is_exact() ? k + 1 : pair.near_begin[k + 1] - first;
-        for (std::size_t j = 0; j < count; ++j, ++i) {
-            const std::size_t l = pair.is_exact() ? j : static_cast<std::size_t>(pair.near[first + j]);
+        for (std::size_t l = 0; l <= k; ++l, ++i)
             to.push_back(in_float(s_k * Eigen::Map<const Rows>(pair.block[i].data()) * scale.of(l)));
-        }
     }
     return to;
 }
 
-std::vector<std::array<float, 3>> scaled_columns(const PairTables& pair, const Scale& scale) {
-    std::vector<std::array<float, 3>> to;
-    for (std::size_t k = 0; k < pair.control_count; ++k) {
-        const Matrix3d s_k = scale.of(k);
-        for (std::size_t r = 0; r < pair.rank; ++r) {
-            const Eigen::Vector3d v = s_k * Eigen::Map<const Eigen::Vector3d>(pair.column[k * pair.rank + r].data());
-            to.push_back({finite(v[0]), finite(v[1]), finite(v[2])});
-        }
-    }
-    return to;
-}
-
-/// In 16 bits: integers and their step.
-template <std::size_t k>
-float in_steps(const std::vector<std::array<float, k>>& rows, std::vector<std::array<std::int16_t, k>>& to) {
-    constexpr float kMost = 32767.0F;
-    float largest = 0.0F;
-    for (const auto& row : rows)
-        for (const float value : row) largest = std::max(largest, std::abs(value));
-    const float step = largest > 0.0F ? largest / kMost : 1.0F;
-    for (const auto& row : rows) {
-        auto& steps = to.emplace_back();
-        for (std::size_t i = 0; i < k; ++i) steps[i] = static_cast<std::int16_t>(std::lround(row[i] / step));
-    }
-    return step;
+void require_finite(const std::vector<float>& values) {
+    for (const float value : values) finite(value);
 }
 
 template <typename Rows_>
 void define(const char* type, const char* name, const char* extent, const Rows_& rows, std::string& text) {
     if (rows.empty()) return;
     fmt::format_to(Out(text), "static const {} pair_{}[{}]{} = {{\n", type, name, rows.size(), extent);
+    std::size_t column = 0;
     for (const auto& row : rows) {
         if constexpr (std::is_integral_v<std::decay_t<decltype(row)>>) {
-            fmt::format_to(Out(text), "    {},\n", row);
+            fmt::format_to(Out(text), "{}{}", +row, ++column % 24 == 0 ? ",\n" : ",");
+        } else if constexpr (std::is_floating_point_v<std::decay_t<decltype(row)>>) {
+            fmt::format_to(Out(text), "    {:#.9g}f,\n", row);
         } else {
             text += "    {";
             for (std::size_t i = 0; i < row.size(); ++i) {
@@ -115,6 +95,46 @@ const char* law_of(ForceLaw force) {
     return kLaw[static_cast<std::size_t>(force)];
 }
 
+template <typename T>
+const T* rows_or_none(const std::vector<T>& rows) {
+    return rows.empty() ? nullptr : rows.data();
+}
+
+/// Loads by the servo's patches, which are in another order than the scene's.
+void order_loads(const PairClusters& from, const std::vector<std::size_t>& leaf_order, ServoPair& to) {
+    if (from.load_begin.size() != leaf_order.size() + 1)
+        throw Error(
+            fmt::format("coupling_load_begin.npy is of {} patches and the surface has {}: make the tables again",
+                        from.load_begin.size() - 1, leaf_order.size()));
+    to.clusters.load_share.clear();
+    to.load_begin.push_back(0);
+    for (const std::size_t patch : leaf_order) {
+        for (auto i = static_cast<std::size_t>(from.load_begin[patch]);
+             i < static_cast<std::size_t>(from.load_begin[patch + 1]); ++i) {
+            to.load_place.push_back(static_cast<std::uint16_t>(from.load_place[i]));
+            to.clusters.load_share.push_back(from.load_share[i]);
+        }
+        to.load_begin.push_back(static_cast<std::uint32_t>(to.load_place.size()));
+    }
+}
+
+void point_to_clusters(const ServoPair& pair, haptable_pair_model& to) {
+    const PairClusters& c = pair.clusters;
+    to.place_count = static_cast<std::uint16_t>(c.places());
+    to.load_count = static_cast<std::uint16_t>(pair.load_begin.empty() ? 0 : pair.load_begin.size() - 1);
+    to.rank = static_cast<std::uint16_t>(c.rank);
+    to.scale = c.scale.data();
+    to.basis = reinterpret_cast<const std::int16_t(*)[3]>(rows_or_none(c.basis));
+    to.core_begin = c.begin.data();
+    to.core_step = c.step.data();
+    to.core_form = c.form.data();
+    to.core = rows_or_none(c.core);
+    to.place = rows_or_none(pair.place);
+    to.load_begin = rows_or_none(pair.load_begin);
+    to.load_place = rows_or_none(pair.load_place);
+    to.load_share = reinterpret_cast<const std::int16_t(*)[6]>(rows_or_none(c.load_share));
+}
+
 }  // namespace
 
 ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoModel& servo) {
@@ -128,17 +148,13 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
         throw Error("two fingers read a compliance in float32: remove precision in [tables]");
     const Scale scale(tables, servo);
     ServoPair to;
-    Blocks blocks = scaled_blocks(pair, scale);
-    if (pair.is_exact()) {
-        to.block = std::move(blocks);
-    } else {
-        to.near_step = in_steps(blocks, to.near_block);
-        to.column_step = in_steps(scaled_columns(pair, scale), to.column);
-    }
-    to.near_begin = pair.near_begin;
-    to.near.assign(pair.near.begin(), pair.near.end());
+    to.block = scaled_blocks(pair, scale);
+    to.clusters = pair.clusters;
+    require_finite(to.clusters.scale);
+    require_finite(to.clusters.step);
+    to.place.assign(pair.clusters.place.begin(), pair.clusters.place.end());
+    if (!pair.clusters.load_begin.empty()) order_loads(pair.clusters, servo.leaf_order, to);
     to.control_count = static_cast<std::uint16_t>(controls);
-    to.rank = static_cast<std::uint16_t>(pair.rank);
     to.meeting_m = finite(pair.meeting_m);
     return to;
 }
@@ -157,9 +173,8 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
         to.track = haptable_pair_track;
     }
-    to.cross = pair.rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
-    to.far = pair.rank == 0 ? nullptr : haptable_pair_far_low_rank;
-    to.blocks = pair.rank == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_low_rank;
+    to.cross = pair.is_exact() ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
+    to.blocks = pair.is_exact() ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
     to.check = model.check != nullptr ? haptable_pair_check_crc : nullptr;
     if (model.frictionless != nullptr) {
         pair.freed_in_memory.push_back(std::make_shared<haptable_freed>());
@@ -167,14 +182,8 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
     }
     to.meeting_m = pair.meeting_m;
     to.control_count = pair.control_count;
-    to.rank = pair.rank;
     to.block = reinterpret_cast<const float(*)[9]>(pair.block.data());
-    to.near_begin = pair.near_begin.data();
-    to.near = pair.near.data();
-    to.near_block = reinterpret_cast<const std::int16_t(*)[9]>(pair.near_block.data());
-    to.column = reinterpret_cast<const std::int16_t(*)[3]>(pair.column.data());
-    to.near_step = pair.near_step;
-    to.column_step = pair.column_step;
+    if (!pair.is_exact()) point_to_clusters(pair, to);
     to.crc = to.check != nullptr ? haptable_pair_crc(&to) : 0;
     return to;
 }
@@ -192,8 +201,9 @@ std::string coupling_bytes(const haptable_pair_model& from) {
     const haptable_pair_law* const laws[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
                                              &haptable_pair_pressure_mask};
     const auto law = static_cast<std::uint32_t>(std::find(std::begin(laws), std::end(laws), from.law) - laws);
-    const int control_count = from.control_count, rank = from.rank;
-    const std::uint32_t* const near_begin = from.near_begin;
+    const std::uint32_t control_count = from.control_count, place_count = from.place_count,
+                        load_count = from.load_count, rank = from.rank;
+    const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
     add(&law, 1);
 // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
 #define HAPTABLE_ADD_VALUE(type, name) add(&from.name, 1);
@@ -209,10 +219,17 @@ std::vector<TableBytes> flash_tables(const ServoPair& pair) {
         if (!rows.empty()) tables.push_back({name, rows.size() * sizeof rows[0]});
     };
     add("pair_block", pair.block);
-    add("pair_near_begin", pair.near_begin);
-    add("pair_near", pair.near);
-    add("pair_near_block", pair.near_block);
-    add("pair_column", pair.column);
+    const PairClusters& c = pair.clusters;
+    add("pair_scale", c.scale);
+    add("pair_basis", c.basis);
+    add("pair_core_begin", c.begin);
+    add("pair_core_step", c.step);
+    add("pair_core_form", c.form);
+    add("pair_core", c.core);
+    add("pair_place", pair.place);
+    add("pair_load_begin", pair.load_begin);
+    add("pair_load_place", pair.load_place);
+    add("pair_load_share", c.load_share);
     return tables;
 }
 
@@ -225,10 +242,17 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
         "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n",
         HAPTABLE_PAIR_VERSION);
     define("float", "block", "[9]", pair.block, text);
-    define("uint32_t", "near_begin", "", pair.near_begin, text);
-    define("uint16_t", "near", "", pair.near, text);
-    define("int16_t", "near_block", "[9]", pair.near_block, text);
-    define("int16_t", "column", "[3]", pair.column, text);
+    const PairClusters& c = pair.clusters;
+    define("float", "scale", "", c.scale, text);
+    define("int16_t", "basis", "[3]", c.basis, text);
+    define("uint32_t", "core_begin", "", c.begin, text);
+    define("float", "core_step", "", c.step, text);
+    define("uint8_t", "core_form", "", c.form, text);
+    define("int8_t", "core", "", c.core, text);
+    define("uint16_t", "place", "", pair.place, text);
+    define("uint32_t", "load_begin", "", pair.load_begin, text);
+    define("uint16_t", "load_place", "", pair.load_place, text);
+    define("int16_t", "load_share", "[6]", c.load_share, text);
     if (to.freed != nullptr) text += "static struct haptable_freed freed_of_second;\n\n";
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
     fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
@@ -238,16 +262,15 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     if (to.freed != nullptr) text += "    .freed = &freed_of_second,\n";
     if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
     if (to.track != nullptr) text += "    .track = haptable_pair_track,\n";
-    const char* rank = pair.rank == 0 ? "exact" : "low_rank";
-    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n", rank);
-    if (pair.rank != 0) text += "    .far = haptable_pair_far_low_rank,\n";
+    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n",
+                   pair.is_exact() ? "exact" : "clusters");
     if (to.check != nullptr)
         fmt::format_to(Out(text), "    .check = haptable_pair_check_crc,\n    .crc = 0x{:08x}u,\n", to.crc);
-    fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n    .rank = {},\n", pair.meeting_m,
-                   pair.control_count, pair.rank);
-    if (pair.rank != 0)
-        fmt::format_to(Out(text), "    .near_step = {:#.9g}f,\n    .column_step = {:#.9g}f,\n", pair.near_step,
-                       pair.column_step);
+    fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n", pair.meeting_m,
+                   pair.control_count);
+    if (!pair.is_exact())
+        fmt::format_to(Out(text), "    .place_count = {},\n    .load_count = {},\n    .rank = {},\n", to.place_count,
+                       to.load_count, to.rank);
     for (const TableBytes& table : flash_tables(pair))
         fmt::format_to(Out(text), "    .{} = {},\n", table.name.substr(5), table.name);
     return text + "};\n";

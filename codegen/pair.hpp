@@ -14,14 +14,14 @@ namespace haptable {
 /// The tables of struct haptable_pair_model, by their names there. Of the interpolated force blocks are S_k C_kl S_l.
 struct ServoPair {
     std::vector<std::array<float, 9>> block;
-    std::vector<std::uint32_t> near_begin;
-    std::vector<std::uint16_t> near;
-    std::vector<std::array<std::int16_t, 9>> near_block;  ///< in steps
-    std::vector<std::array<std::int16_t, 3>> column;
-    float near_step = 0.0F, column_step = 0.0F;
-    std::uint16_t control_count = 0, rank = 0;
+    PairClusters clusters;  ///< places and their patches in the two below
+    std::vector<std::uint16_t> place, load_place;
+    std::vector<std::uint32_t> load_begin;
+    std::uint16_t control_count = 0;
     float meeting_m = 0.0F;
     mutable std::vector<std::shared_ptr<haptable_freed>> freed_in_memory;  ///< what pair_in_memory lets each remember
+
+    bool is_exact() const { return clusters.scale.empty(); }
 };
 
 /// Throws Error where the tables do not fit the model, or hold a number that no float does.

@@ -179,7 +179,7 @@ $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(
 	$(link_image)
 
 # Only where the scene has two fingers.
-LOOPS_OF_TWO = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/coupling.npy),loop_pair.elf uart_pair.elf))
+LOOPS_OF_TWO = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/coupling*.npy),loop_pair.elf uart_pair.elf))
 $(IMAGE)/loop_pair.elf $(IMAGE)/uart_pair.elf: private STACK = 8K
 $(IMAGE)/loop_pair.elf: $(IMAGE)/port/haptable_line_semihosting.o
 $(IMAGE)/uart_pair.elf: $(IMAGE)/port/loop_pair.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)

@@ -19,10 +19,20 @@ extern "C" {
 #define HAPTABLE_FINGERS 2
 
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
-#define HAPTABLE_PAIR_VERSION 2
+#define HAPTABLE_PAIR_VERSION 3
 
-/* The most of the far field's rank: state holds as many vectors for each finger. */
-#define HAPTABLE_PAIR_RANK 48
+/* Of the coupling in clusters: places of one, the most vectors of its basis, the most places that a patch loads. */
+#define HAPTABLE_PAIR_CLUSTER 8
+#define HAPTABLE_PAIR_RANK 12
+#define HAPTABLE_PAIR_PLACES 48
+
+/* Pairs of so many places' clusters, a cluster with itself and each two once. */
+#define HAPTABLE_PAIR_CLUSTERS(places) (((places) + HAPTABLE_PAIR_CLUSTER - 1) / HAPTABLE_PAIR_CLUSTER)
+#define HAPTABLE_PAIR_CORES(places) (HAPTABLE_PAIR_CLUSTERS(places) * (HAPTABLE_PAIR_CLUSTERS(places) + 1) / 2)
+
+/* How a core is kept, beside its rank: as the blocks of its places, or as these and what they lack. */
+#define HAPTABLE_PAIR_DENSE 254
+#define HAPTABLE_PAIR_TWICE 255
 
 /* The most controls of a patch: its vertices and, under a mask, its edges. */
 #define HAPTABLE_PAIR_CONTROLS 6
@@ -43,6 +53,7 @@ extern "C" {
 
 /* The controls that a place loads, and how much. */
 struct haptable_pair_place {
+    uint16_t patch;
     uint16_t control[HAPTABLE_PAIR_CONTROLS]; /* HAPTABLE_NONE: adds nothing, as a fixed vertex */
     float weight[HAPTABLE_PAIR_CONTROLS];     /* sum 1 */
 };
@@ -75,15 +86,11 @@ struct haptable_pair_model;
 struct haptable_pair_view;
 
 /* What couples the controls of a patch, row by row, to the other finger's place: x[k] = sum_l w_l C_kl. */
-typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, const uint16_t* control, int count,
-                                    float (*x)[9]);
-
-/* The far field at the other finger's place, which a tick's coupling is made of: view->far; or NULL. */
-typedef void haptable_pair_far_fn(struct haptable_pair_view* view);
+typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]);
 
 /* The blocks C_kl of all pairs of the controls of two patches, row by row. */
-typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, const uint16_t* first,
-                                     const uint16_t* second, int count, float (*block)[9]);
+typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
+                                     float (*block)[9]);
 
 typedef void haptable_pair_own_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                   const float finger_m[3], struct haptable_pair_own* own);
@@ -135,21 +142,29 @@ extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
 /* Rows of tables. */
 typedef float haptable_float9[9];
 typedef int16_t haptable_step3[3];
-typedef int16_t haptable_step9[9];
+typedef int16_t haptable_step6[6];
 
 /* What tables hold: one list as a model's, for the struct, its C text, its CRC and the file that port/measure_pair.c
- * reads. Either block, or the others: by the rank. */
-#define HAPTABLE_PAIR_FIELDS(VALUE, TABLE)                                                                          \
-    VALUE(float, meeting_m)        /* fingers nearer than this meet, > 0 */                                         \
-    VALUE(uint16_t, control_count) /* n: free vertices; or vertices, then edges */                                  \
-    VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK; 0: every pair has its block */                       \
-    VALUE(float, near_step)                                                                                         \
-    VALUE(float, column_step)                                                                                       \
-    TABLE(haptable_float9, block, rank != 0 ? 0 : control_count * (control_count + 1) / 2) /* C_kl, k >= l, by k */ \
-    TABLE(uint32_t, near_begin, rank == 0 ? 0 : control_count + 1)   /* where control k's near pairs begin */       \
-    TABLE(uint16_t, near, rank == 0 ? 0 : near_begin[control_count]) /* l <= k of each, ascending in a row */       \
-    TABLE(haptable_step9, near_block, rank == 0 ? 0 : near_begin[control_count]) /* E_kl of each, in steps */       \
-    TABLE(haptable_step3, column, control_count* rank) /* Phi, in steps: C_kl = Phi_k Phi_l^T, near pairs + E_kl */ \
+ * reads. Either block; or the others: places in clusters of HAPTABLE_PAIR_CLUSTER in their order, and for each two
+ * clusters I >= J a core at core_begin. Of a rank r: [r,r], C_kl = s_k s_l step sum_ab U_ka core_ab U_lb^T; dense:
+ * [8,8,9], C_kl = s_k s_l step core_kl; twice: a second one in steps of step / 254 is added. */
+#define HAPTABLE_PAIR_FIELDS(VALUE, TABLE)                                                                            \
+    VALUE(float, meeting_m)        /* fingers nearer than this meet, > 0 */                                           \
+    VALUE(uint16_t, control_count) /* n: free vertices; or vertices, then edges */                                    \
+    VALUE(uint16_t, place_count)   /* m; 0: every pair of controls has its block */                                   \
+    VALUE(uint16_t, load_count)    /* patches of which each says what it loads; 0: places are controls */             \
+    VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK: vectors of each place */                               \
+    TABLE(haptable_float9, block, place_count ? 0 : control_count*(control_count + 1) / 2) /* C_kl, k >= l, by k */   \
+    TABLE(float, scale, place_count)                                                       /* s */                    \
+    TABLE(haptable_step3, basis, place_count* rank) /* U, in 1/32767; step has its square */                          \
+    TABLE(uint32_t, core_begin, place_count ? HAPTABLE_PAIR_CORES(place_count) + 1 : 0) /* the last: of all cores */  \
+    TABLE(float, core_step, HAPTABLE_PAIR_CORES(place_count))                                                         \
+    TABLE(uint8_t, core_form, HAPTABLE_PAIR_CORES(place_count)) /* rank, 0: nothing; or HAPTABLE_PAIR_DENSE, TWICE */ \
+    TABLE(int8_t, core, core_begin ? core_begin[HAPTABLE_PAIR_CORES(place_count)] : 0)                                \
+    TABLE(uint16_t, place, place_count && !load_count ? control_count : 0)     /* of each control */                  \
+    TABLE(uint32_t, load_begin, load_count ? load_count + 1 : 0)               /* of each patch */                    \
+    TABLE(uint16_t, load_place, load_begin ? load_begin[load_count] : 0)       /* ascending in a patch */             \
+    TABLE(haptable_step6, load_share, load_begin ? load_begin[load_count] : 0) /* of its controls, in 1/32767 */      \
     VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_pair_crc */
 
 #define HAPTABLE_PAIR_VALUE(type, name) type name;
@@ -163,8 +178,7 @@ struct haptable_pair_model {
     haptable_energy_fn* energy;            /* the same */
     haptable_pair_settle_fn* settle;       /* the same, without friction */
     haptable_pair_track_fn* track;         /* the same, with friction too */
-    haptable_pair_cross_fn* cross;         /* one of those below, by the rank */
-    haptable_pair_far_fn* far;             /* as cross asks */
+    haptable_pair_cross_fn* cross;         /* one of those below, by place_count */
     haptable_pair_blocks_fn* blocks;       /* the same */
     haptable_pair_check_fn* check;         /* as the model's */
     struct haptable_freed* freed;          /* with friction: the second finger's, the model's being the first's */
@@ -177,11 +191,10 @@ struct haptable_pair_model {
 haptable_pair_cross_fn haptable_pair_cross_exact;
 haptable_pair_blocks_fn haptable_pair_blocks_exact;
 
-/* Near pairs are blocks, the others sum_r Phi_kr Phi_lr^T. cost: besides, controls r products of vectors; blocks:
- * controls squared. */
-haptable_pair_cross_fn haptable_pair_cross_low_rank;
-haptable_pair_far_fn haptable_pair_far_low_rank;
-haptable_pair_blocks_fn haptable_pair_blocks_low_rank;
+/* Pairs of clusters of places. cost: for each two clusters that the patches load a core of the rank squared, or a
+ * block for each two places; blocks: controls times that. */
+haptable_pair_cross_fn haptable_pair_cross_clusters;
+haptable_pair_blocks_fn haptable_pair_blocks_clusters;
 
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;
@@ -216,7 +229,6 @@ struct haptable_pair_view {
     float s[3];                        /* its s */
     float v[3];                        /* this finger's, where is_solved */
     float brake_n_per_m;               /* with passivity: what takes back what was given, of the tick's motion */
-    float far[HAPTABLE_PAIR_RANK][3];  /* sum_l w_l Phi_l */
     struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */
 };
 

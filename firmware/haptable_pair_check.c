@@ -27,8 +27,11 @@ static struct span bytes_of(const void* at, uint32_t rows, uint32_t row_bytes) {
 static struct span span_of(const struct haptable_pair_model* tables, uint32_t field) {
     /* What the list's numbers of rows speak of. */
     const uint32_t control_count = tables->control_count;
+    const uint32_t place_count = tables->place_count;
+    const uint32_t load_count = tables->load_count;
     const uint32_t rank = tables->rank;
-    const uint32_t* const near_begin = tables->near_begin;
+    const uint32_t* const core_begin = tables->core_begin;
+    const uint32_t* const load_begin = tables->load_begin;
     switch (field) {
 #define VALUE(type, name) \
     case FIELD_##name:    \

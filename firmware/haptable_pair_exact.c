@@ -32,14 +32,13 @@ static void add_row(const struct haptable_pair_view* view, uint32_t k, int count
     }
 }
 
-void haptable_pair_cross_exact(const struct haptable_pair_view* view, const uint16_t* control, int count,
-                               float (*x)[9]) {
+void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
+    const int count = view->tables->law->controls;
+    uint16_t control[HAPTABLE_PAIR_CONTROLS];
     int i;
+    pair_controls(view->tables, patch, control);
     for (i = 0; i < count; ++i) {
-        float sum[9];
-        vec_zero(&sum[0]);
-        vec_zero(&sum[3]);
-        vec_zero(&sum[6]);
+        float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         if (control[i] != HAPTABLE_NONE) add_row(view, control[i], count, sum);
         pair_copy(sum, x[i]);
     }
@@ -55,10 +54,14 @@ static void put_block(const float (*all)[9], uint16_t k, uint16_t l, float block
         add_transposed(1.0f, all[(uint32_t)l * (l + 1u) / 2u + k], block);
 }
 
-void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, const uint16_t* first, const uint16_t* second,
-                                int count, float (*block)[9]) {
+void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
+                                float (*block)[9]) {
+    const int count = tables->law->controls;
+    uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     int i;
     int j;
+    pair_controls(tables, first, control[0]);
+    pair_controls(tables, second, control[1]);
     for (i = 0; i < count; ++i)
-        for (j = 0; j < count; ++j, ++block) put_block(tables->block, first[i], second[j], *block);
+        for (j = 0; j < count; ++j, ++block) put_block(tables->block, control[0][i], control[1][j], *block);
 }

@@ -166,12 +166,10 @@ static inline struct haptable_pair_rows* pair_rows(const struct haptable_pair_vi
 /* The coupling of every control of a patch with the other's place. cost: as tables->cross, where it is not known */
 static inline const struct haptable_pair_rows* pair_gather(const struct haptable_pair_view* view, uint16_t patch) {
     struct haptable_pair_rows* rows = pair_rows(view, patch);
-    uint16_t control[HAPTABLE_PAIR_CONTROLS];
     if (rows->patch == patch) return rows;
     if (view->rows[0].patch == HAPTABLE_NONE) rows = (struct haptable_pair_rows*)view->rows;
     rows->patch = patch;
-    pair_controls(view->tables, patch, control);
-    view->tables->cross(view, control, view->tables->law->controls, rows->x);
+    view->tables->cross(view, patch, rows->x);
     return rows;
 }
 
@@ -184,10 +182,10 @@ static inline void pair_forget(struct haptable_pair_view* view) {
 static inline void pair_look(const struct haptable_pair_model* tables, const struct haptable_contact* contact,
                              struct haptable_pair_view* view) {
     vec_copy(contact->god_object_m, view->at_m);
+    view->place.patch = contact->patch;
     pair_controls(tables, contact->patch, view->place.control);
     pair_weights(tables, contact->alpha, view->place.weight);
     pair_forget(view);
-    if (tables->far) tables->far(view);
 }
 
 /* sum_k w_k x_k */
@@ -292,7 +290,6 @@ struct pair_solved {
     struct factored n;
     float v[3];     /* of the first */
     float other[3]; /* of the second */
-    float t[3];
     float energy_j; /* 1/2 t . v_1: of both, less what the second stores alone */
 };
 
@@ -319,11 +316,10 @@ static inline int pair_keep_definite(const float a[6], float n[6]) {
     return 1;
 }
 
-/* v of the first, and t. */
-static inline void pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
-                                    const float x[9], struct pair_solved* solved) {
+static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                              const float x[9], struct pair_solved* solved) {
     float n[6];
-    float* t = solved->t;
+    float t[3];
     float alone[3];
     pair_reduce(own->a, x, view->m, n);
     (void)pair_keep_definite(own->a, n);
@@ -332,13 +328,8 @@ static inline void pair_solve_place(const struct haptable_pair_view* view, const
     vec_sub(own->s, t, t);
     solved->n = factor(n);
     solve(&solved->n, t, solved->v);
-}
-
-static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
-                              const float x[9], struct pair_solved* solved) {
-    pair_solve_place(view, own, x, solved);
     pair_other(view, x, solved->v, solved->other);
-    solved->energy_j = 0.5f * vec_dot(solved->t, solved->v);
+    solved->energy_j = 0.5f * vec_dot(t, solved->v);
 }
 
 /* Curvature: hessian_j holds v . s_bc - 1/2 v A_bc v; y holds s_b - A_b v, and becomes N^-1 y. */
@@ -407,13 +398,10 @@ static inline void pair_cross_net(const struct haptable_pair_model* tables, cons
 /* The blocks between the patches of two contacts: read where one of them is another one than before. */
 static inline const struct haptable_pair_net* pair_net(const struct haptable_pair_model* tables,
                                                        struct haptable_pair_net* net, uint16_t first, uint16_t second) {
-    uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     if (net->patch[0] == first && net->patch[1] == second) return net;
     net->patch[0] = first;
     net->patch[1] = second;
-    pair_controls(tables, first, control[0]);
-    pair_controls(tables, second, control[1]);
-    tables->blocks(tables, control[0], control[1], tables->law->controls, net->block);
+    tables->blocks(tables, first, second, net->block);
     return net;
 }
 

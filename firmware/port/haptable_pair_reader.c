@@ -24,9 +24,8 @@ int haptable_read_pair(struct haptable_model_reader* in, const struct haptable_m
     to->energy = model->energy ? haptable_pair_energy : 0;
     to->settle = model->energy && !model->frictionless ? haptable_pair_settle : 0;
     to->track = model->energy ? haptable_pair_track : 0;
-    to->cross = to->rank == 0 ? haptable_pair_cross_exact : haptable_pair_cross_low_rank;
-    to->far = to->rank == 0 ? 0 : haptable_pair_far_low_rank;
-    to->blocks = to->rank == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_low_rank;
+    to->cross = to->place_count == 0 ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
+    to->blocks = to->place_count == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
     to->freed = model->freed ? &in->freed_of_second : 0;
     to->check = model->check ? haptable_pair_check_crc : 0;
     return in->is_whole;

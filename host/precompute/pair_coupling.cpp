@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// C_kl = w_k^T L w_l,   C ~ Phi Phi^T + E,   Phi Phi^T = C Q (Q^T C Q)^-1 Q^T C
+// C_kl = w_k^T L w_l
 #include "host/precompute/pair_coupling.hpp"
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <random>
+#include <set>
 
 #include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 #include "host/precompute/compliance.hpp"
+#include "host/precompute/pair_clusters.hpp"
 #include "host/solve/dense.hpp"
 
 namespace haptable {
@@ -25,8 +25,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Block = std::array<double, 9>;
 
-constexpr std::size_t kBlockBytes = 36, kNearBytes = 20, kVectorBytes = 6, kBeginBytes = 4;
-constexpr int kOversampled = 8;  // columns of the random basis beyond the rank
+constexpr std::size_t kBlockBytes = 36, kLoadBytes = 14, kBeginBytes = 4, kPlaceBytes = 2;
+constexpr double kShareSteps = 32767.0;
 
 Eigen::Index dof(std::integral auto place) { return 3 * static_cast<Eigen::Index>(place); }
 
@@ -50,65 +50,6 @@ Matrix3d block_of(const PairControls& controls, const MatrixXd& row, std::size_t
     return block;
 }
 
-/// W x: what loads on controls are on nodes; and W^T x.
-MatrixXd to_nodes(const PairControls& controls, const MatrixXd& x) {
-    MatrixXd y = MatrixXd::Zero(dof(controls.node.size()), x.cols());
-    for (std::size_t k = 0; k < controls.weights.size(); ++k)
-        for (std::size_t i = 0; i < controls.weights[k].node.size(); ++i)
-            y.middleRows<3>(dof(controls.weights[k].node[i])) +=
-                controls.weights[k].weight[i] * x.middleRows<3>(dof(k));
-    return y;
-}
-MatrixXd to_controls(const PairControls& controls, const MatrixXd& x) {
-    MatrixXd y = MatrixXd::Zero(dof(controls.weights.size()), x.cols());
-    for (std::size_t k = 0; k < controls.weights.size(); ++k)
-        for (std::size_t i = 0; i < controls.weights[k].node.size(); ++i)
-            y.middleRows<3>(dof(k)) +=
-                controls.weights[k].weight[i] * x.middleRows<3>(dof(controls.weights[k].node[i]));
-    return y;
-}
-
-MatrixXd times_c(const PairControls& controls, const MatrixXd& l, const MatrixXd& x) {
-    return to_controls(controls, product(l, to_nodes(controls, x)));
-}
-
-/// 1 / sqrt(|C_kk|) of every control, three rows each: what a far pair is off counts by what its places give way
-/// themselves.
-Eigen::VectorXd scale_of(const PairControls& controls, const MatrixXd& l) {
-    Eigen::VectorXd scale(dof(controls.weights.size()));
-    for (std::size_t k = 0; k < controls.weights.size(); ++k) {
-        const double size = block_of(controls, row_of(controls, l, k), k).norm();
-        scale.segment<3>(dof(k)).setConstant(size > 0.0 ? 1.0 / std::sqrt(size) : 0.0);
-    }
-    return scale;
-}
-
-/// Phi [3 n, r], the r largest of a Nystroem approximation of C over the mean of C_kk and C_ll.
-MatrixXd far_field(const PairControls& controls, const MatrixXd& l, Eigen::Index rank) {
-    const Eigen::VectorXd scale = scale_of(controls, l);
-    const auto times = [&](const MatrixXd& x) {
-        return MatrixXd(scale.asDiagonal() * times_c(controls, l, scale.asDiagonal() * x));
-    };
-    const Eigen::Index rows = dof(controls.weights.size()), columns = std::min(rows, rank + kOversampled);
-    std::mt19937_64 random(1);
-    std::normal_distribution<double> normal;
-    MatrixXd q(rows, columns);
-    for (Eigen::Index j = 0; j < columns; ++j)
-        for (Eigen::Index i = 0; i < rows; ++i) q(i, j) = normal(random);
-    for (int turn = 0; turn < 2; ++turn) q = orthonormal(times(q));
-    const MatrixXd y = times(q), core = product(q.transpose(), y);
-    // (Q^T C Q)^-1/2 by eigenvalues: those that are rounding are left out.
-    const SymmetricEigen eigen = symmetric_eigen(0.5 * (core + core.transpose()));
-    const double least = 1e-12 * eigen.values.tail<1>()[0];
-    MatrixXd root = eigen.vectors;
-    for (Eigen::Index j = 0; j < root.cols(); ++j)
-        root.col(j) *= eigen.values[j] > least ? 1.0 / std::sqrt(eigen.values[j]) : 0.0;
-    const MatrixXd phi = product(y, root);
-    const MatrixXd turned = symmetric_eigen(product(phi.transpose(), phi)).vectors;
-    const Eigen::VectorXd back = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-    return back.asDiagonal() * product(phi, turned.rightCols(std::min(rank, columns)));
-}
-
 PairTables all_pairs(const PairControls& controls, const MatrixXd& l) {
     PairTables tables;
     for (std::size_t k = 0; k < controls.weights.size(); ++k) {
@@ -118,90 +59,139 @@ PairTables all_pairs(const PairControls& controls, const MatrixXd& l) {
     return tables;
 }
 
-/// How much a far pair is off, over the mean of what each gives way itself: squared.
-std::vector<float> lacking(const PairControls& controls, const MatrixXd& l, const MatrixXd& phi) {
-    const std::size_t n = controls.weights.size();
-    std::vector<double> own(n);
-    std::vector<float> size;
-    size.reserve(n * (n + 1) / 2);
-    for (std::size_t k = 0; k < n; ++k) {
-        const MatrixXd row = row_of(controls, l, k);
-        own[k] = block_of(controls, row, k).norm();
-        for (std::size_t j = 0; j <= k; ++j) {
-            const Matrix3d e =
-                block_of(controls, row, j) - phi.middleRows<3>(dof(k)) * phi.middleRows<3>(dof(j)).transpose();
-            const double scale = own[k] * own[j];
-            size.push_back(scale > 0.0 ? static_cast<float>(e.squaredNorm() / scale) : 0.0F);
-        }
-    }
-    return size;
+/// S = C_kk^-1 of every node.
+std::vector<Matrix3d> stiffness_of(const MatrixXd& l) {
+    std::vector<Matrix3d> s;
+    for (Eigen::Index k = 0; k < l.rows(); k += 3) s.push_back(l.block<3, 3>(k, k).inverse());
+    return s;
 }
 
-/// The largest `count` of what the far field lacks.
-void add_near(const PairControls& controls, const MatrixXd& l, const MatrixXd& phi, std::size_t count,
-              PairTables& tables) {
-    const std::size_t n = controls.weights.size();
-    const std::vector<float> size = lacking(controls, l, phi);
-    std::vector<std::size_t> order(size.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    count = std::min(count, order.size());
-    const auto larger = [&](std::size_t a, std::size_t b) { return size[a] != size[b] ? size[a] > size[b] : a < b; };
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), larger);
-    order.resize(count);
-    std::sort(order.begin(), order.end());
-    std::size_t next = 0;
-    tables.near_begin.push_back(0);
-    for (std::size_t k = 0; k < n; ++k) {
-        const MatrixXd row = row_of(controls, l, k);
-        for (; next < order.size() && order[next] < (k + 1) * (k + 2) / 2; ++next) {
-            const std::size_t j = order[next] - k * (k + 1) / 2;
-            tables.near.push_back(static_cast<std::int32_t>(j));
-            tables.block.push_back(rows_of(block_of(controls, row, j) -
-                                           phi.middleRows<3>(dof(k)) * phi.middleRows<3>(dof(j)).transpose()));
+/// Pairs of free corners of patches with a fixed one.
+std::set<std::pair<std::size_t, std::size_t>> beside_fixed(const PairControls& controls) {
+    std::set<std::pair<std::size_t, std::size_t>> to;
+    for (const auto& control : controls.of)
+        if (!controls.is_mask && std::min({control[0], control[1], control[2]}) < 0)
+            for (std::size_t c = 0; c < 3; ++c)
+                if (const auto [low, high] = std::minmax(control[c], control[(c + 1) % 3]); low >= 0)
+                    to.emplace(low, high);
+    return to;
+}
+
+/// Of the loaded nodes, as the force asks for them: S_k L_kl S_l, or L_kl.
+PlaceMatrix node_matrix(const PairControls& controls, const MatrixXd& l, bool is_stiffness) {
+    const auto rows = [&l, s = is_stiffness ? stiffness_of(l)
+                                            : std::vector<Matrix3d>{}](const std::vector<std::size_t>& place) {
+        MatrixXd to(dof(place.size()), l.cols());
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            to.middleRows<3>(dof(i)) = l.middleRows<3>(dof(place[i]));
+            if (!s.empty()) to.middleRows<3>(dof(i)) = s[place[i]] * to.middleRows<3>(dof(i)).eval();
         }
-        tables.near_begin.push_back(static_cast<std::uint32_t>(next));
+        for (std::size_t j = 0; j < s.size(); ++j) to.middleCols<3>(dof(j)) = to.middleCols<3>(dof(j)).eval() * s[j];
+        return to;
+    };
+    return {controls.node_m, rows, beside_fixed(controls)};
+}
+
+/// Vertices, and the middles of edges.
+std::vector<Vector3d> positions_of(const PairControls& controls) {
+    std::vector<Vector3d> position(controls.weights.size(), Vector3d::Zero());
+    for (std::size_t p = 0; p < controls.of.size(); ++p)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto& corner = controls.corner_m[p];
+            position[static_cast<std::size_t>(controls.of[p][c])] = corner[c];
+            position[static_cast<std::size_t>(controls.of[p][3 + c])] =
+                0.5 * (corner[(c + 1) % 3] + corner[(c + 2) % 3]);
+        }
+    return position;
+}
+
+/// Of the controls themselves: W L W^T.
+PlaceMatrix control_matrix(const PairControls& controls, const MatrixXd& l) {
+    const auto rows = [&](const std::vector<std::size_t>& place) {
+        MatrixXd to(dof(place.size()), dof(controls.weights.size()));
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            const MatrixXd row = row_of(controls, l, place[i]);
+            for (std::size_t k = 0; k < controls.weights.size(); ++k)
+                to.block<3, 3>(dof(i), dof(k)) = block_of(controls, row, k);
+        }
+        return to;
+    };
+    return {positions_of(controls), rows, {}};
+}
+
+/// Of each patch: the nodes that its controls load, with each one's share of every control.
+using Loads = std::vector<std::map<std::int32_t, std::array<double, 6>>>;
+
+Loads loads_of(const PairControls& controls) {
+    Loads loads;
+    for (const auto& control : controls.of) {
+        auto& load = loads.emplace_back();
+        for (std::size_t c = 0; c < 6; ++c) {
+            const NodeWeights& w = controls.weights[static_cast<std::size_t>(control[c])];
+            for (std::size_t i = 0; i < w.node.size(); ++i) load[w.node[i]][c] += w.weight[i];
+        }
+    }
+    return loads;
+}
+
+std::size_t most_loaded(const Loads& loads) {
+    std::size_t most = 0;
+    for (const auto& load : loads) most = std::max(most, load.size());
+    return most;
+}
+
+std::size_t load_bytes(const Loads& loads) {
+    std::size_t bytes = kBeginBytes * (loads.size() + 1);
+    for (const auto& load : loads) bytes += kLoadBytes * load.size();
+    return bytes;
+}
+
+/// place: of each node.
+void add_loads(const Loads& loads, const std::vector<std::int32_t>& place, PairClusters& to) {
+    to.load_begin.push_back(0);
+    for (const auto& load : loads) {
+        std::map<std::int32_t, std::array<double, 6>> placed;
+        for (const auto& [node, share] : load) placed[place[static_cast<std::size_t>(node)]] = share;
+        for (const auto& [at, share] : placed) {
+            to.load_place.push_back(at);
+            auto& steps = to.load_share.emplace_back();
+            for (std::size_t c = 0; c < 6; ++c)
+                steps[c] = static_cast<std::int16_t>(std::lround(kShareSteps * share[c]));
+        }
+        to.load_begin.push_back(static_cast<std::int32_t>(to.load_place.size()));
     }
 }
 
-/// A far field of a rank, and near pairs in what is left of the bytes.
-PairTables with_rank(const PairControls& controls, const MatrixXd& l, const MatrixXd& phi, std::uintmax_t near_bytes) {
-    const std::size_t n = controls.weights.size();
+std::vector<std::int32_t> inverse_of(const std::vector<std::size_t>& order) {
+    std::vector<std::int32_t> place(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<std::int32_t>(i);
+    return place;
+}
+
+/// Clusters of what is loaded: the controls' nodes; where a patch of masks loads more of them than the servo has room
+/// for, the controls themselves.
+PairTables in_clusters(const PairControls& controls, const MatrixXd& l, std::uintmax_t most_bytes,
+                       const ContactOptions& contact, Progress& progress) {
+    const Loads loads = controls.is_mask ? loads_of(controls) : Loads{};
+    const bool is_loaded = controls.is_mask && most_loaded(loads) <= kMostLoaded;
+    const PlaceMatrix a = controls.is_mask && !is_loaded
+                              ? control_matrix(controls, l)
+                              : node_matrix(controls, l, contact.force == ForceLaw::kInterpolated);
+    const std::size_t besides = is_loaded ? load_bytes(loads) : kPlaceBytes * controls.weights.size();
+    std::vector<std::size_t> order;
     PairTables tables;
-    tables.control_count = n;
-    tables.rank = static_cast<std::size_t>(phi.cols());
-    for (std::size_t k = 0; k < n; ++k)
-        for (Eigen::Index j = 0; j < phi.cols(); ++j) {
-            const Vector3d v = phi.block<3, 1>(dof(k), j);
-            tables.column.push_back({v[0], v[1], v[2]});
-        }
-    add_near(controls, l, phi, (near_bytes - kVectorBytes * tables.column.size()) / kNearBytes, tables);
-    return tables;
-}
-
-/// Of some ranks that leave at least half of the bytes to near pairs, the one whose forces are best.
-PairTables low_rank(const PairControls& controls, const MatrixXd& l, double meeting_m, std::uintmax_t most_bytes,
-                    const ContactOptions& contact) {
-    constexpr std::size_t kTried = 1000;
-    const std::size_t n = controls.weights.size(), begin = kBeginBytes * (n + 1);
-    const std::uintmax_t least = begin + 2 * kVectorBytes * n;
-    if (most_bytes < least)
+    std::size_t least = 0;
+    tables.clusters = cluster_pairs(a, most_bytes > besides ? most_bytes - besides : 0, order, least, progress);
+    if (tables.is_exact())
         throw Error(
             fmt::format("tables.coupling_bytes = {} is too little for the coupling of {} places: give {} or "
                         "more, or touch a smaller region",
-                        most_bytes, n, least));
-    const auto most = std::min<std::uintmax_t>(HAPTABLE_PAIR_RANK, (most_bytes - begin) / 2 / (kVectorBytes * n));
-    const MatrixXd phi = far_field(controls, l, static_cast<Eigen::Index>(most));
-    PairTables best;
-    double smallest = HUGE_VAL;
-    for (Eigen::Index rank = phi.cols(); rank >= 1; rank /= 2) {
-        PairTables tables = with_rank(controls, l, phi.rightCols(rank), most_bytes - begin);
-        tables.meeting_m = meeting_m;
-        const PairError error = measure_pair(controls, l, tables, contact, kTried);
-        if (error.worst >= smallest) continue;
-        smallest = error.worst;
-        best = std::move(tables);
-    }
-    return best;
+                        most_bytes, a.position_m.size(), least + besides));
+    if (is_loaded)
+        add_loads(loads, inverse_of(order), tables.clusters);
+    else
+        tables.clusters.place = inverse_of(order);
+    return tables;
 }
 
 /// Masks by mesh nodes to places among the loaded nodes; a fixed node takes no load.
@@ -267,7 +257,10 @@ void add_patches(const Body& body, const Masks& masks, const std::vector<std::in
 /// A place that is pressed: its controls with the matrices by which they take a displacement of 1, and what it gives
 /// way alone.
 struct Pressed {
+    std::size_t patch = 0;
     std::array<std::int32_t, 6> control{};
+    std::array<double, 6> weight{};
+    std::vector<std::pair<std::int32_t, double>> node;  // loaded, of the forces by a compliance
     std::array<Matrix3d, 6> share;
     Matrix3d own;
     Vector3d at_m, u_m;
@@ -287,21 +280,30 @@ public:
         return sum;
     }
 
+    /// C_12 of the nodes' own.
+    Matrix3d between(const Pressed& a, const Pressed& b) const {
+        Matrix3d sum = Matrix3d::Zero();
+        for (const auto& [i, v] : a.node)
+            for (const auto& [j, w] : b.node) sum += v * w * l_.block<3, 3>(dof(i), dof(j));
+        return sum;
+    }
+
     Pressed press(std::size_t patch, const Vector3d& alpha, double depth_m) const {
         const auto& corner = controls_.corner_m[patch];
         Pressed to;
+        to.patch = patch;
         to.control = controls_.of[patch];
         to.at_m = alpha[0] * corner[0] + alpha[1] * corner[1] + alpha[2] * corner[2];
         to.u_m = -depth_m * (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
         if (contact_.force == ForceLaw::kInterpolated)
-            interpolate(patch, alpha, to);
+            interpolate(alpha, to);
         else
             comply(patch, alpha, to);
         return to;
     }
 
 private:
-    void interpolate(std::size_t patch, const Vector3d& alpha, Pressed& to) const {
+    void interpolate(const Vector3d& alpha, Pressed& to) const {
         const double rigid = contact_.rigid_stiffness_n_per_m;
         std::array<Matrix3d, 3> s;
         Matrix3d sum = Matrix3d::Zero();
@@ -311,9 +313,11 @@ private:
             sum += alpha[static_cast<Eigen::Index>(c)] * s[c];
         }
         to.own = sum.inverse();
-        for (std::size_t c = 0; c < 3; ++c) to.share[c] = alpha[static_cast<Eigen::Index>(c)] * s[c] * to.own;
+        for (std::size_t c = 0; c < 3; ++c) {
+            to.weight[c] = alpha[static_cast<Eigen::Index>(c)];
+            to.share[c] = to.weight[c] * s[c] * to.own;
+        }
         for (std::size_t c = 3; c < 6; ++c) to.share[c] = Matrix3d::Zero();
-        (void)patch;
     }
 
     void comply(std::size_t patch, const Vector3d& alpha, Pressed& to) const {
@@ -325,12 +329,15 @@ private:
             to.share[static_cast<std::size_t>(3 + c)] = 2.0 * alpha[a] * alpha[b] * Matrix3d::Identity();
             rigid += alpha[c] * controls_.rigid[patch][static_cast<std::size_t>(c)];
         }
-        to.own = Matrix3d::Zero();
-        for (std::size_t k = 0; k < 6; ++k)
-            for (std::size_t j = 0; j < 6; ++j)
-                if (to.control[k] >= 0 && to.control[j] >= 0)
-                    to.own += to.share[k](0, 0) * to.share[j](0, 0) *
-                              block(static_cast<std::size_t>(to.control[k]), static_cast<std::size_t>(to.control[j]));
+        for (std::size_t k = 0; k < 6; ++k) to.weight[k] = to.share[k](0, 0);
+        std::map<std::int32_t, double> load;
+        for (std::size_t k = 0; k < 6; ++k) {
+            if (to.control[k] < 0) continue;
+            const NodeWeights& w = controls_.weights[static_cast<std::size_t>(to.control[k])];
+            for (std::size_t i = 0; i < w.node.size(); ++i) load[w.node[i]] += to.weight[k] * w.weight[i];
+        }
+        to.node.assign(load.begin(), load.end());
+        to.own = between(to, to);
         const double missing = rigid / contact_.rigid_stiffness_n_per_m - to.own.trace() / 3.0;
         if (rigid > 0.0 && missing > 0.0) to.own += missing * Matrix3d::Identity();
     }
@@ -342,18 +349,56 @@ private:
 
 using Pair = Eigen::Matrix<double, 6, 6>;
 
+/// C_12 from blocks of controls.
 template <typename BlockOf>
-Pair compliance_of(const Pressed& a, const Pressed& b, double meeting_m, const BlockOf& block) {
+Matrix3d cross_of(const Pressed& a, const Pressed& b, const BlockOf& block) {
     Matrix3d x = Matrix3d::Zero();
     for (std::size_t k = 0; k < 6; ++k)
         for (std::size_t j = 0; j < 6; ++j)
             if (a.control[k] >= 0 && b.control[j] >= 0)
                 x += a.share[k].transpose() *
                      block(static_cast<std::size_t>(a.control[k]), static_cast<std::size_t>(b.control[j])) * b.share[j];
+    return x;
+}
+
+/// The places of the tables that are loaded, and how much.
+std::vector<std::pair<std::size_t, double>> loaded(const PairClusters& clusters, const Pressed& by) {
+    std::vector<std::pair<std::size_t, double>> to;
+    if (clusters.load_begin.empty()) {
+        for (std::size_t c = 0; c < 6; ++c)
+            if (by.control[c] >= 0 && by.weight[c] != 0.0)
+                to.emplace_back(clusters.place[static_cast<std::size_t>(by.control[c])], by.weight[c]);
+        return to;
+    }
+    for (auto i = static_cast<std::size_t>(clusters.load_begin[by.patch]);
+         i < static_cast<std::size_t>(clusters.load_begin[by.patch + 1]); ++i) {
+        double weight = 0.0;
+        for (std::size_t c = 0; c < 6; ++c) weight += by.weight[c] * clusters.load_share[i][c] / kShareSteps;
+        to.emplace_back(clusters.load_place[i], weight);
+    }
+    return to;
+}
+
+/// C_12 of the tables.
+Matrix3d kept_cross(const PairTables& tables, const Pressed& a, const Pressed& b, bool is_stiffness) {
+    if (tables.is_exact()) return cross_of(a, b, [&](auto k, auto j) { return pair_block(tables, k, j); });
+    Matrix3d x = Matrix3d::Zero();
+    const auto other = loaded(tables.clusters, b);
+    for (const auto& [i, v] : loaded(tables.clusters, a))
+        for (const auto& [j, w] : other) x += v * w * cluster_block(tables.clusters, i, j);
+    return is_stiffness ? Matrix3d(a.own * x * b.own) : x;
+}
+
+/// C of the pair, as the servo solves it: the coupling fades where they meet, and where two places load one node alone,
+/// and so alike, what the second leaves of C_11 is lifted to a 64th of it.
+Pair compliance_of(const Pressed& a, const Pressed& b, double meeting_m, Matrix3d x, bool is_stiffness) {
+    constexpr double kLeast = 1.0 / 64.0;
     const double near = std::max(0.0, 1.0 - (a.at_m - b.at_m).squaredNorm() / (meeting_m * meeting_m));
     x *= 1.0 - static_cast<double>(HAPTABLE_PAIR_MEETING) * near * near;
+    const Matrix3d left = a.own - x * b.own.inverse() * x.transpose();
+    const double missing = is_stiffness ? 0.0 : (kLeast * a.own.trace() - left.trace()) / 3.0;
     Pair c;
-    c << a.own, x, x.transpose(), b.own;
+    c << a.own + std::max(0.0, missing) * Matrix3d::Identity(), x, x.transpose(), b.own;
     return c;
 }
 
@@ -372,6 +417,8 @@ PairControls pair_controls(const Scene& scene, const Body& body, const Masks& ma
         for (std::size_t i = 0; i < controls.node.size(); ++i)
             controls.weights.push_back({{static_cast<std::int32_t>(i)}, {1.0}});
     }
+    for (const std::int32_t node : controls.node)
+        controls.node_m.push_back(body.mesh.position_m[static_cast<std::size_t>(node)]);
     add_patches(body, masks, vertex, controls);
     return controls;
 }
@@ -408,14 +455,14 @@ MatrixXd loaded_compliance(const LinearSolver& inverse, const PairControls& cont
 }
 
 PairTables make_pair_tables(const PairControls& controls, const MatrixXd& l, double meeting_m,
-                            std::uintmax_t most_bytes, const ContactOptions& contact) {
+                            std::uintmax_t most_bytes, const ContactOptions& contact, Progress& progress) {
     const std::size_t n = controls.weights.size();
     if (n >= HAPTABLE_NONE)
         throw Error(fmt::format("two fingers couple {} places, more than the servo's {}: touch a smaller region", n,
                                 HAPTABLE_NONE - 1));
     PairTables tables = kBlockBytes * n * (n + 1) / 2 <= most_bytes
                             ? all_pairs(controls, l)
-                            : low_rank(controls, l, meeting_m, most_bytes, contact);
+                            : in_clusters(controls, l, most_bytes, contact, progress);
     tables.control_count = n;
     tables.meeting_m = meeting_m;
     return tables;
@@ -423,19 +470,7 @@ PairTables make_pair_tables(const PairControls& controls, const MatrixXd& l, dou
 
 Matrix3d pair_block(const PairTables& tables, std::size_t k, std::size_t l) {
     if (k < l) return pair_block(tables, l, k).transpose();
-    if (tables.is_exact()) return matrix_of(tables.block[k * (k + 1) / 2 + l]);
-    Matrix3d sum = Matrix3d::Zero();
-    for (std::size_t j = 0; j < tables.rank; ++j) {
-        const Eigen::Map<const Vector3d> a(tables.column[k * tables.rank + j].data());
-        const Eigen::Map<const Vector3d> b(tables.column[l * tables.rank + j].data());
-        sum += a * b.transpose();
-    }
-    const auto first = tables.near.begin() + tables.near_begin[k],
-               last = tables.near.begin() + tables.near_begin[k + 1];
-    const auto found = std::lower_bound(first, last, static_cast<std::int32_t>(l));
-    if (found != last && *found == static_cast<std::int32_t>(l))
-        sum += matrix_of(tables.block[static_cast<std::size_t>(found - tables.near.begin())]);
-    return sum;
+    return matrix_of(tables.block[k * (k + 1) / 2 + l]);
 }
 
 PairError measure_pair(const PairControls& controls, const MatrixXd& l, const PairTables& tables,
@@ -449,6 +484,7 @@ PairError measure_pair(const PairControls& controls, const MatrixXd& l, const Pa
         const Vector3d alpha(part(random), part(random), part(random));
         return presser.press(patch(random), alpha / alpha.sum(), depth(random));
     };
+    const bool is_stiffness = contact.force == ForceLaw::kInterpolated;
     std::vector<double> error;
     PairError to{places, 0.0, 0.0, HUGE_VAL, 0};
     while (error.size() < places) {
@@ -456,9 +492,10 @@ PairError measure_pair(const PairControls& controls, const MatrixXd& l, const Pa
         if (!(a.own.trace() > 0.0 && b.own.trace() > 0.0)) continue;
         Eigen::Vector<double, 6> u;
         u << a.u_m, b.u_m;
-        const Pair exact = compliance_of(a, b, tables.meeting_m, [&](auto k, auto j) { return presser.block(k, j); });
-        const Pair kept =
-            compliance_of(a, b, tables.meeting_m, [&](auto k, auto j) { return pair_block(tables, k, j); });
+        const Matrix3d x =
+            is_stiffness ? cross_of(a, b, [&](auto k, auto j) { return presser.block(k, j); }) : presser.between(a, b);
+        const Pair exact = compliance_of(a, b, tables.meeting_m, x, is_stiffness);
+        const Pair kept = compliance_of(a, b, tables.meeting_m, kept_cross(tables, a, b, is_stiffness), is_stiffness);
         const Eigen::Vector<double, 6> f = solve_spd(exact, u), g = solve_spd(kept, u);
         error.push_back((f - g).norm() / f.norm());
         to.least =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What couples two fingers: all pairs of controls where they fit, else the near ones and a far field of low rank.
+// What couples two fingers: all pairs of controls where they fit, else clusters of the nodes that they load.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +18,7 @@ namespace haptable {
 /// for a mask the fixed vertices and the edges.
 struct PairControls {
     std::vector<std::int32_t> node;               ///< [m] mesh nodes, free
+    std::vector<Eigen::Vector3d> node_m;          ///< [m]
     std::vector<NodeWeights> weights;             ///< [n] over places in `node`
     std::vector<std::array<std::int32_t, 6>> of;  ///< [p] its controls, -1 none: vertices, then edges opposite to them
     std::vector<std::array<double, 3>> rigid;     ///< [p] 1 where a corner is fixed
@@ -38,13 +39,10 @@ double pair_memory(const PairControls& controls);
 Eigen::MatrixXd loaded_compliance(const LinearSolver& inverse, const PairControls& controls,
                                   std::span<const std::int32_t> unknown, Progress& progress);
 
-/// All pairs where they fit into so many bytes; else Phi Phi^T by Nystroem's method on a random basis that two products
-/// with C have turned towards the largest eigenvalues (Halko, Martinsson and Tropp 2011), which is never more than C,
-/// of the rank that does best in a half of the bytes at the most, and those blocks of what it lacks that are largest in
-/// the rest. Throws Error
-/// with the least that does where not even that fits.
+/// All pairs where they fit into so many bytes; else the loaded nodes in clusters (cluster_pairs), and under a mask
+/// what each patch loads of them. Throws Error with the least that does where not even that fits.
 PairTables make_pair_tables(const PairControls& controls, const Eigen::MatrixXd& l, double meeting_m,
-                            std::uintmax_t most_bytes, const ContactOptions& contact);
+                            std::uintmax_t most_bytes, const ContactOptions& contact, Progress& progress);
 
 /// How far the forces of tables are from those of L, over random pairs of places of which each is pressed along its
 /// inward normal; patches without any free node have none.
@@ -58,7 +56,7 @@ struct PairError {
 PairError measure_pair(const PairControls& controls, const Eigen::MatrixXd& l, const PairTables& tables,
                        const ContactOptions& contact, std::size_t places);
 
-/// C_kl of the tables, m/N.
+/// C_kl of tables that have all pairs, m/N.
 Eigen::Matrix3d pair_block(const PairTables& tables, std::size_t k, std::size_t l);
 
 }  // namespace haptable

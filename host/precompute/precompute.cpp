@@ -171,13 +171,12 @@ PairSummary make_pair(const Run& run) {
     run.clock.begin("coupling");
     const PairControls controls = pair_controls(scene, body, plan.masks);
     const Eigen::MatrixXd l = loaded_compliance(inverse, controls, body.unknown, progress);
+    const double meeting_m = meeting_distance(scene, body);
+    run.clock.begin("clusters");
     const PairTables tables =
-        make_pair_tables(controls, l, meeting_distance(scene, body), scene.tables.coupling_bytes, scene.contact);
+        make_pair_tables(controls, l, meeting_m, scene.tables.coupling_bytes, scene.contact, progress);
     write_pair(tables, beside);
-    return {
-        tables.control_count, tables.rank,
-        tables.block.size(),  pair_bytes(tables),
-        tables.meeting_m,     measure_pair(controls, l, tables, scene.contact, tables.is_exact() ? kOfExact : kPlaces)};
+    return {tables, measure_pair(controls, l, tables, scene.contact, tables.is_exact() ? kOfExact : kPlaces)};
 }
 
 /// Entries of columns.npy in half precision are multiples of a power of 2 that puts the largest L_ii at 2^8: far above

@@ -291,8 +291,11 @@ void add_options(const ContactOptions& c, nlohmann::ordered_json& json) {
 nlohmann::ordered_json to_json(const PairSummary& pair) {
     return {{"meeting_m", pair.meeting_m},
             {"controls", pair.controls},
+            {"clustered", pair.clustered},
+            {"loads", pair.loads},
+            {"cores", pair.cores},
+            {"dense", pair.dense},
             {"rank", pair.rank},
-            {"blocks", pair.blocks},
             {"bytes", pair.bytes},
             {"places", pair.error.places},
             {"worst_error", pair.error.worst},
@@ -302,9 +305,12 @@ nlohmann::ordered_json to_json(const PairSummary& pair) {
 }
 
 std::string describe(const PairSummary& pair) {
-    const std::string how = pair.rank == 0 ? fmt::format("all {} pairs of {} places", pair.blocks, pair.controls)
-                                           : fmt::format("{} near pairs of {} places and a far field of rank {}",
-                                                         pair.blocks, pair.controls, pair.rank);
+    const std::string how = pair.clustered == 0
+                                ? fmt::format("all pairs of {} places", pair.controls)
+                                : fmt::format(
+                                      "{} places in clusters, {} of {} pairs of them in full, the others of rank "
+                                      "{} at most",
+                                      pair.clustered, pair.dense, pair.cores, pair.rank);
     return fmt::format(
         "  two fingers: {}, {}; over {} pairs of places the forces are off by at most {:.2g} of themselves (99 %: "
         "{:.2g})\n",
@@ -342,6 +348,18 @@ std::string stiffness_line(const Scene& scene, const ServoStiffness& k, const Pr
 }
 
 }  // namespace
+
+PairSummary::PairSummary(const PairTables& tables, const PairError& measured)
+    : meeting_m(tables.meeting_m),
+      controls(tables.control_count),
+      clustered(tables.clusters.places()),
+      loads(tables.clusters.load_place.size()),
+      dense(static_cast<std::size_t>(std::count_if(tables.clusters.form.begin(), tables.clusters.form.end(),
+                                                   [](auto f) { return f >= kDenseForm; }))),
+      cores(tables.clusters.form.size()),
+      rank(tables.clusters.rank),
+      bytes(pair_bytes(tables)),
+      error(measured) {}
 
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
     std::vector<std::string> warnings = locking_warnings(scene, summary.inverse.locking);

@@ -67,8 +67,15 @@ struct MaskSummary {
 
 /// What couples two fingers.
 struct PairSummary {
-    std::size_t controls = 0, rank = 0, blocks = 0, bytes = 0;
-    double meeting_m = 0.0;
+    PairSummary(const PairTables& tables, const PairError& error);
+    double meeting_m;
+    std::size_t controls;   ///< places that a patch's corners and edges are
+    std::size_t clustered;  ///< places in clusters; 0: every pair of controls is kept
+    std::size_t loads;      ///< entries of what patches load of them; 0: places are controls
+    std::size_t dense;      ///< pairs of clusters that are kept in full
+    std::size_t cores;      ///< of so many
+    std::size_t rank;       ///< of the others, at most
+    std::size_t bytes;
     PairError error;
 };
 

@@ -52,6 +52,12 @@ constexpr const char* kType = nullptr;
 template <>
 constexpr const char* kType<std::int32_t> = "<i4";
 template <>
+constexpr const char* kType<std::int16_t> = "<i2";
+template <>
+constexpr const char* kType<std::int8_t> = "|i1";
+template <>
+constexpr const char* kType<std::uint8_t> = "|u1";
+template <>
 constexpr const char* kType<Half> = "<f2";
 template <>
 constexpr const char* kType<float> = "<f4";
@@ -228,13 +234,22 @@ template class WritableNpy<float>;
 template class WritableNpy<double>;
 template class WritableNpy<Half>;
 template class NpyWriter<std::int32_t>;
+template class NpyWriter<std::int16_t>;
+template class NpyWriter<std::int8_t>;
+template class NpyWriter<std::uint8_t>;
 template class NpyWriter<Half>;
 template class NpyWriter<float>;
 template class NpyWriter<double>;
 template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::int32_t>);
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::int16_t>);
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::int8_t>);
+template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const std::uint8_t>);
 template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const float>);
 template void write_npy(const std::filesystem::path&, const std::vector<std::size_t>&, std::span<const double>);
 template Array<std::int32_t> read_npy(const std::filesystem::path&);
+template Array<std::int16_t> read_npy(const std::filesystem::path&);
+template Array<std::int8_t> read_npy(const std::filesystem::path&);
+template Array<std::uint8_t> read_npy(const std::filesystem::path&);
 template Array<float> read_npy(const std::filesystem::path&);
 template Array<double> read_npy(const std::filesystem::path&);
 template class MappedNpy<std::int32_t>;

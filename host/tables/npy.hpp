@@ -28,7 +28,7 @@ struct Array {
     bool operator==(const Array&) const = default;
 };
 
-/// Writes a .npy file piece by piece, so that it need not fit in memory. T: int32_t, float, double.
+/// Writes a .npy file piece by piece, so that it need not fit in memory. T: integers below, float, double.
 template <typename T>
 class NpyWriter {
 public:
@@ -63,7 +63,7 @@ private:
     std::size_t map_bytes_ = 0;
 };
 
-/// Writes a whole array. T: int32_t, float, double. Throws Error that names the path.
+/// Writes a whole array. T: int32_t, int16_t, int8_t, uint8_t, float, double. Throws Error that names the path.
 template <typename T>
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, std::span<const T> values);
 
