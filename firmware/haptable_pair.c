@@ -51,7 +51,19 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
 
 /* ---- the force ------------------------------------------------------------------------------------------------ */
 
-/* force: of the pair at a contact of this finger's, the other being where it was told. */
+/* What is felt where A v = s: the load with its sign turned. */
+static void put_felt(const struct haptable_pair_law* law, const float a[6], const float v[3], float force_n[3]) {
+    float load_n[3];
+    if (law->is_stiffness)
+        vec_symmetric_product(a, v, load_n);
+    else
+        vec_copy(v, load_n);
+    vec_zero(force_n);
+    vec_sub(force_n, load_n, force_n);
+}
+
+/* force: of the pair at a contact of this finger's, the other being where it was told. Of those that a tick tries, as
+ * friction does, nobody asks for the nodes' loads. */
 static void feel(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
                  float nodal_force_n[3][3], float force_n[3]) {
     const struct haptable_pair_view* view = pair_view_of(model);
@@ -66,12 +78,16 @@ static void feel(const struct haptable_model* model, const struct haptable_conta
     if (view->is_coupled) {
         float x[9];
         pair_cross(view, contact, x);
-        pair_solve(view, &own, x, &solved);
+        pair_solve_place(view, &own, x, &solved);
+    } else if (law->is_stiffness) {
+        vec_zero(force_n);
+        vec_sub(force_n, own.s, force_n);
+        return;
     } else {
         solved.n = factor(own.a);
         solve(&solved.n, own.s, solved.v);
     }
-    law->load(model, contact, solved.v, nodal_force_n, force_n);
+    put_felt(law, own.a, solved.v, force_n);
 }
 
 /* passivity: takes back what both hands were given, from both as they move. */
@@ -278,7 +294,7 @@ static void move_finger(const struct haptable_pair_model* tables, struct haptabl
     struct haptable_servo* servo = &pair->servo[finger];
     if (!(tables->energy || tables->model->frictionless)) {
         move(model, servo, finger_m, motion_m);
-    } else if (is_far_left(pair, finger)) {
+    } else if (is_far_left(pair, finger) || (!tables->energy && is_left(pair, finger))) {
         model->god_object = haptable_god_object_nearest;
         move(model, servo, finger_m, motion_m);
         model->god_object = tables->model->god_object;

@@ -38,7 +38,10 @@ void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t p
     int i;
     pair_controls(view->tables, patch, control);
     for (i = 0; i < count; ++i) {
-        float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        float sum[9];
+        vec_zero(&sum[0]);
+        vec_zero(&sum[3]);
+        vec_zero(&sum[6]);
         if (control[i] != HAPTABLE_NONE) add_row(view, control[i], count, sum);
         pair_copy(sum, x[i]);
     }

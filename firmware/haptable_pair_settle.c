@@ -122,6 +122,13 @@ static void move_place(const struct haptable_model* model, const float d[2], flo
                        struct haptable_contact* at) {
     const float change[3] = {-(d[0] + d[1]), d[0], d[1]};
     int c;
+    if (ends < 0 && at->alpha[0] > 0.0f && at->alpha[1] > 0.0f && at->alpha[2] > 0.0f) { /* most steps */
+        at->alpha[1] += part * d[0];
+        at->alpha[2] += part * d[1];
+        at->alpha[0] = 1.0f - at->alpha[1] - at->alpha[2];
+        place(model, at);
+        return;
+    }
     for (c = 0; c < 3; ++c)
         at->alpha[c] = c == ends || (at->alpha[c] == 0.0f && change[c] <= 0.0f)
                            ? 0.0f
@@ -470,38 +477,56 @@ static int evaluate(struct both* both, struct haptable_pair* pair) {
 /* ---- Newton's step ------------------------------------------------------------------------------------------------
  */
 
-/* H = L D L^T in place: D's inverse on the diagonal. Returns 0 where H is not positive definite beyond rounding. */
+/* The inverse of a pivot; 0 where it is not positive beyond rounding. */
+static float pivot(float left, float whole) { return left > 1e-5f * whole && whole > 0.0f ? 1.0f / left : 0.0f; }
+
+/* H = L D L^T in place: D's inverse on the diagonal, 0 beyond the ways. Returns 0 where H is not positive definite
+ * beyond rounding. Every number is a statement of its own, as loops would cost more than what they do. */
 static int factor_curvature(float h[MOST_FREE][MOST_FREE], int free) {
+    float l0;
+    float l1;
+    float l2;
     int i;
-    int j;
-    int k;
-    for (i = 0; i < free; ++i) {
-        const float whole = h[i][i];
-        for (j = 0; j < i; ++j) {
-            float l = h[i][j]; /* l d */
-            for (k = 0; k < j; ++k) l -= h[i][k] * h[j][k];
-            h[i][j] = l;
-        }
-        for (j = 0; j < i; ++j) {
-            const float l = h[i][j] * h[j][j];
-            h[i][i] -= l * h[i][j];
-            h[i][j] = l;
-        }
-        if (!(h[i][i] > 1e-5f * whole && whole > 0.0f)) return 0;
-        h[i][i] = 1.0f / h[i][i];
-    }
-    return 1;
+    for (i = free; i < MOST_FREE; ++i) vec_zero(h[i]);
+    for (i = free; i < MOST_FREE; ++i) h[i][i] = 0.0f;
+    if (free < 1) return 1;
+    h[0][0] = pivot(h[0][0], h[0][0]);
+    if (h[0][0] == 0.0f) return 0;
+    if (free < 2) return 1;
+    l0 = h[1][0] * h[0][0];
+    h[1][1] = pivot(h[1][1] - l0 * h[1][0], h[1][1]);
+    h[1][0] = l0;
+    if (h[1][1] == 0.0f) return 0;
+    if (free < 3) return 1;
+    h[2][1] -= h[2][0] * h[1][0];
+    l0 = h[2][0] * h[0][0];
+    l1 = h[2][1] * h[1][1];
+    h[2][2] = pivot(h[2][2] - l0 * h[2][0] - l1 * h[2][1], h[2][2]);
+    h[2][0] = l0;
+    h[2][1] = l1;
+    if (h[2][2] == 0.0f) return 0;
+    if (free < 4) return 1;
+    h[3][1] -= h[3][0] * h[1][0];
+    h[3][2] -= h[3][0] * h[2][0] + h[3][1] * h[2][1];
+    l0 = h[3][0] * h[0][0];
+    l1 = h[3][1] * h[1][1];
+    l2 = h[3][2] * h[2][2];
+    h[3][3] = pivot(h[3][3] - l0 * h[3][0] - l1 * h[3][1] - l2 * h[3][2], h[3][3]);
+    h[3][0] = l0;
+    h[3][1] = l1;
+    h[3][2] = l2;
+    return h[3][3] != 0.0f;
 }
 
-/* H^-1 b in place. */
-static void solve_curvature(float h[MOST_FREE][MOST_FREE], int free, float b[MOST_FREE]) {
-    int i;
-    int j;
-    for (i = 1; i < free; ++i)
-        for (j = 0; j < i; ++j) b[i] -= h[i][j] * b[j];
-    for (i = 0; i < free; ++i) b[i] *= h[i][i];
-    for (i = free - 2; i >= 0; --i)
-        for (j = i + 1; j < free; ++j) b[i] -= h[j][i] * b[j];
+/* H^-1 b in place, b being 0 beyond the ways. */
+static void solve_curvature(float h[MOST_FREE][MOST_FREE], float b[MOST_FREE]) {
+    b[1] -= h[1][0] * b[0];
+    b[2] -= h[2][0] * b[0] + h[2][1] * b[1];
+    b[3] -= h[3][0] * b[0] + h[3][1] * b[1] + h[3][2] * b[2];
+    b[3] *= h[3][3];
+    b[2] = b[2] * h[2][2] - h[3][2] * b[3];
+    b[1] = b[1] * h[1][1] - h[2][1] * b[2] - h[3][1] * b[3];
+    b[0] = b[0] * h[0][0] - h[1][0] * b[1] - h[2][0] * b[2] - h[3][0] * b[3];
 }
 
 /* How the alphas of a finger change by a step of both. */
@@ -612,10 +637,14 @@ static int rests_across(struct both* both, struct haptable_pair* pair, int f) {
     return here->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
 
+/* Newton's step may be this much of a patch where it ends a tick: its own error is of the order of its square. One
+ * finger's is held to less (HAPTABLE_CORRECTION): of two an evaluation is dear, and loops give no more with this. */
+#define CORRECTION 1e-2f
+
 /* 1 where a step is so small that it ends the tick. */
 static int is_small(const float d[2]) {
-    return d[0] < HAPTABLE_CORRECTION && d[0] > -HAPTABLE_CORRECTION && d[1] < HAPTABLE_CORRECTION &&
-           d[1] > -HAPTABLE_CORRECTION && d[0] + d[1] < HAPTABLE_CORRECTION && d[0] + d[1] > -HAPTABLE_CORRECTION;
+    return d[0] < CORRECTION && d[0] > -CORRECTION && d[1] < CORRECTION && d[1] > -CORRECTION &&
+           d[0] + d[1] < CORRECTION && d[0] + d[1] > -CORRECTION;
 }
 
 /* ---- what the tick ends with --------------------------------------------------------------------------------------
@@ -657,7 +686,7 @@ static void put_follow(const struct both* both, struct haptable_pair_follow* fol
         }
     }
     follow->free = (uint8_t)both->free;
-    for (i = 0; i < both->free; ++i)
+    for (i = 0; i < MOST_FREE; ++i)
         for (f = 0; f <= i; ++f) follow->curvature_j[i][f] = both->hessian_j[i][f];
 }
 
@@ -779,8 +808,8 @@ static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
     int i;
     if (!(both->energy_j <= most_j)) return -1;
     if (!factor_curvature(both->hessian_j, both->free)) return -1;
-    for (i = 0; i < both->free; ++i) step[i] = -both->gradient_j[i];
-    solve_curvature(both->hessian_j, both->free, step);
+    for (i = 0; i < MOST_FREE; ++i) step[i] = i < both->free ? -both->gradient_j[i] : 0.0f;
+    solve_curvature(both->hessian_j, step);
     for (i = 0; i < both->free; ++i) fall_j += 0.5f * step[i] * both->gradient_j[i];
     step_of(both, 0, step, d[0]);
     step_of(both, 1, step, d[1]);
@@ -805,7 +834,8 @@ static void predict(struct both* both, struct haptable_pair* pair) {
     if (follow->free != both->free) return;
     for (i = 0; i < both->free; ++i)
         step[i] = -vec_dot(follow->slope_n[i][0], motion_m[0]) - vec_dot(follow->slope_n[i][1], motion_m[1]);
-    solve_curvature(follow->curvature_j, both->free, step);
+    for (; i < MOST_FREE; ++i) step[i] = 0.0f;
+    solve_curvature(follow->curvature_j, step);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         float d[2];
         step_of(both, f, step, d);
@@ -881,7 +911,9 @@ static void solve_alone(const struct place* here, float h[MOST_FREE][MOST_FREE],
     step[0] = -b[0];
     step[1] = -b[1];
     if (here->free == 1) step[0] = -(way[0] * b[0] + way[1] * b[1]);
-    solve_curvature(h, here->free, step);
+    step[2] = step[3] = 0.0f;
+    if (here->free == 1) step[1] = 0.0f;
+    solve_curvature(h, step);
     d[0] = here->free == 1 ? step[0] * way[0] : step[0];
     d[1] = here->free == 1 ? step[0] * way[1] : step[1];
 }

@@ -290,6 +290,7 @@ struct pair_solved {
     struct factored n;
     float v[3];     /* of the first */
     float other[3]; /* of the second */
+    float t[3];
     float energy_j; /* 1/2 t . v_1: of both, less what the second stores alone */
 };
 
@@ -316,10 +317,11 @@ static inline int pair_keep_definite(const float a[6], float n[6]) {
     return 1;
 }
 
-static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
-                              const float x[9], struct pair_solved* solved) {
+/* v of the first, and t. */
+static inline void pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                                    const float x[9], struct pair_solved* solved) {
     float n[6];
-    float t[3];
+    float* t = solved->t;
     float alone[3];
     pair_reduce(own->a, x, view->m, n);
     (void)pair_keep_definite(own->a, n);
@@ -328,8 +330,13 @@ static inline void pair_solve(const struct haptable_pair_view* view, const struc
     vec_sub(own->s, t, t);
     solved->n = factor(n);
     solve(&solved->n, t, solved->v);
+}
+
+static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                              const float x[9], struct pair_solved* solved) {
+    pair_solve_place(view, own, x, solved);
     pair_other(view, x, solved->v, solved->other);
-    solved->energy_j = 0.5f * vec_dot(t, solved->v);
+    solved->energy_j = 0.5f * vec_dot(solved->t, solved->v);
 }
 
 /* Curvature: hessian_j holds v . s_bc - 1/2 v A_bc v; y holds s_b - A_b v, and becomes N^-1 y. */
