@@ -318,14 +318,13 @@ static void move_finger(const struct haptable_pair_model* tables, struct haptabl
 /* The energy of the last tick's forces over both motions, and what takes back what is given. */
 static void observe(struct haptable_pair* pair, float motion_m[HAPTABLE_FINGERS][3]) {
     float motion2 = 0.0f;
-    float by;
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         pair->given_j += vec_dot(pair->servo[finger].given_n, motion_m[finger]);
         motion2 += vec_dot(motion_m[finger], motion_m[finger]);
     }
-    by = pair->given_j > 0.0f && motion2 > 0.0f ? pair->given_j / motion2 : 0.0f;
-    pair->view[0].brake_n_per_m = pair->view[1].brake_n_per_m = by;
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        pair->view[finger].brake_n_per_m = haptable_brake_of(&pair->view[finger].model, pair->given_j, motion2);
 }
 
 /* The last stages of a finger's tick. */
@@ -346,7 +345,8 @@ static void look_both(struct haptable_pair* pair, const float* const finger_m[HA
         struct haptable_servo* servo = &pair->servo[finger];
         const uint32_t contacts = servo->counters.contacts;
         move(&pair->view[finger].model, servo, finger_m[finger], motion_m);
-        if (!has_contact(servo) || servo->counters.contacts != contacts) pair->is_following = 0;
+        if (!has_contact(servo) || servo->counters.contacts != contacts)
+            pair->is_following = pair->view[0].is_solved = pair->view[1].is_solved = 0;
     }
 }
 

@@ -2,18 +2,19 @@
  *
  * W = sum F_k . (x_k+1 - x_k),   W > 0: F <- F - W d / |d|^2,   d = x_k+1 - x_k
  */
-#include "haptable.h"
+#include "haptable_force.h"
 #include "haptable_vector.h"
 
 /* A force held over a tick (zero-order hold) does F_k . d to the user: W is exactly what was given. What is owed is
- * braked away in the next tick if the finger goes on as it went. The brake is at most as large as max_force_n. */
+ * braked away in the next tick if the finger goes on as it went, as far as the device bears such a brake; its force is
+ * at most max_force_n. */
 void haptable_passivity_control(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]) {
     const float motion2 = vec_dot(motion_m, motion_m);
     float brake;
     servo->given_j += vec_dot(servo->given_n, motion_m);
-    if (servo->given_j <= 0.0f || motion2 <= 0.0f) return;
-    brake = servo->given_j / motion2; /* N/m, against the motion */
+    brake = haptable_brake_of(model, servo->given_j, motion2);
+    if (!(brake > 0.0f)) return;
     if (brake * brake * motion2 > model->max_force_n * model->max_force_n)
         brake = model->max_force_n * vec_inverse_root(motion2 > 1e-30f ? motion2 : 1e-30f);
     vec_add_scaled(-brake, motion_m, force_n);
