@@ -13,7 +13,7 @@
 #include "haptable_tick.h"
 
 /* Newton's steps of a god-object that is tracked while the other stays. */
-#define FREE_STEPS 3
+#define FREE_STEPS 2
 
 /* ---- what a finger is told of the other ----------------------------------------------------------------------- */
 
@@ -118,6 +118,14 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
 /* A finger is left behind by far where the other's dent is deeper by this part of its own. */
 #define BEHIND 1.0f
 
+/* A finger whose god-object may be far aside: it does not touch where it would have to pull. */
+static void note_pull(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                      const struct haptable_pair_own* own, const float u[3], struct pair_system* system) {
+    const float pull = pair_pull(tables, &pair->servo[finger].contact, own, system->v[finger], system->alone[finger]);
+    if (pull > 0.0f) system->touches[finger] = 0;
+    pair->is_behind[finger] = (uint8_t)(pull > BEHIND || system->meets_m2[finger] < -BEHIND * vec_dot(u, u));
+}
+
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
 static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
@@ -135,12 +143,8 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
     pair_cross_contacts(tables, pair, at[0], at[1], x);
     pair_solve_both(tables->law, &own[0], &own[1], u, x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        const float* v = system.v[finger];
-        const float pull = tables->energy ? pair_pull(tables, at[finger], &own[finger], v, system.alone[finger]) : 0.0f;
-        const float behind_m2 = -BEHIND * vec_dot(u[finger], u[finger]);
-        const int touches = system.touches[finger] && !(pull > 0.0f);
-        pair->touches[finger] = (uint8_t)(touches || grabs(&pair->servo[finger]));
-        pair->is_behind[finger] = (uint8_t)(pull > BEHIND || system.meets_m2[finger] < behind_m2);
+        if (tables->energy) note_pull(tables, pair, finger, &own[finger], u[finger], &system);
+        pair->touches[finger] = (uint8_t)(system.touches[finger] || grabs(&pair->servo[finger]));
     }
     if (!pair->touches[0] && !pair->touches[1]) pair->touches[0] = pair->touches[1] = 1;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
@@ -364,7 +368,7 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
                       const float* const finger_m[HAPTABLE_FINGERS], const int goes_on[HAPTABLE_FINGERS],
                       float motion_m[HAPTABLE_FINGERS][3]) {
     const int together = tables->settle && goes_on[0] && goes_on[1];
-    const int left = is_left(pair, 0) || is_left(pair, 1);
+    const int left = together && (is_left(pair, 0) || is_left(pair, 1));
     int finger;
     if (together && !left) {
         for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)

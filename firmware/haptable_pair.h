@@ -45,7 +45,7 @@ extern "C" {
 #define HAPTABLE_PAIR_LOOKS 28
 
 /* Energies of a tick in which one is tracked while the other stays. */
-#define HAPTABLE_PAIR_TRACKED 7
+#define HAPTABLE_PAIR_TRACKED 5
 
 /* By so much the coupling of two fingers is less where they meet; it fades in from meeting_m apart. What is left keeps
  * C positive definite by an eighth of C_11 and C_22. */

@@ -104,9 +104,11 @@ std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick) {
 
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     const PairTickCost each = pair_cost_of(mode, fan);
-    const bool least = mode.god_object == GodObject::kLeastEnergy;
+    // Without friction one is tracked only where one is left behind: then the other's energies are one finger's, which
+    // saves more than that takes.
+    const bool tracks = mode.god_object == GodObject::kLeastEnergy && mode.more == "friction";
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
-           each.look * HAPTABLE_PAIR_LOOKS + (least ? 2 * HAPTABLE_PAIR_TRACKED * each.each.energy : 0);
+           each.look * HAPTABLE_PAIR_LOOKS + (tracks ? 2 * HAPTABLE_PAIR_TRACKED * each.each.energy : 0);
 }
 
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {

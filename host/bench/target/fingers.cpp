@@ -78,7 +78,7 @@ std::uint64_t quantile(const Ticks& ticks, double fraction) {
     return ticks.sliding[static_cast<std::size_t>(fraction * static_cast<double>(ticks.sliding.size() - 1))];
 }
 
-std::vector<Cell> cost_of(const Mode& mode, const Top& top, const TargetImage& image) {
+void add_costs(const Mode& mode, const Top& top, const TargetImage& image, FingerCosts& to) {
     const haptable_model model = top.model(mode);
     const Ticks one = of(image.measure(model, hard_path(top.tables(), kStrokes)),
                          [](const TargetTick& tick) { return haptable_touches(static_cast<int>(tick.state)) != 0; });
@@ -90,43 +90,42 @@ std::vector<Cell> cost_of(const Mode& mode, const Top& top, const TargetImage& i
     const std::uint64_t median = quantile(one, 0.5), medians = quantile(two, 0.5);
     const std::uint64_t bound = most_pair_cost(mode, most_patches_around_a_vertex(model));
     const double ratio = static_cast<double>(medians) / static_cast<double>(median);
-    return {mode.name(),
-            count(median),
-            count(medians),
-            number(ratio, fmt::format("{:.2f}", ratio)),
-            count(quantile(two, 0.999)),
-            count(two.worst),
-            count(bound),
-            parts_in_time(bound, two.worst)};
+    to.costs.rows.push_back({mode.name(), count(median), count(medians), number(ratio, fmt::format("{:.2f}", ratio)),
+                             count(quantile(two, 0.999)), count(two.worst), count(bound),
+                             parts_in_time(bound, two.worst)});
+    to.rates.rows.push_back(
+        {mode.name(), parts_in_time(bound, two.worst, 0.2e-3), parts_in_time(bound, two.worst, 0.1e-3)});
 }
 
 }  // namespace
 
-std::string parts_in_time(std::uint64_t bound, std::uint64_t worst) {
+std::string parts_in_time(std::uint64_t bound, std::uint64_t worst, double time_s) {
     std::string by_bound, counted;
     for (const auto& [name, clock_hz] :
          {std::pair{"M33 150 MHz", 150e6}, {"M4F 168 MHz", 168e6}, {"rv32 400 MHz", 400e6}, {"M7 600 MHz", 600e6}}) {
-        const double most = 0.9e-3 * clock_hz;
+        const double most = time_s * clock_hz;
         std::string& list = static_cast<double>(bound) <= most ? by_bound : counted;
         if (static_cast<double>(worst) <= most) list += (list.empty() ? "" : ", ") + std::string(name);
     }
     if (!counted.empty()) counted = "counted: " + counted;
+    if (by_bound.empty() && counted.empty()) return "none";
     return by_bound + (by_bound.empty() || counted.empty() ? "" : "; ") + counted;
 }
 
-NumberTable finger_costs(const fs::path& build) {
+FingerCosts finger_costs(const fs::path& build) {
     const TargetImage image(build, "cube", kTarget);
     if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
-    NumberTable table{
-        {"force, god-object", "one finger", "two in contact", "ratio", "99.9 %", "worst of all", "bound", "in 0.9 ms"},
-        {}};
+    FingerCosts costs{
+        {{"force, god-object", "one finger", "two in contact", "ratio", "99.9 %", "worst of all", "bound", "in 0.9 ms"},
+         {}},
+        {{"force, god-object", "5 kHz", "10 kHz"}, {}}};
     std::unique_ptr<Top> top;
     for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
         top = std::make_unique<Top>(force, build / "fingers" / word(force));
         for (const Mode& mode : every_mode())
-            if (mode.force == force) table.rows.push_back(cost_of(mode, *top, image));
+            if (mode.force == force) add_costs(mode, *top, image, costs);
     }
-    return table;
+    return costs;
 }
 
 }  // namespace haptable

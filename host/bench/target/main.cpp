@@ -202,7 +202,9 @@ int main(int argc, char** argv) {
         if (!missing.empty()) throw Error(missing);
         Numbers numbers("make bench");
         if (fingers) {
-            numbers.add("fingers", finger_costs(build));
+            const FingerCosts costs = finger_costs(build);
+            numbers.add("fingers", costs.costs);
+            numbers.add("fingers-by-rate", costs.rates);
         } else if (bodies) {
             numbers.add("bodies", body_costs(build));
         } else if (named) {
