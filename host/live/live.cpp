@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
@@ -58,13 +59,17 @@ public:
           servo_(build_model(tables)),
           model_(model_in_memory(tables, servo_)),
           fingers_(read_pair(folder) ? kFingers : 1),
-          ticks_(tables, servo_, model_.hash, fingers_),
+          is_free_(read_rigid_body(folder).has_value()),
+          ticks_(tables, servo_, model_.hash, fingers_, is_free_),
           live_(options.tell),
           server_(options.port, events()) {
         server_.set_page(make_page(tables, folder, page_parts(), options.most_bytes, server_.socket_url()).html);
         follow<servo_force>(kForceChannels);
         follow<contact>(kContactChannels);
         follow<device_state>(kStateChannels);
+        if (is_free_)
+            connection_.subscribe<body_pose>(kBodyChannel,
+                                             [this](const body_pose& pose, std::int64_t) { ticks_.take(pose); });
         connection_.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
             if (status.model_hash == static_cast<std::int64_t>(model_.hash)) servo_seen_ = Clock::now();
         });
@@ -160,7 +165,7 @@ private:
     void push() {
         const std::vector<LiveTick> ticks = ticks_.ticks();
         report_.ticks += static_cast<std::int64_t>(ticks.size() / fingers_);
-        const std::string_view bytes(reinterpret_cast<const char*>(ticks.data()), ticks.size() * sizeof(LiveTick));
+        const std::string bytes = records(ticks);
         const Clock::time_point now = Clock::now();
         tell(now);
         for (Page& page : pages_) {
@@ -168,6 +173,16 @@ private:
             const std::string said = status(page.id, now);
             if (said != page.said && server_.send_text(page.id, said)) page.said = said;
         }
+    }
+
+    /// Fingers of a tick and, of a body that nothing holds, where it is.
+    std::string records(const std::vector<LiveTick>& ticks) const {
+        std::string bytes;
+        for (std::size_t i = 0; i < ticks.size(); i += fingers_) {
+            bytes.append(reinterpret_cast<const char*>(&ticks[i]), fingers_ * sizeof(LiveTick));
+            if (is_free_) bytes.append(reinterpret_cast<const char*>(&ticks_.poses()[i / fingers_]), sizeof(LivePose));
+        }
+        return bytes;
     }
 
     std::string status(int page, Clock::time_point now) const {
@@ -225,6 +240,7 @@ private:
     ServoModel servo_;
     haptable_model model_;
     std::size_t fingers_;
+    bool is_free_;  ///< nothing holds the body
     LiveTicks ticks_;
     LiveState live_;
     Connection connection_;

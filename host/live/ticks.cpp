@@ -31,8 +31,13 @@ Eigen::Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2
 
 }  // namespace
 
-LiveTicks::LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers)
-    : tables_(tables), hash_(static_cast<std::int64_t>(hash)), vertex_(tables.position.size(), -1), side_(fingers) {
+LiveTicks::LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers,
+                     bool is_free)
+    : tables_(tables),
+      hash_(static_cast<std::int64_t>(hash)),
+      vertex_(tables.position.size(), -1),
+      side_(fingers),
+      is_free_(is_free) {
     for (std::size_t v = 0; v < servo.node.size(); ++v)
         vertex_[static_cast<std::size_t>(servo.node[v])] = static_cast<std::int32_t>(v);
     for (std::size_t p = 0; p < servo.patch.size(); ++p) {
@@ -109,11 +114,27 @@ void LiveTicks::join(std::size_t finger, std::int64_t utime, const LiveTick& tic
 
 void LiveTicks::end_tick() {
     open_.reset();
+    if (is_free_ && !pose_) {
+        ++lost_;  // nobody has said where the body is
+        return;
+    }
     for (const Side& side : side_) ticks_.push_back(side.last);
+    if (is_free_) poses_.push_back(*pose_);
+}
+
+void LiveTicks::take(const body_pose& pose) {
+    if (!is_followed(pose.servo, pose.model_hash, Clock::now())) return;
+    if (open_ && open_->utime != pose.utime) end_tick();
+    LivePose now;
+    if (copy_finite(pose.centre_m, 3, now.centre_m) && copy_finite(pose.turn, 4, now.turn))
+        pose_ = now;
+    else
+        ++left_out_.damaged;
 }
 
 std::vector<LiveTick> LiveTicks::ticks() {
     if (open_ && Clock::now() - open_->since >= kOther) end_tick();
+    given_poses_ = std::exchange(poses_, {});
     return std::exchange(ticks_, {});
 }
 

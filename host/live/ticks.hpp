@@ -27,6 +27,13 @@ struct LiveTick {
 };
 static_assert(sizeof(LiveTick) == 112);
 
+/// Where a body that nothing holds is, as the page's engine reads it: struct page_pose. Its frame is that of a tick's
+/// god-objects and loads.
+struct LivePose {
+    float centre_m[3]{}, turn[4]{1.0F};
+};
+static_assert(sizeof(LivePose) == 28);
+
 /// What is no tick, by why.
 struct LiveLeftOut {
     std::int64_t other_tables = 0;  ///< of another scene's servo, or of older tables
@@ -39,17 +46,23 @@ struct LiveLeftOut {
 /// until that has been silent for a second.
 class LiveTicks {
 public:
-    /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory); fingers: of the scene, 1 or 2.
-    LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers = 1);
+    /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory); fingers: of the scene, 1 or 2;
+    /// is_free: nothing holds the body.
+    LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers = 1,
+              bool is_free = false);
 
     /// finger: 0 or 1; one that the scene has not is passed over.
     void take(const servo_force& force, std::size_t finger = 0);
     void take(const contact& load, std::size_t finger = 0);
+    /// Before the contacts of its tick.
+    void take(const body_pose& pose);
     /// Of the device that has the servo: what it holds down.
     void take(const device_state& state, std::size_t finger = 0);
 
     /// Those that were joined since the last call: [ticks, fingers]. Who had no answer in a tick is as it was last.
     std::vector<LiveTick> ticks();
+    /// Of those that ticks() gave last: [ticks], where nothing holds the body; else none.
+    const std::vector<LivePose>& poses() const { return given_poses_; }
     /// When the last tick came; the epoch's begin, where none did.
     Clock::time_point heard() const { return heard_; }
     const LiveLeftOut& left_out() const { return left_out_; }
@@ -90,6 +103,9 @@ private:
     std::int64_t servo_ = 0;  ///< of the last tick
     Clock::time_point heard_{};
     std::vector<LiveTick> ticks_;
+    bool is_free_;
+    std::optional<LivePose> pose_;
+    std::vector<LivePose> poses_, given_poses_;
     LiveLeftOut left_out_;
     std::int64_t lost_ = 0, refusals_ = 0;
     std::uint64_t other_hash_ = 0;

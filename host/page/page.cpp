@@ -12,6 +12,7 @@
 #include <span>
 
 #include "codegen/model.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
@@ -101,6 +102,15 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
                                   {"model", table},
                                   {"coupling", modes[i].coupling.empty() ? "" : coupling}});
     }
+}
+
+/// Of a body that nothing holds: what moves it, and for the picture where it rests.
+void add_body(const fs::path& folder, Blob& blob, json& scene) {
+    const std::optional<haptable_body> body = read_rigid_body(folder);
+    if (!body) return;
+    blob.add("body", {reinterpret_cast<const char*>(&*body), sizeof *body});
+    scene["body"] = {{"rest_centre", body->centre_m}};
+    if (body->point_count > 0) scene["body"]["floor"] = {{"normal", body->floor_normal}, {"height", body->floor_m}};
 }
 
 /// How the mask spreads a load: over columns instead of mesh nodes.
@@ -233,6 +243,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     Blob blob;
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
+    add_body(folder, blob, scene);
     if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);
 
     std::map<std::string, std::string> text;

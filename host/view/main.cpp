@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -326,7 +325,6 @@ void view(Options& options) {
     if (options.serve) return serve(options);
     if (!options.page.empty()) {
         refuse_vibration(options.folder, "a page");
-        refuse_free_body(options.folder, "a page of its own");
         return make_page(options, read_tables(options.folder));
     }
     if (options.out.empty()) throw BadCommandLine("--out is required");

@@ -47,15 +47,15 @@ TEST_F(MovingTables, AreRefusedByProgramsThatHoldThemStill) {
     for (const std::string name : {"ringing", "loose"}) {
         const std::string tables = "build/" + name;
         const std::string key = name == "ringing" ? "remove modes from [body]" : "remove free = true from [body]";
-        for (const std::string& command :
-             {"haptable-fit press.csv " + name + ".toml", "haptable-count " + tables,
-              "haptable-bridge " + tables + " --run true", "haptable-view " + tables + " --page page.html"}) {
+        for (const std::string& command : {"haptable-fit press.csv " + name + ".toml", "haptable-count " + tables,
+                                           "haptable-bridge " + tables + " --run true"}) {
             const std::string said = refusal(command);
             EXPECT_NE(said.find(tables + ": "), std::string::npos) << said;
             EXPECT_NE(said.find(key), std::string::npos) << said;
         }
     }
-    EXPECT_NE(refusal("haptable-view build/ringing --lcm --serve").find("remove modes"), std::string::npos);
+    for (const char* page : {"--lcm --serve", "--page page.html"})
+        EXPECT_NE(refusal(std::string("haptable-view build/ringing ") + page).find("remove modes"), std::string::npos);
 }
 
 // A stroke is a finger's, on a body that is held: one that rings is judged as it comes to rest.

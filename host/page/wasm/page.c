@@ -6,18 +6,24 @@
  */
 #include "deform.h"
 #include "hand.h"
+#include "haptable_body_pair.h"
 #include "haptable_model_reader.h"
 #include "haptable_pair_reader.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-/* A tick, as the caller reads it: words of 32 bits in this order. */
+/* A tick of a finger, as the caller reads it: words of 32 bits in this order. A record has one for each finger and, of
+ * a body that nothing holds, struct page_pose behind them: its frame is that of all but the finger and the force. */
 struct page_tick {
     uint32_t state;           /* enum haptable_state */
     int32_t patch, vertex[3]; /* -1 without contact */
     float finger_m[3], alpha[3], god_object_m[3], force_n[3], nodal_force_n[3][3];
     uint32_t buttons; /* held down: bits of enum haptable_button */
     uint32_t faults;  /* bits of enum haptable_fault */
+};
+
+struct page_pose {
+    float centre_m[3], turn[4];
 };
 
 #define PAGE_BYTES 65536u
@@ -28,6 +34,9 @@ extern unsigned char __heap_base;
 
 static uintptr_t used_up;
 static struct haptable_pair pair; /* of one finger its first servo */
+static struct haptable_body body;
+static struct haptable_body_state now, touched; /* touched: in the last tick */
+static int is_free;                             /* nothing holds the body */
 static struct page_hand hand[HAPTABLE_FINGERS];
 static struct page_columns columns;
 static struct page_spread spread;
@@ -94,12 +103,22 @@ const struct haptable_pair_model* page_coupling(const struct haptable_model* mod
     return reader->room && haptable_read_pair(reader, model, tables) && bytes.left == 0 ? tables : 0;
 }
 
-/* A servo that knows no finger; tables: 0, or those of two. */
+/* What moves, where nothing holds the body: struct haptable_body, which is the same here and on the host. 0: it is not.
+ */
+EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count) {
+    struct bytes bytes = {body_bytes, count};
+    is_free = count == sizeof body && read_bytes(&bytes, &body, count) == count;
+    return is_free;
+}
+
+/* A servo that knows no finger, a body that rests where it is made; tables: 0, or those of two. */
 EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables) {
     if (tables)
         haptable_pair_init(tables, &pair);
     else
         haptable_init(&pair.servo[0]);
+    if (is_free) haptable_body_init(&body, &now);
+    touched = now;
     now_us = 0;
 }
 
@@ -118,17 +137,38 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
     for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
 }
 
-static void step(const struct haptable_model* model, const float finger_m[3], uint32_t buttons,
-                 struct page_tick* tick) {
+/* A tick of a finger that is alone. */
+static void step_alone(const struct haptable_model* model, int finger, const float finger_m[3],
+                       struct haptable_output* out) {
+    if (is_free)
+        haptable_body_step_finger(model, &body, &now, &pair.servo[finger], finger, finger_m, now_us, out);
+    else
+        haptable_step(model, &pair.servo[finger], finger_m, now_us, out);
+}
+
+/* What follows the fingers' ticks; where the next record begins. */
+static struct page_tick* end_record(struct page_tick* at) {
+    struct page_pose* pose = (struct page_pose*)at;
+    int a;
+    now_us += HAPTABLE_TICK_US;
+    if (!is_free) return at;
+    for (a = 0; a < 3; ++a) pose->centre_m[a] = touched.position_m[a];
+    for (a = 0; a < 4; ++a) pose->turn[a] = touched.turn[a];
+    return (struct page_tick*)(pose + 1);
+}
+
+static struct page_tick* step(const struct haptable_model* model, const float finger_m[3], uint32_t buttons,
+                              struct page_tick* tick) {
     struct haptable_servo* servo = &pair.servo[0];
     struct haptable_output out;
     haptable_buttons(servo, buttons);
     if (servo->counters.ticks == 0) haptable_check(model, servo, HAPTABLE_CHECK_ALL);
-    haptable_step(model, servo, finger_m, now_us, &out);
-    now_us += HAPTABLE_TICK_US;
+    touched = now;
+    step_alone(model, 0, finger_m, &out);
     fill(tick, finger_m, &out);
     tick->buttons = buttons;
     tick->faults = out.faults;
+    return end_record(tick + 1);
 }
 
 /* As after silence. */
@@ -138,8 +178,8 @@ static void release(int finger, struct haptable_output* out) {
 }
 
 /* As a session steps them: a finger that is alone as in a scene with one. */
-static void step_both(const struct haptable_pair_model* tables, const float (*finger_m)[3], const uint32_t* buttons,
-                      struct page_tick* ticks) {
+static struct page_tick* step_both(const struct haptable_pair_model* tables, const float (*finger_m)[3],
+                                   const uint32_t* buttons, struct page_tick* ticks) {
     struct haptable_output out[HAPTABLE_FINGERS];
     static const float nowhere[3] = {__builtin_nanf(""), __builtin_nanf(""), __builtin_nanf("")};
     const int away[HAPTABLE_FINGERS] = {(buttons[0] & AWAY) != 0u, (buttons[1] & AWAY) != 0u};
@@ -151,18 +191,19 @@ static void step_both(const struct haptable_pair_model* tables, const float (*fi
         else
             haptable_buttons(&pair.servo[f], buttons[f]);
     }
-    if (!away[0] && !away[1]) {
+    touched = now;
+    if (away[0] != away[1])
+        step_alone(tables->model, away[0], finger_m[away[0]], &out[away[0]]);
+    else if (!away[0] && is_free)
+        haptable_body_pair_step(tables, &body, &now, &pair, finger_m, now_us, out);
+    else if (!away[0])
         haptable_pair_step(tables, &pair, finger_m[0], finger_m[1], now_us, out);
-    } else if (!away[0] || !away[1]) {
-        f = away[0];
-        haptable_step(tables->model, &pair.servo[f], finger_m[f], now_us, &out[f]);
-    }
-    now_us += HAPTABLE_TICK_US;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         fill(&ticks[f], away[f] ? nowhere : finger_m[f], &out[f]);
         ticks[f].buttons = buttons[f] & ~AWAY;
         ticks[f].faults = out[f].faults;
     }
+    return end_record(ticks + HAPTABLE_FINGERS);
 }
 
 /* `count` ticks: fingers [count, 3] in m, one a millisecond, and the buttons held down [count]; null: none. */
@@ -170,16 +211,16 @@ EXPORT(page_replay)
 void page_replay(const struct haptable_model* model, const float (*finger_m)[3], const uint32_t* buttons,
                  uint32_t count, struct page_tick* ticks) {
     uint32_t i;
-    for (i = 0; i < count; ++i) step(model, finger_m[i], buttons ? buttons[i] : 0u, &ticks[i]);
+    for (i = 0; i < count; ++i) ticks = step(model, finger_m[i], buttons ? buttons[i] : 0u, ticks);
 }
 
-/* The same of two fingers: [count, 2, 3], buttons [count, 2], AWAY among them. Ticks [count, 2]. */
+/* The same of two fingers: [count, 2, 3], buttons [count, 2], AWAY among them. */
 EXPORT(page_replay_both)
 void page_replay_both(const struct haptable_pair_model* tables, const float (*finger_m)[3], const uint32_t* buttons,
                       uint32_t count, struct page_tick* ticks) {
     uint32_t i;
     for (i = 0; i < HAPTABLE_FINGERS * count; i += HAPTABLE_FINGERS)
-        step_both(tables, finger_m + i, buttons + i, ticks + i);
+        ticks = step_both(tables, finger_m + i, buttons + i, ticks);
 }
 
 EXPORT(page_hand) struct page_hand* page_hand(int finger) { return &hand[finger]; }
@@ -212,24 +253,26 @@ void page_feel(const struct haptable_model* model, const double from_m[3], const
     float finger_m[3];
     uint32_t i;
     for (i = 0; i < count; ++i) {
+        const struct page_tick* tick = ticks;
         page_hand_encoders(&hand[0], finger_m);
-        step(model, finger_m, 0u, &ticks[i]);
-        advance(&hand[0], from_m, to_m, i, count, ticks[i].force_n, gain);
+        ticks = step(model, finger_m, 0u, ticks);
+        advance(&hand[0], from_m, to_m, i, count, tick->force_n, gain);
     }
 }
 
-/* The same of two hands: [2, 3], and AWAY for one that is not there. Ticks [count, 2]. */
+/* The same of two hands: [2, 3], and AWAY for one that is not there. */
 EXPORT(page_feel_both)
 void page_feel_both(const struct haptable_pair_model* tables, const double (*from_m)[3], const double (*to_m)[3],
                     double gain, const uint32_t* away, uint32_t count, struct page_tick* ticks) {
     float finger_m[HAPTABLE_FINGERS][3];
     uint32_t i;
     int f;
-    for (i = 0; i < count; ++i, ticks += HAPTABLE_FINGERS) {
+    for (i = 0; i < count; ++i) {
+        const struct page_tick* tick = ticks;
         for (f = 0; f < HAPTABLE_FINGERS; ++f) page_hand_encoders(&hand[f], finger_m[f]);
-        step_both(tables, finger_m, away, ticks);
+        ticks = step_both(tables, finger_m, away, ticks);
         for (f = 0; f < HAPTABLE_FINGERS; ++f)
-            if (away[f] == 0u) advance(&hand[f], from_m[f], to_m[f], i, count, ticks[f].force_n, gain);
+            if (away[f] == 0u) advance(&hand[f], from_m[f], to_m[f], i, count, tick[f].force_n, gain);
     }
 }
 

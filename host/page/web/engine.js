@@ -4,6 +4,7 @@
 function haptableEngine(port) {
   'use strict';
   const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c), one for each finger
+  const POSE = 7;                       // of struct page_pose behind them, of a body that nothing holds
   const AWAY = 0x80000000;              // among the buttons of one of two fingers: it is not there
   const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, SILENT = 0, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
@@ -40,7 +41,7 @@ function haptableEngine(port) {
     wasm = module.instance.exports;
     scene = message.scene;
     fingers = scene.fingers;
-    stride = fingers * WORDS;
+    stride = fingers * WORDS + (scene.body ? POSE : 0);
     ticks_at = reserve(4 * stride * ROOM);
     path_at = reserve(12 * fingers * ROOM);
     buttons_at = reserve(4 * fingers * ROOM);
@@ -63,6 +64,7 @@ function haptableEngine(port) {
     if (table.spread_begin)
       wasm.page_spread(...['vertex_control', 'edge_control', 'spread_begin', 'spread_column', 'spread_weight']
         .map(name => keep(data, table[name])));
+    if (scene.body) whole(wasm.page_body(keep(data, table.body), table.body.bytes), 'the body that nothing holds');
     choose(0);
     const hand = scene.hand;
     for (let f = 0; f < fingers; ++f)
@@ -84,6 +86,9 @@ function haptableEngine(port) {
     tick = dropped = 0;
     samples = [];
     latest = new Uint32Array(stride);
+    if (!scene.body) return;
+    real(latest, stride - POSE).set(scene.body.rest_centre);
+    real(latest, stride - 4)[0] = 1;  // not turned
   }
 
   // ---- live ---------------------------------------------------------------------------------------------------------
@@ -116,7 +121,10 @@ function haptableEngine(port) {
   }
 
   function note(made, count) {
-    for (let i = 0; i < fingers * count; ++i) sample(made.subarray(WORDS * i, WORDS * (i + 1)), goal[i % fingers]);
+    for (let i = 0; i < count; ++i) {
+      const record_ = made.subarray(stride * i, stride * (i + 1));
+      for (let f = 0; f < fingers; ++f) sample(record_.subarray(WORDS * f, WORDS * (f + 1)), goal[f], pose_of(record_));
+    }
     latest = made.slice(stride * (count - 1));
     if (record !== null) record.push(made.slice());
     tick += count;
@@ -126,9 +134,21 @@ function haptableEngine(port) {
   const touches = t => t[0] === CONTACT || t[0] === LIMITED;
   const length = v => Math.hypot(v[0], v[1], v[2]);
 
+  // Where a body that nothing holds is: {centre, turn}, of a record.
+  const pose_of = t => scene.body ? {centre: real(t, stride - POSE), turn: new Float32Array(t.buffer, t.byteOffset + 4 * (stride - 4), 4)} : null;
+
+  // A point of its frame: centre + turn (x - rest_centre) turn*.
+  function to_world(x, pose) {
+    if (!pose) return x;
+    const [w, ...v] = pose.turn, r = scene.body.rest_centre.map((c, a) => x[a] - c);
+    const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const t = cross(v, r), u = cross(v, t);
+    return Float32Array.from(pose.centre, (c, a) => c + r[a] + 2 * (w * t[a] + u[a]));
+  }
+
   // contact or not, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
-  function sample(t, at) {
-    const f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
+  function sample(t, at, pose) {
+    const f = real(t, FORCE), x = real(t, FINGER), g = to_world(real(t, GOD), pose);
     const u = [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
     const finger_known = t[0] !== SILENT && t[0] !== REJECTED;
     samples.push(touches(t) ? 1 : 0, length(f), touches(t) ? length(u) : 0,
@@ -159,8 +179,9 @@ function haptableEngine(port) {
     return floats(at, 3 * scene.columns.rows).slice();
   }
 
-  const view = (t, at) => ({
-    state: t[0], contact: touches(t), patch: t[1] | 0, finger: real(t, FINGER).slice(), god: real(t, GOD).slice(),
+  // In world coordinates, but for the loads.
+  const view = (t, at, pose) => ({
+    state: t[0], contact: touches(t), patch: t[1] | 0, finger: real(t, FINGER).slice(), god: to_world(real(t, GOD), pose).slice(),
     force: real(t, FORCE).slice(), alpha: real(t, ALPHA).slice(), vertex: Int32Array.from(t.slice(2, 5)),
     nodal: new Float32Array(t.slice(17, 26).buffer), goal: at
   });
@@ -169,11 +190,12 @@ function haptableEngine(port) {
   function frame() {
     if (played === null) advance(performance.now());
     const shown = played === null ? latest : played.ticks.subarray(stride * played.at, stride * (played.at + 1));
-    const u = displacement(shown), plotted = new Float32Array(samples);
+    const u = displacement(shown), plotted = new Float32Array(samples), pose = pose_of(shown);
     samples = [];
     port.postMessage({
-      kind: 'frame', tick, dropped, mode, samples: plotted, sample: SAMPLE, ...view(shown, goal[0]),
-      second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1]),
+      kind: 'frame', tick, dropped, mode, samples: plotted, sample: SAMPLE, ...view(shown, goal[0], pose),
+      second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1], pose),
+      pose: pose && {centre: Array.from(pose.centre), turn: Array.from(pose.turn)},
       recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / stride, 0),
       played: played === null ? -1 : played.at, displacement: u
     }, u ? [u.buffer] : []);
@@ -227,7 +249,8 @@ function haptableEngine(port) {
   // The servo's CSV (docs/SPEC.md), byte for byte.
   function csv(pieces) {
     const names = ',x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults';
-    const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '')];
+    const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '') +
+      (scene.body ? ',body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z' : '')];
     const columns = t => {
       const three = at => Array.from(real(t, at), nine).join(',');
       const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
@@ -237,6 +260,8 @@ function haptableEngine(port) {
       for (let i = 0; i < piece.length; i += stride) {
         const row = [lines.length - 1];
         for (let f = 0; f < fingers; ++f) row.push(columns(piece.subarray(i + WORDS * f, i + WORDS * (f + 1))));
+        const pose = pose_of(piece.subarray(i, i + stride));
+        if (pose) row.push(...Array.from(pose.centre, nine), ...Array.from(pose.turn, nine));
         lines.push(row.join(','));
       }
     return lines.join('\n') + '\n';
@@ -250,6 +275,8 @@ function haptableEngine(port) {
       if (goal[f] === null || m.place) place(f, m.at);
       goal[f] = m.at;
     },
+    // The body where it was made, and no finger.
+    anew: () => choose(mode),
     hand: m => {
       gain = m.gain;
       for (let f = 0; f < fingers; ++f) doubles(wasm.page_hand(f), 7).set([m.stiffness_n_per_m], 5);
@@ -272,7 +299,8 @@ function haptableEngine(port) {
       const force = new Float32Array(m.path.length), god = new Float32Array(m.path.length);
       const series = new Float32Array(2 * m.path.length / 3);
       for (let i = 0; i < m.path.length / 3; ++i) {
-        const t = ticks.subarray(WORDS * i, WORDS * (i + 1)), f = real(t, FORCE), x = real(t, FINGER), g = real(t, GOD);
+        const record_ = ticks.subarray(stride * Math.floor(i / fingers)), t = record_.subarray(WORDS * (i % fingers));
+        const f = real(t, FORCE), x = real(t, FINGER), g = to_world(real(t, GOD), pose_of(record_.subarray(0, stride)));
         force.set(f, 3 * i);
         god.set(g, 3 * i);
         series[2 * i] = length(f);

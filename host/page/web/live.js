@@ -3,8 +3,9 @@
 // the pointer, where it is this page's, goes there. Stands where the engine stands, in front of it.
 class Live {
   // told: called when what is known of the session changes.
-  constructor(engine, fingers, told) {
-    Object.assign(this, {engine, fingers, told, yours: false, lost: 0, ticks: 0, trouble: 'Connecting …', goals: [null, null], held: 0, hand: null});
+  // bytes: of a tick, all its fingers and where the body is.
+  constructor(engine, bytes, told) {
+    Object.assign(this, {engine, bytes, told, yours: false, lost: 0, ticks: 0, trouble: 'Connecting …', goals: [null, null], held: 0, hand: null});
     const base = location.href.replace(/[?#].*$/, '').replace(/^http/, 'ws');
     this.socket = new WebSocket(base + (base.endsWith('/') ? '' : '/') + 'session');
     this.socket.binaryType = 'arraybuffer';
@@ -13,7 +14,7 @@ class Live {
   }
 
   feed(ticks) {
-    this.ticks += ticks.byteLength / (112 * this.fingers);
+    this.ticks += ticks.byteLength / this.bytes;
     this.engine.postMessage({kind: 'feed', ticks});
   }
 
@@ -35,7 +36,7 @@ class Live {
 
   // What an engine is asked, and who answers it here.
   postMessage(message) {
-    if (message.kind === 'mode') return;
+    if (message.kind === 'mode' || message.kind === 'anew') return;
     if (message.kind === 'hand') this.hand = message;
     if (message.kind === 'goal' && this.yours) this.goals[message.finger] = message.at;
     if (message.kind === 'goal' || message.kind === 'hand') return this.say(message);

@@ -108,7 +108,7 @@
   });
 
   function begin() {
-    if (scene.live) engine = live = new Live(engine, scene.fingers, tell_live);
+    if (scene.live) engine = live = new Live(engine, 112 * scene.fingers + (scene.body ? 28 : 0), tell_live);
     histories = Array.from({length: scene.fingers}, () => new History(1000 * HISTORY_S));
     document.documentElement.classList.toggle('two', scene.fingers === 2);
     by_time = new Plot($('by_time'));
@@ -279,13 +279,16 @@
   }
 
   function press_at(hit, event) {
-    const far = !hover || Math.hypot(...hit.at_m.map((v, a) => v - hover.at_m[a])) > 0.25 * picture.size;
+    const far = is_far(hit);
     hover = hit;
     press = {id: event ? event.pointerId : -1, since: performance.now(), pressure: pressure_of(event)};
     send_goal(goal_of(), far);
     $('hint').classList.add('away');
     dress();
   }
+
+  // The finger is not led there: its way would be through the body.
+  const is_far = hit => !hover || Math.hypot(...hit.at_m.map((v, a) => v - hover.at_m[a])) > 0.25 * picture.size;
 
   // A pen says how hard it presses; a mouse and most fingers do not.
   const pressure_of = event => event && event.pointerType === 'pen' && event.pressure > 0 ? 2 * event.pressure : 1;
@@ -310,7 +313,7 @@
       return;
     }
     if (!press && event.pointerType !== 'touch') {
-      const begins = !hover && hit && hit.touchable;
+      const begins = hit && hit.touchable && is_far(hit);
       hover = hit && hit.touchable ? hit : hover;
       if (hover) send_goal(goal_of(), begins);
     }
@@ -386,13 +389,22 @@
       const act = {
         ArrowLeft: () => picture.turn(24, 0), ArrowRight: () => picture.turn(-24, 0), ArrowUp: () => picture.turn(0, 24),
         ArrowDown: () => picture.turn(0, -24), '+': () => picture.zoom(0.9), '=': () => picture.zoom(0.9), '-': () => picture.zoom(1.1),
-        w: () => deeper(1), s: () => deeper(-1), Home: () => picture.home(), p: press_middle, r: record, f: other_finger,
+        w: () => deeper(1), s: () => deeper(-1), Home: home, p: press_middle, r: record, f: other_finger,
         l: () => $('theme').click(), '?': () => $('help').showModal()
       }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!act || (!picture && !/[rl?]/.test(event.key))) return;
       event.preventDefault();
       act();
     });
+  }
+
+  // Of a body that nothing holds, that too.
+  function home() {
+    picture.home();
+    if (!scene.body || live || replay) return;
+    press = hover = null;
+    if (recording) record();
+    engine.postMessage({kind: 'anew'});
   }
 
   function press_middle() {
@@ -451,7 +463,8 @@
   // Whether it would draw another picture than the last.
   function changed(message) {
     const of = one => one ? one.state + ' ' + one.finger.join() + one.god.join() + one.goal : '';
-    const key = of(message) + of(message.second) + $('colour').value + $('exaggerate').value;
+    const pose = message.pose ? message.pose.centre.join() + message.pose.turn.join() : '';
+    const key = of(message) + of(message.second) + pose + $('colour').value + $('exaggerate').value;
     const other = key !== changed.last;
     changed.last = key;
     return other;

@@ -20,6 +20,8 @@ class Picture {
     this.camera = new THREE.PerspectiveCamera(26, 1, 0.05, 60);
     this.build_surface();
     this.build_markers();
+    if (scene.body && scene.body.floor) this.build_floor(scene.body.floor);
+    this.pose = null;
     this.home();
     this.share = 1;
     this.exaggerate = 1;
@@ -156,6 +158,28 @@ class Picture {
     return lines;
   }
 
+  // What a body rests on that nothing holds.
+  build_floor({normal, height}) {
+    const up = new THREE.Vector3(...normal), floor = new THREE.GridHelper(6, 30, 0x8792a8, 0xb4bccb);
+    floor.material.transparent = true;
+    floor.material.opacity = 0.5;
+    floor.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), up);
+    const below = up.dot(new THREE.Vector3(...this.centre)) - height;
+    floor.position.copy(up).multiplyScalar(-below / this.size);
+    this.world.add(floor);
+  }
+
+  // A body that nothing holds, where it is: a point x at rest is at centre + turn (x - rest_centre) turn*.
+  place({centre, turn}) {
+    const rest = this.scene.body.rest_centre, [w, x, y, z] = turn, q = new THREE.Quaternion(x, y, z, w);
+    const moved = new THREE.Vector3(...this.centre.map((c, a) => c - rest[a])).applyQuaternion(q);
+    this.pose = {centre: new THREE.Vector3(...centre), rest: new THREE.Vector3(...rest), q, back: q.clone().inverse()};
+    for (const part of [this.body, this.ghost]) {
+      part.quaternion.copy(q);
+      part.position.copy(moved).add(this.pose.centre).sub(new THREE.Vector3(...this.centre)).divideScalar(this.size);
+    }
+  }
+
   // Rest positions and the displacements [rows, 3] of equation 8; without them, the rest shape.
   deform(u) {
     let largest = 0;
@@ -274,6 +298,7 @@ class Picture {
 
   // A moment of the session (engine.js, "frame"). colour: "displacement" or "load".
   show(frame, colour) {
+    if (frame.pose) this.place(frame.pose);
     const felt = frame.second ? [frame, frame.second] : [frame];
     const largest = this.deform(frame.displacement);
     this.fill();
@@ -438,7 +463,7 @@ class Picture {
 
   // The first patch of the rest shape under the pointer: {at_m, normal, touchable} or null.
   pick(x, y) {
-    const {origin: o, direction: d} = this.ray(x, y), r = this.rest;
+    const {origin: o, direction: d} = this.into_body(this.ray(x, y)), r = this.rest;
     let best = null, nearest = Infinity;
     for (let q = 0; q < this.q; ++q) {
       const i = 3 * this.patch[3 * q], j = 3 * this.patch[3 * q + 1], k = 3 * this.patch[3 * q + 2];
@@ -459,7 +484,22 @@ class Picture {
     const n = [0, 0, 0];
     for (let c = 0; c < 3; ++c) for (let a = 0; a < 3; ++a) n[a] += best.alpha[c] * this.rest_normal[9 * best.q + 3 * c + a];
     const length = Math.hypot(...n) || 1;
-    return {at_m: d.map((x_, a) => o[a] + nearest * x_), normal: n.map(x_ => x_ / length), touchable: (this.mark[best.q] & 1) === 1};
+    const at_m = d.map((x_, a) => o[a] + nearest * x_), normal = n.map(x_ => x_ / length), touchable = (this.mark[best.q] & 1) === 1;
+    if (!this.pose) return {at_m, normal, touchable};
+    return {at_m: this.in_world(at_m), normal: new THREE.Vector3(...normal).applyQuaternion(this.pose.q).toArray(), touchable};
+  }
+
+  // A point of a body that has moved.
+  in_world(x_m) {
+    return this.pose ? new THREE.Vector3(...x_m).sub(this.pose.rest).applyQuaternion(this.pose.q).add(this.pose.centre).toArray() : x_m;
+  }
+
+  // A ray in the frame of a body that has moved.
+  into_body({origin, direction}) {
+    if (!this.pose) return {origin, direction};
+    const {centre, rest, back} = this.pose;
+    return {origin: new THREE.Vector3(...origin).sub(centre).applyQuaternion(back).add(rest).toArray(),
+      direction: new THREE.Vector3(...direction).applyQuaternion(back).toArray()};
   }
 
   // Where the pointer's ray meets the plane through a point that faces the eye.

@@ -206,9 +206,10 @@ TEST_F(LivePage, ItsPointerIsTheDeviceAndASecondPageLooks) {
     EXPECT_GT(largest_n, 1e-3);
 }
 
-// Both of a session's fingers are drawn, and the pointer of a page leads either: F goes on with the other one.
-TEST_F(LivePage, ShowsTwoFingersAndItsPointerIsBoth) {
-    const std::filesystem::path two = build_folder() / "cube-two";
+// Both of a session's fingers are drawn, and the body that they lift; and the pointer of a page leads either finger: F
+// goes on with the other one.
+TEST_F(LivePage, ShowsTwoFingersThatLiftABodyAndItsPointerIsBoth) {
+    const std::filesystem::path two = build_folder() / "grasped";
     if (!std::filesystem::exists(two / "servo"))
         GTEST_SKIP() << two / "servo"
                      << " is not built: make images";
@@ -216,25 +217,31 @@ TEST_F(LivePage, ShowsTwoFingersAndItsPointerIsBoth) {
     const std::string url = serve(two, {"--touch"});
     Browser browser;
     open(browser, url);
-    const char* kBothTouch =
+    const std::string both_touch =
         "haptable.frame().contact && haptable.frame().second.contact && haptable.picture().fingers.every(mark => "
         "mark.god.visible) && haptable.frame().second.force.some(f => Math.abs(f) > 1e-3)";
     {
-        Process partner({program("haptable-device").string(), "meshes/cube-two.toml", "--no-realtime", "--quiet",
-                         "--fingers", "2", "--seconds", "300", "--path", "poke"});
-        EXPECT_TRUE(browser.wait_until(kBothTouch));
-        partner.kill(SIGINT);
-        EXPECT_EQ(partner.wait_for_exit(), 0);
+        Process partner({program("haptable-device").string(), "tests/firmware/grasp.toml", "--no-realtime", "--quiet",
+                         "--fingers", "2", "--path", "lift", "--hold", "1"});
+        EXPECT_TRUE(browser.wait_until(both_touch));
+        EXPECT_TRUE(browser.wait_until("haptable.frame().pose.centre[2] > haptable.scene().body.rest_centre[2] + 0.01"))
+            << "lifted";
+        EXPECT_EQ(partner.wait_for_exit(), 0);  // it has put it down again
     }
     ASSERT_TRUE(browser.wait_until("haptable.frame().state === 0 && haptable.frame().second.state === 0"));
-    press(browser);
+    const auto press_at = [&](double x_m) {  // of the top, where the body is now
+        const auto at =
+            browser.evaluate(fmt::format("(p => p.project(p.in_world([{}, 0.015, 0.03])))(haptable.picture())", x_m));
+        browser.mouse("mouseMoved", at.at(0).get<double>() - 5, at.at(1).get<double>());
+        browser.mouse("mousePressed", at.at(0).get<double>(), at.at(1).get<double>());
+        return std::array{at.at(0).get<double>(), at.at(1).get<double>()};
+    };
+    const auto at = press_at(0.010);
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact")) << link(browser);
     browser.key("f");
-    browser.mouse("mouseReleased", top(browser)[0], top(browser)[1]);
-    const auto at = browser.evaluate("haptable.picture().project([0.024, 0.015, 0.03])");
-    browser.mouse("mouseMoved", at.at(0).get<double>() - 5, at.at(1).get<double>());
-    browser.mouse("mousePressed", at.at(0).get<double>(), at.at(1).get<double>());
-    EXPECT_TRUE(browser.wait_until(kBothTouch)) << link(browser);
+    browser.mouse("mouseReleased", at[0], at[1]);
+    press_at(0.020);
+    EXPECT_TRUE(browser.wait_until(both_touch)) << link(browser);
     expect_quiet(browser, url);
     view->kill(SIGINT);
     EXPECT_EQ(view->wait_for_exit(), 0) << read_file(folder / "view.err");

@@ -135,6 +135,37 @@ TEST_F(LiveTicksTest, JoinTheFingersOfATick) {
     EXPECT_TRUE(ticks.ticks().empty()) << "a scene of one finger has no second";
 }
 
+// The pose comes before the contacts of its tick; a body that nobody has told of is not drawn.
+TEST_F(LiveTicksTest, KnowWhereAFreeBodyIs) {
+    LiveTicks moving(tables, servo, model.hash, 1, true);
+    body_pose pose{};
+    pose.servo = 7;
+    pose.model_hash = hash;
+    pose.turn[0] = 1.0;
+    moving.take(force(0));
+    moving.take(load(0));
+    EXPECT_TRUE(moving.ticks().empty());
+    EXPECT_EQ(moving.lost(), 1);
+    for (std::int64_t seq = 1; seq < 3; ++seq) {
+        pose.utime = seq;
+        pose.centre_m[2] = 0.25 * static_cast<double>(seq);
+        moving.take(force(seq));
+        moving.take(pose);
+        contact its = load(seq);
+        its.utime = seq;
+        moving.take(its);
+    }
+    EXPECT_EQ(moving.ticks().size(), 2U);
+    ASSERT_EQ(moving.poses().size(), 2U);
+    EXPECT_EQ(moving.poses()[1].centre_m[2], 0.5F);
+    pose.turn[1] = std::numeric_limits<double>::infinity();
+    moving.take(pose);
+    EXPECT_EQ(moving.left_out().damaged, 1);
+    pose.model_hash = hash + 1;
+    moving.take(pose);
+    EXPECT_EQ(moving.left_out().other_tables, 1);
+}
+
 TEST_F(LiveTicksTest, CountWhatIsNone) {
     take(force(0), load(0));
     contact none = load(1);

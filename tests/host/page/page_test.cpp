@@ -10,6 +10,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
@@ -379,6 +380,74 @@ TEST_F(TouchPageOfTwo, OneFingerFeelsTheOther) {
     EXPECT_EQ(read_file(folder / "again.csv"), csv);
     const auto again = browser.evaluate("haptable.play(`" + csv + "`)");
     EXPECT_EQ(again.at("same"), again.at("ticks"));
+    expect_quiet(browser);
+}
+
+// A body that nothing holds is pushed aside: it is drawn, pressed again and recorded where it is, as the host has it.
+TEST_F(TouchPage, PushesABodyThatNothingHolds) {
+    write_file(folder / "loose.toml", R"(name = "loose"
+[mesh]
+generate = "cube"
+[material]
+young = 2e4
+poisson = 0.3
+[gravity]
+density = 1000.0
+[body]
+free = true
+floor = 0.0
+floor_friction = 0.3
+[contact]
+friction = 0.8
+)");
+    ASSERT_EQ(run(program("haptable-precompute").string() + " loose.toml -o loose --quiet", folder.path()).status, 0);
+    tables = read_tables(folder / "loose");
+    write_page(tables, folder / "loose", parts(), page());
+    tables.limits = {};
+    servo = build_model(tables);
+    model = model_in_memory(tables, servo);
+    nodes.assign(servo.node.begin(), servo.node.end());
+    const haptable_body body = read_rigid_body(folder / "loose").value();
+    Browser browser;
+    open(browser, url());
+    browser.key("r");
+    const auto side = [&](double y_m) {  // of the face that is seen in front
+        const auto at = browser.evaluate(fmt::format("haptable.picture().project([0.015, {}, 0.015])", y_m));
+        return std::array{at.at(0).get<double>(), at.at(1).get<double>()};
+    };
+    press(browser, side(0.0));
+    ASSERT_TRUE(browser.wait_until("haptable.frame().pose && haptable.frame().pose.centre[1] > 0.0165"));
+    EXPECT_TRUE(browser.wait_until("haptable.picture().body.position.y > 0.02")) << "of the diagonal, 52 mm";
+    browser.mouse("mouseReleased", side(0.0)[0], side(0.0)[1]);
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+    ASSERT_TRUE(browser.wait_until(
+        "(f => { const was = globalThis.was || {tick: 0, y: 0}, y = f.pose.centre[1]; if (f.tick < was.tick + 50) "
+        "return "
+        "false; globalThis.was = {tick: f.tick, y}; return Math.abs(y - was.y) < 1e-6; })(haptable.frame())"))
+        << "it comes to rest";
+    // The pointer finds its face where that is now: on y = 0 of the body, which has moved.
+    const auto hit = browser.evaluate(
+        "(p => { const at = p.project(p.in_world([0.015, 0, 0.015])), x = p.pick(...at).at_m, seen = p.project(x); "
+        "return [x[1], p.into_body({origin: x, direction: x}).origin[1], Math.hypot(seen[0] - at[0], seen[1] - "
+        "at[1])]; "
+        "})(haptable.picture())");
+    EXPECT_GT(hit.at(0).get<double>(), 1e-3);
+    EXPECT_WITHIN(std::abs(hit.at(1).get<double>()), .count = 32, .epsilon = kFloat, .size = 0.052);
+    EXPECT_WITHIN(hit.at(2).get<double>(), .count = 32, .epsilon = kFloat, .size = 1280.0) << "pixels";
+    // Pressed from above the god-object is over the finger, though the body's frame has moved farther than that.
+    press(browser, browser.evaluate("(p => p.project(p.in_world([0.015, 0.015, 0.03])))(haptable.picture())")
+                       .get<std::array<double, 2>>());
+    EXPECT_TRUE(
+        browser.wait_until("(f => f.contact && Math.hypot(f.god[0] - f.finger[0], f.god[1] - f.finger[1]) < 1e-3)"
+                           "(haptable.frame())"));
+    browser.key("r");
+    ASSERT_TRUE(browser.wait_until("haptable.saved"));
+    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
+    write_file(folder / "felt.csv", csv);
+    replay({&model, nodes.data(), "loose"}, folder / "felt.csv", folder / "again.csv", true, &body);
+    EXPECT_EQ(read_file(folder / "again.csv"), csv);
+    browser.command("Input.dispatchKeyEvent", {{"type", "keyDown"}, {"key", "Home"}});
+    EXPECT_TRUE(browser.wait_until("haptable.frame().pose.centre[1] === haptable.scene().body.rest_centre[1]"));
     expect_quiet(browser);
 }
 

@@ -19,6 +19,7 @@
 #include "tests/bodies.hpp"
 #include "tests/browser.hpp"
 #include "tests/loop/soft_pair.hpp"
+#include "tests/moving_body.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
@@ -174,33 +175,54 @@ TEST(PackedInBrowser, GivesTheHostsBits) {
         }
 }
 
-/// The ticks of two fingers by a fresh module: [ticks, 2].
-std::vector<PageTick> both_in_browser(const haptable_pair_model& pair, const std::vector<std::array<float, 3>>& path_m,
-                                      const std::vector<std::uint32_t>& buttons) {
-    const std::string ticks = from_base64(
+/// Of two fingers, and where the body is that nothing holds.
+struct PageRecord {
+    std::array<PageTick, kFingers> tick;
+    std::array<float, 3> centre_m{};
+    std::array<float, 4> turn{};
+};
+
+/// The ticks of two fingers by a fresh module. path_m, buttons: [ticks, 2]. body: null where it is held.
+std::vector<PageRecord> both_in_browser(const haptable_pair_model& pair, const haptable_body* body,
+                                        const std::vector<std::array<float, 3>>& path_m,
+                                        const std::vector<std::uint32_t>& buttons) {
+    const std::string_view moving(reinterpret_cast<const char*>(body), body != nullptr ? sizeof *body : 0);
+    const std::size_t size = 2 * sizeof(PageTick) + (body != nullptr ? 28 : 0);
+    const std::string words = from_base64(
         browser()
             .evaluate("WebAssembly.instantiate(module, {}).then(instance => {"
                       "const wasm = instance.exports, keep = kept(wasm), model = " +
                       js_bytes(model_bytes(*pair.model)) + ", coupling = " + js_bytes(coupling_bytes(pair)) +
                       ", path = keep(" + js_bytes(bytes_of(path_m)) + "), held = keep(" + js_bytes(bytes_of(buttons)) +
-                      fmt::format("), count = {};", path_m.size()) +
+                      "), body = " + js_bytes(moving) +
+                      fmt::format(", count = {}, size = {};", path_m.size() / 2, size) +
                       "const m = wasm.page_model(keep(model), model.length);"
                       "const p = wasm.page_coupling(m, keep(coupling), coupling.length);"
-                      "const out = wasm.page_reserve(112 * count);"
-                      "wasm.page_begin(p); wasm.page_replay_both(p, path, held, count / 2, out);"
-                      "return text(new Uint8Array(wasm.memory.buffer, out, 112 * count)); })")
+                      "if (body.length) wasm.page_body(keep(body), body.length);"
+                      "const out = wasm.page_reserve(size * count);"
+                      "wasm.page_begin(p); wasm.page_replay_both(p, path, held, count, out);"
+                      "return text(new Uint8Array(wasm.memory.buffer, out, size * count)); })")
             .get<std::string>());
-    std::vector<PageTick> all(ticks.size() / sizeof(PageTick));
-    std::memcpy(all.data(), ticks.data(), all.size() * sizeof(PageTick));
+    std::vector<PageRecord> all(words.size() / size);
+    for (std::size_t i = 0; i < all.size(); ++i) std::memcpy(&all[i], &words[i * size], size);
     return all;
 }
 
-// Two fingers, each away now and then: as a session steps them.
-TEST(BothInBrowser, GiveTheHostsBits) {
+/// Two fingers on a body that is held, or on one that they push about its floor; each away now and then.
+class BothInBrowser : public testing::TestWithParam<bool> {};
+
+INSTANTIATE_TEST_SUITE_P(Bodies, BothInBrowser, testing::Bool(),
+                         [](const auto& free) { return free.param ? "Free" : "Held"; });
+
+TEST_P(BothInBrowser, GiveTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     constexpr std::uint32_t kAway = 0x80000000U;
     const SoftPair two(0.5);
     const ServoScene scene = two.scene();
+    haptable_body cube = cube_body();
+    add_gravity(cube);
+    add_floor(cube, 0.0, 0.5);
+    const haptable_body* body = GetParam() ? &cube : nullptr;
     std::vector<std::array<float, 3>> path_m;
     std::vector<std::uint32_t> buttons;
     const auto first = stroke_path(two.tables(), 100);
@@ -209,20 +231,30 @@ TEST(BothInBrowser, GiveTheHostsBits) {
             path_m.push_back(first[finger == 0 ? i : first.size() - 1 - i]);
             buttons.push_back(i % 700 < 30 * finger || i % 900 > 880 ? kAway : 0U);
         }
-    const std::vector<PageTick> ticks = both_in_browser(*scene.pair, path_m, buttons);
-    ASSERT_EQ(ticks.size(), path_m.size());
-    Fingers fingers(scene, nullptr);
+    const std::vector<PageRecord> records = both_in_browser(*scene.pair, body, path_m, buttons);
+    ASSERT_EQ(records.size(), first.size());
+    Fingers fingers(scene, body);
     std::size_t both_touch = 0;
-    for (std::size_t i = 0; i < ticks.size(); i += kFingers) {
+    for (std::size_t i = 0; i < records.size(); ++i) {
         FingerInputs in;
         for (std::size_t finger = 0; finger < kFingers; ++finger)
-            if (buttons[i + finger] == 0) in[finger] = FingerInput{path_m[i + finger]};
-        fingers.tick(in, static_cast<std::uint32_t>(i / kFingers * 1000));
+            if (buttons[2 * i + finger] == 0) in[finger] = FingerInput{path_m[2 * i + finger]};
+        fingers.tick(in, static_cast<std::uint32_t>(i * 1000));
         for (std::size_t finger = 0; finger < kFingers; ++finger)
-            ASSERT_TRUE(same(ticks[i + finger], fingers.output(finger))) << "tick " << i / kFingers << " of " << finger;
-        both_touch += ticks[i].state == HAPTABLE_CONTACT && ticks[i + 1].state == HAPTABLE_CONTACT ? 1 : 0;
+            ASSERT_TRUE(same(records[i].tick[finger], fingers.output(finger))) << "tick " << i << " of " << finger;
+        both_touch +=
+            records[i].tick[0].state == HAPTABLE_CONTACT && records[i].tick[1].state == HAPTABLE_CONTACT ? 1 : 0;
+        if (body == nullptr) continue;
+        // With nobody there it rests, and the session's is the tick's before.
+        if (!in[0] && !in[1]) continue;
+        ASSERT_TRUE(same_bits(records[i].centre_m, fingers.body().state()->position_m)) << i;
+        ASSERT_TRUE(same_bits(records[i].turn, fingers.body().state()->turn)) << i;
     }
-    EXPECT_GT(both_touch, 500U);
+    EXPECT_GT(both_touch, body != nullptr ? 20U : 500U);
+    if (body != nullptr) {
+        const auto& centre_m = records.back().centre_m;
+        EXPECT_GT(std::hypot(centre_m[0] - 0.015F, centre_m[1] - 0.015F), 1e-3F) << "they push it about";
+    }
 }
 
 // Bytes that are no model: cut, or naming a function that there is not.
