@@ -33,6 +33,11 @@ int haptable_contact_slide_on(const struct haptable_model* model, struct haptabl
  */
 enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo);
 
+/* With least energy: 1 where the finger is surely inside at a contact whose load is known: it presses on all patches
+ * there. */
+int haptable_contact_surely_presses(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float x_m[3]);
+
 /* The finger is outside, and its path up to where it is now is searched. after: no contact. */
 void haptable_contact_end(struct haptable_servo* servo);
 

@@ -520,9 +520,9 @@ static int presses_on_edge(const struct haptable_model* model, const struct hapt
 }
 
 /* See surely_presses; at an edge or a vertex, or next to one. */
-static int presses_on_border(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
-    const float* load_n = here->energy.load_n;
-    struct haptable_contact at = here->at;
+static int presses_on_border(const struct haptable_model* model, const struct haptable_contact* here,
+                             const float load_n[3], const float x_m[3]) {
+    struct haptable_contact at = *here;
     enum place_on_patch feature;
     int corner = 0;
     float u[3];
@@ -540,16 +540,22 @@ static int presses_on_border(const struct haptable_model* model, const struct po
 }
 
 /* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
-static int surely_presses(const struct haptable_model* model, const struct point* here, const float x_m[3]) {
+static inline int surely_presses(const struct haptable_model* model, const struct haptable_contact* at,
+                                 const float load_n[3], const float x_m[3]) {
     float edge1[3];
     float edge2[3];
     float normal[3];
     float u[3];
-    if (haptable_patch_is_on_rim(here->at.alpha)) return presses_on_border(model, here, x_m);
-    patch_frame(model, here->at.patch, edge1, edge2, normal);
-    if (haptable_patch_has_thin_frame(model, edge1, edge2, normal)) return presses_on_border(model, here, x_m);
-    vec_sub(x_m, here->at.god_object_m, u);
-    return presses_under(normal, u, here->energy.load_n);
+    if (haptable_patch_is_on_rim(at->alpha)) return presses_on_border(model, at, load_n, x_m);
+    patch_frame(model, at->patch, edge1, edge2, normal);
+    if (haptable_patch_has_thin_frame(model, edge1, edge2, normal)) return presses_on_border(model, at, load_n, x_m);
+    vec_sub(x_m, at->god_object_m, u);
+    return presses_under(normal, u, load_n);
+}
+
+int haptable_contact_surely_presses(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float x_m[3]) {
+    return surely_presses(model, contact, contact->load_n, x_m);
 }
 
 /* Boxes that the tick has after its evaluations. */
@@ -572,7 +578,7 @@ static enum haptable_sight look(struct walk* walk, struct haptable_servo* servo,
     enum haptable_sight sight = earlier;
     int rests;
     if (earlier == HAPTABLE_SIGHT_UNFINISHED) return sight;
-    if (surely_presses(walk->model, here, walk->x_m)) {
+    if (surely_presses(walk->model, &here->at, here->energy.load_n, walk->x_m)) {
         servo->slide_patch = HAPTABLE_NONE;
         return HAPTABLE_SIGHT_INSIDE;
     }

@@ -12,6 +12,7 @@
  */
 #include "haptable_bounds.h"
 #include "haptable_compliance.h"
+#include "haptable_contact.h"
 #include "haptable_pair_terms.h"
 #include "haptable_patch.h"
 
@@ -50,6 +51,7 @@ struct both {
     float energy_j;
     int free; /* of both: the first finger's ways, then the second's */
     int is_given_up;
+    int is_late; /* 1: both were looked at already */
     float gradient_j[MOST_FREE];
     float hessian_j[MOST_FREE][MOST_FREE];
     float y[MOST_FREE][HAPTABLE_FINGERS][3];
@@ -690,6 +692,24 @@ static void put_follow(const struct both* both, struct haptable_pair_follow* fol
         for (f = 0; f <= i; ++f) follow->curvature_j[i][f] = both->hessian_j[i][f];
 }
 
+static void put_loads(struct both* both, float v[HAPTABLE_FINGERS][3]) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* here = &both->place[f];
+        if (both->tables->law->is_stiffness)
+            vec_symmetric_product(here->point.own.a, v[f], here->at.load_n);
+        else
+            vec_copy(v[f], here->at.load_n);
+    }
+}
+
+/* 1 where no finger could be seen from its god-object, so that nobody need look again. */
+static int are_surely_inside(const struct both* both) {
+    const struct place* here = both->place;
+    return haptable_contact_surely_presses(both->tables->model, &here[0].at, both->x_m[0]) &&
+           haptable_contact_surely_presses(both->tables->model, &here[1].at, both->x_m[1]);
+}
+
 /* The places and v are the tick's. */
 static void rest(const struct both* both, struct haptable_pair* pair, float v[HAPTABLE_FINGERS][3], float energy_j) {
     int f;
@@ -697,10 +717,6 @@ static void rest(const struct both* both, struct haptable_pair* pair, float v[HA
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct haptable_servo* servo = &pair->servo[f];
         servo->contact = both->place[f].at;
-        if (both->tables->law->is_stiffness)
-            vec_symmetric_product(both->place[f].point.own.a, v[f], servo->contact.load_n);
-        else
-            vec_copy(v[f], servo->contact.load_n);
         pair_keep_known(servo);
         vec_copy(both->x_m[f], servo->finger_m); /* it stays, and so does a god-object that rests */
         vec_copy(v[f], pair->view[f].v);
@@ -793,6 +809,8 @@ static int end(struct both* both, struct haptable_pair* pair, const float step[M
         pair->touches[both->system.touches[0] ? 1 : 0] = 0;
         return -1;
     }
+    put_loads(both, v);
+    if (both->is_late && !are_surely_inside(both)) return -1;
     rest(both, pair, v, both->energy_j + (known ? fall_j : 0.0f));
     return 1;
 }
@@ -873,6 +891,7 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     both.tables = tables;
     both.x_m = finger_m;
     both.is_given_up = 0;
+    both.is_late = !is_first;
     if (!begin_both(&both, pair)) return 0;
     while (pair->evaluations < most) {
         int rests;
