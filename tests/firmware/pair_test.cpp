@@ -833,7 +833,7 @@ TEST(Pair, TwoPlacesThatLoadOneNodeAloneStayWellPosed) {
     EXPECT_GT(places, 10);
 }
 
-// A million of them: haptable-strokes SCENES --fingers 2.
+// A million of them: haptable-strokes SCENES --fingers 2. In pair 258 of least energy both settle where nobody looks.
 TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     const StrokedBody stroked(body.tables());
@@ -849,7 +849,7 @@ TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
         const ServoPair servo = build_pair(body.pair(), tables, stroked.servo());
         const haptable_pair_model pair = pair_in_memory(servo, tables, model);
         const Touched touched = stroked.touched(model);
-        const PairTally tally = run_pairs({touched, pair}, maker, 1, 150, one, [](std::size_t) {});
+        const PairTally tally = run_pairs({touched, pair}, maker, 1, 300, one, [](std::size_t) {});
         EXPECT_EQ(tally.outside + tally.lost + tally.force, 0U) << god_object;
         EXPECT_GT(tally.both_ticks, 5000U) << god_object;
         EXPECT_GT(tally.left_ticks, 0U) << god_object;
