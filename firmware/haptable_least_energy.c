@@ -679,15 +679,12 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct haptable_contact* contact = &servo->contact;
     const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int is_new = contact->patch == HAPTABLE_NONE;
-    struct walk walk;
+    struct walk walk = {.model = model,
+                        .x_m = x_m,
+                        .freed = haptable_freed_of(model, servo),
+                        .all = is_new ? ENTRY_ENERGIES : HAPTABLE_ENERGY_STEPS};
     struct point here;
     int slides;
-    walk.model = model;
-    walk.freed = haptable_freed_of(model, servo);
-    walk.steps = 0;
-    walk.all = is_new ? ENTRY_ENERGIES : HAPTABLE_ENERGY_STEPS;
-    walk.nearest_steps = 0;
-    walk.x_m = x_m;
     if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         settle(&walk, servo, is_new, &here);

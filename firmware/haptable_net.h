@@ -458,9 +458,10 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
 
 static inline void forget_slope(struct haptable_energy* energy) {
     const float zero = 0.0f;
+    const float none = zero / zero; /* cppcheck-suppress duplicateExpression ; not a number */
     int b;
-    for (b = 0; b < 2; ++b) /* cppcheck-suppress duplicateExpression ; not a number */
-        energy->load_gradient_n[b][0] = energy->load_gradient_n[b][1] = energy->load_gradient_n[b][2] = zero / zero;
+    for (b = 0; b < 2; ++b)
+        energy->load_gradient_n[b][0] = energy->load_gradient_n[b][1] = energy->load_gradient_n[b][2] = none;
 }
 
 /* Curvature and the load's slope: r_b = e_b + C_b f. before: hessian_j is f^T C_bc f. */

@@ -321,15 +321,14 @@ static inline int pair_keep_definite(const float a[6], float n[6]) {
 static inline void pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
                                     const float x[9], struct pair_solved* solved) {
     float n[6];
-    float* t = solved->t;
     float alone[3];
     pair_reduce(own->a, x, view->m, n);
     (void)pair_keep_definite(own->a, n);
     vec_symmetric_product(view->m, view->s, alone);
-    pair_product(x, alone, t);
-    vec_sub(own->s, t, t);
+    pair_product(x, alone, solved->t);
+    vec_sub(own->s, solved->t, solved->t);
     solved->n = factor(n);
-    solve(&solved->n, t, solved->v);
+    solve(&solved->n, solved->t, solved->v);
 }
 
 static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
