@@ -58,6 +58,23 @@ haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptab
             reinterpret_cast<const float(*)[3]>(vibration.shape.data())};
 }
 
+std::string vibration_bytes(const ServoVibration& vibration) {
+    std::string bytes;
+    const auto add = [&](const auto* rows, std::size_t count) {
+        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
+    };
+    const auto add_table = [&](const auto& rows) {
+        const auto length = static_cast<std::uint32_t>(rows.size());
+        add(&length, 1);
+        add(rows.data(), rows.size());
+    };
+    const std::array<std::uint32_t, 2> sizes{static_cast<std::uint32_t>(vibration.mode.size()), vibration.controls};
+    add(sizes.data(), sizes.size());
+    add_table(vibration.mode);
+    add_table(vibration.shape);
+    return bytes;
+}
+
 std::vector<TableBytes> flash_tables(const ServoVibration& vibration) {
     return {{"mode", vibration.mode.size() * sizeof(haptable_mode)},
             {"mode_shape", vibration.shape.size() * sizeof vibration.shape[0]}};

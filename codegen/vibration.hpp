@@ -26,6 +26,10 @@ ServoVibration build_vibration(const VibrationTables& vibration, const Tables& t
 /// Points to the model and to the tables, which must outlive it.
 haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptable_model& model);
 
+/// What a page reads behind a model: number of modes and controls of a patch (32 bits each), then both tables, each
+/// after its number of rows, little-endian.
+std::string vibration_bytes(const ServoVibration& vibration);
+
 /// Bytes of flash, by table.
 std::vector<TableBytes> flash_tables(const ServoVibration& vibration);
 

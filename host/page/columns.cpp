@@ -41,14 +41,6 @@ private:
     std::optional<MappedNpy<Half>> half_;
 };
 
-/// Where each of the page's rows stands in columns.npy.
-std::vector<std::size_t> stored_rows(const Tables& tables, const PageRows& rows) {
-    std::vector<std::size_t> place(tables.position.size(), 0), stored;
-    for (std::size_t r = 0; r < tables.row_id.size(); ++r) place[static_cast<std::size_t>(tables.row_id[r])] = r;
-    for (const std::int32_t node : rows.node) stored.push_back(place[static_cast<std::size_t>(node)]);
-    return stored;
-}
-
 /// The power of 2 in whose steps the largest number is just held.
 float unit_for(float largest) {
     return largest > 0.0F ? std::ldexp(1.0F, std::ilogb(largest) - kHalfExponent + 1) : 1.0F;
@@ -65,6 +57,13 @@ PageRows page_rows(const Tables& tables) {
     for (const std::int32_t node : all)
         if (!with_column.contains(node)) rows.node.push_back(node);
     return rows;
+}
+
+std::vector<std::size_t> stored_rows(const Tables& tables, const PageRows& rows) {
+    std::vector<std::size_t> place(tables.position.size(), 0), stored;
+    for (std::size_t r = 0; r < tables.row_id.size(); ++r) place[static_cast<std::size_t>(tables.row_id[r])] = r;
+    for (const std::int32_t node : rows.node) stored.push_back(place[static_cast<std::size_t>(node)]);
+    return stored;
 }
 
 std::size_t packed_count(const PageRows& rows) {

@@ -21,6 +21,9 @@ struct PageRows {
 /// Throws Error where a column has no row, which no tables of ours have.
 PageRows page_rows(const Tables& tables);
 
+/// Where each of the page's rows stands among tables.row_id.
+std::vector<std::size_t> stored_rows(const Tables& tables, const PageRows& rows);
+
 /// Numbers of the packed half: 9 for each of n r - n (n - 1) / 2 blocks.
 std::size_t packed_count(const PageRows& rows);
 

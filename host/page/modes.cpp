@@ -7,6 +7,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/model_bytes.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/tables/npy.hpp"
 
@@ -16,17 +17,22 @@ namespace {
 
 constexpr double kRelease_n_per_ms = 0.01;  // a scene's default with least energy
 
-using Coupling = std::optional<PairTables>;
+/// What stands beside the tables of a folder.
+struct Beside {
+    std::optional<PairTables> pair;
+    std::optional<VibrationTables> vibration;
+};
 
-PageMode mode_of(const Tables& tables, const Coupling& pair) {
+PageMode mode_of(const Tables& tables, const Beside& beside) {
     const ServoModel servo = build_model(tables);
     const std::uint64_t hash = model_in_memory(tables, servo).hash;
     Tables unlimited = tables;
     unlimited.limits = {};  // a page has no motors, and a pointer jumps
     const haptable_model model = model_in_memory(unlimited, servo);
-    PageMode mode{tables.force, tables.god_object, tables.static_friction, hash, model_bytes(model), ""};
-    if (!pair) return mode;
-    const ServoPair built = build_pair(*pair, unlimited, servo);
+    PageMode mode{tables.force, tables.god_object, tables.static_friction, hash, model_bytes(model), "", ""};
+    if (beside.vibration) mode.vibration = vibration_bytes(build_vibration(*beside.vibration, unlimited, servo));
+    if (!beside.pair) return mode;
+    const ServoPair built = build_pair(*beside.pair, unlimited, servo);
     mode.coupling = coupling_bytes(pair_in_memory(built, unlimited, model));
     return mode;
 }
@@ -39,7 +45,7 @@ bool has(const std::vector<PageMode>& modes, const Tables& tables) {
 }
 
 /// Both god-objects over the blocks of one force, without friction and with it.
-void add_modes(Tables tables, const Coupling& pair, std::vector<PageMode>& modes) {
+void add_modes(Tables tables, const Beside& beside, std::vector<PageMode>& modes) {
     const double friction = tables.static_friction > 0.0 ? tables.static_friction : kPageFriction;
     const double kinetic = tables.static_friction > 0.0 ? tables.kinetic_friction : kPageFriction;
     for (const bool rough : {false, true})
@@ -50,7 +56,7 @@ void add_modes(Tables tables, const Coupling& pair, std::vector<PageMode>& modes
             tables.release_n_per_ms = god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0;
             if (has(modes, tables)) continue;
             try {
-                modes.push_back(mode_of(tables, pair));
+                modes.push_back(mode_of(tables, beside));
             } catch (const Error&) {  // more than the servo can hold: the scene never asked for it
             }
         }
@@ -105,14 +111,14 @@ Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& 
 }
 
 std::vector<PageMode> page_modes(const Tables& tables, const std::filesystem::path& folder) {
-    const Coupling pair = read_pair(folder);
-    std::vector<PageMode> modes{mode_of(tables, pair)};
-    add_modes(interpolated(tables), pair, modes);
+    const Beside beside{read_pair(folder), read_vibration(folder)};
+    std::vector<PageMode> modes{mode_of(tables, beside)};
+    add_modes(interpolated(tables), beside, modes);
     if (tables.force == ForceLaw::kConsistent)
-        add_modes(tables, pair, modes);
+        add_modes(tables, beside, modes);
     else if (tables.has_columns && !tables.half_columns)
-        add_modes(consistent_by_columns(tables, folder), pair, modes);
-    if (tables.force == ForceLaw::kPressureMask) add_modes(tables, pair, modes);
+        add_modes(consistent_by_columns(tables, folder), beside, modes);
+    if (tables.force == ForceLaw::kPressureMask) add_modes(tables, beside, modes);
     return modes;
 }
 

@@ -22,6 +22,7 @@
 #include "host/page/columns.hpp"
 #include "host/page/modes.hpp"
 #include "host/page/pointer_device.hpp"
+#include "host/tables/vibration.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/surface.hpp"
 
@@ -93,14 +94,18 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
         const std::string table = fmt::format("model {}", i);
         blob.add(table, modes[i].model);
         // Of one force they are the same.
-        const std::string coupling = fmt::format("coupling {}", word(modes[i].force));
-        if (!modes[i].coupling.empty() && !blob.tables().contains(coupling)) blob.add(coupling, modes[i].coupling);
+        const auto share = [&](const char* what, const std::string& bytes) {
+            const std::string name = bytes.empty() ? "" : fmt::format("{} {}", what, word(modes[i].force));
+            if (!bytes.empty() && !blob.tables().contains(name)) blob.add(name, bytes);
+            return name;
+        };
         scene["modes"].push_back({{"force", word(modes[i].force)},
                                   {"god_object", word(modes[i].god_object)},
                                   {"friction", modes[i].friction},
                                   {"hash", fmt::format("{:016x}", modes[i].hash)},
                                   {"model", table},
-                                  {"coupling", modes[i].coupling.empty() ? "" : coupling}});
+                                  {"coupling", share("coupling", modes[i].coupling)},
+                                  {"vibration", share("vibration", modes[i].vibration)}});
     }
 }
 
@@ -111,6 +116,21 @@ void add_body(const fs::path& folder, Blob& blob, json& scene) {
     blob.add("body", {reinterpret_cast<const char*>(&*body), sizeof *body});
     scene["body"] = {{"rest_centre", body->centre_m}};
     if (body->point_count > 0) scene["body"]["floor"] = {{"normal", body->floor_normal}, {"height", body->floor_m}};
+}
+
+/// Of a body that rings: phi of each of the page's rows, [r, m].
+void add_vibration(const Tables& tables, const fs::path& folder, const PageRows& rows, Blob& blob, json& scene) {
+    const std::optional<VibrationTables> vibration = read_vibration(folder);
+    if (!vibration) return;
+    const std::size_t modes = vibration->modes();
+    if (vibration->row.size() != modes * tables.row_id.size())
+        throw Error((folder / "mode_rows.npy").string() + ": does not fit row_id.npy: make the tables again");
+    std::vector<std::array<float, 3>> phi;
+    for (const std::size_t row : stored_rows(tables, rows))
+        phi.insert(phi.end(), vibration->row.begin() + static_cast<std::ptrdiff_t>(row * modes),
+                   vibration->row.begin() + static_cast<std::ptrdiff_t>((row + 1) * modes));
+    blob.add_rows("mode_rows", phi);
+    scene["vibration"] = {{"modes", modes}};
 }
 
 /// How the mask spreads a load: over columns instead of mesh nodes.
@@ -244,6 +264,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
     add_body(folder, blob, scene);
+    add_vibration(tables, folder, rows, blob, scene);
     if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);
 
     std::map<std::string, std::string> text;

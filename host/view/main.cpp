@@ -323,10 +323,7 @@ void complete(Options& o) {
 
 void view(Options& options) {
     if (options.serve) return serve(options);
-    if (!options.page.empty()) {
-        refuse_vibration(options.folder, "a page");
-        return make_page(options, read_tables(options.folder));
-    }
+    if (!options.page.empty()) return make_page(options, read_tables(options.folder));
     if (options.out.empty()) throw BadCommandLine("--out is required");
     complete(options);
     const Tables tables = read_tables(options.folder);

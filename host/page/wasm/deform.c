@@ -84,3 +84,11 @@ void page_deform_add_spread(const struct page_columns* columns, const struct pag
                     2.0f * alpha[(c + 1) % 3] * alpha[(c + 2) % 3], load_n, u_m);
     }
 }
+
+void page_deform_add_modes(const struct page_columns* columns, const struct page_modes* modes, const float* q,
+                           float* u_m) {
+    uint32_t row, k, a;
+    for (row = 0; row < columns->row_count; ++row)
+        for (k = 0; k < modes->count; ++k)
+            for (a = 0; a < 3; ++a) u_m[3u * row + a] += modes->row[row * modes->count + k][a] * q[k];
+}

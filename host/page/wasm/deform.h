@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * u_r = sum over the loaded nodes i of L_ri F_i (equation 8), for a picture in a page.
+ * u_r = sum over the loaded nodes i of L_ri F_i (equation 8) + sum phi_kr q_k, for a picture in a page.
  *
  * L is symmetric: L_ri = L_ir^T. So of the rows that are columns too only the half from the diagonal on is kept. Rows
  * stand in the order of the columns, and after them those of nodes that have no column.
@@ -29,6 +29,12 @@ struct page_spread {
     const float* weight;
 };
 
+/* How the modes of a body that rings move it. */
+struct page_modes {
+    uint32_t count;        /* 0: it follows at once */
+    const float (*row)[3]; /* [row_count, count] phi, 1/sqrt(kg) */
+};
+
 /* u [row_count, 3] = 0. */
 void page_deform_clear(const struct page_columns* columns, float* u_m);
 
@@ -38,5 +44,9 @@ void page_deform_add(const struct page_columns* columns, uint32_t column, const 
 /* Adds what a load on a patch, by its shares at the corners, gives through a mask. */
 void page_deform_add_spread(const struct page_columns* columns, const struct page_spread* spread,
                             const uint16_t vertex[3], uint16_t patch, const float nodal_force_n[3][3], float* u_m);
+
+/* u += sum phi_k q_k. */
+void page_deform_add_modes(const struct page_columns* columns, const struct page_modes* modes, const float* q,
+                           float* u_m);
 
 #endif

@@ -6,14 +6,16 @@
  */
 #include "deform.h"
 #include "hand.h"
+#include "haptable_body_modes.h"
 #include "haptable_body_pair.h"
 #include "haptable_model_reader.h"
 #include "haptable_pair_reader.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-/* A tick of a finger, as the caller reads it: words of 32 bits in this order. A record has one for each finger and, of
- * a body that nothing holds, struct page_pose behind them: its frame is that of all but the finger and the force. */
+/* A tick of a finger, as the caller reads it: words of 32 bits in this order. A record has one for each finger; behind
+ * them, of a body that rings, how far each mode has swung (float) and, of one that nothing holds, struct page_pose: its
+ * frame is that of all but the finger and the force. */
 struct page_tick {
     uint32_t state;           /* enum haptable_state */
     int32_t patch, vertex[3]; /* -1 without contact */
@@ -37,9 +39,12 @@ static struct haptable_pair pair; /* of one finger its first servo */
 static struct haptable_body body;
 static struct haptable_body_state now, touched; /* touched: in the last tick */
 static int is_free;                             /* nothing holds the body */
+static const struct haptable_modes* ringing;    /* of this session; 0: the body follows at once */
+static struct haptable_modes_state swings;
 static struct page_hand hand[HAPTABLE_FINGERS];
 static struct page_columns columns;
 static struct page_spread spread;
+static struct page_modes shapes;
 static int is_spread;
 static float* displacement_m;
 static uint32_t now_us;
@@ -103,6 +108,25 @@ const struct haptable_pair_model* page_coupling(const struct haptable_model* mod
     return reader->room && haptable_read_pair(reader, model, tables) && bytes.left == 0 ? tables : 0;
 }
 
+/* The modes by which the body of a model rings, of these bytes; 0 as page_model. */
+EXPORT(page_vibration)
+const struct haptable_modes* page_vibration(const struct haptable_model* model, const unsigned char* mode_bytes,
+                                            uint32_t count) {
+    struct bytes bytes = {mode_bytes, count};
+    struct haptable_model_reader reader = {read_bytes, &bytes, page_reserve(count), count / 4u, 0, 1, {0}, {0},
+                                           {0},        {0}};
+    struct haptable_modes* modes = page_reserve(sizeof *modes);
+    uint32_t sizes[2] = {0, 0};
+    if (!reader.room || !modes) return 0;
+    haptable_reader_take(&reader, sizes, sizeof sizes);
+    modes->model = model;
+    modes->count = (uint8_t)sizes[0];
+    modes->controls = (uint8_t)sizes[1];
+    modes->mode = haptable_reader_table(&reader, sizeof *modes->mode);
+    modes->shape = haptable_reader_table(&reader, sizeof *modes->shape);
+    return reader.is_whole && bytes.left == 0 && sizes[0] <= HAPTABLE_MODES ? modes : 0;
+}
+
 /* What moves, where nothing holds the body: struct haptable_body, which is the same here and on the host. 0: it is not.
  */
 EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count) {
@@ -111,14 +135,17 @@ EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count)
     return is_free;
 }
 
-/* A servo that knows no finger, a body that rests where it is made; tables: 0, or those of two. */
-EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables) {
+/* A servo that knows no finger, a body that rests where it is made; tables: 0, or those of two; modes: 0, or those by
+ * which it rings. */
+EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables, const struct haptable_modes* modes) {
     if (tables)
         haptable_pair_init(tables, &pair);
     else
         haptable_init(&pair.servo[0]);
     if (is_free) haptable_body_init(&body, &now);
     touched = now;
+    ringing = modes;
+    haptable_modes_init(&swings);
     now_us = 0;
 }
 
@@ -140,18 +167,26 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
 /* A tick of a finger that is alone. */
 static void step_alone(const struct haptable_model* model, int finger, const float finger_m[3],
                        struct haptable_output* out) {
-    if (is_free)
-        haptable_body_step_finger(model, &body, &now, &pair.servo[finger], finger, finger_m, now_us, out);
+    struct haptable_servo* servo = &pair.servo[finger];
+    if (ringing && is_free)
+        haptable_body_modes_step(ringing, &body, &now, &swings, servo, finger_m, now_us, out);
+    else if (ringing)
+        haptable_modes_step(ringing, &swings, servo, finger_m, now_us, out);
+    else if (is_free)
+        haptable_body_step_finger(model, &body, &now, servo, finger, finger_m, now_us, out);
     else
-        haptable_step(model, &pair.servo[finger], finger_m, now_us, out);
+        haptable_step(model, servo, finger_m, now_us, out);
 }
 
 /* What follows the fingers' ticks; where the next record begins. */
 static struct page_tick* end_record(struct page_tick* at) {
-    struct page_pose* pose = (struct page_pose*)at;
+    float* swung = (float*)at;
+    struct page_pose* pose;
     int a;
     now_us += HAPTABLE_TICK_US;
-    if (!is_free) return at;
+    for (a = 0; ringing && a < ringing->count; ++a) *swung++ = swings.q[a];
+    pose = (struct page_pose*)swung;
+    if (!is_free) return (struct page_tick*)pose;
     for (a = 0; a < 3; ++a) pose->centre_m[a] = touched.position_m[a];
     for (a = 0; a < 4; ++a) pose->turn[a] = touched.turn[a];
     return (struct page_tick*)(pose + 1);
@@ -299,6 +334,12 @@ void page_spread(const int32_t* vertex_control, const int32_t* edge_control, con
     spread.weight = weight;
 }
 
+/* How the modes move the rows: [row_count, count, 3]. */
+EXPORT(page_shapes) void page_shapes(uint32_t count, const float (*row)[3]) {
+    shapes.count = count;
+    shapes.row = row;
+}
+
 /* Whether the loads that come are a mask's. */
 EXPORT(page_spreads) void page_spreads(int yes) { is_spread = yes; }
 
@@ -316,11 +357,13 @@ static void displace(const struct page_tick* tick) {
             page_deform_add(&columns, (uint32_t)tick->vertex[c], tick->nodal_force_n[c], displacement_m);
 }
 
-/* The displacements [row_count, 3] in m under the loads of a tick's fingers; 0 where there was no room for them. */
+/* The displacements [row_count, 3] in m under the loads of a record's fingers and as its modes have swung; 0 where
+ * there was no room for them. */
 EXPORT(page_displace) const float* page_displace(const struct page_tick* ticks, int fingers) {
     int f;
     if (!displacement_m) return 0;
     page_deform_clear(&columns, displacement_m);
     for (f = 0; f < fingers; ++f) displace(&ticks[f]);
+    page_deform_add_modes(&columns, &shapes, (const float*)(ticks + fingers), displacement_m);
     return displacement_m;
 }

@@ -4,7 +4,7 @@
 function haptableEngine(port) {
   'use strict';
   const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c), one for each finger
-  const POSE = 7;                       // of struct page_pose behind them, of a body that nothing holds
+  const POSE = 7;                       // of struct page_pose at a record's end, of a body that nothing holds
   const AWAY = 0x80000000;              // among the buttons of one of two fingers: it is not there
   const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, SILENT = 0, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
@@ -12,7 +12,8 @@ function haptableEngine(port) {
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
   const SAMPLE = 5;                     // numbers a tick and finger that the plots get
 
-  let wasm, scene, models = [], couplings = [], mode = 0, fingers = 1, stride = WORDS;
+  let wasm, scene, models = [], couplings = [], vibrations = [], mode = 0, fingers = 1, stride = WORDS;
+  let swings = 0;                       // modes of a body that rings: a number of each, behind the fingers' ticks
   let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0;
   let goal = [null, null], goal_before = [null, null], gain = 1;
   let last_ms = 0, tick = 0, dropped = 0;
@@ -41,7 +42,8 @@ function haptableEngine(port) {
     wasm = module.instance.exports;
     scene = message.scene;
     fingers = scene.fingers;
-    stride = fingers * WORDS + (scene.body ? POSE : 0);
+    swings = scene.vibration ? scene.vibration.modes : 0;
+    stride = fingers * WORDS + swings + (scene.body ? POSE : 0);
     ticks_at = reserve(4 * stride * ROOM);
     path_at = reserve(12 * fingers * ROOM);
     buttons_at = reserve(4 * fingers * ROOM);
@@ -55,7 +57,9 @@ function haptableEngine(port) {
     for (const one of scene.modes) {
       const model = whole(wasm.page_model(keep(data, table[one.model]), table[one.model].bytes), one.model);
       models.push(model);
-      couplings.push(fingers === 1 ? 0 : whole(wasm.page_coupling(model, keep(data, table[one.coupling]), table[one.coupling].bytes), one.coupling));
+      const beside = (name, read) => name ? whole(read(model, keep(data, table[name]), table[name].bytes), name) : 0;
+      couplings.push(beside(one.coupling, wasm.page_coupling));
+      vibrations.push(beside(one.vibration, wasm.page_vibration));
     }
     if (table.columns) {
       const at = keep(data, table.columns), half = scene.columns.format === 'float16';
@@ -64,6 +68,7 @@ function haptableEngine(port) {
     if (table.spread_begin)
       wasm.page_spread(...['vertex_control', 'edge_control', 'spread_begin', 'spread_column', 'spread_weight']
         .map(name => keep(data, table[name])));
+    if (swings > 0) wasm.page_shapes(swings, keep(data, table.mode_rows));
     if (scene.body) whole(wasm.page_body(keep(data, table.body), table.body.bytes), 'the body that nothing holds');
     choose(0);
     const hand = scene.hand;
@@ -82,7 +87,7 @@ function haptableEngine(port) {
 
   // A new session: the servo knows no finger, and feels nothing until it comes from outside.
   function begin() {
-    wasm.page_begin(couplings[mode]);
+    wasm.page_begin(couplings[mode], vibrations[mode]);
     tick = dropped = 0;
     samples = [];
     latest = new Uint32Array(stride);
@@ -133,6 +138,9 @@ function haptableEngine(port) {
   // In contact, be its force limited or not.
   const touches = t => t[0] === CONTACT || t[0] === LIMITED;
   const length = v => Math.hypot(v[0], v[1], v[2]);
+
+  // How far the modes of a body that rings have swung, of a record.
+  const swung_of = t => new Float32Array(t.buffer, t.byteOffset + 4 * WORDS * fingers, swings);
 
   // Where a body that nothing holds is: {centre, turn}, of a record.
   const pose_of = t => scene.body ? {centre: real(t, stride - POSE), turn: new Float32Array(t.buffer, t.byteOffset + 4 * (stride - 4), 4)} : null;
@@ -195,7 +203,7 @@ function haptableEngine(port) {
     port.postMessage({
       kind: 'frame', tick, dropped, mode, samples: plotted, sample: SAMPLE, ...view(shown, goal[0], pose),
       second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1], pose),
-      pose: pose && {centre: Array.from(pose.centre), turn: Array.from(pose.turn)},
+      swung: Array.from(swung_of(shown)), pose: pose && {centre: Array.from(pose.centre), turn: Array.from(pose.turn)},
       recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / stride, 0),
       played: played === null ? -1 : played.at, displacement: u
     }, u ? [u.buffer] : []);
@@ -206,7 +214,7 @@ function haptableEngine(port) {
   // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
   function run(path, buttons, in_mode) {
     const count = path.length / 3 / fingers, all = new Uint32Array(stride * count);
-    wasm.page_begin(couplings[in_mode]);
+    wasm.page_begin(couplings[in_mode], vibrations[in_mode]);
     for (let begun = 0; begun < count; begun += ROOM) {
       const now = Math.min(ROOM, count - begun), of = (array, n) => array.subarray(n * begun, n * (begun + now));
       floats(path_at, 3 * fingers * now).set(of(path, 3 * fingers));
@@ -250,7 +258,7 @@ function haptableEngine(port) {
   function csv(pieces) {
     const names = ',x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults';
     const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '') +
-      (scene.body ? ',body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z' : '')];
+      Array.from({length: swings}, (_, k) => ',mode_' + (k + 1)).join('') + (scene.body ? ',body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z' : '')];
     const columns = t => {
       const three = at => Array.from(real(t, at), nine).join(',');
       const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
@@ -260,7 +268,8 @@ function haptableEngine(port) {
       for (let i = 0; i < piece.length; i += stride) {
         const row = [lines.length - 1];
         for (let f = 0; f < fingers; ++f) row.push(columns(piece.subarray(i + WORDS * f, i + WORDS * (f + 1))));
-        const pose = pose_of(piece.subarray(i, i + stride));
+        const whole = piece.subarray(i, i + stride), pose = pose_of(whole);
+        row.push(...Array.from(swung_of(whole), nine));
         if (pose) row.push(...Array.from(pose.centre, nine), ...Array.from(pose.turn, nine));
         lines.push(row.join(','));
       }

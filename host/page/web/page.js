@@ -464,7 +464,7 @@
   function changed(message) {
     const of = one => one ? one.state + ' ' + one.finger.join() + one.god.join() + one.goal : '';
     const pose = message.pose ? message.pose.centre.join() + message.pose.turn.join() : '';
-    const key = of(message) + of(message.second) + pose + $('colour').value + $('exaggerate').value;
+    const key = of(message) + of(message.second) + pose + message.swung.join() + $('colour').value + $('exaggerate').value;
     const other = key !== changed.last;
     changed.last = key;
     return other;

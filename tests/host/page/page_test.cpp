@@ -11,6 +11,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
@@ -18,6 +19,7 @@
 #include "host/servo/replay.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
+#include "host/view/drawn_modes.hpp"
 #include "host/view/loads.hpp"
 #include "tests/browser.hpp"
 #include "tests/host/view/cube_tables.hpp"
@@ -36,6 +38,12 @@ std::string missing() {
     if (!fs::exists(parts() / "servo.wasm") || !fs::exists(parts() / "three.min.js"))
         return "no " + parts().string() + ": make test makes it";
     return Browser::missing();
+}
+
+/// One browser for all tests, which takes longer to start than most of them.
+Browser& shared_browser() {
+    static Browser one;
+    return one;
 }
 
 /// A cube's tables, the page made of them, and the servo of both.
@@ -61,6 +69,8 @@ protected:
     }
 
     static void open(Browser& browser, const std::string& url) {
+        browser.mouse("mouseReleased", 0, 0);  // as the test before may have left it
+        browser.command("Emulation.setTouchEmulationEnabled", {{"enabled", false}});
         browser.open(url);
         ASSERT_EQ(browser.evaluate("haptable.ready.then(() => 'ready', error => error.message)"), "ready");
     }
@@ -99,13 +109,15 @@ std::string numbers(const std::vector<std::array<float, 3>>& path_m) {
 /// Not at the first touch, of which a slow machine may see a frame.
 constexpr const char* kDented = "haptable.frame().contact && haptable.frame().displacement.some(u => u < -2e-4)";
 
-/// The displacements that the page shows are equation 8 of its loads by the viewer, to the rounding of its columns.
-/// `largest`: of any block of L, m/N.
+/// The displacements that the page shows are the viewer's of its loads and as its modes have swung, to the rounding of
+/// its columns.
+/// `largest`: of any block of L, m/N. It moves by more than least_m.
 void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::path& folder, double epsilon,
-                            double largest) {
+                            double largest, double least_m = 1e-4) {
     const auto frame = browser.evaluate(
         "(f => ({fingers: [f, f.second].filter(one => one && one.contact).map(one => ({vertex: Array.from(one.vertex, "
-        "v => haptable.scene().node[v]), nodal: Array.from(one.nodal)})), u: Array.from(f.displacement)}))"
+        "v => haptable.scene().node[v]), nodal: Array.from(one.nodal)})), u: Array.from(f.displacement), "
+        "swung: f.swung}))"
         "(haptable.frame())");
     std::vector<NodalForce> loads;
     double size_n = 0.0;
@@ -118,7 +130,11 @@ void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::pa
         }
     const ContactLoads contact(tables);
     Deformation deformation(tables, folder);
-    const std::span<const float> u = deformation.displace(contact.spread(loads));
+    std::span<const float> u = deformation.displace(contact.spread(loads));
+    ContactFrame swung;
+    swung.modes = frame.at("swung").get<std::vector<float>>();
+    std::optional<DrawnModes> modes = read_drawn_modes(tables, folder);
+    if (modes) u = modes->add_to(u, swung);
     const PageRows rows = page_rows(tables);
     ASSERT_EQ(frame.at("u").size(), u.size());
     double moved = 0.0;
@@ -128,10 +144,10 @@ void expect_viewers_surface(Browser& browser, const Tables& tables, const fs::pa
             const auto wanted = static_cast<double>(u[3 * static_cast<std::size_t>(at) + a]);
             moved = std::max(moved, std::abs(wanted));
             EXPECT_WITHIN(std::abs(frame.at("u").at(3 * r + a).get<double>() - wanted), .count = 8, .epsilon = epsilon,
-                          .size = size_n * largest);
+                          .size = size_n * largest + std::abs(wanted));
         }
     }
-    EXPECT_GT(moved, 1e-4);
+    EXPECT_GT(moved, least_m);
 }
 
 /// No block of L is larger, m/N.
@@ -143,7 +159,7 @@ double largest_block(const Tables& tables) {
 
 // From the disk, without a network: the body is drawn, a press is felt and dents it, letting go frees the finger.
 TEST_F(TouchPage, OpensFromTheDiskAndIsPressed) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     const auto at = top(browser);
     const auto body = browser.evaluate(fmt::format("haptable.picture().pixel({}, {})", at[0], at[1] + 40));
@@ -166,7 +182,7 @@ TEST_F(TouchPage, OpensFromTheDiskAndIsPressed) {
 
 // A drag beside the body turns it, and the wheel brings it nearer.
 TEST_F(TouchPage, TurnsAndZooms) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     const auto before = browser.evaluate("[haptable.picture().azimuth, haptable.picture().distance]");
     browser.mouse("mousePressed", 30, 400);
@@ -180,7 +196,7 @@ TEST_F(TouchPage, TurnsAndZooms) {
 
 // A touch screen: one finger presses, two come nearer.
 TEST_F(TouchPage, IsPressedByAFingerOnTheScreen) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     browser.command("Emulation.setTouchEmulationEnabled", {{"enabled", true}});
     const auto touch = [&](const std::string& type, const std::vector<std::array<double, 2>>& fingers) {
@@ -204,7 +220,7 @@ TEST_F(TouchPage, IsPressedByAFingerOnTheScreen) {
 
 // What the hand did is saved as the servo's CSV, and the host's replay of it writes the same bytes.
 TEST_F(TouchPage, RecordsWhatTheHostReplays) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     press(browser, top(browser));  // what came before is no part of it
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact"));
@@ -230,7 +246,7 @@ TEST_F(TouchPage, RecordsWhatTheHostReplays) {
 TEST_F(TouchPage, ReplaysTheHostsBits) {
     const std::string path = numbers(hard_path(tables, 500));
     const std::string host = replayed(path);
-    Browser browser;
+    Browser& browser = shared_browser();
     for (const char* worker : {"on", "off"}) {
         open(browser, url() + "?worker=" + worker);
         EXPECT_EQ(browser.evaluate("Boolean(haptable.without_worker)"), std::string(worker) == "off");
@@ -248,7 +264,7 @@ TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
     const auto path_m = stroke_path(tables, 50);
     const std::vector<PageMode> modes = page_modes(tables, folder / "cube");
     EXPECT_EQ(modes.size(), 8U);
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     browser.evaluate("globalThis.file = Data.parse_csv(`" + numbers(path_m) + "`); 0");
     for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -274,7 +290,7 @@ TEST_F(TouchPage, DeformsAsTheViewerDoes) {
         const PageReport report = write_page(tables, folder / "cube", parts(), page(), most_bytes);
         EXPECT_EQ(report.columns, half ? "float16" : "float32");
         most_bytes = static_cast<double>(report.bytes) - 1e4;  // too little for float32
-        Browser browser;
+        Browser& browser = shared_browser();
         open(browser, url());
         press(browser, top(browser));
         ASSERT_TRUE(browser.wait_until(kDented));
@@ -301,7 +317,7 @@ mask_radius = 0.012
               0);
     const Tables mask = read_tables(folder / "cube-mask");
     write_page(mask, folder / "cube-mask", parts(), page());
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     press(browser, top(browser));
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0.01"));
@@ -349,7 +365,7 @@ fingers = 2
 // F leaves the finger in its dent and takes up the other, which presses beside it: the first one's force falls, for the
 // surface gives way under it. Both are drawn. What was recorded is what the host replays.
 TEST_F(TouchPageOfTwo, OneFingerFeelsTheOther) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     EXPECT_EQ(browser.evaluate("getComputedStyle(document.querySelector('.two')).display !== 'none'"), true);
     browser.key("r");
@@ -408,7 +424,7 @@ friction = 0.8
     model = model_in_memory(tables, servo);
     nodes.assign(servo.node.begin(), servo.node.end());
     const haptable_body body = read_rigid_body(folder / "loose").value();
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     browser.key("r");
     const auto side = [&](double y_m) {  // of the face that is seen in front
@@ -451,10 +467,65 @@ friction = 0.8
     expect_quiet(browser);
 }
 
+// A body that is pressed and let go rings in the picture, held or free, and what was recorded is what the host replays.
+TEST_F(TouchPage, RingsWhenItIsLetGo) {
+    for (const bool is_free : {false, true}) {
+        const std::string rest = is_free
+                                     ? "free = true\nfloor = 0.0\n[contact]\nforce = \"pressure-mask\"\n"
+                                       "god_object = \"nearest\"\nmask_radius = 0.012\n"
+                                     : "[contact]\nforce = \"consistent\"\n[[fixed]]\nbox = [-1, -1, -1, 1, 1, 1e-9]\n";
+        write_file(folder / "jelly.toml", R"(name = "jelly"
+[mesh]
+generate = "cube"
+nodes_per_side = 4
+[material]
+young = 6e3
+poisson = 0.3
+[gravity]
+density = 1000.0
+[body]
+modes = 3
+mode_damping = 0.001
+)" + rest);
+        const std::string name = is_free ? "loose" : "held";
+        const Outcome made =
+            run(program("haptable-precompute").string() + " jelly.toml -o " + name + " --quiet", folder.path());
+        ASSERT_EQ(made.status, 0) << made.err;
+        tables = read_tables(folder / name);
+        write_page(tables, folder / name, parts(), page());
+        tables.limits = {};
+        servo = build_model(tables);
+        model = model_in_memory(tables, servo);
+        nodes.assign(servo.node.begin(), servo.node.end());
+        const ServoVibration vibration = build_vibration(*read_vibration(folder / name), tables, servo);
+        const haptable_modes modes = vibration_in_memory(vibration, model);
+        const std::optional<haptable_body> body = read_rigid_body(folder / name);
+        Browser& browser = shared_browser();
+        open(browser, url());
+        browser.key("r");
+        press(browser, top(browser));
+        ASSERT_TRUE(browser.wait_until(kDented));
+        browser.mouse("mouseReleased", top(browser)[0], top(browser)[1]);
+        ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+        // Free, it is drawn as the modes have it, and they go on to the other side.
+        for (const char* side : {"<", ">"})
+            EXPECT_TRUE(browser.wait_until(fmt::format("haptable.frame().swung[0] {} 0", side))) << side;
+        expect_viewers_surface(browser, tables, folder / name, kFloat, largest_block(tables), 1e-6);
+        browser.key("r");
+        ASSERT_TRUE(browser.wait_until("haptable.saved"));
+        const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
+        write_file(folder / "felt.csv", csv);
+        replay({&model, nodes.data(), "jelly", nullptr, &modes}, folder / "felt.csv", folder / "again.csv", true,
+               body ? &*body : nullptr);
+        EXPECT_EQ(read_file(folder / "again.csv"), csv);
+        expect_quiet(browser);
+    }
+}
+
 // A path of one finger is felt as in a scene with one; one of two is refused by a page of one.
 TEST_F(TouchPageOfTwo, ReplaysAPathOfOneFinger) {
     const std::string path = numbers(stroke_path(tables, 5));
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`, 2); 0");
     const auto both = browser.evaluate("haptable.replay(file, 0).then(done => done.csv)").get<std::string>();
@@ -471,7 +542,7 @@ TEST_F(TouchPageOfTwo, ReplaysAPathOfOneFinger) {
 // A file that was copied half says so, wherever it ends; one whose tables were changed too.
 TEST_F(TouchPage, SaysWhereItIsDamaged) {
     const std::string whole = read_file(page());
-    Browser browser;
+    Browser& browser = shared_browser();
     const auto said = [&](const std::string& text) {
         write_file(page(), text);
         browser.open(url());
@@ -498,7 +569,7 @@ TEST_F(TouchPage, SaysThatThereIsNoWebGL) {
 
 // A CSV that is none is told by its line, and the page goes on.
 TEST_F(TouchPage, TellsWhatIsWrongWithACsv) {
-    Browser browser;
+    Browser& browser = shared_browser();
     open(browser, url());
     const auto error = [&](const std::string& csv) {
         return browser.evaluate("haptable.play(`" + csv + "`).then(() => '', error => error.message)")
