@@ -21,6 +21,7 @@
 #include "host/live/pointer.hpp"
 #include "host/page/pointer_device.hpp"
 #include "host/tables/pair.hpp"
+#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -51,6 +52,11 @@ double number_of(const json& message, const char* key, double least, double most
     return std::clamp(value->get<double>(), least, most);
 }
 
+std::size_t modes_of(const std::filesystem::path& folder) {
+    const std::optional<VibrationTables> vibration = read_vibration(folder);
+    return vibration ? vibration->modes() : 0;
+}
+
 class LiveSession {
 public:
     LiveSession(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options)
@@ -60,7 +66,8 @@ public:
           model_(model_in_memory(tables, servo_)),
           fingers_(read_pair(folder) ? kFingers : 1),
           is_free_(read_rigid_body(folder).has_value()),
-          ticks_(tables, servo_, model_.hash, fingers_, is_free_),
+          modes_(modes_of(folder)),
+          ticks_(tables, servo_, model_.hash, fingers_, is_free_, modes_),
           live_(options.tell),
           server_(options.port, events()) {
         server_.set_page(make_page(tables, folder, page_parts(), options.most_bytes, server_.socket_url()).html);
@@ -70,6 +77,9 @@ public:
         if (is_free_)
             connection_.subscribe<body_pose>(kBodyChannel,
                                              [this](const body_pose& pose, std::int64_t) { ticks_.take(pose); });
+        if (modes_ > 0)
+            connection_.subscribe<body_modes>(kModesChannel,
+                                              [this](const body_modes& modes, std::int64_t) { ticks_.take(modes); });
         connection_.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
             if (status.model_hash == static_cast<std::int64_t>(model_.hash)) servo_seen_ = Clock::now();
         });
@@ -175,11 +185,13 @@ private:
         }
     }
 
-    /// Fingers of a tick and, of a body that nothing holds, where it is.
+    /// Fingers of a tick and, of a body that rings, how far it has swung; of one that nothing holds, where it is.
     std::string records(const std::vector<LiveTick>& ticks) const {
         std::string bytes;
         for (std::size_t i = 0; i < ticks.size(); i += fingers_) {
             bytes.append(reinterpret_cast<const char*>(&ticks[i]), fingers_ * sizeof(LiveTick));
+            bytes.append(reinterpret_cast<const char*>(ticks_.swings().data() + i / fingers_ * modes_),
+                         modes_ * sizeof(float));
             if (is_free_) bytes.append(reinterpret_cast<const char*>(&ticks_.poses()[i / fingers_]), sizeof(LivePose));
         }
         return bytes;
@@ -240,7 +252,8 @@ private:
     ServoModel servo_;
     haptable_model model_;
     std::size_t fingers_;
-    bool is_free_;  ///< nothing holds the body
+    bool is_free_;       ///< nothing holds the body
+    std::size_t modes_;  ///< by which it rings
     LiveTicks ticks_;
     LiveState live_;
     Connection connection_;

@@ -32,12 +32,13 @@ Eigen::Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2
 }  // namespace
 
 LiveTicks::LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers,
-                     bool is_free)
+                     bool is_free, std::size_t modes)
     : tables_(tables),
       hash_(static_cast<std::int64_t>(hash)),
       vertex_(tables.position.size(), -1),
       side_(fingers),
-      is_free_(is_free) {
+      is_free_(is_free),
+      modes_(modes) {
     for (std::size_t v = 0; v < servo.node.size(); ++v)
         vertex_[static_cast<std::size_t>(servo.node[v])] = static_cast<std::int32_t>(v);
     for (std::size_t p = 0; p < servo.patch.size(); ++p) {
@@ -114,12 +115,13 @@ void LiveTicks::join(std::size_t finger, std::int64_t utime, const LiveTick& tic
 
 void LiveTicks::end_tick() {
     open_.reset();
-    if (is_free_ && !pose_) {
+    if ((is_free_ && !pose_) || swung_.size() != modes_) {
         ++lost_;  // nobody has said where the body is
         return;
     }
     for (const Side& side : side_) ticks_.push_back(side.last);
     if (is_free_) poses_.push_back(*pose_);
+    swings_.insert(swings_.end(), swung_.begin(), swung_.end());
 }
 
 void LiveTicks::take(const body_pose& pose) {
@@ -132,9 +134,20 @@ void LiveTicks::take(const body_pose& pose) {
         ++left_out_.damaged;
 }
 
+void LiveTicks::take(const body_modes& modes) {
+    if (!is_followed(modes.servo, modes.model_hash, Clock::now())) return;
+    if (open_ && open_->utime != modes.utime) end_tick();
+    const std::vector<float> swung = swung_of(modes, modes_);
+    if (swung.empty() || !std::all_of(swung.begin(), swung.end(), [](float q) { return std::isfinite(q); }))
+        ++left_out_.damaged;
+    else
+        swung_ = swung;
+}
+
 std::vector<LiveTick> LiveTicks::ticks() {
     if (open_ && Clock::now() - open_->since >= kOther) end_tick();
     given_poses_ = std::exchange(poses_, {});
+    given_swings_ = std::exchange(swings_, {});
     return std::exchange(ticks_, {});
 }
 

@@ -14,6 +14,7 @@
 #include "host/link/channels.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/messages.hpp"
+#include "host/link/ringing.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -47,15 +48,16 @@ struct LiveLeftOut {
 class LiveTicks {
 public:
     /// `servo` is the model of `tables`, `hash` that of its bytes (model_in_memory); fingers: of the scene, 1 or 2;
-    /// is_free: nothing holds the body.
+    /// is_free: nothing holds the body; modes: by which it rings.
     LiveTicks(const Tables& tables, const ServoModel& servo, std::uint64_t hash, std::size_t fingers = 1,
-              bool is_free = false);
+              bool is_free = false, std::size_t modes = 0);
 
     /// finger: 0 or 1; one that the scene has not is passed over.
     void take(const servo_force& force, std::size_t finger = 0);
     void take(const contact& load, std::size_t finger = 0);
     /// Before the contacts of its tick.
     void take(const body_pose& pose);
+    void take(const body_modes& modes);
     /// Of the device that has the servo: what it holds down.
     void take(const device_state& state, std::size_t finger = 0);
 
@@ -63,6 +65,8 @@ public:
     std::vector<LiveTick> ticks();
     /// Of those that ticks() gave last: [ticks], where nothing holds the body; else none.
     const std::vector<LivePose>& poses() const { return given_poses_; }
+    /// Of the same: [ticks, modes], how far each has swung.
+    const std::vector<float>& swings() const { return given_swings_; }
     /// When the last tick came; the epoch's begin, where none did.
     Clock::time_point heard() const { return heard_; }
     const LiveLeftOut& left_out() const { return left_out_; }
@@ -106,6 +110,8 @@ private:
     bool is_free_;
     std::optional<LivePose> pose_;
     std::vector<LivePose> poses_, given_poses_;
+    std::size_t modes_;
+    std::vector<float> swung_, swings_, given_swings_;
     LiveLeftOut left_out_;
     std::int64_t lost_ = 0, refusals_ = 0;
     std::uint64_t other_hash_ = 0;

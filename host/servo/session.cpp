@@ -166,6 +166,9 @@ void ServoSession::answer(std::size_t lead) {
     if (fingers_.body().state() != nullptr)
         connection_.publish(kBodyChannel,
                             fingers_.body().message(side_[lead].gate.state(), tick_utime_, answer_.servo()));
+    if (fingers_.body().swings() != nullptr)
+        connection_.publish(kModesChannel,
+                            fingers_.body().modes_message(side_[lead].gate.state(), tick_utime_, answer_.servo()));
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         if (side_[finger].waits) answer_.publish_contact(side_[finger].gate.state(), fingers_.output(finger), finger);
 }

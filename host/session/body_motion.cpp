@@ -2,6 +2,7 @@
 #include "host/session/body_motion.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
@@ -39,13 +40,32 @@ std::array<float, 3> BodyMotion::inside(const std::array<float, 3>& world_m) con
     return inside_m;
 }
 
+namespace {
+
+/// With what tells whose it is.
+template <typename Message>
+Message addressed(const device_state& state, std::int64_t utime, std::int64_t servo, const haptable_model& model) {
+    Message message{};
+    message.utime = utime;
+    message.seq = state.seq;
+    message.session = state.session;
+    message.servo = servo;
+    message.model_hash = static_cast<std::int64_t>(model.hash);
+    return message;
+}
+
+}  // namespace
+
+body_modes BodyMotion::modes_message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
+    static_assert(std::extent_v<decltype(body_modes::swung)> == HAPTABLE_MODES);
+    auto modes = addressed<body_modes>(state, utime, servo, *scene_.model);
+    modes.count = scene_.modes->count;
+    std::copy_n(swings_.q, scene_.modes->count, modes.swung);
+    return modes;
+}
+
 body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
-    body_pose pose{};
-    pose.utime = utime;
-    pose.seq = state.seq;
-    pose.session = state.session;
-    pose.servo = servo;
-    pose.model_hash = static_cast<std::int64_t>(scene_.model->hash);
+    auto pose = addressed<body_pose>(state, utime, servo, *scene_.model);
     std::copy_n(body_->centre_m, 3, pose.rest_centre_m);
     std::copy_n(touched_.position_m, 3, pose.centre_m);
     std::copy_n(touched_.turn, 4, pose.turn);

@@ -4,6 +4,7 @@
 
 #include "firmware/haptable_body.h"
 #include "host/link/channels.hpp"
+#include "host/link/ringing.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {
@@ -29,6 +30,8 @@ public:
     std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     /// Of a body that is not held, for the answer to that state.
     body_pose message(const device_state& state, std::int64_t utime, std::int64_t servo) const;
+    /// Of one that rings, likewise.
+    body_modes modes_message(const device_state& state, std::int64_t utime, std::int64_t servo) const;
 
 private:
     ServoScene scene_;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -14,6 +15,7 @@
 #include "host/link/connection.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
+#include "host/link/ringing.hpp"
 
 namespace haptable {
 
@@ -27,9 +29,13 @@ constexpr std::chrono::seconds kServoGone{1};
 
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// The pose that came last, of the servo that sent it.
-class LastPose {
+/// Where the body is and how far it has swung, as the servo has said last.
+class LastMotion {
 public:
+    void take(const body_modes& message) {
+        ringing_ = message.servo;
+        swung_ = swung_of(message, static_cast<std::size_t>(std::max(message.count, 0)));
+    }
     void take(const body_pose& message) {
         servo_ = message.servo;
         pose_ = pose_of(vector(message.rest_centre_m), vector(message.centre_m),
@@ -38,10 +44,15 @@ public:
     std::optional<Eigen::Isometry3d> of(const contact& message) const {
         return message.servo == servo_ ? pose_ : std::nullopt;
     }
+    /// None where that servo has said nothing of it.
+    std::vector<float> modes(const contact& message) const {
+        return message.servo == ringing_ ? swung_ : std::vector<float>();
+    }
 
 private:
-    std::int64_t servo_ = 0;
+    std::int64_t servo_ = 0, ringing_ = 0;
     std::optional<Eigen::Isometry3d> pose_;
+    std::vector<float> swung_;
 };
 
 NodalForce to_load(const contact& message, std::size_t i, const Tables& tables, const std::string& source) {
@@ -99,14 +110,16 @@ contact decode(const LogReader::Event& event, const std::string& source) {
 /// The newest frames of each finger of one servo, as one.
 class BothFingers {
 public:
-    /// pose: where the body is now, with both.
-    void take(std::size_t finger, const contact& message, const ContactFrame& frame,
-              const std::optional<Eigen::Isometry3d>& pose) {
+    /// motion: where the body is now, with both.
+    void take(std::size_t finger, const contact& message, const ContactFrame& frame, const LastMotion& motion) {
         if (message.servo != servo_) last_ = {};
         servo_ = message.servo;
         last_[finger] = frame;
         for (std::optional<ContactFrame>& one : last_)
-            if (one) one->pose = pose;
+            if (one) {
+                one->pose = motion.of(message);
+                one->modes = motion.modes(message);
+            }
         newest_ = finger;
     }
     /// As a servo's CSV has it: the second in the first's frame. Number and time are the newest message's.
@@ -141,7 +154,7 @@ public:
         if (tick_ && (tick_->utime != message.utime || tick_->has[finger])) end_tick();
         if (!tick_) tick_ = Tick{message.utime, message.seq};
         tick_->has[finger] = true;
-        both_.take(finger, message, frame, pose.of(message));
+        both_.take(finger, message, frame, motion);
         ++messages_;
     }
 
@@ -157,7 +170,7 @@ public:
     }
 
     std::vector<ContactFrame> frames;
-    LastPose pose;
+    LastMotion motion;
 
 private:
     /// Of the first of its messages.
@@ -242,7 +255,10 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
     Omissions left_out;
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
-        if (body_pose pose; event->channel == kBodyChannel && decode_whole(event->data, pose)) chooser.pose.take(pose);
+        if (body_pose pose; event->channel == kBodyChannel && decode_whole(event->data, pose))
+            chooser.motion.take(pose);
+        if (body_modes modes; event->channel == kModesChannel && decode_whole(event->data, modes))
+            chooser.motion.take(modes);
         for (std::size_t finger = 0; finger < kFingers; ++finger) {
             if (event->channel != kContactChannels[finger]) continue;
             try {
@@ -270,7 +286,7 @@ public:
             if (begun_ && message.servo != servo_ && now - heard_ < kServoGone)
                 return left_out.add(source_ + ": two servos answer there: end one of them");
             if (!begun_) begin_utime_ = message.utime;
-            both_.take(finger, message, to_frame(message, loads_, begin_utime_, source_), pose.of(message));
+            both_.take(finger, message, to_frame(message, loads_, begin_utime_, source_), motion);
             frame_ = both_.frame();
         } catch (const Error& error) {
             return left_out.add(error.what());
@@ -285,7 +301,7 @@ public:
 
     std::int64_t messages = 0;
     Omissions left_out;
-    LastPose pose;
+    LastMotion motion;
 
 private:
     const ContactLoads& loads_;
@@ -305,7 +321,8 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
     const std::chrono::milliseconds period(limits.every_ms);
     Connection connection;
     Newest newest(loads, connection.url());
-    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& pose, std::int64_t) { newest.pose.take(pose); });
+    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& m, std::int64_t) { newest.motion.take(m); });
+    connection.subscribe<body_modes>(kModesChannel, [&](const body_modes& m, std::int64_t) { newest.motion.take(m); });
     for (std::size_t finger = 0; finger < kFingers; ++finger)
         connection.subscribe<contact>(
             kContactChannels[finger],

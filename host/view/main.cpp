@@ -17,7 +17,6 @@
 #include "host/link/summary.hpp"
 #include "host/live/live.hpp"
 #include "host/page/page.hpp"
-#include "host/tables/vibration.hpp"
 #include "host/view/contact_messages.hpp"
 #include "host/view/figure.hpp"
 #include "host/view/output.hpp"
@@ -281,7 +280,6 @@ void make_page(const Options& options, const Tables& tables) {
 }
 
 void serve(Options& o) {
-    refuse_vibration(o.folder, "a page");
     catch_interrupts();
     o.live.seconds = o.limits.seconds;
     o.live.most_bytes = 1e6 * o.page_mb;

@@ -3,7 +3,7 @@
 // the pointer, where it is this page's, goes there. Stands where the engine stands, in front of it.
 class Live {
   // told: called when what is known of the session changes.
-  // bytes: of a tick, all its fingers and where the body is.
+  // bytes: of a tick, all its fingers, how far the body has swung and where it is.
   constructor(engine, bytes, told) {
     Object.assign(this, {engine, bytes, told, yours: false, lost: 0, ticks: 0, trouble: 'Connecting …', goals: [null, null], held: 0, hand: null});
     const base = location.href.replace(/[?#].*$/, '').replace(/^http/, 'ws');

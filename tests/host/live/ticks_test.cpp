@@ -166,6 +166,38 @@ TEST_F(LiveTicksTest, KnowWhereAFreeBodyIs) {
     EXPECT_EQ(moving.left_out().other_tables, 1);
 }
 
+// So does how far it has swung; one that nobody has told of is not drawn.
+TEST_F(LiveTicksTest, KnowHowFarABodyHasSwung) {
+    LiveTicks ringing(tables, servo, model.hash, 1, false, 2);
+    body_modes modes{};
+    modes.servo = 7;
+    modes.model_hash = hash;
+    modes.count = 2;
+    ringing.take(force(0));
+    ringing.take(load(0));
+    EXPECT_TRUE(ringing.ticks().empty());
+    EXPECT_EQ(ringing.lost(), 1);
+    for (std::int64_t seq = 1; seq < 3; ++seq) {
+        modes.utime = seq;
+        modes.swung[1] = 0.25F * static_cast<float>(seq);
+        ringing.take(force(seq));
+        ringing.take(modes);
+        contact its = load(seq);
+        its.utime = seq;
+        ringing.take(its);
+    }
+    EXPECT_EQ(ringing.ticks().size(), 2U);
+    EXPECT_EQ(ringing.swings(), (std::vector<float>{0.0F, 0.25F, 0.0F, 0.5F}));
+    modes.swung[0] = std::numeric_limits<float>::quiet_NaN();
+    ringing.take(modes);
+    modes.count = 3;
+    ringing.take(modes);
+    EXPECT_EQ(ringing.left_out().damaged, 2);
+    modes.model_hash = hash + 1;
+    ringing.take(modes);
+    EXPECT_EQ(ringing.left_out().other_tables, 1);
+}
+
 TEST_F(LiveTicksTest, CountWhatIsNone) {
     take(force(0), load(0));
     contact none = load(1);

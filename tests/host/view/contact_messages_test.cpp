@@ -14,6 +14,7 @@
 #include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
+#include "host/link/ringing.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -51,16 +52,18 @@ protected:
     }
     void write_log(const std::vector<std::pair<std::string, contact>>& messages, int cut = 0) const {
         lcm::LogFile log(log_.string(), "w");
-        for (const auto& [channel, m] : messages) {
-            std::vector<char> bytes(static_cast<std::size_t>(m.getEncodedSize()));
-            m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-            lcm::LogEvent event{};
-            event.timestamp = m.utime + 12345;  // not the time that counts
-            event.channel = channel;
-            event.data = bytes.data();
-            event.datalen = static_cast<int>(bytes.size()) - cut;
-            log.writeEvent(&event);
-        }
+        for (const auto& [channel, m] : messages) add(log, channel, m, cut);
+    }
+    template <typename Message>
+    static void add(lcm::LogFile& log, const std::string& channel, const Message& m, int cut = 0) {
+        std::vector<char> bytes(static_cast<std::size_t>(m.getEncodedSize()));
+        m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+        lcm::LogEvent event{};
+        event.timestamp = m.utime + 12345;  // not the time that counts
+        event.channel = channel;
+        event.data = bytes.data();
+        event.datalen = static_cast<int>(bytes.size()) - cut;
+        log.writeEvent(&event);
     }
 
     std::string error_of(const FrameChoice& choice = {}) const {
@@ -95,6 +98,28 @@ TEST_F(ViewContactMessages, ADentThatTheFingerLeftIsDrawnWithoutContact) {
     EXPECT_FALSE(frame.contact);
     EXPECT_EQ(frame.loads.size(), 2U);
     EXPECT_EQ(frame.loads[1], (NodalForce{113, {-4.0F, 0.0F, 0.5F}}));
+}
+
+// A body that rings is drawn as far as its own servo has said that it swung, in contact or not.
+TEST_F(ViewContactMessages, AFrameHasTheModesThatItsServoTold) {
+    {
+        lcm::LogFile log(log_.string(), "w");
+        for (int tick = 0; tick < 3; ++tick) {
+            body_modes modes{};
+            modes.servo = tick == 2 ? 99 : 0;
+            modes.count = 2;
+            modes.swung[0] = 0.5F * static_cast<float>(tick);
+            add(log, kModesChannel, modes);
+            contact m = message(1000 * tick, tick);
+            if (tick == 1) m.count = m.touches = 0, m.node.clear(), m.force_n.clear();
+            add(log, kContactChannel, m);
+        }
+    }
+    const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
+    ASSERT_EQ(frames.size(), 3U);
+    EXPECT_EQ(frames[0].modes, (std::vector<float>{0.0F, 0.0F}));
+    EXPECT_EQ(frames[1].modes, (std::vector<float>{0.5F, 0.0F}));
+    EXPECT_TRUE(frames[2].modes.empty()) << "of another servo";
 }
 
 TEST_F(ViewContactMessages, RefusesWhatItsServoCannotHaveSent) {
