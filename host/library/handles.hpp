@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "firmware/haptable.h"
+#include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
 #include "firmware/haptable_pair.h"
 #include "host/library/object.hpp"
@@ -13,16 +14,21 @@
 
 namespace haptable {
 
-/// Where a body that nothing holds is; of one that is held nothing.
-struct LooseBody {
-    explicit LooseBody(const haptable_body* of) : body(of) {
+/// Where a body that nothing holds is, and how far one that rings has swung; of one that is held still nothing.
+struct MovingBody {
+    explicit MovingBody(const LoadedObject& object) : body(object.body()) {
         if (body != nullptr) haptable_body_init(body, &state);
         touched = state;
+        if (object.modes() != nullptr) modes = *object.modes();
+        haptable_modes_init(&swings);
     }
+    bool rings() const { return modes.count > 0; }
 
     const haptable_body* body;
     haptable_body_state state{};
     haptable_body_state touched{};  ///< in the last tick, whose contacts are in its frame
+    haptable_modes modes{};         ///< the object's, but of the servo's own model
+    haptable_modes_state swings{};
 };
 
 }  // namespace haptable
@@ -33,7 +39,7 @@ struct haptable_object {
 
 struct haptable_finger {
     std::shared_ptr<const haptable::LoadedObject> loaded;
-    haptable::LooseBody body;
+    haptable::MovingBody body;
     haptable_servo servo;
     haptable::EnergyAccount energy;
     haptable_model model;      ///< the object's, but that it remembers for this finger alone
@@ -43,7 +49,7 @@ struct haptable_finger {
 
 struct haptable_fingers {
     std::shared_ptr<const haptable::LoadedObject> loaded;
-    haptable::LooseBody body;
+    haptable::MovingBody body;
     haptable_model alone;  ///< the object's, for one finger while the other is away: it remembers for these alone
     haptable_pair pair;
     std::array<haptable_freed, HAPTABLE_FINGERS> freed;  ///< where there is friction

@@ -8,6 +8,7 @@
  *   touch    what one tick gives: force, nodes, god-object
  *   pose     where a body is that nothing holds ([body] free = true): each servo has one of its own, which its fingers
  *            push, turn and lift
+ *   swung    how far the modes of a body have, that rings ([body] modes): each servo has its own likewise
  *
  * The servo is the firmware's, compiled into the library: the same positions at the same times give the same bits as
  * build/NAME/servo. SI units: metres, newtons, joules, microseconds; indices 0-based; nodes are mesh nodes.
@@ -115,6 +116,14 @@ HAPTABLE_LIBRARY_API int haptable_object_deform(const struct haptable_object* ob
                                                 const struct haptable_touch* touch, const uint32_t* row, size_t count,
                                                 float (*displacement_m)[3]);
 
+/* By how many modes it rings; 0: it follows at once. */
+HAPTABLE_LIBRARY_API uint32_t haptable_object_modes(const struct haptable_object* object);
+
+/* Adds to displacements, as haptable_object_deform gave them, how far the modes have moved the rows: sum phi q, m.
+ * swung: [modes] of the tick. -1 as there; then nothing is added. */
+HAPTABLE_LIBRARY_API int haptable_object_swing(const struct haptable_object* object, const float* swung,
+                                               const uint32_t* row, size_t count, float (*displacement_m)[3]);
+
 /* 1: nothing holds it, and it moves with every tick. Then positions are in world coordinates, force_n is along world
  * axes, and all else of a touch, and displacements, are in the body's frame: that of the tick's pose. */
 HAPTABLE_LIBRARY_API int haptable_object_is_free(const struct haptable_object* object);
@@ -141,6 +150,10 @@ HAPTABLE_LIBRARY_API void haptable_finger_replay(struct haptable_finger* finger,
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_finger_energy(const struct haptable_finger* finger);
 HAPTABLE_LIBRARY_API struct haptable_pose haptable_finger_pose(const struct haptable_finger* finger);
+
+/* How far each mode has swung by the end of the last tick: swung[haptable_object_modes], sqrt(kg) m. Of a body that
+ * rings nodal_force_n loads what is left of its compliance, and the modes move it besides (haptable_object_swing). */
+HAPTABLE_LIBRARY_API void haptable_finger_swung(const struct haptable_finger* finger, float* swung);
 
 /* ---- two fingers ---------------------------------------------------------------------------------------------- */
 

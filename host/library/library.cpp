@@ -69,6 +69,13 @@ std::vector<NodalForce> loads_of(const haptable_touch& touch, std::size_t node_c
     return loads;
 }
 
+/// row: null for all.
+std::span<const std::uint32_t> rows_of(const LoadedObject& loaded, const std::uint32_t* row, std::size_t count) {
+    if (row == nullptr && count != loaded.rows())
+        throw Error("there are " + std::to_string(loaded.rows()) + " rows, not " + std::to_string(count));
+    return row == nullptr ? std::span<const std::uint32_t>() : std::span(row, count);
+}
+
 /// A finger that is away: no contact, no force.
 void release(haptable_fingers& fingers, int finger, haptable_output& out) {
     haptable_servo& servo = fingers.pair.servo[finger];
@@ -77,43 +84,50 @@ void release(haptable_fingers& fingers, int finger, haptable_output& out) {
 }
 
 /// A world position in the frame of the last tick.
-std::array<float, 3> inside(const LooseBody& loose, const float world_m[3]) {
+std::array<float, 3> inside(const MovingBody& moving, const float world_m[3]) {
     std::array<float, 3> inside_m{world_m[0], world_m[1], world_m[2]};
-    if (loose.body != nullptr) haptable_body_from_world(loose.body, &loose.touched, world_m, inside_m.data());
+    if (moving.body != nullptr) haptable_body_from_world(moving.body, &moving.touched, world_m, inside_m.data());
     return inside_m;
 }
 
-haptable_pose to_pose(const LooseBody& loose) {
+haptable_pose to_pose(const MovingBody& moving) {
     haptable_pose pose{};
     pose.turn[0] = 1.0F;
-    if (loose.body == nullptr) return pose;
-    std::copy_n(loose.body->centre_m, 3, pose.rest_centre_m);
-    std::copy_n(loose.touched.position_m, 3, pose.centre_m);
-    std::copy_n(loose.touched.turn, 4, pose.turn);
-    std::copy_n(loose.touched.velocity_m_per_s, 3, pose.velocity_m_per_s);
-    std::copy_n(loose.touched.spin_rad_per_s, 3, pose.spin_rad_per_s);
-    pose.on_floor = loose.touched.on_floor;
+    if (moving.body == nullptr) return pose;
+    std::copy_n(moving.body->centre_m, 3, pose.rest_centre_m);
+    std::copy_n(moving.touched.position_m, 3, pose.centre_m);
+    std::copy_n(moving.touched.turn, 4, pose.turn);
+    std::copy_n(moving.touched.velocity_m_per_s, 3, pose.velocity_m_per_s);
+    std::copy_n(moving.touched.spin_rad_per_s, 3, pose.spin_rad_per_s);
+    pose.on_floor = moving.touched.on_floor;
     return pose;
 }
 
+void copy_swung(const MovingBody& moving, float* swung) { std::copy_n(moving.swings.q, moving.modes.count, swung); }
+
 /// One tick of finger `number`, the other one being away.
-void step_alone(const haptable_model& model, LooseBody& loose, haptable_servo& servo, int number, const float at_m[3],
+void step_alone(const haptable_model& model, MovingBody& moving, haptable_servo& servo, int number, const float at_m[3],
                 std::uint32_t now_us, haptable_output& out) {
-    loose.touched = loose.state;
-    if (loose.body == nullptr) return haptable_step(&model, &servo, at_m, now_us, &out);
-    haptable_body_step_finger(&model, loose.body, &loose.state, &servo, number, at_m, now_us, &out);
+    moving.touched = moving.state;
+    if (moving.rings() && moving.body == nullptr)
+        return haptable_modes_step(&moving.modes, &moving.swings, &servo, at_m, now_us, &out);
+    if (moving.rings())
+        return haptable_body_modes_step(&moving.modes, moving.body, &moving.state, &moving.swings, &servo, at_m, now_us,
+                                        &out);
+    if (moving.body == nullptr) return haptable_step(&model, &servo, at_m, now_us, &out);
+    haptable_body_step_finger(&model, moving.body, &moving.state, &servo, number, at_m, now_us, &out);
 }
 
 void step_both(haptable_fingers& fingers, const float first_m[3], const float second_m[3], std::uint32_t now_us,
                haptable_output out[2]) {
     const haptable_pair_model* tables = fingers.loaded->pair();
-    LooseBody& loose = fingers.body;
-    loose.touched = loose.state;
-    if (loose.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
+    MovingBody& moving = fingers.body;
+    moving.touched = moving.state;
+    if (moving.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
     float at_m[HAPTABLE_FINGERS][3];
     std::copy_n(first_m, 3, at_m[0]);
     std::copy_n(second_m, 3, at_m[1]);
-    haptable_body_pair_step(tables, loose.body, &loose.state, &fingers.pair, at_m, now_us, out);
+    haptable_body_pair_step(tables, moving.body, &moving.state, &fingers.pair, at_m, now_us, out);
 }
 
 haptable_touch_energy to_energy(const EnergyAccount& energy) {
@@ -169,12 +183,25 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
                            std::size_t count, float (*displacement_m)[3]) {
     return guarded(-1, [&] {
         const haptable::LoadedObject& loaded = *object->loaded;
-        if (row == nullptr && count != loaded.rows())
-            throw haptable::Error("there are " + std::to_string(loaded.rows()) + " rows, not " + std::to_string(count));
+        const auto rows = haptable::rows_of(loaded, row, count);
         if (row != nullptr && count == 0) return 0;
-        const auto rows = row == nullptr ? std::span<const std::uint32_t>() : std::span(row, count);
         loaded.deform(haptable::loads_of(*touch, loaded.tables().position.size()), rows,
                       {&displacement_m[0][0], 3 * count});
+        return 0;
+    });
+}
+
+std::uint32_t haptable_object_modes(const haptable_object* object) {
+    return object->loaded->modes() != nullptr ? object->loaded->modes()->count : 0;
+}
+
+int haptable_object_swing(const haptable_object* object, const float* swung, const std::uint32_t* row,
+                          std::size_t count, float (*displacement_m)[3]) {
+    return guarded(-1, [&] {
+        const haptable::LoadedObject& loaded = *object->loaded;
+        const auto rows = haptable::rows_of(loaded, row, count);
+        if (row != nullptr && count == 0) return 0;
+        loaded.swing({swung, haptable_object_modes(object)}, rows, {&displacement_m[0][0], 3 * count});
         return 0;
     });
 }
@@ -182,9 +209,10 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
         auto* finger = new haptable_finger{
-            object->loaded, haptable::LooseBody(object->loaded->body()), {}, {}, object->loaded->model(), {}, {}};
+            object->loaded, haptable::MovingBody(*object->loaded), {}, {}, object->loaded->model(), {}, {}};
         if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
         if (finger->model.freed != nullptr) finger->model.freed = &finger->freed;
+        finger->body.modes.model = &finger->model;
         haptable_init(&finger->servo);
         haptable_check(&finger->model, &finger->servo, HAPTABLE_CHECK_ALL);
         return finger;
@@ -224,6 +252,8 @@ haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
     return haptable::to_energy(finger->energy);
 }
 
+void haptable_finger_swung(const haptable_finger* finger, float* swung) { haptable::copy_swung(finger->body, swung); }
+
 haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->body); }
 
 int haptable_object_is_free(const haptable_object* object) { return object->loaded->body() != nullptr ? 1 : 0; }
@@ -238,7 +268,7 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
         auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
-            object->loaded, haptable::LooseBody(object->loaded->body()), object->loaded->model(), {}, {}, {}});
+            object->loaded, haptable::MovingBody(*object->loaded), object->loaded->model(), {}, {}, {}});
         haptable_pair_init(object->loaded->pair(), &fingers->pair);
         if (fingers->alone.freed != nullptr) fingers->alone.freed = fingers->freed.data();
         if (object->loaded->model().freed != nullptr)

@@ -12,7 +12,6 @@
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/base/json.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -43,7 +42,6 @@ float to_number(Half value) { return to_float(value); }
 LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
     const json summary = checked_summary(folder);
     tables_ = read_tables(folder);
-    refuse_vibration(folder, "the library");
     servo_ = build_model(tables_);
     model_ = model_in_memory(tables_, servo_);
     const std::string built = fmt::format("{:016x}", model_.hash);
@@ -59,6 +57,12 @@ LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
         pair_model_ = pair_in_memory(*pair_, tables_, model_);
     }
     body_ = read_rigid_body(folder);
+    if ((vibration_ = read_vibration(folder))) {
+        servo_vibration_ = build_vibration(*vibration_, tables_, servo_);
+        modes_ = vibration_in_memory(servo_vibration_, model_);
+        if (rows() > 0 && vibration_->row.size() != rows() * vibration_->modes())
+            throw Error((folder / "mode_rows.npy").string() + ": does not fit row_id.npy: make the tables again");
+    }
     if (tables_.has_columns) open_columns(folder);
 }
 
@@ -90,14 +94,28 @@ void LoadedObject::add_column(std::span<const Number> column, const NodalForce& 
     }
 }
 
-void LoadedObject::deform(const std::vector<NodalForce>& on_patch, std::span<const std::uint32_t> row,
-                          std::span<float> displacement_m) const {
+void LoadedObject::require_rows(std::span<const std::uint32_t> row) const {
     if (!tables_.has_columns)
         throw Error(fmt::format(
             "{} has no columns.npy, by which a body is deformed: {}", tables_.name,
             tables_.has_factor ? "raise tables.column_budget in the scene" : "leave out tables.columns = \"none\""));
     for (const std::uint32_t k : row)
         if (k >= rows()) throw Error(fmt::format("there is no row {}: {} has {}", k, tables_.name, rows()));
+}
+
+void LoadedObject::swing(std::span<const float> swung, std::span<const std::uint32_t> row,
+                         std::span<float> displacement_m) const {
+    require_rows(row);
+    for (std::size_t i = 0; 3 * i < displacement_m.size(); ++i)
+        for (std::size_t k = 0; k < swung.size(); ++k)
+            for (std::size_t c = 0; c < 3; ++c)
+                displacement_m[3 * i + c] +=
+                    vibration_->row[(row.empty() ? i : std::size_t{row[i]}) * swung.size() + k][c] * swung[k];
+}
+
+void LoadedObject::deform(const std::vector<NodalForce>& on_patch, std::span<const std::uint32_t> row,
+                          std::span<float> displacement_m) const {
+    require_rows(row);
     std::fill(displacement_m.begin(), displacement_m.end(), 0.0F);
     const std::size_t width = 9 * rows();
     for (const NodalForce& load : mask_ ? mask_->spread(on_patch) : on_patch) {

@@ -10,10 +10,12 @@
 
 #include "codegen/model.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/vibration.hpp"
 #include "firmware/haptable.h"
 #include "firmware/haptable_body.h"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
+#include "host/tables/vibration.hpp"
 #include "host/view/loads.hpp"
 
 namespace haptable {
@@ -31,6 +33,8 @@ public:
     const haptable_pair_model* pair() const { return pair_ ? &pair_model_ : nullptr; }
     /// Where nothing holds it; else null.
     const haptable_body* body() const { return body_ ? &*body_ : nullptr; }
+    /// Of a body that rings, on model(); else null.
+    const haptable_modes* modes() const { return vibration_ ? &modes_ : nullptr; }
     std::size_t rows() const { return tables_.has_columns ? tables_.row_id.size() : 0; }
     /// Mesh node of a vertex of the model; -1: HAPTABLE_NONE.
     std::int32_t node_of(std::uint16_t vertex) const { return vertex == HAPTABLE_NONE ? -1 : servo_.node[vertex]; }
@@ -40,7 +44,11 @@ public:
     void deform(const std::vector<NodalForce>& on_patch, std::span<const std::uint32_t> row,
                 std::span<float> displacement_m) const;
 
+    /// u_r += sum phi_kr q_k. swung: [modes]; else as deform().
+    void swing(std::span<const float> swung, std::span<const std::uint32_t> row, std::span<float> displacement_m) const;
+
 private:
+    void require_rows(std::span<const std::uint32_t> row) const;
     void open_columns(const std::filesystem::path& folder);
     template <typename Number>
     void add_column(std::span<const Number> column, const NodalForce& load, std::span<const std::uint32_t> row,
@@ -52,6 +60,9 @@ private:
     std::optional<ServoPair> pair_;
     haptable_pair_model pair_model_{};  ///< where there is one
     std::optional<haptable_body> body_;
+    std::optional<VibrationTables> vibration_;  ///< of a body that rings
+    ServoVibration servo_vibration_;            ///< the servo's of it
+    haptable_modes modes_{};
     std::optional<ContactLoads> mask_;             ///< with force = "pressure-mask"
     std::optional<MappedNpy<float>> columns_;      ///< [n, r, 3, 3]
     std::optional<MappedNpy<Half>> half_columns_;  ///< the same, in units of tables_.column_unit_m_per_n

@@ -170,6 +170,14 @@ class Servo:
         """Where the body is, of this servo's own; None where it is held."""
         return Pose(lib.haptable_finger_pose(self._finger)) if self.body.free else None
 
+    @property
+    def swung(self) -> NDArray[np.float32]:
+        """[body.modes] sqrt(kg) m: how far each mode of a body that rings has swung by the end of the last tick, of
+        this servo's own. Body.deform takes it."""
+        q = np.empty(self.body.modes, np.float32)
+        lib.haptable_finger_swung(self._finger, ffi.cast("float*", q.ctypes.data))
+        return q
+
     def buttons(self, grab: bool = False, acknowledge: bool = False) -> None:
         """Held down from the next tick on."""
         lib.haptable_finger_buttons(self._finger, 2 * bool(grab) + 4 * bool(acknowledge))
@@ -256,6 +264,7 @@ class Body:
         self.max_force: float = facts.max_force_n  #: N
         self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 or 2
         self.free: bool = lib.haptable_object_is_free(handle) != 0  #: nothing holds it: positions are the world's
+        self.modes: int = lib.haptable_object_modes(handle)  #: by which it rings; 0: it follows at once
         self.stiffness: float = facts.stiffness_n_per_m  #: N/m, the largest of any point, as felt
         self.rest: NDArray[np.float64] = self._array(facts.rest_m, np.float64, facts.node_count, 3)  #: [N, 3] m
         self.surface: NDArray[np.int32] = self._array(facts.surface, np.int32, facts.surface_count, 3)  #: mesh nodes
@@ -282,9 +291,14 @@ class Body:
         return Pair(self)
 
     def deform(self, contact: Union[Contact, np.void], rows: Optional[Sequence[int]] = None,
-               out: Optional[NDArray[np.float32]] = None) -> NDArray[np.float32]:
+               out: Optional[NDArray[np.float32]] = None,
+               swung: Optional[ArrayLike] = None) -> NDArray[np.float32]:
         """Displacements [rows, 3] in m under a contact's load (equation 8): of all rows, in the order of row_nodes, or
-        of those numbered in `rows`. contact: of step, or one element of what replay gives."""
+        of those numbered in `rows`. contact: of step, or one element of what replay gives. swung: what Servo.swung was
+        in that tick, of a body that rings."""
+        q = np.ascontiguousarray([] if swung is None else swung, np.float32)
+        if q.shape != (self.modes,):
+            raise ValueError(f"swung: [{self.modes}], as Servo.swung has it")
         touch = contact._touch if isinstance(contact, Contact) else _touch_of(contact)
         chosen = None if rows is None else np.ascontiguousarray(rows, np.uint32)
         count = len(self.row_nodes) if chosen is None else len(chosen)
@@ -293,7 +307,10 @@ class Body:
         if out.dtype != np.float32 or out.shape != (count, 3) or not out.flags.c_contiguous:
             raise ValueError(f"out: [{count}, 3] float32, contiguous")
         row = ffi.NULL if chosen is None else ffi.cast("uint32_t*", chosen.ctypes.data)
-        if lib.haptable_object_deform(self._object, touch, row, count, ffi.cast("float(*)[3]", out.ctypes.data)) != 0:
+        u = ffi.cast("float(*)[3]", out.ctypes.data)
+        if lib.haptable_object_deform(self._object, touch, row, count, u) != 0:
+            raise _error()
+        if lib.haptable_object_swing(self._object, ffi.cast("float*", q.ctypes.data), row, count, u) != 0:
             raise _error()
         return out
 

@@ -171,6 +171,26 @@ class Package(unittest.TestCase):
         weight = 9.81 * 27e-3
         self.assertLess(abs(-felt[0].force[2] - felt[1].force[2] - weight), 0.1 * weight)
 
+    def test_a_body_that_rings(self):
+        self.assertEqual(self.body.modes, 0)
+        self.assertEqual(self.body.servo().swung.shape, (0,))
+        program = BUILD / "bin" / "haptable-precompute"
+        body = haptable.load(haptable.precompute("tests/firmware/modes.toml", self.path / "jelly", program=program))
+        self.assertEqual(body.modes, 8)
+        servo, side = body.servo(), np.float32([0, 0.015, 0.02])
+        for x in np.linspace(-0.001, 0.004, 100):  # pressed at its side, and let go
+            contact = servo.step(side + np.float32([x, 0, 0]))
+        self.assertTrue(contact)
+        free = [(servo.step(side - np.float32([0.01, 0, 0])), servo.swung) for _ in range(300)]
+        self.assertEqual(free[-1][0].state, "free")
+        moved = np.array([body.deform(felt, swung=swung)[:, 0] for felt, swung in free])
+        at = int(np.argmax(np.abs(moved).max(axis=0)))
+        self.assertGreater(moved[:, at].max(), 1e-5)
+        self.assertLess(moved[:, at].min(), -1e-5)  # it swings to both sides
+        self.assertEqual(body.deform(free[0][0], [at], swung=free[0][1])[0, 0], moved[0, at])
+        with self.assertRaisesRegex(ValueError, r"swung: \[8\]"):
+            body.deform(contact)
+
     def test_precompute_by_the_program(self):
         program = BUILD / "bin" / "haptable-precompute"
         folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)
