@@ -24,6 +24,7 @@ static void look_at(const struct haptable_pair_model* tables, const struct hapta
     tables->law->own(tables->model, contact, other_m, &own);
     pair_invert(own.a, view->m);
     vec_copy(own.s, view->s);
+    vec_symmetric_product(view->m, own.s, view->alone);
     pair_look(tables, contact, view);
 }
 
@@ -37,6 +38,22 @@ static void forget_sensitivity(struct haptable_servo* servo) {
     vec_zero(servo->sensitivity_per_m[1]);
 }
 
+/* Of the patch where the finger is: from the blocks that the pair has of both patches. */
+static void put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+    const int count = tables->law->controls;
+    const int next = finger == 0 ? 9 : 9 * count; /* from one control of the other's to the next */
+    struct haptable_pair_view* view = &pair->view[finger];
+    const struct haptable_pair_net* net =
+        pair_net(tables, &pair->net, pair->servo[0].contact.patch, pair->servo[1].contact.patch);
+    int k;
+    view->rows[0].patch = pair->servo[finger].contact.patch;
+    for (k = 0; k < count; ++k) {
+        float* x = view->rows[0].x[k];
+        pair_sum(count, view->place.weight, net->block[finger == 0 ? k * count : k], next, x);
+        if (finger == 1) pair_transpose(x);
+    }
+}
+
 /* Before a finger moves alone. A god-object that has rested moves with the other finger too. */
 static void tell(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                  const float finger_m[3], const float other_m[3]) {
@@ -46,6 +63,7 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
     view->is_coupled = has_contact(&pair->servo[other]) && pair->touches[other];
     if (!view->is_coupled) return;
     look_at(tables, &pair->servo[other], other_m, view);
+    if (has_contact(servo)) put_rows(tables, pair, finger);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
@@ -121,7 +139,12 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
 /* A finger whose god-object may be far aside: it does not touch where it would have to pull. */
 static void note_pull(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                       const struct haptable_pair_own* own, const float u[3], struct pair_system* system) {
-    const float pull = pair_pull(tables, &pair->servo[finger].contact, own, system->v[finger], system->alone[finger]);
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float pull;
+    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
+    pull = pair_pull(tables, normal, own, system->v[finger], system->alone[finger]);
     if (pull > 0.0f) system->touches[finger] = 0;
     pair->is_behind[finger] = (uint8_t)(pull > BEHIND || system->meets_m2[finger] < -BEHIND * vec_dot(u, u));
 }
@@ -134,6 +157,7 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
     struct pair_system system;
     float u[HAPTABLE_FINGERS][3];
     float x[9];
+    int touches[HAPTABLE_FINGERS];
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         const struct haptable_servo* servo = &pair->servo[finger];
@@ -141,19 +165,26 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
         vec_sub(servo->finger_m, at[finger]->god_object_m, u[finger]);
     }
     pair_cross_contacts(tables, pair, at[0], at[1], x);
-    pair_solve_both(tables->law, &own[0], &own[1], u, x, &system);
+    pair_press_alone(tables->law, &own[0], &own[1], u, x, &system);
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        touches[finger] = system.touches[finger] || grabs(&pair->servo[finger]);
+    if (tables->energy || touches[0] == touches[1]) pair_press_both(&own[0], &own[1], x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        if (tables->energy) note_pull(tables, pair, finger, &own[finger], u[finger], &system);
-        pair->touches[finger] = (uint8_t)(system.touches[finger] || grabs(&pair->servo[finger]));
+        if (tables->energy) {
+            note_pull(tables, pair, finger, &own[finger], u[finger], &system);
+            touches[finger] = system.touches[finger] || grabs(&pair->servo[finger]);
+        }
     }
-    if (!pair->touches[0] && !pair->touches[1]) pair->touches[0] = pair->touches[1] = 1;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        float* v = pair->view[finger].v;
-        if (pair->touches[1 - finger])
-            vec_copy(system.v[finger], v);
-        else
-            vec_copy(system.alone[finger], v);
-        if (!pair->touches[finger]) vec_zero(v);
+    if (touches[0] == touches[1]) {
+        pair->touches[0] = pair->touches[1] = 1;
+        vec_copy(system.v[0], pair->view[0].v);
+        vec_copy(system.v[1], pair->view[1].v);
+    } else {
+        finger = touches[0] ? 0 : 1;
+        pair->touches[finger] = 1;
+        pair->touches[1 - finger] = 0;
+        vec_copy(system.alone[finger], pair->view[finger].v);
+        vec_zero(pair->view[1 - finger].v);
     }
     pair->energy_j = 0.5f * (vec_dot(own[0].s, pair->view[0].v) + vec_dot(own[1].s, pair->view[1].v));
 }

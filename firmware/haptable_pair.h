@@ -65,13 +65,8 @@ struct haptable_pair_own {
     float s[3];
 };
 
-/* The same with what its slope is made of: A = sum_a alpha_a linear_a. */
-struct haptable_pair_point {
-    struct haptable_pair_own own;
-    float linear[3][6];
-    uint8_t lifted; /* 1: A's diagonal is lifted, as fixed vertices ask for it */
-    uint8_t steps;  /* 1: the lift may begin or end here, and with it the load's slope steps */
-};
+/* The same with what its slope is made of: haptable_pair_terms.h. */
+struct haptable_pair_point;
 
 /* How a place of its own changes with alpha_1, alpha_2, v being given. */
 struct haptable_pair_slope {
@@ -99,7 +94,7 @@ typedef void haptable_pair_load_fn(const struct haptable_model* model, const str
 typedef void haptable_pair_open_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                    const float finger_m[3], struct haptable_pair_point* point);
 typedef void haptable_pair_slope_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                    const float finger_m[3], struct haptable_pair_point* point, const float v[3],
+                                    struct haptable_pair_point* point, const float v[3],
                                     struct haptable_pair_slope* slope);
 
 /* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
@@ -227,6 +222,7 @@ struct haptable_pair_view {
     float at_m[3];                     /* the other's god-object */
     float m[6];                        /* its A^-1 */
     float s[3];                        /* its s */
+    float alone[3];                    /* its A^-1 s */
     float v[3];                        /* this finger's, where is_solved */
     float brake_n_per_m;               /* with passivity: what takes back what was given, of the tick's motion */
     struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */
@@ -235,10 +231,12 @@ struct haptable_pair_view {
 /* How a minimum of both goes with the fingers: of the at most four ways that the two god-objects are free to move,
  * those of the first finger first. */
 struct haptable_pair_follow {
-    uint16_t patch[HAPTABLE_FINGERS];      /* of which this is known */
-    uint8_t free;                          /* ways of both */
-    float curvature_j[4][4];               /* factored */
-    float slope_n[4][HAPTABLE_FINGERS][3]; /* of the gradient by each finger's place */
+    uint16_t patch[HAPTABLE_FINGERS];    /* of which this is known */
+    uint8_t free;                        /* ways of both */
+    float curvature_j[4][4];             /* factored */
+    float slope[4][HAPTABLE_FINGERS][3]; /* of v by the ways */
+    float a[HAPTABLE_FINGERS][6];        /* of a stiffness: A */
+    float a_v[4][3];                     /* of a stiffness: A_p v of the way's own finger */
 };
 
 /* The state of two fingers on one body. The caller owns it; haptable_pair_init makes it valid. */

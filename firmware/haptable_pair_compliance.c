@@ -8,44 +8,53 @@ static const struct haptable_compliance_form consistent_form = {2, {0, 3, 5}, {{
 static const struct haptable_compliance_form mask_form = {
     4, {0, 10, 14}, {{11, 12, 13}, {9, 5, 2}, {1, 3, 6}}, {4, 7, 8}};
 
-/* C(alpha) by the net of degree 1, lifted where fixed vertices ask for it. A is not linear's sum for the lift alone. */
+/* C(alpha) by its nets of degree 2 and 1, lifted where fixed vertices ask for it. A is not linear's sum for the lift
+ * alone. */
 static inline void open_of(const struct haptable_model* model, const struct haptable_compliance_form* form,
                            const struct haptable_contact* contact, const float finger_m[3],
                            struct haptable_pair_point* point) {
     const float fraction = fixed_fraction(model, contact);
     struct net net;
     gather(model, form, contact->patch, &net);
-    if (form->degree == 4)
-        linear_of_four(&net, contact->alpha, point->linear);
-    else
-        linear_of(net.block, contact->alpha, point->linear);
-    evaluate_c(point->linear, contact->alpha, point->own.a);
-    point->steps =
-        fraction > 0.0f && is_at_lift(model, contact->patch, fraction, form->degree, point->linear, point->own.a);
-    point->lifted = (uint8_t)lift(model, fraction, point->own.a);
-    vec_sub(finger_m, contact->god_object_m, point->own.s);
+    if (form->degree == 4) {
+        int corner = 0;
+        const enum place_on_patch feature = feature_of(contact->alpha, &corner);
+        quadratic_net(&net, contact->alpha, feature, corner, &point->net);
+    } else {
+        int n;
+        for (n = 0; n < 6; ++n) point->net.block[n] = net.block[n];
+    }
+    linear_of(point->net.block, contact->alpha, point->linear);
+    mix_three(contact->alpha, point->linear[0], point->linear[1], point->linear[2], point->own.a);
+    point->lifted = point->steps = 0;
+    if (fraction > 0.0f) {
+        point->steps = (uint8_t)is_at_lift(model, contact->patch, fraction, form->degree, point->linear, point->own.a);
+        point->lifted = (uint8_t)lift(model, fraction, point->own.a);
+    }
+    edges_of(model, contact->patch, point->e);
+    vec_sub(finger_m, contact->god_object_m, point->u);
+    vec_copy(point->u, point->own.s);
 }
 
-static inline void slope_of(const struct haptable_model* model, const struct haptable_compliance_form* form,
-                            const struct haptable_contact* contact, struct haptable_pair_point* point, const float v[3],
-                            struct haptable_pair_slope* slope) {
-    struct net net;
-    float e[2][3];
-    float normal[3];
+static inline void slope_of(const struct haptable_model* model, int degree, const struct haptable_contact* contact,
+                            struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+    const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
+    float first_m[2][3];
+    float second_j[3];
     int b;
-    gather(model, form, contact->patch, &net);
-    patch_frame(model, contact->patch, e[0], e[1], normal);
-    vary(form->degree, point->linear, v, point->lifted, slope->y);
-    if (point->lifted) vary_fraction(model, contact->patch, v, slope->y);
+    vary(degree, point->linear, by, point->lifted, first_m);
+    if (point->lifted) vary_fraction(model, contact->patch, by, first_m);
+    bend_net(point->net.block, degree, by, point->lifted, second_j);
     for (b = 0; b < 2; ++b) {
-        vec_copy(slope->y[b], slope->a_v[b]);
-        slope->first_j[b] = -vec_dot(e[b], v) - 0.5f * vec_dot(v, slope->y[b]);
-        slope->y[b][0] = -e[b][0] - slope->y[b][0];
-        slope->y[b][1] = -e[b][1] - slope->y[b][1];
-        slope->y[b][2] = -e[b][2] - slope->y[b][2];
+        const float* e = point->e[b];
+        const float* a_v = first_m[b];
+        slope->first_j[b] = -vec_dot(e, by) - 0.5f * vec_dot(by, a_v);
+        slope->y[b][0] = -e[0] - a_v[0];
+        slope->y[b][1] = -e[1] - a_v[1];
+        slope->y[b][2] = -e[2] - a_v[2];
+        vec_copy(a_v, slope->a_v[b]);
     }
-    vary_twice(&net, form->degree, contact->alpha, v, point->lifted, slope->second_j);
-    for (b = 0; b < 3; ++b) slope->second_j[b] *= -0.5f;
+    for (b = 0; b < 3; ++b) slope->second_j[b] = -0.5f * second_j[b];
 }
 
 static void open_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -59,17 +68,13 @@ static void open_mask(const struct haptable_model* model, const struct haptable_
 }
 
 static void slope_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                             const float finger_m[3], struct haptable_pair_point* point, const float v[3],
-                             struct haptable_pair_slope* slope) {
-    (void)finger_m;
-    slope_of(model, &consistent_form, contact, point, v, slope);
+                             struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+    slope_of(model, 2, contact, point, v, slope);
 }
 
 static void slope_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                       const float finger_m[3], struct haptable_pair_point* point, const float v[3],
-                       struct haptable_pair_slope* slope) {
-    (void)finger_m;
-    slope_of(model, &mask_form, contact, point, v, slope);
+                       struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+    slope_of(model, 4, contact, point, v, slope);
 }
 
 const struct haptable_pair_bend haptable_pair_bend_consistent = {open_consistent, slope_consistent};

@@ -19,12 +19,12 @@ static void put_load(const struct haptable_pair_law* law, const float a[6], cons
 }
 
 /* The load's slope is v's, or A_b v + A v_b. */
-static void put_load_slope(const struct haptable_pair_law* law, const struct haptable_pair_point* own, const float v[3],
-                           float v_b[2][3], float load_gradient_n[2][3]) {
+static void put_load_slope(const struct haptable_pair_law* law, const struct haptable_pair_point* own,
+                           const struct haptable_pair_slope* slope, float load_gradient_n[2][3]) {
     int b;
     for (b = 0; b < 2; ++b) {
-        put_load(law, own->own.a, v_b[b], load_gradient_n[b]);
-        if (law->is_stiffness) pair_add_slope(own, b, 1.0f, v, load_gradient_n[b]);
+        put_load(law, own->own.a, slope->y[b], load_gradient_n[b]);
+        if (law->is_stiffness) vec_add_scaled(1.0f, slope->a_v[b], load_gradient_n[b]);
     }
 }
 
@@ -32,7 +32,7 @@ static void put_bend(const struct haptable_pair_view* view, const struct point* 
                      struct haptable_pair_slope* slope, struct haptable_energy* energy) {
     vec_copy(slope->second_j, energy->hessian_j);
     pair_bend(view, &point->coupling, solved, slope->y, energy);
-    put_load_slope(view->tables->law, &point->own, solved->v, slope->y, energy->load_gradient_n);
+    put_load_slope(view->tables->law, &point->own, slope, energy->load_gradient_n);
     if (point->own.steps) forget_slope(energy);
 }
 
@@ -43,12 +43,9 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
     struct haptable_pair_slope slope;
     struct pair_solved solved;
     struct point point;
-    float e[2][3];
-    float normal[3];
     int b;
-    patch_frame(tables->model, contact->patch, e[0], e[1], normal);
     tables->bend->open(tables->model, contact, finger_m, &point.own);
-    pair_couple(view, contact, e, &point.coupling);
+    pair_couple(view, contact, point.own.e, &point.coupling);
     if (is_known) {
         vec_copy(energy->load_n, solved.v);
         pair_other(view, point.coupling.x, solved.v, solved.other);
@@ -58,7 +55,7 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
         put_load(tables->law, point.own.own.a, solved.v, energy->load_n);
         if (terms == HAPTABLE_ENERGY_LOAD) return;
     }
-    tables->bend->slope(tables->model, contact, finger_m, &point.own, solved.v, &slope);
+    tables->bend->slope(tables->model, contact, &point.own, solved.v, &slope);
     for (b = 0; b < 2; ++b)
         energy->gradient_j[b] = slope.first_j[b] - pair_bilinear(point.coupling.first[b], solved.v, solved.other);
     if (terms == HAPTABLE_ENERGY_ALL) put_bend(view, &point, &solved, &slope, energy);

@@ -21,10 +21,9 @@ static inline const float* corner_block(const struct haptable_model* model, uint
 /* sum alpha_a S_a */
 static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6]) {
     const uint16_t* v = model->patch[contact->patch];
-    float room[6];
-    set_block(contact->alpha[0], corner_block(model, v[0], room), s);
-    add_block(contact->alpha[1], corner_block(model, v[1], room), s);
-    add_block(contact->alpha[2], corner_block(model, v[2], room), s);
+    float room[3][6];
+    mix_three(contact->alpha, corner_block(model, v[0], room[0]), corner_block(model, v[1], room[1]),
+              corner_block(model, v[2], room[2]), s);
 }
 
 static void own_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
@@ -37,15 +36,21 @@ static void own_at(const struct haptable_model* model, const struct haptable_con
 
 static void put_load(const struct haptable_model* model, const struct haptable_contact* contact, const float v[3],
                      float nodal_force_n[3][3], float force_n[3]) {
+    const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
+    float sum[3] = {0.0f, 0.0f, 0.0f};
     int corner;
-    vec_zero(force_n);
     for (corner = 0; corner < 3; ++corner) {
+        const float w = contact->alpha[corner];
+        float room[6];
         float f[3];
-        block_product(model, model->patch[contact->patch][corner], v, f);
-        vec_zero(nodal_force_n[corner]);
-        vec_add_scaled(contact->alpha[corner], f, nodal_force_n[corner]);
-        vec_add_scaled(-1.0f, nodal_force_n[corner], force_n);
+        vec_symmetric_product(corner_block(model, model->patch[contact->patch][corner], room), by, f);
+        f[0] *= w;
+        f[1] *= w;
+        f[2] *= w;
+        vec_sub(sum, f, sum);
+        vec_copy(f, nodal_force_n[corner]);
     }
+    vec_copy(sum, force_n);
 }
 
 const struct haptable_pair_law haptable_pair_interpolated = {3, 1, own_at, put_load};
@@ -53,49 +58,48 @@ const struct haptable_pair_law haptable_pair_interpolated = {3, 1, own_at, put_l
 /* sum alpha_a S_a with its three S_a */
 static void open_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
                     struct haptable_pair_point* point) {
-    int a;
-    for (a = 0; a < 3; ++a) {
-        float room[6];
-        const float* block = corner_block(model, model->patch[contact->patch][a], room);
-        set_block(1.0f, block, point->linear[a]);
-    }
-    evaluate_c(point->linear, contact->alpha, point->own.a);
+    const uint16_t* v = model->patch[contact->patch];
+    const float** s = point->net.block;
+    s[0] = corner_block(model, v[0], point->net.room[0]);
+    s[1] = corner_block(model, v[1], point->net.room[1]);
+    s[2] = corner_block(model, v[2], point->net.room[2]);
+    mix_three(contact->alpha, s[0], s[1], s[2], point->own.a);
     point->lifted = point->steps = 0;
-    vec_sub(finger_m, contact->god_object_m, point->own.s);
-    {
-        float u[3];
-        vec_copy(point->own.s, u);
-        vec_symmetric_product(point->own.a, u, point->own.s);
-    }
+    edges_of(model, contact->patch, point->e);
+    vec_sub(finger_m, contact->god_object_m, point->u);
+    vec_symmetric_product(point->own.a, point->u, point->own.s);
 }
 
 /* s_b = S_b u - S e_b, s_bc = -S_b e_c - S_c e_b */
 static void slope_at(const struct haptable_model* model, const struct haptable_contact* contact,
-                     const float finger_m[3], struct haptable_pair_point* point, const float v[3],
-                     struct haptable_pair_slope* slope) {
-    float(*s_v)[3] = slope->a_v; /* S_b v */
-    float e[2][3];
-    float normal[3];
-    float u[3];
+                     struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+    const float* zero = point->net.block[0];
+    float(*e)[3] = point->e;
+    float by[3]; /* apart from what is written */
+    float from[3];
     int b;
-    vec_sub(finger_m, contact->god_object_m, u);
-    patch_frame(model, contact->patch, e[0], e[1], normal);
+    (void)model;
+    (void)contact;
+    vec_copy(v, by);
+    vec_sub(point->u, by, from);
     for (b = 0; b < 2; ++b) {
-        float* y = slope->y[b];
-        float first[6];
+        const float* one = point->net.block[b + 1];
+        const float first[6] = {one[0] - zero[0], one[1] - zero[1], one[2] - zero[2],
+                                one[3] - zero[3], one[4] - zero[4], one[5] - zero[5]};
+        float s_v[3]; /* S_b v */
         float s_e[3];
-        set_block(1.0f, point->linear[b + 1], first);
-        add_block(-1.0f, point->linear[0], first);
-        vec_symmetric_product(first, v, s_v[b]);
-        vec_symmetric_product(first, u, y);
+        float y[3];
+        vec_symmetric_product(first, by, s_v);
+        vec_symmetric_product(first, from, y);
         vec_symmetric_product(point->own.a, e[b], s_e);
         vec_sub(y, s_e, y);
-        vec_sub(y, s_v[b], y);
-        slope->first_j[b] = vec_dot(y, v) + 0.5f * vec_dot(v, s_v[b]);
+        slope->first_j[b] = vec_dot(y, by) + 0.5f * vec_dot(by, s_v);
+        vec_copy(y, slope->y[b]);
+        vec_copy(s_v, slope->a_v[b]);
     }
-    slope->second_j[0] = -2.0f * vec_dot(s_v[0], e[0]);
-    slope->second_j[1] = -vec_dot(s_v[0], e[1]) - vec_dot(s_v[1], e[0]);
-    slope->second_j[2] = -2.0f * vec_dot(s_v[1], e[1]);
+    slope->second_j[0] = -2.0f * vec_dot(slope->a_v[0], e[0]);
+    slope->second_j[1] = -vec_dot(slope->a_v[0], e[1]) - vec_dot(slope->a_v[1], e[0]);
+    slope->second_j[2] = -2.0f * vec_dot(slope->a_v[1], e[1]);
 }
 
 const struct haptable_pair_bend haptable_pair_bend_interpolated = {open_at, slope_at};

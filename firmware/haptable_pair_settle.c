@@ -23,11 +23,9 @@ struct place {
     struct haptable_contact at;
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
-    float u[3];
     float weight[HAPTABLE_PAIR_CONTROLS];
-    float slope_weight[2][HAPTABLE_PAIR_CONTROLS];
-    float e[2][3];   /* where they meet: the patch's edges from corner 0 */
-    float raw_j[2];  /* v_1 . R_b v_2 */
+    float slope_weight[2][HAPTABLE_PAIR_CONTROLS]; /* under a mask */
+    float raw_j[2];                                /* v_1 . R_b v_2 */
     int free;        /* in how many ways it may move: 2 within a patch, 1 along an edge, 0 on a vertex */
     int corner;      /* of an edge: opposite to it; of a vertex: there */
     int is_held;     /* 1: it stays on its edge or vertex, as its patch was tried */
@@ -40,6 +38,7 @@ struct both {
     const float* const* x_m;
     struct place place[HAPTABLE_FINGERS];
     struct pair_system system;
+    float row[HAPTABLE_PAIR_CONTROLS][9]; /* sum_l w_l C_kl */
     float x[9];
     struct meeting {
         int is_near;
@@ -53,9 +52,10 @@ struct both {
     int is_given_up;
     int is_late; /* 1: both were looked at already */
     float gradient_j[MOST_FREE];
-    float hessian_j[MOST_FREE][MOST_FREE];
     float y[MOST_FREE][HAPTABLE_FINGERS][3];
-    float z[MOST_FREE][HAPTABLE_FINGERS][3]; /* dv */
+    /* What the next tick follows by, where the two rest: */
+    float (*hessian_j)[MOST_FREE];
+    float (*z)[HAPTABLE_FINGERS][3]; /* dv */
 };
 
 /* ---- where they are free to move ------------------------------------------------------------------------------- */
@@ -111,6 +111,7 @@ static float part_within(const float alpha[3], const float d[2], int* ends) {
     float part = 1.0f;
     int c;
     *ends = -1;
+    if (alpha[0] + change[0] > 0.0f && alpha[1] + change[1] > 0.0f && alpha[2] + change[2] > 0.0f) return part;
     for (c = 0; c < 3; ++c) {
         if (!(change[c] < 0.0f && alpha[c] + part * change[c] <= 0.0f)) continue;
         part = alpha[c] / -change[c];
@@ -141,34 +142,31 @@ static void move_place(const struct haptable_model* model, const float d[2], flo
 
 /* ---- how two places are coupled --------------------------------------------------------------------------------- */
 
-/* dw_k / d alpha_b of the controls. */
-static void put_slope_weights(const struct haptable_pair_law* law, const float alpha[3], float weight[2][6]) {
-    const int is_mask = law->controls == HAPTABLE_PAIR_CONTROLS;
-    int b;
-    int c;
-    for (b = 0; b < 2; ++b) {
-        float d[3] = {-1.0f, 0.0f, 0.0f};
-        d[b + 1] = 1.0f;
-        vec_copy(d, weight[b]);
-        if (!is_mask) continue;
-        for (c = 0; c < 3; ++c) {
-            const int one = next_corner(c);
-            const int two = previous_corner(c);
-            weight[b][c] = 2.0f * alpha[c] * d[c];
-            weight[b][3 + c] = 2.0f * (alpha[one] * d[two] + d[one] * alpha[two]);
-        }
-    }
+/* dw_k / d alpha_b of a mask's controls. */
+static void put_slope_weights(const float alpha[3], float weight[2][HAPTABLE_PAIR_CONTROLS]) {
+    weight[0][0] = weight[1][0] = -2.0f * alpha[0];
+    weight[0][1] = 2.0f * alpha[1];
+    weight[0][2] = 0.0f;
+    weight[0][3] = 2.0f * alpha[2];
+    weight[0][4] = -2.0f * alpha[2];
+    weight[0][5] = 2.0f * (alpha[0] - alpha[1]);
+    weight[1][1] = 0.0f;
+    weight[1][2] = 2.0f * alpha[2];
+    weight[1][3] = 2.0f * alpha[1];
+    weight[1][4] = 2.0f * (alpha[0] - alpha[2]);
+    weight[1][5] = -2.0f * alpha[1];
 }
 
 /* What the controls' x change by with alpha_b: without a mask only its own corner's and the first one's count. */
-static void slope_of(const struct place* here, int b, const float (*x)[3], int count, float to[3]) {
-    int k;
+static inline void slope_of(const struct place* here, int b, const float (*x)[3], int count, float* restrict to) {
+    const float* w = here->slope_weight[b];
     if (count < HAPTABLE_PAIR_CONTROLS) {
         vec_sub(x[b + 1], x[0], to);
         return;
     }
-    vec_zero(to);
-    for (k = 0; k < count; ++k) vec_add_scaled(here->slope_weight[b][k], x[k], to);
+    to[0] = pair_six(w, &x[0][0], 3);
+    to[1] = pair_six(w, &x[0][1], 3);
+    to[2] = pair_six(w, &x[0][2], 3);
 }
 
 /* A finger's controls as the loads of both press on them, through the other's place. */
@@ -177,39 +175,35 @@ struct pressed {
     float back[HAPTABLE_PAIR_CONTROLS][3];     /* sum_l w_l L_kl^T v_1 */
 };
 
+/* v_1 . L v_2 by the products of their numbers. */
+static inline float mixed_by(const float p[9], const float x[9]) {
+    return p[0] * x[0] + p[1] * x[1] + p[2] * x[2] + p[3] * x[3] + p[4] * x[4] + p[5] * x[5] + p[6] * x[6] +
+           p[7] * x[7] + p[8] * x[8];
+}
+
 /* Both fingers' controls, and v_1 . L_kl v_2. */
 static void press(const struct both* both, const struct haptable_pair_net* net,
                   struct pressed pressed[HAPTABLE_FINGERS], float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
     const int count = both->tables->law->controls;
-    const float(*block)[9] = (const float(*)[9])net->block;
-    float v[HAPTABLE_FINGERS][3];
+    const float* one = both->system.v[0];
+    const float* two = both->system.v[1];
+    const float p[9] = {one[0] * two[0], one[0] * two[1], one[0] * two[2], one[1] * two[0], one[1] * two[1],
+                        one[1] * two[2], one[2] * two[0], one[2] * two[1], one[2] * two[2]};
+    const float* block = net->block[0];
     int k;
     int l;
-    vec_copy(both->system.v[0], v[0]);
-    vec_copy(both->system.v[1], v[1]);
-    for (l = 0; l < count; ++l) {
-        vec_zero(pressed[1].by_other[l]);
-        vec_zero(pressed[1].back[l]);
-    }
     for (k = 0; k < count; ++k) {
-        const float first = both->place[0].weight[k];
-        float by_other[3] = {0.0f, 0.0f, 0.0f};
-        float back[3] = {0.0f, 0.0f, 0.0f};
-        for (l = 0; l < count; ++l, ++block) {
-            const float second = both->place[1].weight[l];
-            float by_second[3];
-            float by_first[3];
-            pair_product(*block, v[1], by_second);
-            pair_transposed_product(*block, v[0], by_first);
-            vec_add_scaled(second, by_second, by_other);
-            vec_add_scaled(second, by_first, back);
-            vec_add_scaled(first, by_first, pressed[1].by_other[l]);
-            vec_add_scaled(first, by_second, pressed[1].back[l]);
-            mixed_j[k][l] = vec_dot(v[0], by_second);
-        }
-        vec_copy(by_other, pressed[0].by_other[k]);
-        vec_copy(back, pressed[0].back[k]);
+        pair_product(both->row[k], two, pressed[0].by_other[k]);
+        pair_transposed_product(both->row[k], one, pressed[0].back[k]);
     }
+    for (l = 0; l < count; ++l) {
+        float x[9];
+        pair_sum(count, both->place[0].weight, net->block[l], 9 * count, x);
+        pair_transposed_product(x, one, pressed[1].by_other[l]);
+        pair_product(x, two, pressed[1].back[l]);
+    }
+    for (k = 0; k < count; ++k)
+        for (l = 0; l < count; ++l, block += 9) mixed_j[k][l] = mixed_by(p, block);
 }
 
 /* ---- where they meet: X = share R, share = 1 - MEETING near^2 ------------------------------------------------- */
@@ -270,7 +264,7 @@ static void couple_meeting(const struct both* both, int f, float x_v[2][3], floa
         pair_product(both->x, v, back_v);
     }
     for (b = 0; b < 2; ++b) {
-        const float slope = meeting_slope(both, f, here->e[b]) / both->meeting.share;
+        const float slope = meeting_slope(both, f, here->point.e[b]) / both->meeting.share;
         float scaled[3] = {0.0f, 0.0f, 0.0f};
         vec_add_scaled(both->meeting.share, x_v[b], scaled);
         vec_add_scaled(slope, there, scaled);
@@ -303,7 +297,7 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
         put_second(q, second_j);
     }
     if (both->meeting.is_near) {
-        const float* e[2] = {here->e[0], here->e[1]};
+        const float* e[2] = {here->point.e[0], here->point.e[1]};
         const float* raw = here->raw_j;
         second_j[0] = meeting_bend(both, f, e[0], f, e[0], raw[0], raw[0], second_j[0]);
         second_j[1] = meeting_bend(both, f, e[0], f, e[1], raw[0], raw[1], second_j[1]);
@@ -318,45 +312,54 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
 }
 
 /* v_1 . R_bc v_2 by coordinates b of the first and c of the second. */
-static float mixed_of(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS], int b, int c) {
-    const int count = both->tables->law->controls;
-    const float* first = both->place[0].slope_weight[b];
-    const float* second = both->place[1].slope_weight[c];
-    float sum = 0.0f;
+static void put_raw_mixed(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS], float mixed[2][2]) {
+    const struct place* here = both->place;
+    int b;
+    int c;
     int k;
-    int l;
-    if (count < HAPTABLE_PAIR_CONTROLS)
-        return mixed_j[b + 1][c + 1] - mixed_j[b + 1][0] - mixed_j[0][c + 1] + mixed_j[0][0];
-    for (k = 0; k < count; ++k) {
-        float row = 0.0f;
-        for (l = 0; l < count; ++l) row += second[l] * mixed_j[k][l];
-        sum += first[k] * row;
+    if (both->tables->law->controls < HAPTABLE_PAIR_CONTROLS) {
+        for (b = 0; b < 2; ++b)
+            for (c = 0; c < 2; ++c)
+                mixed[b][c] = mixed_j[b + 1][c + 1] - mixed_j[b + 1][0] - mixed_j[0][c + 1] + mixed_j[0][0];
+        return;
     }
-    return sum;
+    for (c = 0; c < 2; ++c) {
+        float row[HAPTABLE_PAIR_CONTROLS];
+        for (k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) row[k] = pair_six(here[1].slope_weight[c], mixed_j[k], 1);
+        for (b = 0; b < 2; ++b) mixed[b][c] = pair_six(here[0].slope_weight[b], row, 1);
+    }
 }
 
 /* ---- an evaluation ------------------------------------------------------------------------------------------------
  */
 
+/* X of both places, and what the controls of the first have of it. */
+static void put_rows(struct both* both, const struct haptable_pair_net* net) {
+    const int count = both->tables->law->controls;
+    const float* block = net->block[0];
+    int k;
+    for (k = 0; k < count; ++k, block += 9 * count) pair_sum(count, both->place[1].weight, block, 9, both->row[k]);
+    pair_sum(count, both->place[0].weight, both->row[0], 9, both->x);
+    if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
+}
+
 /* v of both, and the energy. Returns 0 where N is lifted. */
 static int solve_places(struct both* both, struct haptable_pair_net* net) {
     const struct haptable_pair_model* tables = both->tables;
     struct place* here = both->place;
+    const struct haptable_pair_own* own[HAPTABLE_FINGERS] = {&here[0].point.own, &here[1].point.own};
     float u[HAPTABLE_FINGERS][3];
     int f;
     put_meeting(both);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        vec_sub(both->x_m[f], here[f].at.god_object_m, u[f]);
         tables->bend->open(tables->model, &here[f].at, both->x_m[f], &here[f].point);
         pair_weights(tables, here[f].at.alpha, here[f].weight);
-        vec_copy(u[f], here[f].u);
+        vec_copy(here[f].point.u, u[f]);
     }
-    pair_cross_net(tables, pair_net(tables, net, here[0].at.patch, here[1].at.patch), here[0].weight, here[1].weight,
-                   both->x);
-    if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
-    pair_solve_both(tables->law, &here[0].point.own, &here[1].point.own, u, both->x, &both->system);
-    both->energy_j =
-        0.5f * (vec_dot(here[0].point.own.s, both->system.v[0]) + vec_dot(here[1].point.own.s, both->system.v[1]));
+    put_rows(both, pair_net(tables, net, here[0].at.patch, here[1].at.patch));
+    pair_press_alone(tables->law, own[0], own[1], u, both->x, &both->system);
+    pair_press_both(own[0], own[1], both->x, &both->system);
+    both->energy_j = 0.5f * (vec_dot(own[0]->s, both->system.v[0]) + vec_dot(own[1]->s, both->system.v[1]));
     return !both->system.lifted;
 }
 
@@ -405,13 +408,19 @@ static void put_mixed(struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS
     float mixed[2][2];
     int b;
     int c;
-    for (b = 0; b < 2; ++b)
-        for (c = 0; c < 2; ++c) {
-            mixed[b][c] = mixed_of(both, mixed_j, b, c);
-            if (both->meeting.is_near)
-                mixed[b][c] = meeting_bend(both, 0, here[0].e[b], 1, here[1].e[c], here[0].raw_j[b], here[1].raw_j[c],
-                                           mixed[b][c]);
-        }
+    put_raw_mixed(both, mixed_j, mixed);
+    if (both->meeting.is_near)
+        for (b = 0; b < 2; ++b)
+            for (c = 0; c < 2; ++c)
+                mixed[b][c] = meeting_bend(both, 0, here[0].point.e[b], 1, here[1].point.e[c], here[0].raw_j[b],
+                                           here[1].raw_j[c], mixed[b][c]);
+    if (here[0].free == 2 && here[1].free == 2) { /* most */
+        both->hessian_j[2][0] = -mixed[0][0];
+        both->hessian_j[2][1] = -mixed[1][0];
+        both->hessian_j[3][0] = -mixed[0][1];
+        both->hessian_j[3][1] = -mixed[1][1];
+        return;
+    }
     for (b = 0; b < here[0].free; ++b)
         for (c = 0; c < here[1].free; ++c) {
             const float* one = here[0].way[b];
@@ -442,8 +451,8 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
     for (i = 0; i < HAPTABLE_FINGERS; ++i) {
         struct place* here = &both->place[i];
         float back[2][3];
-        put_slope_weights(tables->law, here->at.alpha, here->slope_weight);
-        tables->bend->slope(tables->model, &here->at, both->x_m[i], &here->point, both->system.v[i], &here->slope);
+        if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
+        tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[i], &here->slope);
         couple(both, &pressed[i], i, back);
         open_ways(here);
         put_ways(both, i, back);
@@ -457,21 +466,12 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
     }
 }
 
-/* What the slopes of a meeting are made of. */
-static void put_edges(struct both* both) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        float normal[3];
-        patch_frame(both->tables->model, both->place[f].at.patch, both->place[f].e[0], both->place[f].e[1], normal);
-    }
-    both->meeting.whole_j = pair_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
-}
-
 /* Of the places where they are. Returns 0 where they cannot settle together. */
 static int evaluate(struct both* both, struct haptable_pair* pair) {
     ++pair->evaluations;
     if (!solve_places(both, &pair->net)) return 0;
-    if (both->meeting.is_near) put_edges(both);
+    if (both->meeting.is_near)
+        both->meeting.whole_j = pair_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
     put_slopes(both, &pair->net);
     return 1;
 }
@@ -521,14 +521,15 @@ static int factor_curvature(float h[MOST_FREE][MOST_FREE], int free) {
 }
 
 /* H^-1 b in place, b being 0 beyond the ways. */
-static void solve_curvature(float h[MOST_FREE][MOST_FREE], float b[MOST_FREE]) {
-    b[1] -= h[1][0] * b[0];
-    b[2] -= h[2][0] * b[0] + h[2][1] * b[1];
-    b[3] -= h[3][0] * b[0] + h[3][1] * b[1] + h[3][2] * b[2];
-    b[3] *= h[3][3];
-    b[2] = b[2] * h[2][2] - h[3][2] * b[3];
-    b[1] = b[1] * h[1][1] - h[2][1] * b[2] - h[3][1] * b[3];
-    b[0] = b[0] * h[0][0] - h[1][0] * b[1] - h[2][0] * b[2] - h[3][0] * b[3];
+static inline void solve_curvature(float h[MOST_FREE][MOST_FREE], float* restrict b) {
+    const float b0 = b[0];
+    const float b1 = b[1] - h[1][0] * b0;
+    const float b2 = b[2] - (h[2][0] * b0 + h[2][1] * b1);
+    const float b3 = b[3] - (h[3][0] * b0 + h[3][1] * b1 + h[3][2] * b2);
+    b[3] = b3 * h[3][3];
+    b[2] = b2 * h[2][2] - h[3][2] * b[3];
+    b[1] = b1 * h[1][1] - h[2][1] * b[2] - h[3][1] * b[3];
+    b[0] = b0 * h[0][0] - h[1][0] * b[1] - h[2][0] * b[2] - h[3][0] * b[3];
 }
 
 /* How the alphas of a finger change by a step of both. */
@@ -554,6 +555,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     struct haptable_contact at = here->at;
     float weight[2][HAPTABLE_PAIR_CONTROLS];
     float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
+    float coupled[2];
     int b;
     int k;
     ++pair->looks;
@@ -562,23 +564,23 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     for (k = 0; k < 3; ++k)
         if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
     tables->bend->open(tables->model, &at, both->x_m[f], &point);
-    tables->bend->slope(tables->model, &at, both->x_m[f], &point, v, &slope);
-    put_slope_weights(tables->law, at.alpha, weight);
+    tables->bend->slope(tables->model, &at, &point, v, &slope);
     for (k = 0; k < tables->law->controls; ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
-    for (b = 0; b < 2; ++b) {
-        float coupled = 0.0f;
-        for (k = 0; k < tables->law->controls; ++k) coupled += weight[b][k] * q[k];
-        gradient_j[b] = slope.first_j[b] - both->meeting.share * coupled;
+    if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
+        put_slope_weights(at.alpha, weight);
+        coupled[0] = pair_six(weight[0], q, 1);
+        coupled[1] = pair_six(weight[1], q, 1);
+    } else {
+        coupled[0] = q[1] - q[0];
+        coupled[1] = q[2] - q[0];
     }
+    for (b = 0; b < 2; ++b) gradient_j[b] = slope.first_j[b] - both->meeting.share * coupled[b];
     if (both->meeting.is_near) {
-        float e[2][3];
-        float normal[3];
         float whole = 0.0f;
         float shared[HAPTABLE_PAIR_CONTROLS];
         pair_weights(tables, at.alpha, shared);
         for (k = 0; k < tables->law->controls; ++k) whole += shared[k] * q[k];
-        patch_frame(tables->model, patch, e[0], e[1], normal);
-        for (b = 0; b < 2; ++b) gradient_j[b] -= whole * meeting_slope(both, f, e[b]);
+        for (b = 0; b < 2; ++b) gradient_j[b] -= whole * meeting_slope(both, f, point.e[b]);
     }
     vec_copy(at.alpha, alpha);
 }
@@ -663,33 +665,27 @@ static int step_load(const struct both* both, int f, const float step[MOST_FREE]
     vec_copy(both->system.v[f], v);
     for (i = 0; i < both->free; ++i) vec_add_scaled(step[i], both->z[i][f], change);
     vec_add_scaled(1.0f, change, v);
-    return !both->place[f].point.steps && moved2 <= most * vec_dot(both->place[f].u, both->place[f].u) &&
+    return !both->place[f].point.steps && moved2 <= most * vec_dot(both->place[f].point.u, both->place[f].point.u) &&
            vec_dot(change, change) <= most * vec_dot(v, v);
 }
 
-/* How the gradient goes with the fingers: as the loads go with the ways. */
+/* What the loads' slopes are made of, beside those of v, where these are not the loads. */
 static void put_follow(const struct both* both, struct haptable_pair_follow* follow) {
+    int i = 0;
     int f;
-    int i;
+    follow->free = (uint8_t)both->free;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         const struct place* here = &both->place[f];
-        const int begin = f == 0 ? 0 : both->place[0].free;
+        int way;
         follow->patch[f] = here->at.patch;
-        for (i = 0; i < both->free; ++i) {
-            float* slope_n = follow->slope_n[i][f];
-            if (!both->tables->law->is_stiffness) {
-                vec_copy(both->z[i][f], slope_n);
-                continue;
-            }
-            vec_symmetric_product(here->point.own.a, both->z[i][f], slope_n);
-            if (i < begin || i >= begin + here->free) continue;
-            vec_add_scaled(here->way[i - begin][0], here->slope.a_v[0], slope_n);
-            vec_add_scaled(here->way[i - begin][1], here->slope.a_v[1], slope_n);
+        if (!both->tables->law->is_stiffness) continue;
+        vec_copy(&here->point.own.a[0], &follow->a[f][0]);
+        vec_copy(&here->point.own.a[3], &follow->a[f][3]);
+        for (way = 0; way < here->free; ++way, ++i) {
+            set_scaled(here->way[way][0], here->slope.a_v[0], follow->a_v[i]);
+            vec_add_scaled(here->way[way][1], here->slope.a_v[1], follow->a_v[i]);
         }
     }
-    follow->free = (uint8_t)both->free;
-    for (i = 0; i < MOST_FREE; ++i)
-        for (f = 0; f <= i; ++f) follow->curvature_j[i][f] = both->hessian_j[i][f];
 }
 
 static void put_loads(struct both* both, float v[HAPTABLE_FINGERS][3]) {
@@ -801,10 +797,13 @@ static int end(struct both* both, struct haptable_pair* pair, const float step[M
         if (!solve_places(both, &pair->net)) return -1;
         for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
-        if (pair_pull(both->tables, &both->place[f].at, &both->place[f].point.own, both->system.v[f],
-                      both->system.alone[f]) > 0.0f)
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        const struct haptable_pair_point* point = &both->place[f].point;
+        float normal[3];
+        vec_cross(point->e[0], point->e[1], normal);
+        if (pair_pull(both->tables, normal, &point->own, both->system.v[f], both->system.alone[f]) > 0.0f)
             both->system.touches[f] = 0;
+    }
     if (both->system.touches[0] != both->system.touches[1]) {
         pair->touches[both->system.touches[0] ? 1 : 0] = 0;
         return -1;
@@ -837,6 +836,25 @@ static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
     return 0;
 }
 
+/* How much less steep the motions make E, by the ways: as the loads go with these. */
+static void slope_of_follow(const struct both* both, const struct haptable_pair_follow* follow,
+                            float motion_m[HAPTABLE_FINGERS][3], float step[MOST_FREE]) {
+    float by[HAPTABLE_FINGERS][3];
+    int i;
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        if (both->tables->law->is_stiffness)
+            vec_symmetric_product(follow->a[f], motion_m[f], by[f]);
+        else
+            vec_copy(motion_m[f], by[f]);
+    }
+    for (i = 0; i < both->free; ++i) {
+        step[i] = -vec_dot(follow->slope[i][0], by[0]) - vec_dot(follow->slope[i][1], by[1]);
+        if (both->tables->law->is_stiffness)
+            step[i] -= vec_dot(follow->a_v[i], motion_m[i < both->place[0].free ? 0 : 1]);
+    }
+}
+
 /* Where the fingers' motions take the minimum: -H^-1 (slopes . motions). Over an edge it goes on to the point of the
  * patch there that is nearest to where that leads. */
 static void predict(struct both* both, struct haptable_pair* pair) {
@@ -850,9 +868,8 @@ static void predict(struct both* both, struct haptable_pair* pair) {
         vec_sub(both->x_m[f], pair->servo[f].finger_m, motion_m[f]);
     }
     if (follow->free != both->free) return;
-    for (i = 0; i < both->free; ++i)
-        step[i] = -vec_dot(follow->slope_n[i][0], motion_m[0]) - vec_dot(follow->slope_n[i][1], motion_m[1]);
-    for (; i < MOST_FREE; ++i) step[i] = 0.0f;
+    for (i = 0; i < MOST_FREE; ++i) step[i] = 0.0f;
+    slope_of_follow(both, follow, motion_m, step);
     solve_curvature(follow->curvature_j, step);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         float d[2];
@@ -890,6 +907,8 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     float most_j = 3e38f;
     both.tables = tables;
     both.x_m = finger_m;
+    both.hessian_j = pair->follow.curvature_j;
+    both.z = pair->follow.slope;
     both.is_given_up = 0;
     both.is_late = !is_first;
     if (!begin_both(&both, pair)) return 0;

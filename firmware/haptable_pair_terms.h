@@ -62,6 +62,18 @@ static inline void pair_copy(const float x[9], float out[9]) {
     vec_copy(&x[6], &out[6]);
 }
 
+static inline void pair_swap(float* a, float* b) {
+    const float was = *a;
+    *a = *b;
+    *b = was;
+}
+
+static inline void pair_transpose(float x[9]) {
+    pair_swap(&x[1], &x[3]);
+    pair_swap(&x[2], &x[6]);
+    pair_swap(&x[5], &x[7]);
+}
+
 /* The inverse of a symmetric positive definite matrix, by its cofactors. */
 static inline void pair_invert(const float a[6], float inverse[6]) {
     const float xx = a[1] * a[2] - a[4] * a[4];
@@ -76,21 +88,76 @@ static inline void pair_invert(const float a[6], float inverse[6]) {
     inverse[5] = scale * zx;
 }
 
-/* a - X M X^T */
-static inline void pair_reduce(const float a[6], const float x[9], const float m[6], float n[6]) {
-    float xm[3][3];
-    const float* row = x;
-    int i;
-    for (i = 0; i < 3; ++i, row += 3) vec_symmetric_product(m, row, xm[i]); /* M is symmetric: a row of X M */
-    n[0] = a[0] - vec_dot(xm[0], &x[0]);
-    n[1] = a[1] - vec_dot(xm[1], &x[3]);
-    n[2] = a[2] - vec_dot(xm[2], &x[6]);
-    n[3] = a[3] - vec_dot(xm[0], &x[3]);
-    n[4] = a[4] - vec_dot(xm[1], &x[6]);
-    n[5] = a[5] - vec_dot(xm[2], &x[0]);
+/* X M and a - X M X^T */
+static inline void pair_reduce(const float a[6], const float x[9], const float m[6], float* restrict xm,
+                               float* restrict n) {
+    vec_symmetric_product(m, &x[0], &xm[0]); /* M is symmetric: a row of X M */
+    vec_symmetric_product(m, &x[3], &xm[3]);
+    vec_symmetric_product(m, &x[6], &xm[6]);
+    n[0] = a[0] - vec_dot(&xm[0], &x[0]);
+    n[1] = a[1] - vec_dot(&xm[3], &x[3]);
+    n[2] = a[2] - vec_dot(&xm[6], &x[6]);
+    n[3] = a[3] - vec_dot(&xm[0], &x[3]);
+    n[4] = a[4] - vec_dot(&xm[3], &x[6]);
+    n[5] = a[5] - vec_dot(&xm[6], &x[0]);
+}
+
+/* ---- sums of blocks -------------------------------------------------------------------------------------------- */
+
+/* One number of three or six weighted blocks in a row, each `stride` numbers after the one before. */
+static inline float pair_three(const float w[3], const float* x, int stride) {
+    return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride];
+}
+
+static inline float pair_six(const float w[6], const float* x, int stride) {
+    return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride] + w[3] * x[3 * stride] + w[4] * x[4 * stride] +
+           w[5] * x[5 * stride];
+}
+
+/* Whole blocks, with every number a statement of its own: so the weights stay in registers. */
+static inline void pair_sum_three(const float w[3], const float* x, int stride, float* restrict to) {
+    to[0] = pair_three(w, &x[0], stride);
+    to[1] = pair_three(w, &x[1], stride);
+    to[2] = pair_three(w, &x[2], stride);
+    to[3] = pair_three(w, &x[3], stride);
+    to[4] = pair_three(w, &x[4], stride);
+    to[5] = pair_three(w, &x[5], stride);
+    to[6] = pair_three(w, &x[6], stride);
+    to[7] = pair_three(w, &x[7], stride);
+    to[8] = pair_three(w, &x[8], stride);
+}
+
+static inline void pair_sum_six(const float w[6], const float* x, int stride, float* restrict to) {
+    to[0] = pair_six(w, &x[0], stride);
+    to[1] = pair_six(w, &x[1], stride);
+    to[2] = pair_six(w, &x[2], stride);
+    to[3] = pair_six(w, &x[3], stride);
+    to[4] = pair_six(w, &x[4], stride);
+    to[5] = pair_six(w, &x[5], stride);
+    to[6] = pair_six(w, &x[6], stride);
+    to[7] = pair_six(w, &x[7], stride);
+    to[8] = pair_six(w, &x[8], stride);
+}
+
+static inline void pair_sum(int count, const float w[], const float* x, int stride, float* restrict to) {
+    if (count == HAPTABLE_PAIR_CONTROLS)
+        pair_sum_six(w, x, stride, to);
+    else
+        pair_sum_three(w, x, stride, to);
 }
 
 /* ---- places --------------------------------------------------------------------------------------------------- */
+
+/* A finger's place with what its slope is made of. */
+struct haptable_pair_point {
+    struct haptable_pair_own own;
+    float u[3];
+    float e[2][3];      /* the patch's edges from corner 0 */
+    struct reduced net; /* of a compliance, that of degree 2; the three S_a of a stiffness */
+    float linear[3][6]; /* of a compliance, the net of degree 1 */
+    uint8_t lifted;     /* 1: A's diagonal is lifted, as fixed vertices ask for it */
+    uint8_t steps;      /* 1: the lift may begin or end here, and with it the load's slope steps */
+};
 
 /* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
 static inline void pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]) {
@@ -188,21 +255,15 @@ static inline void pair_look(const struct haptable_pair_model* tables, const str
     pair_forget(view);
 }
 
-/* sum_k w_k x_k */
-static inline void pair_weighted(float share, const float weight[], const float (*x)[9], int count, float to[9]) {
-    int k;
-    pair_set(share * weight[0], x[0], to);
-    for (k = 1; k < count; ++k) pair_add(share * weight[k], x[k], to);
-}
-
 /* X of a contact. */
 static inline void pair_cross(const struct haptable_pair_view* view, const struct haptable_contact* contact,
                               float x[9]) {
     const struct haptable_pair_rows* rows = pair_gather(view, contact->patch);
+    const float share = pair_share(view, contact->god_object_m);
     float weight[HAPTABLE_PAIR_CONTROLS];
     pair_weights(view->tables, contact->alpha, weight);
-    pair_weighted(pair_share(view, contact->god_object_m), weight, (const float(*)[9])rows->x,
-                  view->tables->law->controls, x);
+    pair_sum(view->tables->law->controls, weight, rows->x[0], 9, x);
+    if (share < 1.0f) pair_set(share, x, x);
 }
 
 /* The control of corners c and d of a mask's patch. */
@@ -238,15 +299,16 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
     to->control = (const float(*)[9])pair_gather(view, contact->patch)->x;
     pair_weights(view->tables, alpha, weight);
     to->meeting = pair_meet(view, contact->god_object_m, e);
-    pair_weighted(1.0f, weight, to->control, view->tables->law->controls, raw);
+    pair_sum(view->tables->law->controls, weight, to->control[0], 9, raw);
     pair_set(to->meeting.share, raw, to->x);
     for (b = 0; b < 2; ++b) {
         if (is_mask) {
             pair_slope(to->control, alpha, b + 1, 1.0f, to->first[b]);
             pair_slope(to->control, alpha, 0, -1.0f, to->first[b]);
         } else {
-            pair_set(1.0f, to->control[b + 1], to->first[b]);
-            pair_add(-1.0f, to->control[0], to->first[b]);
+            vec_sub(&to->control[b + 1][0], &to->control[0][0], &to->first[b][0]);
+            vec_sub(&to->control[b + 1][3], &to->control[0][3], &to->first[b][3]);
+            vec_sub(&to->control[b + 1][6], &to->control[0][6], &to->first[b][6]);
         }
         if (!to->meeting.is_near) continue;
         pair_set(to->meeting.share, to->first[b], to->first[b]);
@@ -321,11 +383,10 @@ static inline int pair_keep_definite(const float a[6], float n[6]) {
 static inline void pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
                                     const float x[9], struct pair_solved* solved) {
     float n[6];
-    float alone[3];
-    pair_reduce(own->a, x, view->m, n);
+    float xm[9];
+    pair_reduce(own->a, x, view->m, xm, n);
     (void)pair_keep_definite(own->a, n);
-    vec_symmetric_product(view->m, view->s, alone);
-    pair_product(x, alone, solved->t);
+    pair_product(x, view->alone, solved->t);
     vec_sub(own->s, solved->t, solved->t);
     solved->n = factor(n);
     solve(&solved->n, solved->t, solved->v);
@@ -364,21 +425,12 @@ static inline void pair_bend(const struct haptable_pair_view* view, const struct
     for (b = 0; b < 2; ++b) vec_copy(z[b], y[b]);
 }
 
-/* out += w A_b v (b = 0, 1 for alpha_1, alpha_2), of an A that is not lifted. */
-static inline void pair_add_slope(const struct haptable_pair_point* point, int b, float w, const float v[3],
-                                  float out[3]) {
-    float a_v[2][3];
-    vec_symmetric_product(point->linear[b + 1], v, a_v[0]);
-    vec_symmetric_product(point->linear[0], v, a_v[1]);
-    vec_add_scaled(w, a_v[0], out);
-    vec_add_scaled(-w, a_v[1], out);
-}
-
 /* ---- both places at once --------------------------------------------------------------------------------------- */
 
 /* The system of both places, solved. */
 struct pair_system {
     float m[6];  /* A_2^-1 */
+    float t[3];  /* s_1 - X A_2^-1 s_2 */
     float xm[9]; /* X A_2^-1 */
     struct factored n;
     float v[HAPTABLE_FINGERS][3];
@@ -392,13 +444,17 @@ struct pair_system {
 static inline void pair_cross_net(const struct haptable_pair_model* tables, const struct haptable_pair_net* net,
                                   const float first[], const float second[], float x[9]) {
     const int count = tables->law->controls;
-    const float(*block)[9] = (const float(*)[9])net->block;
-    float sum[9] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    int k;
-    int l;
-    for (k = 0; k < count; ++k)
-        for (l = 0; l < count; ++l, ++block) pair_add(first[k] * second[l], *block, sum);
-    pair_copy(sum, x);
+    const float* block = net->block[0];
+    int k = 0;
+    do {
+        float row[9];
+        pair_sum(count, second, block, 9, row);
+        if (k == 0)
+            pair_set(first[0], row, x);
+        else
+            pair_add(first[k], row, x);
+        block += 9 * count;
+    } while (++k < count);
 }
 
 /* The blocks between the patches of two contacts: read where one of them is another one than before. */
@@ -423,32 +479,14 @@ static inline void pair_cross_contacts(const struct haptable_pair_model* tables,
     if (near > 0.0f) pair_set(1.0f - HAPTABLE_PAIR_MEETING * near * near, x, x);
 }
 
-/* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored. */
-static inline void pair_eliminate(const struct haptable_pair_own* first, const struct haptable_pair_own* second,
-                                  const float x[9], struct pair_system* system) {
-    float n[6];
-    pair_invert(second->a, system->m);
-    vec_symmetric_product(system->m, &x[0], &system->xm[0]); /* of symmetric M: the rows of X M */
-    vec_symmetric_product(system->m, &x[3], &system->xm[3]);
-    vec_symmetric_product(system->m, &x[6], &system->xm[6]);
-    n[0] = first->a[0] - vec_dot(&system->xm[0], &x[0]);
-    n[1] = first->a[1] - vec_dot(&system->xm[3], &x[3]);
-    n[2] = first->a[2] - vec_dot(&system->xm[6], &x[6]);
-    n[3] = first->a[3] - vec_dot(&system->xm[0], &x[3]);
-    n[4] = first->a[4] - vec_dot(&system->xm[3], &x[6]);
-    n[5] = first->a[5] - vec_dot(&system->xm[6], &x[0]);
-    system->lifted = pair_keep_definite(first->a, n);
-    system->n = factor(n);
-}
-
-/* Both v, and which fingers touch: one does unless u . q < 0. */
-static inline void pair_solve_both(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
-                                   const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
-                                   const float x[9], struct pair_system* system) {
+/* What each finger makes of the surface alone, A_2^-1 and t, and which fingers touch: one does unless u . q < 0. */
+static inline void pair_press_alone(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
+                                    const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
+                                    const float x[9], struct pair_system* system) {
     const struct factored own = factor(first->a);
-    float t[HAPTABLE_FINGERS][3];
+    float t[3];
     float w[3];
-    pair_eliminate(first, second, x, system);
+    pair_invert(second->a, system->m);
     if (law->is_stiffness) {
         vec_copy(u[0], system->alone[0]);
         vec_copy(u[1], system->alone[1]);
@@ -456,25 +494,35 @@ static inline void pair_solve_both(const struct haptable_pair_law* law, const st
         solve(&own, first->s, system->alone[0]);
         vec_symmetric_product(system->m, second->s, system->alone[1]);
     }
-    pair_product(x, system->alone[1], t[0]);
-    vec_sub(first->s, t[0], t[0]);
-    pair_transposed_product(x, system->alone[0], t[1]);
-    vec_sub(second->s, t[1], t[1]);
-    solve(&system->n, t[0], system->v[0]);
-    pair_transposed_product(x, system->v[0], w);
-    vec_sub(second->s, w, w);
-    vec_symmetric_product(system->m, w, system->v[1]);
+    pair_product(x, system->alone[1], t);
+    vec_sub(first->s, t, system->t);
+    pair_transposed_product(x, system->alone[0], t);
+    vec_sub(second->s, t, t);
     if (law->is_stiffness) { /* q = A^-1 t */
         solve(&own, u[0], w);
-        system->meets_m2[0] = vec_dot(w, t[0]);
+        system->meets_m2[0] = vec_dot(w, system->t);
         vec_symmetric_product(system->m, u[1], w);
-        system->meets_m2[1] = vec_dot(w, t[1]);
+        system->meets_m2[1] = vec_dot(w, t);
     } else {
-        system->meets_m2[0] = vec_dot(u[0], t[0]);
-        system->meets_m2[1] = vec_dot(u[1], t[1]);
+        system->meets_m2[0] = vec_dot(u[0], system->t);
+        system->meets_m2[1] = vec_dot(u[1], t);
     }
     system->touches[0] = !(system->meets_m2[0] < 0.0f);
     system->touches[1] = !(system->meets_m2[1] < 0.0f);
+}
+
+/* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored; then both v. before: pair_press_alone. */
+static inline void pair_press_both(const struct haptable_pair_own* first, const struct haptable_pair_own* second,
+                                   const float x[9], struct pair_system* system) {
+    float n[6];
+    float w[3];
+    pair_reduce(first->a, x, system->m, system->xm, n);
+    system->lifted = pair_keep_definite(first->a, n);
+    system->n = factor(n);
+    solve(&system->n, system->t, system->v[0]);
+    pair_transposed_product(x, system->v[0], w);
+    vec_sub(second->s, w, w);
+    vec_symmetric_product(system->m, w, system->v[1]);
 }
 
 /* The one finger's own sensitivity is not known, but the god-object stays where its finger does. */
@@ -487,14 +535,10 @@ static inline void pair_keep_known(struct haptable_servo* servo) {
 /* How much the surface would have to be pulled at a contact, as a part of how much that presses on it without the
  * other; 0 where it does not press then. Where it is pulled the other's dent leaves it behind, wherever its god-object
  * has gone. */
-static inline float pair_pull(const struct haptable_pair_model* tables, const struct haptable_contact* contact,
+static inline float pair_pull(const struct haptable_pair_model* tables, const float normal[3],
                               const struct haptable_pair_own* own, const float v[3], const float alone[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
     float along[3];
     float pressed;
-    patch_frame(tables->model, contact->patch, edge1, edge2, normal);
     if (tables->law->is_stiffness)
         vec_symmetric_product(own->a, normal, along);
     else

@@ -351,6 +351,7 @@ haptable_pair_view told_of(const Pair& pair, const ElasticBody& body, int patch,
         view.s[k] = own.s[k];
         view.at_m[k] = contact.god_object_m[k];
     }
+    for (int k = 0; k < 3; ++k) view.alone[k] = float((m * to_vector(own.s))[k]);
     view.is_coupled = 1;
     for (haptable_pair_rows& rows : view.rows) rows.patch = HAPTABLE_NONE;
     return view;
