@@ -290,7 +290,7 @@ report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp
 .PHONY: figures
 figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact haptable-report) $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
 	@sh scripts/setup.sh figures
-	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
+	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
 	@BUILD=$(BUILD) sh scripts/figures.sh
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders

@@ -42,17 +42,27 @@ struct haptable_modes {
     const float (*shape)[3];            /* phi of control c and mode k at c count + k, 1/sqrt(kg) */
 };
 
-/* How far the modes have swung, and what the last tick did. The caller owns it; haptable_modes_init makes it valid. */
-struct haptable_modes_state {
+/* How far the modes have swung. */
+struct haptable_swings {
     float q[HAPTABLE_MODES]; /* sqrt(kg) m */
     float p[HAPTABLE_MODES]; /* and a second */
     float q_low[HAPTABLE_MODES];
     float p_low[HAPTABLE_MODES]; /* of the sums above, what float32 did not hold (Kahan) */
-    float finger_m[3];           /* last position */
-    float load_n[3];             /* on the body since then */
-    float shift_m[3];            /* of the surface, by which the finger is felt: that of the modes at: */
+};
+
+/* A finger as the modes met it in the last tick. */
+struct haptable_met {
+    float finger_m[3]; /* last position */
+    float load_n[3];   /* on the body since then */
+    float shift_m[3];  /* of the surface, by which the finger is felt: that of the modes at: */
     float alpha[3];
     uint16_t patch; /* of the last contact; HAPTABLE_NONE: there was none */
+};
+
+/* What one finger leaves of a body that rings. The caller owns it; haptable_modes_init makes it valid. */
+struct haptable_modes_state {
+    struct haptable_swings swings;
+    struct haptable_met met;
     float stored_j; /* in the modes and in the contact, then; and what the shift may cost the contact next */
 };
 
@@ -66,7 +76,7 @@ void haptable_modes_step(const struct haptable_modes* modes, struct haptable_mod
                          struct haptable_output* out);
 
 /* J, of the modes alone. */
-float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_modes_state* state);
+float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_swings* swings);
 
 #ifdef __cplusplus
 }

@@ -205,3 +205,28 @@ PLACES
 "$BUILD/bin/haptable-view" "$BUILD/jelly" --quiet --csv "$work/jelly.csv" --every 12 --fps 20 --size 400x320 --zoom 0.75 \
     --azimuth -75 --elevation 12 -o "$pictures/jelly.gif"
 echo "  $pictures/jelly.gif"
+
+# Two fingers take hold of it, pull it aside and let go, four times as slow.
+smooth_path >"$work/first.path.csv" <<PLACES
+0 -8 15 24
+150 3.5 15 24
+200 3.5 15 24
+450 11.5 15 24
+550 11.5 15 24
+600 -16 15 24
+1150 -16 15 24
+PLACES
+smooth_path >"$work/second.path.csv" <<PLACES
+0 38 15 24
+150 26.5 15 24
+200 26.5 15 24
+450 34.5 15 24
+550 34.5 15 24
+600 52 15 24
+1150 52 15 24
+PLACES
+paste -d, "$work/first.path.csv" "$work/second.path.csv" | sed '1s/.*/x,y,z,x2,y2,z2/' >"$work/both.path.csv"
+"$BUILD/jelly-two/servo" --quiet --replay "$work/both.path.csv" --out "$work/both.csv"
+"$BUILD/bin/haptable-view" "$BUILD/jelly-two" --quiet --csv "$work/both.csv" --every 12 --fps 20 --size 400x320 \
+    --zoom 0.75 --azimuth -75 --elevation 12 -o "$pictures/jelly-two.gif"
+echo "  $pictures/jelly-two.gif"

@@ -28,7 +28,7 @@ int haptable_port_main(void) {
         haptable_modes_step(HAPTABLE_MODEL_MODES, &modes_state, &servo_state, finger_m, now_us, &out);
         haptable_port_count_end();
         haptable_semihosting_write(out_file, out.force_n, sizeof out.force_n);
-        haptable_semihosting_write(out_file, modes_state.shift_m, sizeof modes_state.shift_m);
+        haptable_semihosting_write(out_file, modes_state.met.shift_m, sizeof modes_state.met.shift_m);
     }
     return 0;
 }

@@ -103,7 +103,9 @@ haptable_pose to_pose(const MovingBody& moving) {
     return pose;
 }
 
-void copy_swung(const MovingBody& moving, float* swung) { std::copy_n(moving.swings.q, moving.modes.count, swung); }
+void copy_swung(const MovingBody& moving, float* swung) {
+    std::copy_n(moving.swings.swings.q, moving.modes.count, swung);
+}
 
 /// One tick of finger `number`, the other one being away.
 void step_alone(const haptable_model& model, MovingBody& moving, haptable_servo& servo, int number, const float at_m[3],
@@ -267,6 +269,9 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
+        if (object->loaded->modes() != nullptr)
+            throw haptable::Error(object->loaded->tables().name +
+                                  " rings, under one finger here: remove modes and make its tables again");
         auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
             object->loaded, haptable::MovingBody(*object->loaded), object->loaded->model(), {}, {}, {}});
         haptable_pair_init(object->loaded->pair(), &fingers->pair);

@@ -12,22 +12,28 @@ namespace haptable {
 BodyMotion::BodyMotion(const ServoScene& scene, const haptable_body* body) : scene_(scene), body_(body) {
     if (body != nullptr) haptable_body_init(body, &state_);
     touched_ = state_;
-    haptable_modes_init(&swings_);
+    haptable_modes_init(&of_one_);
+    haptable_modes_pair_init(&of_both_);
 }
 
 void BodyMotion::step(haptable_pair& pair, int finger, const float finger_m[3], std::uint32_t now_us,
                       haptable_output& out) {
     haptable_servo& servo = pair.servo[finger];
+    if (body_ == nullptr && scene_.modes != nullptr && scene_.pair != nullptr)
+        return haptable_modes_pair_step_finger(scene_.modes, scene_.pair, &of_both_, &pair, finger, finger_m, now_us,
+                                               &out);
     if (body_ == nullptr && scene_.modes != nullptr)
-        return haptable_modes_step(scene_.modes, &swings_, &servo, finger_m, now_us, &out);
+        return haptable_modes_step(scene_.modes, &of_one_, &servo, finger_m, now_us, &out);
     if (body_ == nullptr) return haptable_step(scene_.model, &servo, finger_m, now_us, &out);
     touched_ = state_;
     if (scene_.modes != nullptr)
-        return haptable_body_modes_step(scene_.modes, body_, &state_, &swings_, &servo, finger_m, now_us, &out);
+        return haptable_body_modes_step(scene_.modes, body_, &state_, &of_one_, &servo, finger_m, now_us, &out);
     haptable_body_step_finger(scene_.model, body_, &state_, &servo, finger, finger_m, now_us, &out);
 }
 
 void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint32_t now_us, haptable_output out[2]) {
+    if (body_ == nullptr && scene_.modes != nullptr)
+        return haptable_modes_pair_step(scene_.modes, scene_.pair, &of_both_, &pair, finger_m, now_us, out);
     if (body_ == nullptr) return haptable_pair_step(scene_.pair, &pair, finger_m[0], finger_m[1], now_us, out);
     touched_ = state_;
     haptable_body_pair_step(scene_.pair, body_, &state_, &pair, finger_m, now_us, out);
@@ -60,7 +66,7 @@ body_modes BodyMotion::modes_message(const device_state& state, std::int64_t uti
     static_assert(std::extent_v<decltype(body_modes::swung)> == HAPTABLE_MODES);
     auto modes = addressed<body_modes>(state, utime, servo, *scene_.model);
     modes.count = scene_.modes->count;
-    std::copy_n(swings_.q, scene_.modes->count, modes.swung);
+    std::copy_n(swings()->q, scene_.modes->count, modes.swung);
     return modes;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "firmware/haptable_body.h"
+#include "firmware/haptable_modes_pair.h"
 #include "host/link/channels.hpp"
 #include "host/link/ringing.hpp"
 #include "host/session/scene.hpp"
@@ -25,7 +26,10 @@ public:
     /// Where the body was in the last tick, whose contact is in its frame. Null where it is held.
     const haptable_body_state* state() const { return body_ != nullptr ? &touched_ : nullptr; }
     /// How far the modes have swung by the end of the tick. Null where the body does not ring.
-    const haptable_modes_state* swings() const { return scene_.modes != nullptr ? &swings_ : nullptr; }
+    const haptable_swings* swings() const {
+        if (scene_.modes == nullptr) return nullptr;
+        return scene_.pair != nullptr ? &of_both_.swings : &of_one_.swings;
+    }
     /// A world position in the frame of the last tick.
     std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     /// Of a body that is not held, for the answer to that state.
@@ -37,7 +41,8 @@ private:
     ServoScene scene_;
     const haptable_body* body_;
     haptable_body_state state_{}, touched_{};
-    haptable_modes_state swings_{};
+    haptable_modes_state of_one_{};  ///< of a scene with one finger
+    haptable_modes_pair of_both_{};  ///< of a scene with two
 };
 
 }  // namespace haptable

@@ -25,7 +25,7 @@ public:
     /// One line. Floats have 9 digits, so that reading them back gives the same bits. body: with has_pose, where it was
     /// in the tick; contact and god-object are in its coordinates.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
-             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
+             const haptable_body_state* body = nullptr, const haptable_swings* swings = nullptr);
     /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
     /// nowhere (nan), and silent.
     void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
@@ -38,7 +38,7 @@ public:
     void finish() { file_.finish(); }
 
 private:
-    void end_line(const haptable_body_state* body, const haptable_modes_state* swings = nullptr);
+    void end_line(const haptable_body_state* body, const haptable_swings* swings = nullptr);
     void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
     void append(const std::optional<FingerInput>& input, const haptable_output& out);
 

@@ -197,6 +197,10 @@ std::vector<NumbersTick<6>> TargetImage::ring(const std::vector<std::array<float
     return numbers<6>("modes", path_m);
 }
 
+std::vector<NumbersTick<12>> TargetImage::ring_by_two(const std::vector<std::array<float, 6>>& path_m) const {
+    return numbers<12>("modes_pair", path_m);
+}
+
 std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
 
 std::string TargetImage::run(const std::string& image, std::string_view bytes) const {

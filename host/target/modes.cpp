@@ -121,4 +121,9 @@ std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes) {
     return 1500 + 4 * load + 400 * modes;
 }
 
+std::uint64_t most_vibration_pair_cost(const Mode& mode, std::uint64_t modes) {
+    // Each place's own terms and what couples them, read anew; a system of 6x6; the account.
+    return 5000 + pair_cost_of(mode, 0).rest + 900 * modes;
+}
+
 }  // namespace haptable

@@ -155,6 +155,21 @@ std::vector<std::array<float, 6>> grasp_path() {
     return path;
 }
 
+std::vector<std::array<float, 6>> squeeze_path() {
+    std::vector<std::array<float, 6>> path;
+    for (int tick = 0; tick < 300; ++tick) {
+        const float in_m = 0.0025F - 0.004F * std::cos(0.042F * static_cast<float>(tick));
+        path.push_back({in_m, 0.0151F, 0.021F, 0.03F - in_m, 0.0147F, 0.022F});
+    }
+    for (int tick = 0; tick < 300; ++tick) {
+        const float t = static_cast<float>(tick), aside_m = 2e-5F * std::max(0.0F, t - 150.0F);
+        const float first_m = std::max(0.028F, 0.032F - 5e-5F * t), second_m = std::max(0.0285F, 0.034F - 5e-5F * t);
+        path.push_back({0.0117F - aside_m, 0.0168F, first_m, 0.0181F + aside_m, 0.0131F, second_m});
+    }
+    path[550][3] = std::numeric_limits<float>::quiet_NaN();
+    return path;
+}
+
 std::vector<std::array<float, 3>> knock_path() {
     std::vector<std::array<float, 3>> path;
     for (int tick = 0; tick < 300; ++tick)

@@ -35,5 +35,8 @@ std::vector<std::array<float, 3>> tip_path();
 std::vector<std::array<float, 6>> grasp_path();
 /// Three knocks on its top, a slide at depth, and what is no position.
 std::vector<std::array<float, 3>> knock_path();
+/// Two fingers squeeze its sides and let go, one after the other presses on its top, and they slide apart; one is no
+/// position for a tick.
+std::vector<std::array<float, 6>> squeeze_path();
 
 }  // namespace haptable

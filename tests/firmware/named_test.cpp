@@ -101,6 +101,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
         EXPECT_FALSE(plain.symbols.contains(feature.symbol));
         const LinkedServo with = link(feature.ask);
         EXPECT_TRUE(with.symbols.contains(feature.symbol)) << "the test knows its name";
+        EXPECT_FALSE(with.symbols.contains("haptable_modes_pair_step")) << "brings a second finger";
         for (const Feature& other : kFeatures) {
             if (std::string(other.name) == feature.name) continue;
             EXPECT_FALSE(with.symbols.contains(other.symbol)) << "brings " << other.name;

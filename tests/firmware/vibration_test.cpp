@@ -8,12 +8,10 @@
 #include <numbers>
 #include <random>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/vibration.hpp"
 #include "firmware/haptable_body_modes.h"
-#include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/hand.hpp"
+#include "tests/jelly.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/tolerance.hpp"
 
@@ -23,54 +21,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTick = 0.001;
-
-/// Jelly: 10 kPa, 1000 kg/m^3. Its lowest mode has some 15 Hz.
-Scene jelly(ForceLaw force, int modes, bool is_free = false) {
-    Scene scene = cube_scene(5, 0.45);
-    scene.contact.force = force;
-    if (force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.012;
-    if (is_free) {
-        scene.fixed.clear();
-        scene.free_body = FreeBody{};
-        scene.free_body->density_kg_per_m3 = 1000.0;
-    }
-    if (modes > 0) scene.vibration = Vibration{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
-    scene.device.max_force_n = 20.0;
-    scene.tables.columns = ColumnRows::kNone;
-    return scene;
-}
-
-/// Its tables in memory.
-class Jelly {
-public:
-    explicit Jelly(const Scene& scene) {
-        Progress quiet(true);
-        result_ = precompute(scene, folder_.path() / "out", quiet);
-        tables_ = read_tables(folder_.path() / "out");
-        servo_ = build_model(tables_);
-        if (!scene.vibration) return;
-        files_ = *read_vibration(folder_.path() / "out");
-        vibration_ = build_vibration(files_, tables_, servo_);
-    }
-    haptable_model model(GodObject god_object = GodObject::kNearest, double friction = 0.0) const {
-        Tables tables = tables_;
-        tables.god_object = god_object;
-        tables.static_friction = tables.kinetic_friction = friction;
-        return model_in_memory(tables, servo_);
-    }
-    haptable_modes modes(const haptable_model& model) const { return vibration_in_memory(vibration_, model); }
-    const VibrationTables& files() const { return files_; }
-    const Result& result() const { return result_; }
-    double felt_n_per_m() const { return servo_.stiffness.felt_n_per_m; }
-
-private:
-    TemporaryFolder folder_;
-    Result result_;
-    Tables tables_;
-    ServoModel servo_;
-    VibrationTables files_;
-    ServoVibration vibration_;
-};
 
 /// A held jelly and one finger.
 struct Session {
@@ -169,13 +119,13 @@ void expect_closed_form(double young_pa, int ticks) {
         for (int k = 0; k < 8; ++k) {
             const double omega = ringing.files().omega_rad_per_s[std::size_t(k)], zeta = 0.05;
             const double damped = omega * std::sqrt(1.0 - zeta * zeta);
-            const double q = double(begin.q[k]), p = double(begin.p[k]);
+            const double q = double(begin.swings.q[k]), p = double(begin.swings.p[k]);
             const double wanted = std::exp(-zeta * omega * t) *
                                   (q * std::cos(damped * t) + (p + zeta * omega * q) / damped * std::sin(damped * t));
             const double size = std::hypot(q, p / omega);
             largest = std::max(largest, size);
             // The tick's numbers are rounded once, and so are frequency and decay; its sums keep their rounding.
-            EXPECT_WITHIN(std::abs(double(session.state.q[k]) - wanted), .count = 2.0 * omega * t + 8.0,
+            EXPECT_WITHIN(std::abs(double(session.state.swings.q[k]) - wanted), .count = 2.0 * omega * t + 8.0,
                           .epsilon = kFloat, .size = size)
                 << "mode " << k << ", tick " << tick;
         }
@@ -244,12 +194,12 @@ TEST(Modes, GainWhatTheHandGave) {
     double worst = 0.0, wall = 0.0;
     for (int tick = 0; tick < 500; ++tick) {
         const double before = double(session.state.stored_j);
-        const Vector3d load = -session.force(), from = to_vector(session.state.finger_m);
+        const Vector3d load = -session.force(), from = to_vector(session.state.met.finger_m);
         const haptable_contact contact = session.servo.contact;
         at += Vector3d(part(random), part(random), part(random));
         session.step(at);
         ASSERT_EQ(to_vector(contact.god_object_m), to_vector(session.out.god_object_m));
-        const Vector3d moved = to_vector(session.state.finger_m) - from;
+        const Vector3d moved = to_vector(session.state.met.finger_m) - from;
         const Vector3d god = to_vector(contact.god_object_m);
         const double own = 0.5 * moved.dot(-force_at(session.model, contact, god + 100.0 * moved)) / 100.0;
         worst = std::max(worst, std::abs(double(session.state.stored_j) - before - load.dot(moved) - own));
@@ -383,7 +333,7 @@ TEST(Modes, ABodyThatNothingHoldsFallsAndRings) {
         const float at[3] = {0.0137F, 0.0168F, tick < 200 ? 0.032F - 2e-5F * static_cast<float>(tick) : 0.05F};
         haptable_body_modes_step(&session.modes, &body, &state, &session.state, &session.servo, at,
                                  static_cast<std::uint32_t>(tick) * 1000, &session.out);
-        most_j = std::max(most_j, double(haptable_modes_energy(&session.modes, &session.state)));
+        most_j = std::max(most_j, double(haptable_modes_energy(&session.modes, &session.state.swings)));
     }
     EXPECT_LT(double(state.velocity_m_per_s[2]), -0.01) << "the finger pushed it";
     EXPECT_GT(most_j, 1e-9) << "and it rang";
@@ -395,15 +345,15 @@ TEST(Modes, AShiftThatLagsFollowsSlowly) {
     Session session(ringing, GodObject::kLeastEnergy);
     press(session, kOnTop, 0.002, 300);
     for (int tick = 0; tick < 5000; ++tick) session.step(kOnTop + Vector3d(0, 0, 0.001 + 2e-6 * tick));
-    session.state.shift_m[2] = 3e-4F;
+    session.state.met.shift_m[2] = 3e-4F;
     for (int tick = 0; tick < 299; ++tick) {
-        const float before = session.state.shift_m[2];
+        const float before = session.state.met.shift_m[2];
         session.step(kOnTop + Vector3d(0, 0, 0.02));
-        ASSERT_NEAR(double(before - session.state.shift_m[2]), 1e-6, 1e-9) << tick;
+        ASSERT_NEAR(double(before - session.state.met.shift_m[2]), 1e-6, 1e-9) << tick;
     }
     session.step(kOnTop + Vector3d(0, 0, 0.02));
     session.step(kOnTop + Vector3d(0, 0, 0.02));
-    EXPECT_NEAR(double(session.state.shift_m[2]), 0.0, 1e-9);
+    EXPECT_NEAR(double(session.state.met.shift_m[2]), 0.0, 1e-9);
 }
 
 // The paper's force has no energy of its own. What it makes as the finger slides, beyond what a wall does, is taken out
@@ -419,13 +369,14 @@ TEST(Modes, WhatAForceMakesIsTakenOutOfTheSwing) {
         const haptable_modes_state before = session.state;
         session.step(kOnTop + Vector3d(0.008 * std::sin(0.005 * tick), 0.0, -0.005));
         ASSERT_TRUE(haptable_touches(session.out.state));
-        const Vector3d moved = to_vector(session.state.finger_m) - to_vector(before.finger_m);
-        const double allowed = double(before.stored_j) + to_vector(before.load_n).dot(moved) +
+        const Vector3d moved = to_vector(session.state.met.finger_m) - to_vector(before.met.finger_m);
+        const double allowed = double(before.stored_j) + to_vector(before.met.load_n).dot(moved) +
                                0.5 * double(session.model.stiffness_limit_n_per_m) * moved.squaredNorm();
         const Vector3d dent = to_vector(session.servo.finger_m) - to_vector(session.out.god_object_m);
-        const double held =
-            0.5 * std::abs(session.force().dot(dent)) + double(haptable_modes_energy(&session.modes, &session.state));
-        const bool swings = std::any_of(session.state.p, session.state.p + 8, [](float p) { return p != 0.0F; });
+        const double held = 0.5 * std::abs(session.force().dot(dent)) +
+                            double(haptable_modes_energy(&session.modes, &session.state.swings));
+        const bool swings =
+            std::any_of(session.state.swings.p, session.state.swings.p + 8, [](float p) { return p != 0.0F; });
         const Bound rounding{.count = 16, .epsilon = kFloat, .size = allowed};
         if (swings) {
             EXPECT_WITHIN(held - allowed, rounding) << "tick " << tick;
@@ -446,8 +397,8 @@ TEST(Modes, TheSurfaceIsMetWhereItSwings) {
         session.step(away);
         ASSERT_EQ(session.out.state, HAPTABLE_FREE);
         EXPECT_EQ(to_vector(session.out.god_object_m), away.cast<float>().cast<double>());
-        low = std::min(low, double(session.state.shift_m[2]));
-        high = std::max(high, double(session.state.shift_m[2]));
+        low = std::min(low, double(session.state.met.shift_m[2]));
+        high = std::max(high, double(session.state.met.shift_m[2]));
     }
     // The lowest mode that lifts the top has 21.9 Hz: some four swings.
     EXPECT_LT(low, -1e-4);
@@ -463,7 +414,7 @@ TEST(Modes, ARefusedFingerPushesNothing) {
     for (int tick = 0; tick < 100; ++tick) {
         session.step(Vector3d(tick % 2 == 0 ? NAN : 1e30, 0.0, 0.0));
         EXPECT_EQ(session.force(), Vector3d::Zero());
-        const double energy = double(haptable_modes_energy(&session.modes, &session.state));
+        const double energy = double(haptable_modes_energy(&session.modes, &session.state.swings));
         EXPECT_LE(energy, before);
         before = energy;
     }

@@ -79,7 +79,7 @@ std::vector<Cell> row(const std::string& what, const fs::path& build, const char
 
 NumberTable body_costs(const fs::path& build) {
     const Bounded one = bounded(build / "free-cube"), two = bounded(build / "grasped"),
-                  rings = bounded(build / "ringing");
+                  rings = bounded(build / "ringing"), squeezed = bounded(build / "squeezed");
     const std::uint64_t points = read_rigid_body(build / "free-cube")->point_count;
     const std::uint64_t modes = read_vibration(build / "ringing")->modes();
     NumberTable table{{"a tick of", "Cortex-M4F", "Cortex-M7", "Cortex-M33", "rv32imafc", "bound", "in 0.9 ms"}, {}};
@@ -92,6 +92,10 @@ NumberTable body_costs(const fs::path& build) {
     table.rows.push_back(row(fmt::format("a jelly, {} modes", modes), build, "ringing", 1,
                              most_cost(rings.mode, rings.fan) + most_vibration_cost(rings.mode, modes),
                              [](const TargetImage& image) { return image.ring(knock_path()); }));
+    table.rows.push_back(row("the same, two fingers", build, "squeezed", 2,
+                             most_pair_cost(squeezed.mode, squeezed.fan) +
+                                 most_vibration_pair_cost(squeezed.mode, read_vibration(build / "squeezed")->modes()),
+                             [](const TargetImage& image) { return image.ring_by_two(squeeze_path()); }));
     return table;
 }
 

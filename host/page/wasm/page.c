@@ -9,6 +9,7 @@
 #include "haptable_body_modes.h"
 #include "haptable_body_pair.h"
 #include "haptable_model_reader.h"
+#include "haptable_modes_pair.h"
 #include "haptable_pair_reader.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
@@ -40,7 +41,9 @@ static struct haptable_body body;
 static struct haptable_body_state now, touched; /* touched: in the last tick */
 static int is_free;                             /* nothing holds the body */
 static const struct haptable_modes* ringing;    /* of this session; 0: the body follows at once */
-static struct haptable_modes_state swings;
+static struct haptable_modes_state swings;      /* of a scene with one finger */
+static struct haptable_modes_pair of_both;      /* of a scene with two */
+static const struct haptable_swings* swung_by;  /* of this session */
 static struct page_hand hand[HAPTABLE_FINGERS];
 static struct page_columns columns;
 static struct page_spread spread;
@@ -146,6 +149,8 @@ EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables, con
     touched = now;
     ringing = modes;
     haptable_modes_init(&swings);
+    haptable_modes_pair_init(&of_both);
+    swung_by = tables ? &of_both.swings : &swings.swings;
     now_us = 0;
 }
 
@@ -164,12 +169,14 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
     for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
 }
 
-/* A tick of a finger that is alone. */
-static void step_alone(const struct haptable_model* model, int finger, const float finger_m[3],
-                       struct haptable_output* out) {
+/* A tick of a finger that is alone; tables: of a scene with two, or 0. */
+static void step_alone(const struct haptable_model* model, const struct haptable_pair_model* tables, int finger,
+                       const float finger_m[3], struct haptable_output* out) {
     struct haptable_servo* servo = &pair.servo[finger];
     if (ringing && is_free)
         haptable_body_modes_step(ringing, &body, &now, &swings, servo, finger_m, now_us, out);
+    else if (ringing && tables)
+        haptable_modes_pair_step_finger(ringing, tables, &of_both, &pair, finger, finger_m, now_us, out);
     else if (ringing)
         haptable_modes_step(ringing, &swings, servo, finger_m, now_us, out);
     else if (is_free)
@@ -184,7 +191,7 @@ static struct page_tick* end_record(struct page_tick* at) {
     struct page_pose* pose;
     int a;
     now_us += HAPTABLE_TICK_US;
-    for (a = 0; ringing && a < ringing->count; ++a) *swung++ = swings.q[a];
+    for (a = 0; ringing && a < ringing->count; ++a) *swung++ = swung_by->q[a];
     pose = (struct page_pose*)swung;
     if (!is_free) return (struct page_tick*)pose;
     for (a = 0; a < 3; ++a) pose->centre_m[a] = touched.position_m[a];
@@ -199,7 +206,7 @@ static struct page_tick* step(const struct haptable_model* model, const float fi
     haptable_buttons(servo, buttons);
     if (servo->counters.ticks == 0) haptable_check(model, servo, HAPTABLE_CHECK_ALL);
     touched = now;
-    step_alone(model, 0, finger_m, &out);
+    step_alone(model, 0, 0, finger_m, &out);
     fill(tick, finger_m, &out);
     tick->buttons = buttons;
     tick->faults = out.faults;
@@ -228,9 +235,11 @@ static struct page_tick* step_both(const struct haptable_pair_model* tables, con
     }
     touched = now;
     if (away[0] != away[1])
-        step_alone(tables->model, away[0], finger_m[away[0]], &out[away[0]]);
+        step_alone(tables->model, tables, away[0], finger_m[away[0]], &out[away[0]]);
     else if (!away[0] && is_free)
         haptable_body_pair_step(tables, &body, &now, &pair, finger_m, now_us, out);
+    else if (!away[0] && ringing)
+        haptable_modes_pair_step(ringing, tables, &of_both, &pair, finger_m, now_us, out);
     else if (!away[0])
         haptable_pair_step(tables, &pair, finger_m[0], finger_m[1], now_us, out);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {

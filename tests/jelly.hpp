@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A jelly through the whole way, with its modes and what couples two fingers on it.
+#pragma once
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "codegen/vibration.hpp"
+#include "tests/bodies.hpp"
+
+namespace haptable::test {
+
+/// Jelly: 10 kPa, 1000 kg/m^3. Its lowest mode has some 15 Hz.
+inline Scene jelly(ForceLaw force, int modes, bool is_free = false) {
+    Scene scene = cube_scene(5, 0.45);
+    scene.contact.force = force;
+    if (force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.012;
+    if (is_free) {
+        scene.fixed.clear();
+        scene.free_body = FreeBody{};
+        scene.free_body->density_kg_per_m3 = 1000.0;
+    }
+    if (modes > 0) scene.vibration = Vibration{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
+    scene.device.max_force_n = 20.0;
+    scene.tables.columns = ColumnRows::kNone;
+    return scene;
+}
+
+/// Its tables in memory.
+class Jelly {
+public:
+    explicit Jelly(const Scene& scene) {
+        Progress quiet(true);
+        result_ = precompute(scene, folder_.path() / "out", quiet);
+        tables_ = read_tables(folder_.path() / "out");
+        servo_ = build_model(tables_);
+        if (scene.contact.fingers == 2) coupling_ = build_pair(*read_pair(folder_.path() / "out"), tables_, servo_);
+        if (!scene.vibration) return;
+        files_ = *read_vibration(folder_.path() / "out");
+        vibration_ = build_vibration(files_, tables_, servo_);
+    }
+    haptable_model model(GodObject god_object = GodObject::kNearest, double friction = 0.0) const {
+        Tables tables = tables_;
+        tables.god_object = god_object;
+        tables.static_friction = tables.kinetic_friction = friction;
+        return model_in_memory(tables, servo_);
+    }
+    haptable_modes modes(const haptable_model& model) const { return vibration_in_memory(vibration_, model); }
+    /// Of a scene with two fingers; model: of the same god-object and friction.
+    haptable_pair_model pair(const haptable_model& model, GodObject god_object = GodObject::kNearest) const {
+        Tables tables = tables_;
+        tables.god_object = god_object;
+        return pair_in_memory(coupling_, tables, model);
+    }
+    const VibrationTables& files() const { return files_; }
+    const Result& result() const { return result_; }
+    double felt_n_per_m() const { return servo_.stiffness.felt_n_per_m; }
+
+private:
+    TemporaryFolder folder_;
+    Result result_;
+    Tables tables_;
+    ServoModel servo_;
+    VibrationTables files_;
+    ServoVibration vibration_;
+    ServoPair coupling_;
+};
+
+}  // namespace haptable::test
