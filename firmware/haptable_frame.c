@@ -5,6 +5,7 @@
 #include "haptable_frame.h"
 
 #include "haptable_crc.h"
+#include "haptable_frame_bytes.h"
 
 #define SYNC_0 0xA5u
 #define SYNC_1 0x5Au
@@ -12,45 +13,6 @@
 #define TAIL 4u /* bytes after it */
 
 static uint32_t crc_of(const uint8_t* bytes, uint32_t count) { return ~haptable_crc(HAPTABLE_CRC_BEGIN, bytes, count); }
-
-/* ---- numbers, little-endian on every machine ------------------------------------------------------------------- */
-
-static uint8_t* put_word(uint8_t* to, uint32_t word) {
-    to[0] = (uint8_t)word;
-    to[1] = (uint8_t)(word >> 8);
-    to[2] = (uint8_t)(word >> 16);
-    to[3] = (uint8_t)(word >> 24);
-    return to + 4;
-}
-
-static uint32_t word_at(const uint8_t* from) {
-    return (uint32_t)from[0] | ((uint32_t)from[1] << 8) | ((uint32_t)from[2] << 16) | ((uint32_t)from[3] << 24);
-}
-
-union number {
-    float value;
-    uint32_t bits;
-};
-
-static uint8_t* put_floats(uint8_t* to, const float values[3]) {
-    int i;
-    for (i = 0; i < 3; ++i) {
-        union number number;
-        number.value = values[i];
-        to = put_word(to, number.bits);
-    }
-    return to;
-}
-
-static const uint8_t* take_floats(const uint8_t* from, float values[3]) {
-    int i;
-    for (i = 0; i < 3; ++i, from += 4) {
-        union number number;
-        number.bits = word_at(from);
-        values[i] = number.value;
-    }
-    return from;
-}
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
@@ -77,7 +39,7 @@ static int judge(const struct haptable_frame_reader* reader) {
     if (reader->count < 3) return 0;
     whole = HEAD + byte[2] + TAIL;
     if (reader->count < whole) return 0;
-    return crc_of(byte + 2, whole - 2u - TAIL) == word_at(byte + whole - TAIL) ? 1 : -1;
+    return crc_of(byte + 2, whole - 2u - TAIL) == frame_word_at(byte + whole - TAIL) ? 1 : -1;
 }
 
 int haptable_frame_read(struct haptable_frame_reader* reader, uint8_t byte, struct haptable_frame* frame) {
@@ -93,15 +55,15 @@ int haptable_frame_read(struct haptable_frame_reader* reader, uint8_t byte, stru
     ++reader->frames;
     frame->length = reader->byte[2];
     frame->type = reader->byte[3];
-    frame->sequence = word_at(reader->byte + 4);
+    frame->sequence = frame_word_at(reader->byte + 4);
     frame->payload = reader->byte + HEAD;
     return 1;
 }
 
 int haptable_frame_take_state(const struct haptable_frame* frame, struct haptable_frame_state* state) {
     if (frame->type != HAPTABLE_FRAME_STATE || frame->length != HAPTABLE_FRAME_STATE_PAYLOAD) return 0;
-    state->time_us = word_at(frame->payload);
-    state->buttons = word_at(take_floats(frame->payload + 4, state->position_m));
+    state->time_us = frame_word_at(frame->payload);
+    state->buttons = frame_word_at(frame_take_floats(frame->payload + 4, state->position_m, 3));
     return 1;
 }
 
@@ -109,15 +71,15 @@ int haptable_frame_take_force(const struct haptable_frame* frame, uint64_t* mode
     const uint8_t* from = frame->payload;
     int corner;
     if (frame->type != HAPTABLE_FRAME_FORCE || frame->length != HAPTABLE_FRAME_FORCE_PAYLOAD) return 0;
-    *model_hash = word_at(from) | ((uint64_t)word_at(from + 4) << 32);
+    *model_hash = frame_word_at(from) | ((uint64_t)frame_word_at(from + 4) << 32);
     out->state = from[8];
     out->faults = from[9];
     for (corner = 0; corner < 3; ++corner)
         out->vertex[corner] = (uint16_t)(from[10 + 2 * corner] | (from[11 + 2 * corner] << 8));
-    from = take_floats(from + 16, out->force_n);
-    from = take_floats(from, out->god_object_m);
-    from = take_floats(from, out->alpha);
-    for (corner = 0; corner < 3; ++corner) from = take_floats(from, out->nodal_force_n[corner]);
+    from = frame_take_floats(from + 16, out->force_n, 3);
+    from = frame_take_floats(from, out->god_object_m, 3);
+    from = frame_take_floats(from, out->alpha, 3);
+    for (corner = 0; corner < 3; ++corner) from = frame_take_floats(from, out->nodal_force_n[corner], 3);
     return 1;
 }
 
@@ -128,21 +90,21 @@ static uint8_t* begin_frame(uint8_t type, uint8_t length, uint32_t sequence, uin
     bytes[1] = SYNC_1;
     bytes[2] = length;
     bytes[3] = type;
-    return put_word(bytes + 4, sequence);
+    return frame_put_word(bytes + 4, sequence);
 }
 
 static uint32_t end_frame(uint8_t* bytes) {
     const uint32_t before_crc = HEAD + bytes[2];
-    put_word(bytes + before_crc, crc_of(bytes + 2, before_crc - 2u));
+    frame_put_word(bytes + before_crc, crc_of(bytes + 2, before_crc - 2u));
     return before_crc + TAIL;
 }
 
 uint32_t haptable_frame_write_state(uint32_t sequence, const struct haptable_frame_state* state,
                                     uint8_t bytes[HAPTABLE_FRAME_BYTES]) {
     uint8_t* to = begin_frame(HAPTABLE_FRAME_STATE, HAPTABLE_FRAME_STATE_PAYLOAD, sequence, bytes);
-    to = put_word(to, state->time_us);
-    to = put_floats(to, state->position_m);
-    put_word(to, state->buttons);
+    to = frame_put_word(to, state->time_us);
+    to = frame_put_floats(to, state->position_m, 3);
+    frame_put_word(to, state->buttons);
     return end_frame(bytes);
 }
 
@@ -150,17 +112,17 @@ uint32_t haptable_frame_write_force(uint32_t sequence, uint64_t model_hash, cons
                                     uint8_t bytes[HAPTABLE_FRAME_BYTES]) {
     uint8_t* to = begin_frame(HAPTABLE_FRAME_FORCE, HAPTABLE_FRAME_FORCE_PAYLOAD, sequence, bytes);
     int corner;
-    to = put_word(to, (uint32_t)model_hash);
-    to = put_word(to, (uint32_t)(model_hash >> 32));
+    to = frame_put_word(to, (uint32_t)model_hash);
+    to = frame_put_word(to, (uint32_t)(model_hash >> 32));
     *to++ = out->state;
     *to++ = out->faults;
     for (corner = 0; corner < 3; ++corner) {
         *to++ = (uint8_t)out->vertex[corner];
         *to++ = (uint8_t)(out->vertex[corner] >> 8);
     }
-    to = put_floats(to, out->force_n);
-    to = put_floats(to, out->god_object_m);
-    to = put_floats(to, out->alpha);
-    for (corner = 0; corner < 3; ++corner) to = put_floats(to, out->nodal_force_n[corner]);
+    to = frame_put_floats(to, out->force_n, 3);
+    to = frame_put_floats(to, out->god_object_m, 3);
+    to = frame_put_floats(to, out->alpha, 3);
+    for (corner = 0; corner < 3; ++corner) to = frame_put_floats(to, out->nodal_force_n[corner], 3);
     return end_frame(bytes);
 }

@@ -99,8 +99,7 @@ static void begin_finger(struct haptable_frame_pair* line, int finger) {
     haptable_buttons(servo, buttons);
 }
 
-static void step(const struct haptable_pair_model* tables, struct haptable_frame_pair* line) {
-    const int one = line->fingers == FIRST ? 0 : 1;
+static void begin_tick(struct haptable_frame_pair* line) {
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         if (is_in(line, finger))
@@ -108,6 +107,10 @@ static void step(const struct haptable_pair_model* tables, struct haptable_frame
         else
             release(line, finger);
     }
+}
+
+static void step(const struct haptable_pair_model* tables, struct haptable_frame_pair* line) {
+    const int one = line->fingers == FIRST ? 0 : 1;
     if (line->fingers == BOTH)
         haptable_pair_step(tables, &line->pair, line->state[0].position_m, line->state[1].position_m, line->time_us,
                            line->out);
@@ -138,17 +141,6 @@ static int gather(struct haptable_frame_pair* line, const struct haptable_frame*
     return line->come == line->fingers;
 }
 
-static uint32_t write_forces(const struct haptable_pair_model* tables, const struct haptable_frame_pair* line,
-                             uint8_t* bytes) {
-    uint32_t length = 0;
-    int finger;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        if (is_in(line, finger))
-            length += haptable_frame_write_force_of(finger, line->sequence, tables->model->hash, &line->out[finger],
-                                                    bytes + length);
-    return length;
-}
-
 void haptable_frame_pair_init(const struct haptable_pair_model* tables, struct haptable_frame_pair* line) {
     int finger;
     haptable_pair_init(tables, &line->pair);
@@ -161,17 +153,40 @@ void haptable_frame_pair_init(const struct haptable_pair_model* tables, struct h
     line->fingers = 0;
     line->come = 0;
     line->is_stepped = 0;
+    line->is_asked = 0;
+    line->asked = 0;
+}
+
+int haptable_frame_pair_hear(struct haptable_frame_pair* line, uint8_t byte) {
+    struct haptable_frame frame;
+    if (!haptable_frame_read(&line->reader, byte, &frame)) return HAPTABLE_FRAME_PAIR_NOTHING;
+    line->is_asked = frame.type == HAPTABLE_FRAME_ASK && frame.length == 0;
+    line->asked = frame.sequence;
+    if (line->is_asked) return HAPTABLE_FRAME_PAIR_ANSWER;
+    if (!gather(line, &frame)) return HAPTABLE_FRAME_PAIR_NOTHING;
+    line->come = 0;
+    if (line->is_stepped) return HAPTABLE_FRAME_PAIR_ANSWER;
+    line->is_stepped = 1;
+    begin_tick(line);
+    return HAPTABLE_FRAME_PAIR_TICK;
+}
+
+uint32_t haptable_frame_pair_write(const struct haptable_pair_model* tables, const struct haptable_frame_pair* line,
+                                   uint8_t answer[HAPTABLE_FRAME_PAIR_BYTES]) {
+    const uint64_t hash = tables->model->hash;
+    uint32_t length = 0;
+    int finger;
+    if (line->is_asked) return haptable_frame_write_force_of(1, line->asked, hash, &line->out[1], answer);
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        if (is_in(line, finger))
+            length += haptable_frame_write_force_of(finger, line->sequence, hash, &line->out[finger], answer + length);
+    return length;
 }
 
 uint32_t haptable_frame_pair_take(const struct haptable_pair_model* tables, struct haptable_frame_pair* line,
                                   uint8_t byte, uint8_t answer[HAPTABLE_FRAME_PAIR_BYTES]) {
-    struct haptable_frame frame;
-    if (!haptable_frame_read(&line->reader, byte, &frame)) return 0;
-    if (frame.type == HAPTABLE_FRAME_ASK && frame.length == 0)
-        return haptable_frame_write_force_of(1, frame.sequence, tables->model->hash, &line->out[1], answer);
-    if (!gather(line, &frame)) return 0;
-    if (!line->is_stepped) step(tables, line);
-    line->is_stepped = 1;
-    line->come = 0;
-    return write_forces(tables, line, answer);
+    const int heard = haptable_frame_pair_hear(line, byte);
+    if (heard == HAPTABLE_FRAME_PAIR_NOTHING) return 0;
+    if (heard == HAPTABLE_FRAME_PAIR_TICK) step(tables, line);
+    return haptable_frame_pair_write(tables, line, answer);
 }

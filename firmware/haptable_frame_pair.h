@@ -55,10 +55,25 @@ struct haptable_frame_pair {
     uint8_t fingers;                                     /* a bit for each that is in it; 0: none was begun */
     uint8_t come;                                        /* of them, those whose state has come */
     uint8_t is_stepped;                                  /* 1: it is answered, and states of it are repeated ones */
+    uint8_t is_asked;                                    /* 1: what is to be answered is a question */
+    uint32_t asked;                                      /* its sequence */
 };
 
 /* No tick, no contact, the tables checked. */
 void haptable_frame_pair_init(const struct haptable_pair_model* tables, struct haptable_frame_pair* line);
+
+/* What a byte has completed: nothing; what is to be answered by haptable_frame_pair_write; and of that a tick that is
+ * to be stepped before, line->state of those in line->fingers, who are not in it having been released. */
+enum haptable_frame_pair_heard {
+    HAPTABLE_FRAME_PAIR_NOTHING = 0,
+    HAPTABLE_FRAME_PAIR_ANSWER = 1,
+    HAPTABLE_FRAME_PAIR_TICK = 2
+};
+
+/* The two halves of haptable_frame_pair_take, for who steps the fingers otherwise. */
+int haptable_frame_pair_hear(struct haptable_frame_pair* line, uint8_t byte);
+uint32_t haptable_frame_pair_write(const struct haptable_pair_model* tables, const struct haptable_frame_pair* line,
+                                   uint8_t answer[HAPTABLE_FRAME_PAIR_BYTES]);
 
 /* Takes one byte. Returns how many bytes of an answer are to be sent: 0 but where it completes a tick, or a question.
  * States of a tick of both have one sequence and time and may come in either order; those of one that stays incomplete

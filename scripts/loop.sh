@@ -13,6 +13,10 @@ name=$1 scene=$2 target=$3
 folder=$BUILD/$name/loop
 images=$BUILD/$name/firmware/$target
 log=$folder/session.lcmlog
+# A body that nothing holds has images of its own, and so have two fingers on it.
+loop=
+[ ! -e "$BUILD/$name/body.json" ] || loop=_body
+[ ! -e "$images/loop${loop}_pair.elf" ] || [ -z "$loop" ] || loop=${loop}_pair
 . scripts/session.sh
 
 # bridge OPTION...: in the background, until the device has been silent for a second.
@@ -28,11 +32,11 @@ start_bridge() {
     pipes)
         rm -f "$folder/to" "$folder/from"
         mkfifo "$folder/to" "$folder/from"
-        QEMU_SECONDS=0 sh scripts/qemu.sh "$target" "$images/loop.elf" "$folder/to" "$folder/from" &
+        QEMU_SECONDS=0 sh scripts/qemu.sh "$target" "$images/loop$loop.elf" "$folder/to" "$folder/from" &
         children="$children $!"
         bridge --pipes "$folder/to" "$folder/from"
         ;;
-    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $images/uart.elf" ;;
+    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $images/uart$loop.elf" ;;
     *) bridge --port "$LINE" --baud "$BAUD" ;;
     esac
 }

@@ -66,7 +66,7 @@ struct BuiltScene {
           model(model_in_memory(tables, built)),
           node(built.node.begin(), built.node.end()) {
         refuse_vibration(folder, "a bridge's target");
-        refuse_free_body(folder, "a bridge's target");
+        body = read_rigid_body(folder);
         if (const std::optional<PairTables> files = read_pair(folder)) {
             built_pair = build_pair(*files, tables, built);
             pair = pair_in_memory(built_pair, tables, model);
@@ -83,6 +83,7 @@ struct BuiltScene {
     ServoPair built_pair;
     haptable_pair_model pair{};
     std::vector<std::uint32_t> node;
+    std::optional<haptable_body> body;  ///< where nothing holds it
 };
 
 Line open_line(const Options& o) {
@@ -140,11 +141,12 @@ void run(Options& o) {
     const BuiltScene scene(o.folder);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene.servo(), o.csv, scene.has_two_fingers() ? 2 : 1).keep();
+    if (!o.csv.empty())
+        record.emplace(scene.servo(), o.csv, scene.has_two_fingers() ? 2 : 1, scene.body.has_value()).keep();
     SerialTarget target(open_line(o));
     Connection connection;
     BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr,
-                          teller("haptable-bridge", o.quiet));
+                          teller("haptable-bridge", o.quiet), scene.body ? &*scene.body : nullptr);
     if (!o.quiet)
         fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
                    target.line().name(), priority);

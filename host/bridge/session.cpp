@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "host/base/error.hpp"
+#include "host/session/pose_message.hpp"
 #include "host/session/status.hpp"
 #include "host/session/tell.hpp"
 
@@ -36,14 +37,17 @@ haptable_output silent() {
 }  // namespace
 
 BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target,
-                             const BridgeOptions& options, ServoRecord* record, LiveState::Tell tell)
+                             const BridgeOptions& options, ServoRecord* record, LiveState::Tell tell,
+                             const haptable_body* body)
     : scene_(scene),
       connection_(connection),
       target_(target),
       options_(options),
       record_(record),
       answer_(scene, connection),
+      body_(body),
       live_(std::move(tell)) {
+    if (body != nullptr) haptable_body_init(body, &pose_);
     const std::size_t count = scene.pair != nullptr ? kFingers : 1;
     for (std::size_t finger = 0; finger < count; ++finger) {
         side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
@@ -237,13 +241,26 @@ void BridgeSession::take(const TargetForce& force) {
         if (force.finger == 0 || force.sequence != kAskSequence) ++side_[0].report.stale_answers;
         return;
     }
-    if (!is_possible(force.output)) {
+    if (body_ != nullptr) require_pose(force);
+    if (body_ != nullptr && !force.body) return;  // it was damaged on its way: all is sent again
+    if (!is_possible(force.output) || (body_ != nullptr && !is_possible(*force.body))) {
         ++side_[0].report.rejected_forces;
         return;
     }
+    if (body_ != nullptr) next_pose_ = *force.body;
     side_[force.finger].next = force.output;
     side_[force.finger].has_come = true;
     if (has_all()) finish();
+}
+
+/// An image of the same tables that knows no body that moves says nothing of one.
+void BridgeSession::require_pose(const TargetForce& force) {
+    constexpr int kDamaged = 20;  // in a row, by noise
+    knows_pose_ |= force.body.has_value();
+    if (!knows_pose_ && ++without_pose_ > kDamaged)
+        throw Error(target_.line().name() +
+                    ": the target holds a body that nothing holds: flash the scene's loop_body or uart_body image "
+                    "(loop_body_pair, uart_body_pair of two fingers; make firmware)");
 }
 
 bool BridgeSession::has_all() const {
@@ -256,7 +273,9 @@ void BridgeSession::finish() {
     waiting_ = false;
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         side_[finger].output = in_[finger] ? side_[finger].next : silent();
+    if (body_ != nullptr) pose_ = next_pose_;
     publish_forces();
+    if (body_ != nullptr) publish_pose();
     note(Clock::now());
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
         Side& side = side_[finger];
@@ -278,10 +297,26 @@ void BridgeSession::publish_forces() {
     }
 }
 
+/// For the first finger that is answered.
+void BridgeSession::publish_pose() {
+    const auto lead = std::find_if(side_.begin(), side_.end(), [](const Side& side) { return side.is_asked; });
+    if (lead == side_.end()) return;
+    connection_.publish(kBodyChannel, addressed(to_pose_message(*body_, pose_), lead->state, tick_utime_,
+                                                answer_.servo(), *scene_.model));
+}
+
+/// A world position in the frame of the last tick.
+std::array<float, 3> BridgeSession::inside(const std::array<float, 3>& world_m) const {
+    std::array<float, 3> inside_m = world_m;
+    if (body_ != nullptr) haptable_body_from_world(body_, &pose_, world_m.data(), inside_m.data());
+    return inside_m;
+}
+
 void BridgeSession::record() {
     if (record_ == nullptr) return;
-    if (side_.size() == 1) return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output);
-    record_->add(tick_number_, in_, {side_[0].output, side_[1].output});
+    if (side_.size() == 1)
+        return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output, pose());
+    record_->add(tick_number_, in_, {side_[0].output, side_[1].output}, pose());
 }
 
 /// What reaches the device is what a servo of these tables can have said, whatever the frame's CRC: a state that there
@@ -299,6 +334,18 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     if (output.state == HAPTABLE_FREE && output.vertex[0] != HAPTABLE_NONE && !is_on_a_patch(output)) return false;
     const bool fades = output.state == HAPTABLE_FREE && (model.release != nullptr || model.passivity != nullptr);
     return fades || size_n <= 0.0;
+}
+
+/// Finite, and a turn.
+bool BridgeSession::is_possible(const haptable_body_state& body) {
+    constexpr float kRounding = 1e-4F;
+    float length2 = 0.0F;
+    for (const float w : body.turn) length2 += w * w;
+    const auto finite = [](const float v[3]) {
+        return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+    };
+    return finite(body.position_m) && finite(body.velocity_m_per_s) && finite(body.spin_rad_per_s) &&
+           std::abs(length2 - 1.0F) <= kRounding;
 }
 
 /// Its corners are vertices, and the god-object lies between them.
@@ -329,7 +376,7 @@ void BridgeSession::note(std::size_t finger) {
     Side& side = side_[finger];
     ++side.report.ticks;
     if (haptable_touches(side.output.state) != 0) ++side.report.contact_ticks;
-    side.report.note(in_[finger]->at_m, side.output);
+    side.report.note(in_[finger]->at_m, side.output, inside(in_[finger]->at_m));
     if (side.output.state != HAPTABLE_REJECTED) return;
     ++side.rejected;
     side.rejected_m = in_[finger]->at_m;

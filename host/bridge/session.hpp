@@ -44,13 +44,15 @@ struct BridgeReport : ForceReport, BridgeCounters {
 /// the target both. A target that does not know a second finger is asked, told of, and goes on with the first.
 class BridgeSession {
 public:
-    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
+    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there. body: null where
+    /// it is held.
     BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target, const BridgeOptions& options,
-                  ServoRecord* record, LiveState::Tell tell = {});
+                  ServoRecord* record, LiveState::Tell tell = {}, const haptable_body* body = nullptr);
     BridgeSession(const BridgeSession&) = delete;
     BridgeSession& operator=(const BridgeSession&) = delete;
 
-    /// Takes what the line has brought. Throws Error when the target runs other tables.
+    /// Takes what the line has brought. Throws Error when the target runs other tables, or holds a body that nothing
+    /// holds.
     void take_answers();
     /// Asks again for an answer that has not come, asks for who has waited for the other finger, publishes zero force
     /// once when a device has fallen silent. Throws Error when the target has not answered for patience_s.
@@ -106,8 +108,13 @@ private:
     bool has_all() const;
     void finish();
     void publish_forces();
+    void publish_pose();
+    void require_pose(const TargetForce& force);
+    const haptable_body_state* pose() const { return body_ != nullptr ? &pose_ : nullptr; }
+    std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     void record();
     bool is_possible(const haptable_output& output) const;
+    static bool is_possible(const haptable_body_state& body);
     bool is_on_a_patch(const haptable_output& output) const;
     void note(Clock::time_point now);
     void note(std::size_t finger);
@@ -123,6 +130,10 @@ private:
     BridgeOptions options_;
     ServoRecord* record_;
     Answer answer_;
+    const haptable_body* body_;
+    haptable_body_state pose_{}, next_pose_{};  ///< of the last tick, as the line has it; of the one under way
+    bool knows_pose_ = false;                   ///< the target has said where it is
+    int without_pose_ = 0;                      ///< forces, before
     std::vector<Side> side_;
     FingerInputs in_;                           ///< the tick under way, or the last one
     TargetStates frames_;                       ///< as the target gets it

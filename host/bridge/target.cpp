@@ -29,12 +29,18 @@ std::optional<TargetForce> SerialTarget::take() {
         }
         haptable_frame whole{};
         if (haptable_frame_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
+        if (haptable_body_state pose{}; haptable_frame_take_pose(&whole, &pose) != 0) {
+            pose_sequence_ = whole.sequence;
+            pose_ = pose;
+            continue;
+        }
         TargetForce force;
         force.sequence = whole.sequence;
         force.output.patch = HAPTABLE_NONE;
         int finger = 0;
         if (haptable_frame_take_force_of(&whole, &finger, &force.model_hash, &force.output) != 0) {
             force.finger = static_cast<std::size_t>(finger);
+            if (pose_sequence_ == whole.sequence) force.body = pose_;
             return force;
         }
         ++foreign_frames_;

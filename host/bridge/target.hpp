@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/haptable_frame_body.h"
 #include "firmware/haptable_frame_pair.h"
 #include "host/link/channels.hpp"
 #include "host/link/line.hpp"
@@ -18,6 +19,8 @@ struct TargetForce {
     std::uint32_t sequence = 0;    ///< of the state, or of the question, that it answers
     std::uint64_t model_hash = 0;  ///< tables_hash of those that the target runs
     haptable_output output{};      ///< all but `patch`
+    /// Where the body was in that tick: all that is on the line. None where the target did not say.
+    std::optional<haptable_body_state> body;
 };
 
 /// A tick's states, by finger; none: it is not in it.
@@ -35,7 +38,7 @@ public:
 
     const Line& line() const { return line_; }
     std::uint64_t skipped_bytes() const { return reader_.skipped_bytes; }  ///< that belonged to no frame
-    std::uint64_t foreign_frames() const { return foreign_frames_; }       ///< whole ones, but not forces
+    std::uint64_t foreign_frames() const { return foreign_frames_; }       ///< whole ones of another kind
 
 private:
     Line line_;
@@ -43,6 +46,8 @@ private:
     std::array<std::uint8_t, 512> buffer_{};
     std::size_t begin_ = 0, end_ = 0;  ///< of what of the buffer is unread
     std::uint64_t foreign_frames_ = 0;
+    std::uint32_t pose_sequence_ = 0;
+    std::optional<haptable_body_state> pose_;  ///< the last one
 };
 
 }  // namespace haptable

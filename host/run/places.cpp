@@ -74,6 +74,12 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
     if (!fs::exists(file)) throw Error(file.string() + ": make did not make it");
 }
 
+/// What of a scene's images knows its fingers, and moves the body where nothing holds it.
+std::string image_of(const fs::path& scene, int fingers) {
+    const bool is_free = fs::exists(scene / "body.json");
+    return fmt::format("loop{}{}.elf", is_free ? "_body" : "", fingers == 2 ? "_pair" : "");
+}
+
 }  // namespace
 
 Places find_places(const fs::path& scene_file, const std::string& name, int fingers, const std::string& target,
@@ -94,7 +100,7 @@ Places find_places(const fs::path& scene_file, const std::string& name, int fing
     if (target.empty()) return places;
     if (std::find(kTargets.begin(), kTargets.end(), target) == kTargets.end())
         throw Error(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
-    places.image = places.scene / "firmware" / target / (fingers == 2 ? "loop_pair.elf" : "loop.elf");
+    places.image = places.scene / "firmware" / target / image_of(places.scene, fingers);
     require(places.image, scene_file, places.build, {"firmware", scene, "TARGET=" + target}, quiet);
     if (!is_project_here())
         throw Error("--target: QEMU is started by haptable's scripts: run this in haptable's folder");

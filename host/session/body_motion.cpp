@@ -6,6 +6,7 @@
 
 #include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
+#include "host/session/pose_message.hpp"
 
 namespace haptable {
 
@@ -46,39 +47,16 @@ std::array<float, 3> BodyMotion::inside(const std::array<float, 3>& world_m) con
     return inside_m;
 }
 
-namespace {
-
-/// With what tells whose it is.
-template <typename Message>
-Message addressed(const device_state& state, std::int64_t utime, std::int64_t servo, const haptable_model& model) {
-    Message message{};
-    message.utime = utime;
-    message.seq = state.seq;
-    message.session = state.session;
-    message.servo = servo;
-    message.model_hash = static_cast<std::int64_t>(model.hash);
-    return message;
-}
-
-}  // namespace
-
 body_modes BodyMotion::modes_message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
     static_assert(std::extent_v<decltype(body_modes::swung)> == HAPTABLE_MODES);
-    auto modes = addressed<body_modes>(state, utime, servo, *scene_.model);
+    auto modes = addressed(body_modes{}, state, utime, servo, *scene_.model);
     modes.count = scene_.modes->count;
     std::copy_n(swings()->q, scene_.modes->count, modes.swung);
     return modes;
 }
 
 body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
-    auto pose = addressed<body_pose>(state, utime, servo, *scene_.model);
-    std::copy_n(body_->centre_m, 3, pose.rest_centre_m);
-    std::copy_n(touched_.position_m, 3, pose.centre_m);
-    std::copy_n(touched_.turn, 4, pose.turn);
-    std::copy_n(touched_.velocity_m_per_s, 3, pose.velocity_m_per_s);
-    std::copy_n(touched_.spin_rad_per_s, 3, pose.spin_rad_per_s);
-    pose.on_floor = touched_.on_floor;
-    return pose;
+    return addressed(to_pose_message(*body_, touched_), state, utime, servo, *scene_.model);
 }
 
 }  // namespace haptable

@@ -69,10 +69,11 @@ void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const Fingers& 
     end_line(fingers.body().state(), fingers.body().swings());
 }
 
-void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out) {
+void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
+                      const haptable_body_state* body) {
     line_ = std::to_string(tick);
     for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], out[finger]);
-    end_line(nullptr);
+    end_line(body);
 }
 
 void ServoRecord::append(const std::optional<FingerInput>& input, const haptable_output& out) {

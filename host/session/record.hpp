@@ -30,7 +30,8 @@ public:
     /// nowhere (nan), and silent.
     void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
     /// The same with outputs that another servo gave: by finger.
-    void add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out);
+    void add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
+             const haptable_body_state* body = nullptr);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }

@@ -47,8 +47,9 @@ TEST_F(MovingTables, AreRefusedByProgramsThatHoldThemStill) {
     for (const std::string name : {"ringing", "loose"}) {
         const std::string tables = "build/" + name;
         const std::string key = name == "ringing" ? "remove modes from [body]" : "remove free = true from [body]";
-        for (const std::string& command : {"haptable-fit press.csv " + name + ".toml", "haptable-count " + tables,
-                                           "haptable-bridge " + tables + " --run true"}) {
+        std::vector<std::string> commands{"haptable-fit press.csv " + name + ".toml", "haptable-count " + tables};
+        if (name == "ringing") commands.push_back("haptable-bridge " + tables + " --run true");
+        for (const std::string& command : commands) {
             const std::string said = refusal(command);
             EXPECT_NE(said.find(tables + ": "), std::string::npos) << said;
             EXPECT_NE(said.find(key), std::string::npos) << said;
