@@ -8,6 +8,7 @@
 #include "firmware/haptable.h"
 #include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
+#include "firmware/haptable_modes_pair.h"
 #include "firmware/haptable_pair.h"
 #include "host/library/object.hpp"
 #include "host/session/energy.hpp"
@@ -20,7 +21,8 @@ struct MovingBody {
         if (body != nullptr) haptable_body_init(body, &state);
         touched = state;
         if (object.modes() != nullptr) modes = *object.modes();
-        haptable_modes_init(&swings);
+        haptable_modes_init(&of_one);
+        haptable_modes_pair_init(&of_both);
     }
     bool rings() const { return modes.count > 0; }
 
@@ -28,7 +30,8 @@ struct MovingBody {
     haptable_body_state state{};
     haptable_body_state touched{};  ///< in the last tick, whose contacts are in its frame
     haptable_modes modes{};         ///< the object's, but of the servo's own model
-    haptable_modes_state swings{};
+    haptable_modes_state of_one{};
+    haptable_modes_pair of_both{};
 };
 
 }  // namespace haptable

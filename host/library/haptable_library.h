@@ -181,6 +181,7 @@ HAPTABLE_LIBRARY_API void haptable_fingers_replay(struct haptable_fingers* finge
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_fingers_energy(const struct haptable_fingers* fingers,
                                                                           uint32_t finger);
+HAPTABLE_LIBRARY_API void haptable_fingers_swung(const struct haptable_fingers* fingers, float* swung);
 HAPTABLE_LIBRARY_API struct haptable_pose haptable_fingers_pose(const struct haptable_fingers* fingers);
 HAPTABLE_LIBRARY_API uint32_t haptable_fingers_counter(const struct haptable_fingers* fingers, uint32_t finger,
                                                        uint32_t counter);

@@ -103,19 +103,34 @@ haptable_pose to_pose(const MovingBody& moving) {
     return pose;
 }
 
-void copy_swung(const MovingBody& moving, float* swung) {
-    std::copy_n(moving.swings.swings.q, moving.modes.count, swung);
+void copy_swung(const MovingBody& moving, const haptable_swings& swings, float* swung) {
+    std::copy_n(swings.q, moving.modes.count, swung);
 }
 
-/// One tick of finger `number`, the other one being away.
-void step_alone(const haptable_model& model, MovingBody& moving, haptable_servo& servo, int number, const float at_m[3],
-                std::uint32_t now_us, haptable_output& out) {
+/// One tick of the finger of a scene with one.
+void step(haptable_finger& finger, const float at_m[3], std::uint32_t now_us, haptable_output& out) {
+    MovingBody& moving = finger.body;
+    haptable_servo& servo = finger.servo;
     moving.touched = moving.state;
     if (moving.rings() && moving.body == nullptr)
-        return haptable_modes_step(&moving.modes, &moving.swings, &servo, at_m, now_us, &out);
+        return haptable_modes_step(&moving.modes, &moving.of_one, &servo, at_m, now_us, &out);
     if (moving.rings())
-        return haptable_body_modes_step(&moving.modes, moving.body, &moving.state, &moving.swings, &servo, at_m, now_us,
+        return haptable_body_modes_step(&moving.modes, moving.body, &moving.state, &moving.of_one, &servo, at_m, now_us,
                                         &out);
+    if (moving.body == nullptr) return haptable_step(&finger.model, &servo, at_m, now_us, &out);
+    haptable_body_step_finger(&finger.model, moving.body, &moving.state, &servo, 0, at_m, now_us, &out);
+}
+
+/// One tick of finger `number` of two, the other one being away.
+void step_alone(haptable_fingers& fingers, int number, const float at_m[3], std::uint32_t now_us,
+                haptable_output& out) {
+    MovingBody& moving = fingers.body;
+    const haptable_model& model = fingers.alone;
+    haptable_servo& servo = fingers.pair.servo[number];
+    moving.touched = moving.state;
+    if (moving.rings())
+        return haptable_modes_pair_step_finger(&moving.modes, fingers.loaded->pair(), &moving.of_both, &fingers.pair,
+                                               number, at_m, now_us, &out);
     if (moving.body == nullptr) return haptable_step(&model, &servo, at_m, now_us, &out);
     haptable_body_step_finger(&model, moving.body, &moving.state, &servo, number, at_m, now_us, &out);
 }
@@ -125,10 +140,12 @@ void step_both(haptable_fingers& fingers, const float first_m[3], const float se
     const haptable_pair_model* tables = fingers.loaded->pair();
     MovingBody& moving = fingers.body;
     moving.touched = moving.state;
-    if (moving.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
     float at_m[HAPTABLE_FINGERS][3];
     std::copy_n(first_m, 3, at_m[0]);
     std::copy_n(second_m, 3, at_m[1]);
+    if (moving.rings())
+        return haptable_modes_pair_step(&moving.modes, tables, &moving.of_both, &fingers.pair, at_m, now_us, out);
+    if (moving.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
     haptable_body_pair_step(tables, moving.body, &moving.state, &fingers.pair, at_m, now_us, out);
 }
 
@@ -226,7 +243,7 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
     haptable_output out;
-    haptable::step_alone(finger->model, finger->body, finger->servo, 0, position_m, now_us, out);
+    haptable::step(*finger, position_m, now_us, out);
     finger->energy.add({position_m[0], position_m[1], position_m[2]}, out, haptable::inside(finger->body, position_m));
     *touch = haptable::to_touch(*finger->loaded, out);
 }
@@ -254,7 +271,9 @@ haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
     return haptable::to_energy(finger->energy);
 }
 
-void haptable_finger_swung(const haptable_finger* finger, float* swung) { haptable::copy_swung(finger->body, swung); }
+void haptable_finger_swung(const haptable_finger* finger, float* swung) {
+    haptable::copy_swung(finger->body, finger->body.of_one.swings, swung);
+}
 
 haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->body); }
 
@@ -269,11 +288,9 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
-        if (object->loaded->modes() != nullptr)
-            throw haptable::Error(object->loaded->tables().name +
-                                  " rings, under one finger here: remove modes and make its tables again");
         auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
             object->loaded, haptable::MovingBody(*object->loaded), object->loaded->model(), {}, {}, {}});
+        fingers->body.modes.model = &fingers->alone;
         haptable_pair_init(object->loaded->pair(), &fingers->pair);
         if (fingers->alone.freed != nullptr) fingers->alone.freed = fingers->freed.data();
         if (object->loaded->model().freed != nullptr)
@@ -297,8 +314,7 @@ void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], co
     } else {
         for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
             if (position_m[finger] != nullptr)
-                haptable::step_alone(fingers->alone, fingers->body, fingers->pair.servo[finger], finger,
-                                     position_m[finger], now_us, out[finger]);
+                haptable::step_alone(*fingers, finger, position_m[finger], now_us, out[finger]);
     }
     for (std::size_t finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         const float* x_m = position_m[finger];
@@ -321,6 +337,10 @@ void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3
 
 haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, std::uint32_t finger) {
     return finger < HAPTABLE_FINGERS ? haptable::to_energy(fingers->energy[finger]) : haptable_touch_energy{};
+}
+
+void haptable_fingers_swung(const haptable_fingers* fingers, float* swung) {
+    haptable::copy_swung(fingers->body, fingers->body.of_both.swings, swung);
 }
 
 haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) { return haptable::to_pose(fingers->body); }

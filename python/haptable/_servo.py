@@ -234,6 +234,13 @@ class Pair:
         """Where the body is, of this pair's own; None where it is held."""
         return Pose(lib.haptable_fingers_pose(self._fingers)) if self.body.free else None
 
+    @property
+    def swung(self) -> NDArray[np.float32]:
+        """[body.modes] as Servo.swung; Body.deform takes it with one of the contacts, and zeros with the other."""
+        q = np.zeros(self.body.modes, np.float32)
+        lib.haptable_fingers_swung(self._fingers, ffi.cast("float*", q.ctypes.data))
+        return q
+
     def buttons(self, finger: int, grab: bool = False, acknowledge: bool = False) -> None:
         """Held down from the next tick on by finger 0 or 1."""
         lib.haptable_fingers_buttons(self._fingers, finger, 2 * bool(grab) + 4 * bool(acknowledge))
