@@ -53,9 +53,9 @@ extern "C" {
 /* A finger at 5 m/s comes this far in a tick; a hand moves no faster. */
 #define HAPTABLE_FAST_SEGMENT_M 0.005f
 
-/* The most points of the surface at which a tick of the least-energy god-object takes the energy, but for the last
- * trial around a vertex. One that needs more stays where it is and goes on at the next tick. */
-#define HAPTABLE_ENERGY_STEPS 20
+/* The most steps of a tick of the least-energy god-object, but for the last trial's: the energy with all derivatives is
+ * two, its gradient alone one. One that needs more stays where it is and goes on at the next tick. */
+#define HAPTABLE_ENERGY_STEPS 14
 
 /* A tick, microseconds: the servo is called so often. */
 #define HAPTABLE_TICK_US 1000u
@@ -298,7 +298,7 @@ struct haptable_model {
     X(silences)           /* times without a position for SILENCE_US */   \
     X(most_steps)         /* most steps of the walk in one tick */        \
     X(most_held_steps)    /* with friction: most steps of holding back */ \
-    X(most_energies)      /* most points whose energy one tick took */    \
+    X(most_energies)      /* most steps of the energy in one tick */      \
     X(most_boxes)         /* most boxes that one tick visited */
 
 struct haptable_counters {
@@ -443,7 +443,7 @@ struct haptable_freed {
     const struct haptable_servo* servo; /* whose */
     uint32_t tick;                      /* of its counters: the last */
     uint32_t contacts;                  /* of its counters: the contact that this is of */
-    float tangent;                      /* of the load there, foreseen: along the surface to along the normal */
+    float tangent;                      /* of the load there, foreseen, squared: along the surface to the normal */
     struct haptable_contact at;         /* where the god-object would be without friction */
 };
 

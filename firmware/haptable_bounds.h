@@ -22,16 +22,11 @@ enum {
 /* Boxes of the index. */
 enum { MOST_BOXES = HAPTABLE_TICK_BOXES /* counter most_boxes */ };
 
-/* Evaluations of the energy: the dearest costs as much as twelve boxes. What a tick's search for an entry took, its
- * slides have not; what its slides took beyond some, its look at the finger has not. The last trial around a vertex may
- * take three more. */
+/* Evaluations of the energy: with all its derivatives it is as dear as two gradients. The last trial may take one of
+ * the former when it is one step short, or one more after the last gradient. */
 enum {
-    BOXES_OF_ENERGY = 12,
-    FREE_ENERGIES = 6,
-    ENTRY_ENERGIES = 14, /* of a tick that begins contact: half of the boxes are left for the look that may end it */
-    MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + 3, /* counter most_energies */
-    MOST_ENERGIES_WITH_MOST_BOXES = FREE_ENERGIES + 3,
-    MOST_BOXES_WITH_MOST_ENERGIES = MOST_BOXES - BOXES_OF_ENERGY * (HAPTABLE_ENERGY_STEPS - FREE_ENERGIES)
+    STEPS_OF_ENERGY = 2,
+    MOST_ENERGIES = HAPTABLE_ENERGY_STEPS + STEPS_OF_ENERGY /* counter most_energies */
 };
 
 /* Friction: so many points are tried on the line from stick to slip, each with a walk and a force, after the forces at

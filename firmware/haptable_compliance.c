@@ -7,11 +7,9 @@
 void haptable_compliance_solve(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float c[6], float load_n[3]) {
     float u[3];
-    struct factored factored;
     lift(model, fixed_fraction(model, contact), c);
     vec_sub(finger_m, contact->god_object_m, u);
-    factored = factor(c);
-    solve(&factored, u, load_n);
+    solve_once(c, u, load_n);
 }
 
 void haptable_compliance_load(const struct haptable_model* model, const struct haptable_compliance_form* form,

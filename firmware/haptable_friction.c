@@ -4,6 +4,7 @@
  */
 #include "haptable_bounds.h"
 #include "haptable_contact.h"
+#include "haptable_patch.h"
 #include "haptable_surface.h"
 
 /* What the load at a contact is to the inward normal there. */
@@ -53,8 +54,7 @@ static void split(const struct haptable_model* model, const struct haptable_cont
 }
 
 /* after: contact->load_n is its load. Where the force of a tick is made of that, it is taken with the energy. */
-static void load_at(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],
-                    const struct load* held, struct load* load) {
+static void take_load(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3]) {
     if (model->force == haptable_force_of_least_energy) {
         struct haptable_energy energy;
         model->energy(model, contact, x_m, HAPTABLE_ENERGY_LOAD, &energy);
@@ -66,6 +66,11 @@ static void load_at(const struct haptable_model* model, struct haptable_contact*
         vec_zero(contact->load_n);
         vec_add_scaled(-1.0f, force_n, contact->load_n);
     }
+}
+
+static void load_at(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],
+                    const struct load* held, struct load* load) {
+    take_load(model, contact, x_m);
     split(model, contact, x_m, held, load);
 }
 
@@ -74,24 +79,76 @@ static int in_cone(const struct load* load, float mu) {
     return load->pressed2 > 0.0f && load->along2 <= mu * mu * load->pressed2;
 }
 
-/* |f_t| / f_n; 0 where that is no number. */
-static float tangent_of(const struct load* load) {
+/* |f_t|^2 / f_n^2; 0 where that is no number. */
+static float tangent2_of(const struct load* load) {
     const float tangent2 = load->pressed2 > 0.0f ? load->along2 / load->pressed2 : 0.0f;
-    return tangent2 > 1e-30f && tangent2 < 1e30f ? tangent2 * vec_inverse_root(tangent2) : 0.0f;
+    return tangent2 > 0.0f && tangent2 < 1e30f ? tangent2 : 0.0f;
 }
 
-/* The surface's point nearest to a point of the straight line, at a fraction of it, from the held contact to the
- * frictionless one. Returns the steps that it took. */
-static int between(const struct haptable_model* model, const struct haptable_contact* held,
-                   const struct haptable_contact* freed, float fraction, struct haptable_contact* contact) {
-    float along[3];
-    float aim[3];
+/* From where the god-object is held to where it would be without friction. */
+struct way {
+    const struct haptable_contact* held;
+    const struct haptable_contact* freed;
+    uint16_t patch; /* one that has both, and so all between them; HAPTABLE_NONE: there is none, or it is not known */
+    float from[3];  /* area coordinates on it of the one, and of the other */
+    float to[3];
+};
+
+/* The area coordinates of a point on a patch; 0 where the patch does not have it. */
+static int seen_from(const struct haptable_model* model, const struct haptable_contact* point, uint16_t patch,
+                     float alpha[3]) {
+    const uint16_t* v = model->patch[point->patch];
+    int corner;
+    if (patch == point->patch) {
+        vec_copy(point->alpha, alpha);
+        return 1;
+    }
+    vec_zero(alpha);
+    for (corner = 0; corner < 3; ++corner) {
+        const int there = corner_of(model, patch, v[corner]);
+        if (point->alpha[corner] == 0.0f) continue;
+        if (model->patch[patch][there] != v[corner]) return 0;
+        alpha[there] = point->alpha[corner];
+    }
+    return 1;
+}
+
+static void find_way(const struct haptable_model* model, const struct haptable_contact* held,
+                     const struct haptable_contact* freed, struct way* way) {
+    way->held = held;
+    way->freed = freed;
+    way->patch = HAPTABLE_NONE;
+    if (seen_from(model, held, freed->patch, way->from))
+        way->patch = freed->patch;
+    else if (seen_from(model, freed, held->patch, way->from))
+        way->patch = held->patch;
+    if (way->patch == HAPTABLE_NONE) return;
+    (void)seen_from(model, held, way->patch, way->from);
+    (void)seen_from(model, freed, way->patch, way->to);
+}
+
+/* The surface's point nearest to a point of the straight line, at a fraction of it. Returns the steps that it took:
+ * none on a patch that has the line. */
+static int between(const struct haptable_model* model, const struct way* way, float fraction,
+                   struct haptable_contact* contact) {
     int steps = 0;
-    vec_sub(freed->god_object_m, held->god_object_m, along);
-    vec_copy(held->god_object_m, aim);
-    vec_add_scaled(fraction, along, aim);
-    *contact = *held;
-    haptable_contact_slide(model, aim, contact, &steps);
+    *contact = *way->held;
+    if (way->patch != HAPTABLE_NONE) {
+        int corner;
+        contact->patch = way->patch;
+        for (corner = 0; corner < 3; ++corner)
+            contact->alpha[corner] = vec_clamp01(way->from[corner] + fraction * (way->to[corner] - way->from[corner]));
+        haptable_patch_complete(contact->alpha);
+        place(model, contact);
+    } else {
+        const float* held_m = way->held->god_object_m;
+        float along[3];
+        float aim[3];
+        vec_sub(way->freed->god_object_m, held_m, along);
+        vec_copy(held_m, aim);
+        vec_add_scaled(fraction, along, aim);
+        haptable_contact_slide(model, aim, contact, &steps);
+    }
     return steps;
 }
 
@@ -107,30 +164,31 @@ static void look(const struct haptable_model* model, struct haptable_servo* serv
 struct line {
     float near; /* fraction, where it would not slip any more */
     float far;  /* fraction, where it may come to rest */
-    float near_tangent;
-    float far_tangent;
+    float near_tangent2;
+    float far_tangent2;
 };
 
 /* So near to the cone, as a part of mu, the load is to be once the god-object slips. */
 #define CONE_REACHED 0x1p-8f
 
-static float goal_of(float mu) { return (1.0f - 0.5f * CONE_REACHED) * mu; }
+static float goal2_of(float mu) { return (1.0f - CONE_REACHED) * mu * mu; }
 
-/* The fraction where the load is foreseen to be barely within the cone: its tangent is nearly linear in it. Midway
- * where the near end is within the cone, and stores too much, or the far end is out of it too. */
+/* The fraction where the load is foreseen to be barely within the cone: near to it its tangent is nearly linear in
+ * that, and so is the tangent's square, which takes no root. Midway where the near end is within the cone, and stores
+ * too much, or the far end is out of it too. */
 static float foreseen(const struct line* line, float mu) {
-    const float goal = goal_of(mu);
-    const int is_between = line->near_tangent > goal && line->far_tangent < goal;
-    const float share = is_between ? (line->near_tangent - goal) / (line->near_tangent - line->far_tangent) : 0.5f;
+    const float goal2 = goal2_of(mu);
+    const int is_between = line->near_tangent2 > goal2 && line->far_tangent2 < goal2;
+    const float share = is_between ? (line->near_tangent2 - goal2) / (line->near_tangent2 - line->far_tangent2) : 0.5f;
     return line->near + share * (line->far - line->near);
 }
 
 /* A far end that has stood before counts for half as much next time, so that the try is nearer to it (the Illinois
  * method). */
-static void note_near(float fraction, float tangent, float mu, int has_stood, struct line* line) {
+static void note_near(float fraction, float tangent2, float mu, int has_stood, struct line* line) {
     line->near = fraction;
-    line->near_tangent = tangent;
-    if (has_stood) line->far_tangent = 0.5f * (line->far_tangent + goal_of(mu));
+    line->near_tangent2 = tangent2;
+    if (has_stood) line->far_tangent2 = 0.5f * (line->far_tangent2 + goal2_of(mu));
 }
 
 /* 1 where the god-object may come to rest: in the cone and, with least energy, where it stores no more than held. */
@@ -146,17 +204,17 @@ static int may_rest_freed(const struct haptable_model* model, struct haptable_co
         split(model, freed, x_m, held_load, &load);
     else
         load_at(model, freed, x_m, held_load, &load);
-    line->far_tangent = tangent_of(&load);
+    line->far_tangent2 = tangent2_of(&load);
     return may_rest(model, &load, held_load);
 }
 
 /* What the next tick may foresee of the far end's tangent: that of a line through the last slip's ends. Where they are
  * so near to one another that rounding says more, what was foreseen already. */
-static void foresee(const struct line* line, float mu, float* freed_tangent) {
-    const float fallen = line->near_tangent - line->far_tangent;
+static void foresee(const struct line* line, float mu, float* freed_tangent2) {
+    const float fallen = line->near_tangent2 - line->far_tangent2;
     const float gone = line->far - line->near;
-    if (fallen > 0.25f * CONE_REACHED * mu && gone > 0x1p-10f)
-        *freed_tangent = line->far_tangent - fallen * (1.0f - line->far) / gone;
+    if (fallen > 0.5f * CONE_REACHED * mu * mu && gone > 0x1p-10f)
+        *freed_tangent2 = line->far_tangent2 - fallen * (1.0f - line->far) / gone;
 }
 
 /* Moves servo->contact, the frictionless one, back to the least fraction of the line from the held one where it may
@@ -166,31 +224,33 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
                  const struct load* held_load, const float x_m[3]) {
     const float mu = model->kinetic_friction;
     struct haptable_freed* freed = model->freed;
-    struct line line = {0.0f, 1.0f, tangent_of(held_load), freed->tangent};
+    struct line line = {0.0f, 1.0f, tangent2_of(held_load), freed->tangent};
+    struct way way;
     int is_asked = 0;
     int rests = 1;
     int steps = 0;
     int tries;
-    if (!(line.far_tangent < goal_of(mu))) {
+    if (!(line.far_tangent2 < goal2_of(mu))) {
         rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
         is_asked = 1;
     }
+    find_way(model, held, &freed->at, &way);
     for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
-        steps += between(model, held, &freed->at, fraction, &tried);
+        steps += between(model, &way, fraction, &tried);
         load_at(model, &tried, x_m, held_load, &load);
         if (may_rest(model, &load, held_load)) {
             is_asked = 1;
             servo->contact = tried;
             line.far = fraction;
-            line.far_tangent = tangent_of(&load);
-            if (line.far_tangent >= (1.0f - CONE_REACHED) * mu) break;
+            line.far_tangent2 = tangent2_of(&load);
+            if (line.far_tangent2 >= (1.0f - 2.0f * CONE_REACHED) * mu * mu) break;
         } else {
             if (!is_asked) rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
             if (!rests) break;
-            note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent_of(&load), mu, is_asked, &line);
+            note_near(fraction, in_cone(&load, mu) ? 0.0f : tangent2_of(&load), mu, is_asked, &line);
             is_asked = 1;
         }
     }
@@ -239,11 +299,13 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
         model->freed->tangent = 0.0f;
         return;
     }
-    load_at(model, contact, x_m, 0, &held_load);
+    take_load(model, contact, x_m);
     held = *contact;
     free_contact(model, servo, x_m);
     contact->slips = 0;
     if (contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
+    if (gap2(contact->god_object_m, held.god_object_m) == 0.0f) return; /* often at a vertex: nothing is held back */
+    split(model, &held, x_m, 0, &held_load);
     if (in_cone(&held_load, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;

@@ -3,10 +3,10 @@
  * g = argmin E(g) over the surface, E(g) = 1/2 u^T S(g) u, u = x - g, downhill from where g was
  *
  * A tick first follows: g at a minimum goes with the finger as the minimum does, to first order, and Newton's step
- * corrects that. Where it does not do, g slides: Newton's steps with E's own second derivatives, with their positive
- * part where they are not positive definite, cut at the patch's border and halved until E does not grow. At an edge the
- * patch across is asked, at a vertex the edges around it; all of them have the same load, so that only the gradient
- * is taken there.
+ * corrects that. Where it does not do, g slides: Newton's steps with E's own second derivatives, their sizes where they
+ * are not positive definite, cut at the patch's border and halved until E does not grow. At an edge the patch across is
+ * asked, at a vertex the edges around it; all of them have the same load, so that only the gradient is taken there.
+ * A tick that has no steps left stays where it is, and the next goes on: E only falls.
  * Why no energy is made: with g at a minimum, dE/dx = S u (envelope theorem), and where the minimum ends, g goes to one
  * that is lower.
  */
@@ -28,14 +28,14 @@ struct walk {
     const struct haptable_model* model;
     const float* x_m;
     const struct haptable_contact* freed; /* with friction: where it was; the servo's contact is held. Or NULL */
-    int steps;                            /* evaluations so far */
-    int most;                             /* evaluations that the tick has, less those that its searches took */
-    int all;                              /* evaluations that the tick has */
+    int steps;                            /* of its evaluations so far */
+    int is_taken;                         /* the load is known where it begins to slide */
+    int rests;                            /* it is where no direction leads down; or it met the limit */
     int nearest_steps;
 };
 
 static void evaluate(struct walk* walk, struct point* point) {
-    ++walk->steps;
+    walk->steps += STEPS_OF_ENERGY;
     walk->model->energy(walk->model, &point->at, walk->x_m, HAPTABLE_ENERGY_ALL, &point->energy);
 }
 
@@ -85,17 +85,52 @@ static int newton(const float h[3], const float slope[2], float d[3]) {
     return 1;
 }
 
-/* Where E bends downwards its positive part alone would give short steps: they are made this much longer. */
-#define STRIDE 8.0f
+/* Where E bends less than this, as a part of what its positive part does, or downwards, a step is as long as if it bent
+ * upwards as much, and no longer than if by this part. */
+#define LEAST_BEND 0.125f
+
+static float bend_taken(float bend) {
+    const float upwards = bend < 0.0f ? -bend : bend;
+    return upwards > LEAST_BEND ? upwards : LEAST_BEND;
+}
+
+/* H v (b = 0) */
+static void times_hessian(const float h[3], const float v[3], float out[2]) {
+    out[0] = h[0] * v[1] + h[1] * v[2];
+    out[1] = h[1] * v[1] + h[2] * v[2];
+}
+
+/* Newton's step with H's curvatures over those of the positive part G, in H v = bend G v, as bend_taken has them: that
+ * function of G^-1 H times G^-1 slope. Returns 0 where G is not positive definite. */
+static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
+    const float* h = e->hessian_j;
+    const float* g = e->gauss_newton_j;
+    const float determinant = g[0] * g[2] - g[1] * g[1];
+    float mean;
+    float half2;
+    float half;
+    float less;
+    float more;
+    float share;
+    float slope[2];
+    float more_d[3];
+    int c;
+    if (!newton(g, e->gradient_j, d)) return 0;
+    mean = 0.5f * (h[0] * g[2] - 2.0f * h[1] * g[1] + h[2] * g[0]) / determinant;
+    half2 = mean * mean - (h[0] * h[2] - h[1] * h[1]) / determinant;
+    half = half2 > 1e-6f * mean * mean && half2 > 1e-12f ? half2 * vec_inverse_root(half2) : 0.0f;
+    more = 1.0f / bend_taken(mean + half);
+    less = 1.0f / bend_taken(mean - half);
+    share = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
+    times_hessian(h, d, slope);
+    (void)newton(g, slope, more_d);
+    for (c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - share * (more_d[c] + mean * d[c]);
+    return 1;
+}
 
 /* A search direction in the patch's plane, downhill, as a change of the area coordinates. */
 static void direction_in_plane(const struct haptable_energy* e, float d[3]) {
-    if (newton(e->hessian_j, e->gradient_j, d)) return;
-    if (newton(e->gauss_newton_j, e->gradient_j, d)) {
-        int c;
-        for (c = 0; c < 3; ++c) d[c] *= STRIDE;
-        return;
-    }
+    if (newton(e->hessian_j, e->gradient_j, d) || direction_over_bend(e, d)) return;
     /* A sliver: each coordinate on its own. */
     d[1] = e->gauss_newton_j[0] > 0.0f ? -0.5f * e->gradient_j[0] / e->gauss_newton_j[0] : 0.0f;
     d[2] = e->gauss_newton_j[2] > 0.0f ? -0.5f * e->gradient_j[1] / e->gauss_newton_j[2] : 0.0f;
@@ -111,8 +146,9 @@ static float second_along(const float h[3], int a, int b) {
  * how much E is foreseen to fall. */
 static float direction_along(const struct haptable_energy* e, int a, int b, float d[3]) {
     const float slope = slope_of(e, b) - slope_of(e, a);
-    const float least = second_along(e->gauss_newton_j, a, b) / STRIDE;
+    const float least = LEAST_BEND * second_along(e->gauss_newton_j, a, b);
     float second = second_along(e->hessian_j, a, b);
+    if (second < 0.0f) second = -second;
     if (second < least) second = least;
     vec_zero(d);
     if (second <= 0.0f) return 0.0f;
@@ -162,9 +198,8 @@ static float direction_from_vertex(const struct point* point, int vertex, float 
 /* ---- search directions over edges and around vertices
  * ---------------------------------------------------------------------- */
 
-/* The same point seen from another patch that shares its edge or vertex, with the gradient there. */
-static void see_from(struct walk* walk, const struct point* from, uint16_t patch, struct point* to) {
-    const struct haptable_model* model = walk->model;
+/* The same point on another patch that shares its edge or vertex. */
+static void put_on(const struct haptable_model* model, const struct point* from, uint16_t patch, struct point* to) {
     int corner;
     to->at.patch = patch;
     vec_zero(to->at.alpha);
@@ -173,6 +208,11 @@ static void see_from(struct walk* walk, const struct point* from, uint16_t patch
             to->at.alpha[corner_of(model, patch, model->patch[from->at.patch][corner])] = from->at.alpha[corner];
     vec_copy(from->at.god_object_m, to->at.god_object_m);
     vec_copy(from->energy.load_n, to->energy.load_n);
+}
+
+/* The same, with the gradient there. */
+static void see_from(struct walk* walk, const struct point* from, uint16_t patch, struct point* to) {
+    put_on(walk->model, from, patch, to);
     evaluate_gradient(walk, to);
 }
 
@@ -197,7 +237,7 @@ static int falls_across(struct walk* walk, int corner, const struct point* here,
         see_from(walk, here, across.patch, other);
         (void)feature_of(other->at.alpha, &opposite);
         if (slope_towards(other, opposite) < 0.0f) return 1;
-        if (walk->steps >= walk->most) return 0;
+        if (walk->steps >= HAPTABLE_ENERGY_STEPS) return 0;
     }
     return 0;
 }
@@ -222,43 +262,47 @@ static int falls_along_edge(const struct point* point, int corner) {
     return slope_towards(point, next_corner(corner)) < 0.0f || slope_towards(point, previous_corner(corner)) < 0.0f;
 }
 
+/* How steeply the patch's edges at the corner, where the point is, lead down: the sum of what E falls by a length,
+ * squared, N^2. */
+static float falls_along_edges(const struct haptable_model* model, const struct point* point, int corner) {
+    float sum = 0.0f;
+    int turn;
+    for (turn = 1; turn <= 2; ++turn) {
+        const int other = turn == 1 ? next_corner(corner) : previous_corner(corner);
+        const float slope = slope_towards(point, other);
+        if (slope < 0.0f) sum += slope * slope / gap2(vertex_of(model, point->at.patch, other), point->at.god_object_m);
+    }
+    return sum;
+}
+
 /* E's slope is linear on each patch's cone at the vertex, so there is a direction down exactly where one of the edges
- * leads down: the one that is foreseen to lead lowest, and from it into the patch where that is better. */
+ * leads down. Of the patches the one is taken where they do so most steeply, into it or along the better of its edges.
+ */
 static int direction_on_vertex(struct walk* walk, int corner, struct point* here, float d[3]) {
     struct fan fan = fan_begin(walk->model, here->at.patch, corner);
+    float most = falls_along_edges(walk->model, here, corner);
     uint16_t patch = here->at.patch;
-    float best = 0.0f;
     struct point next;
-    do {
-        const struct point* seen = here;
-        float along[3];
-        float fall;
-        if (fan.patch != here->at.patch) {
-            see_from(walk, here, fan.patch, &next);
-            if (!falls_along_edge(&next, fan.corner)) continue;
-            evaluate(walk, &next);
-            seen = &next;
-        }
-        fall = direction_from_vertex(seen, fan.corner, along);
-        if (fall > best && is_long(walk->model, fan.patch, along)) {
-            best = fall;
-            vec_copy(along, d);
-            patch = fan.patch;
-        }
-    } while (walk->steps < walk->most && fan_next(walk->model, &fan));
-    if (best <= 0.0f) return 0;
+    while (walk->steps < HAPTABLE_ENERGY_STEPS && fan_next(walk->model, &fan)) {
+        float falls;
+        see_from(walk, here, fan.patch, &next);
+        falls = falls_along_edges(walk->model, &next, fan.corner);
+        if (falls <= most) continue;
+        most = falls;
+        patch = fan.patch;
+    }
+    if (most <= 0.0f) { /* with no steps left, the next tick goes on from where this one ends */
+        if (walk->steps >= HAPTABLE_ENERGY_STEPS && fan.patch != here->at.patch) here->at = next.at;
+        return 0;
+    }
     if (patch != here->at.patch) { /* again: a copy of the best one would lie on the stack through every tick */
-        if (next.at.patch != patch) {
-            see_from(walk, here, patch, &next);
-            evaluate(walk, &next);
-        }
+        put_on(walk->model, here, patch, &next);
+        evaluate(walk, &next);
         *here = next;
     }
-    {
-        float inside[3];
-        if (direction_inwards(walk->model, here, inside)) vec_copy(inside, d);
-    }
-    return 1;
+    if (direction_inwards(walk->model, here, d)) return 1;
+    (void)feature_of(here->at.alpha, &corner);
+    return direction_from_vertex(here, corner, d) > 0.0f && is_long(walk->model, patch, d);
 }
 
 /* Finds a direction down from the point, which may change the patch it is seen from. 0 at a minimum. */
@@ -318,7 +362,7 @@ static int is_down(const struct haptable_energy* from, const struct haptable_ene
 static int advance(struct walk* walk, const float d[3], struct point* here) {
     float t = 1.0f;
     int tries;
-    for (tries = 0; tries < 8 && walk->steps < walk->most; ++tries) {
+    for (tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
         struct point next;
         const float gone = move_by(walk->model, &here->at, d, t, &next.at);
         evaluate(walk, &next);
@@ -335,9 +379,9 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
 /* Downhill to where no direction leads down. Returns 0 where it met the limit. before: the energy is taken. */
 static int slide(struct walk* walk, struct point* here) {
     float d[3] = {0.0f, 0.0f, 0.0f};
-    while (walk->steps < walk->most && find_direction(walk, here, d) && advance(walk, d, here)) {
+    while (walk->steps < HAPTABLE_ENERGY_STEPS && find_direction(walk, here, d) && advance(walk, d, here)) {
     }
-    return walk->steps < walk->most;
+    return walk->steps < HAPTABLE_ENERGY_STEPS;
 }
 
 /* ---- following ------------------------------------------------------------------------------------------------ */
@@ -474,6 +518,7 @@ static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float 
         end = here->at;
         if (correction(walk, here, d) && is_small(d) && move_on(walk->model, d, &end)) {
             correct(walk, d, &end, here);
+            walk->is_taken = 1;
             return 1;
         }
     }
@@ -558,15 +603,9 @@ int haptable_contact_surely_presses(const struct haptable_model* model, const st
     return surely_presses(model, contact, contact->load_n, x_m);
 }
 
-/* Boxes that the tick has after its evaluations. */
-static int boxes_left(const struct walk* walk) {
-    const int more = walk->steps - FREE_ENERGIES;
-    return more > 0 ? HAPTABLE_TICK_BOXES - BOXES_OF_ENERGY * more : HAPTABLE_TICK_BOXES;
-}
-
 static enum haptable_sight look_from(const struct walk* walk, struct haptable_servo* servo,
                                      const struct haptable_contact* from) {
-    return haptable_surface_sight(walk->model, from, walk->x_m, boxes_left(walk), &servo->segment, &servo->counters);
+    return haptable_surface_sight(walk->model, from, walk->x_m, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters);
 }
 
 /* Looks at the finger from where the god-object of a tick rests and, where it is not seen from there, from the nearest
@@ -584,6 +623,7 @@ static enum haptable_sight look(struct walk* walk, struct haptable_servo* servo,
     }
     if (earlier != HAPTABLE_SIGHT_BLOCKED) sight = look_from(walk, servo, &here->at);
     if (sight == HAPTABLE_SIGHT_CLEAR || sight == HAPTABLE_SIGHT_UNFINISHED) return sight;
+    if (sight == HAPTABLE_SIGHT_INSIDE && !walk->rests) return sight; /* it goes on: asked again where it rests */
     rests = haptable_contact_slide_on(walk->model, servo, walk->x_m, &nearest, &walk->nearest_steps);
     if (gap2(nearest.god_object_m, here->at.god_object_m) > 0.0f) sight = look_from(walk, servo, &nearest);
     return rests || sight == HAPTABLE_SIGHT_CLEAR ? sight : HAPTABLE_SIGHT_UNFINISHED;
@@ -606,48 +646,62 @@ static int stores_no_more(const struct walk* walk, const struct haptable_servo* 
                                stored_by(&servo->contact, servo->contact.load_n, walk->x_m);
 }
 
-/* Slides from where it was; with friction, where that stores more than the contact, from there. */
+/* To where the contact is, whose load is known. */
+static void go_back(const struct haptable_servo* servo, struct point* here) {
+    here->at = servo->contact;
+    vec_copy(servo->contact.load_n, here->energy.load_n);
+}
+
+/* Slides on from where it is or, where that stores more than the contact, from there. Returns 0 where it met the limit.
+ */
 static int slide_from(struct walk* walk, const struct haptable_servo* servo, struct point* here) {
-    evaluate(walk, here);
+    int is_whole = !walk->is_taken;
+    if (is_whole) evaluate(walk, here);
     if (!stores_no_more(walk, servo, here)) {
-        here->at = servo->contact;
-        evaluate(walk, here);
+        go_back(servo, here);
+        is_whole = 0;
     }
+    if (walk->steps >= HAPTABLE_ENERGY_STEPS) return 0;
+    if (!is_whole) evaluate(walk, here);
     return slide(walk, here);
 }
 
-/* 1 where it is on a vertex and no edge there leads down, so that it rests on. */
+/* 1 where it is on a vertex and no edge there leads down, so that it rests on. Otherwise it is seen from a patch with
+ * an edge that leads down or, where the tick's steps end before, from the last: there the next search begins. */
 static int rests_on_vertex(struct walk* walk, struct point* here) {
     int corner = 0;
     struct fan fan;
     struct point seen;
     if (feature_of(here->at.alpha, &corner) != ON_VERTEX) return 0;
     evaluate_slope(walk, here);
+    walk->is_taken = 1;
     if (falls_along_edge(here, corner)) return 0;
     fan = fan_begin(walk->model, here->at.patch, corner);
     while (fan_next(walk->model, &fan)) {
-        if (walk->steps >= walk->most) return 0;
         see_from(walk, here, fan.patch, &seen);
-        if (falls_along_edge(&seen, fan.corner)) return 0;
+        if (!falls_along_edge(&seen, fan.corner) && walk->steps < HAPTABLE_ENERGY_STEPS) continue;
+        here->at = seen.at;
+        return 0;
     }
     return 1;
 }
 
-/* Goes with the finger, or rests, where it may. Returns 0 where it has to slide. */
+/* Goes with the finger, or rests. Returns 0 where it has to slide. */
 static int goes_on(struct walk* walk, struct haptable_servo* servo, struct point* here) {
-    const int goes = is_known(servo->sensitivity_per_m) ? follow(walk, servo->sensitivity_per_m, servo->finger_m, here)
-                                                        : rests_on_vertex(walk, here);
-    return goes && stores_no_more(walk, servo, here);
+    return is_known(servo->sensitivity_per_m) ? follow(walk, servo->sensitivity_per_m, servo->finger_m, here)
+                                              : rests_on_vertex(walk, here);
 }
 
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
 static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
     here->at = walk->freed ? *walk->freed : servo->contact;
-    walk->most = walk->all - servo->segment.boxes / BOXES_OF_ENERGY;
     vec_copy(here->at.load_n, here->energy.load_n);
+    walk->rests = 1;
     if (rested && gap2(walk->x_m, servo->finger_m) == 0.0f) return;
-    if ((!is_new && goes_on(walk, servo, here)) || slide_from(walk, servo, here)) {
+    walk->rests =
+        (!is_new && goes_on(walk, servo, here) && stores_no_more(walk, servo, here)) || slide_from(walk, servo, here);
+    if (walk->rests) {
         find_sensitivity(here, servo);
     } else {
         ++servo->counters.walk_limits;
@@ -660,9 +714,10 @@ static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, 
  * contact. */
 static int enters_lower(struct walk* walk, struct haptable_servo* servo, struct point* here) {
     const struct haptable_contact* contact = &servo->contact;
-    if (walk->steps >= walk->most) return 0;
+    if (walk->steps >= HAPTABLE_ENERGY_STEPS) return 0;
     haptable_segment_entry(walk->model, &servo->segment, &here->at);
     evaluate(walk, here);
+    walk->is_taken = 1;
     note_energies(walk, servo);
     if (here->energy.energy_j >= stored_by(contact, contact->load_n, walk->x_m)) return 0;
     walk->freed = 0;
@@ -672,17 +727,13 @@ static int enters_lower(struct walk* walk, struct haptable_servo* servo, struct 
 
 /* Moves the god-object of one tick. Conditions as for the nearest one, but that it rests where E has no direction down,
  * and that contact goes over to another part of the surface only where that stores less.
- * cost: at most HAPTABLE_ENERGY_STEPS + 3 evaluations, one less for every BOXES_OF_ENERGY boxes that the tick's
- * searches took before and, beyond FREE_ENERGIES, take after, and the walk of the nearest god-object. */
+ * cost: evaluations of at most MOST_ENERGIES steps, and the walk of the nearest god-object. */
 void haptable_god_object_least_energy(const struct haptable_model* model, struct haptable_servo* servo,
                                       const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int is_new = contact->patch == HAPTABLE_NONE;
-    struct walk walk = {.model = model,
-                        .x_m = x_m,
-                        .freed = haptable_freed_of(model, servo),
-                        .all = is_new ? ENTRY_ENERGIES : HAPTABLE_ENERGY_STEPS};
+    struct walk walk = {.model = model, .x_m = x_m, .freed = haptable_freed_of(model, servo)};
     struct point here;
     int slides;
     if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
@@ -693,6 +744,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
         if (haptable_contact_decide(model, servo, look(&walk, servo, &here, earlier))) return;
         if (!enters_lower(&walk, servo, &here)) return;
         *contact = here.at;
+        vec_copy(here.energy.load_n, contact->load_n);
         is_new = 1;
     }
     ++servo->counters.slide_limits;

@@ -298,6 +298,23 @@ static inline void solve(const struct factored* f, const float b[3], float x[3])
     x[0] = b[0] * f->inverse[0] - f->l10 * x[1] - f->l20 * x[2];
 }
 
+/* C^-1 b of one b: the 2x2 that is left without C_00 by Cramer's rule, so that two divisions wait for one another, and
+ * not three. */
+static inline void solve_once(const float c[6], const float b[3], float x[3]) {
+    const float scale0 = 1.0f / c[0];
+    const float l10 = c[3] * scale0;
+    const float l20 = c[5] * scale0;
+    const float d11 = c[1] - l10 * c[3];
+    const float d12 = c[4] - l10 * c[5];
+    const float d22 = c[2] - l20 * c[5];
+    const float y1 = b[1] - l10 * b[0];
+    const float y2 = b[2] - l20 * b[0];
+    const float scale = 1.0f / (d11 * d22 - d12 * d12);
+    x[1] = (d22 * y1 - d12 * y2) * scale;
+    x[2] = (d11 * y2 - d12 * y1) * scale;
+    x[0] = b[0] * scale0 - l10 * x[1] - l20 * x[2];
+}
+
 /* C of degree 4 at once: half the work of its derivatives' nets. */
 static inline void quartic_c(const struct net* net, const float alpha[3], float c[6]) {
     float w[15];

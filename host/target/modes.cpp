@@ -37,7 +37,7 @@ TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     const bool consistent = mode.force == ForceLaw::kConsistent, mask = mode.force == ForceLaw::kPressureMask;
     const bool least = mode.god_object == GodObject::kLeastEnergy;
     const std::uint64_t force = mask ? 2000 : consistent ? 400 : 200;
-    const std::uint64_t energy = mask ? 3400 : consistent ? 2300 : 1350;
+    const std::uint64_t energy = mask ? 1700 : consistent ? 1150 : 675;
     constexpr std::uint64_t kNormal = 280, kPressed = 170;  // of a patch around a vertex: its angle; least energy, more
     TickCost cost{900 + force, 65, 280, least ? energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
@@ -67,11 +67,8 @@ std::uint64_t most_of(const TickCost& each, const Mode& mode) {
     if (mode.more == "friction") most.most_held_steps = MOST_HELD_STEPS;
     most.most_boxes = MOST_BOXES;
     if (mode.god_object != GodObject::kLeastEnergy) return cost(each, most);
-    most.most_energies = MOST_ENERGIES_WITH_MOST_BOXES;
-    const std::uint64_t with_search = cost(each, most);
     most.most_energies = MOST_ENERGIES;
-    most.most_boxes = MOST_BOXES_WITH_MOST_ENERGIES;
-    return std::max(with_search, cost(each, most));
+    return cost(each, most);
 }
 
 }  // namespace
@@ -86,7 +83,7 @@ PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
     cost.rest = mask ? 6500 : 2400;
     if (friction) cost.each.rest += MOST_FRICTION_FORCES * force;
     if (!least) return cost;
-    cost.each.energy = mask ? 9500 : consistent ? 4700 : 3700;
+    cost.each.energy = mask ? 4750 : consistent ? 2350 : 1850;
     cost.each.rest += friction ? force : 0;
     if (friction) return cost;  // one after the other
     cost.rest += 2000;
@@ -98,7 +95,7 @@ PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
 std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick) {
     std::uint64_t sum = each.rest + each.evaluation * tick.evaluations + each.look * tick.looks;
     for (const haptable_servo& servo : tick.servo) sum += cost(each.each, servo.counters);
-    for (const haptable_pair_view& view : tick.view) sum += each.each.energy * view.tracked;
+    for (const haptable_pair_view& view : tick.view) sum += STEPS_OF_ENERGY * each.each.energy * view.tracked;
     return sum;
 }
 
@@ -107,8 +104,9 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     // Without friction one is tracked only where one is left behind: then the other's energies are one finger's, which
     // saves more than that takes.
     const bool tracks = mode.god_object == GodObject::kLeastEnergy && mode.more == "friction";
+    const std::uint64_t tracked = tracks ? 2 * HAPTABLE_PAIR_TRACKED * STEPS_OF_ENERGY * each.each.energy : 0;
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
-           each.look * HAPTABLE_PAIR_LOOKS + (tracks ? 2 * HAPTABLE_PAIR_TRACKED * each.each.energy : 0);
+           each.look * HAPTABLE_PAIR_LOOKS + tracked;
 }
 
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
@@ -117,7 +115,7 @@ std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
 }
 
 std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes) {
-    const std::uint64_t load = std::max<std::uint64_t>(cost_of(mode, 0).energy, 2000);
+    const std::uint64_t load = std::max<std::uint64_t>(STEPS_OF_ENERGY * cost_of(mode, 0).energy, 2000);
     return 1500 + 4 * load + 400 * modes;
 }
 

@@ -366,6 +366,16 @@ struct Digits {
     int parted = 0;
 };
 
+/// The finger waits there as long as a tick's steps do not do for its god-object to come to rest.
+void rest_at(const Vector3d& x, Finger& finger) {
+    std::uint32_t limits = 0;
+    int ticks = 0;
+    do {
+        limits = finger.counters().walk_limits;
+        finger.to(x);
+    } while (finger.counters().walk_limits != limits && ++ticks < 10);
+}
+
 Digits compare(const ElasticBody& body, GodObject god_object, unsigned seed) {
     haptable_model model = body.model(god_object);
     model.max_force_n = 1e6F;
@@ -382,7 +392,7 @@ Digits compare(const ElasticBody& body, GodObject god_object, unsigned seed) {
             const double s = tick / 199.0;
             Vector3d x = start + (0.001 - 0.004 * std::sin(std::numbers::pi * s)) * n + 0.008 * s * along;
             x = x.cast<float>().cast<double>();
-            finger.to(x);
+            rest_at(x, finger);
             const ReferenceServo::Tick tock = reference.step(x);
             if (!finger.touches() || tock.state != HAPTABLE_CONTACT) continue;
             if (tock.force.norm() < 1e-3) continue;

@@ -225,7 +225,7 @@ TEST(LeastEnergy, TheGodObjectRestsAtAMinimum) {
         for (int i = 0; i < 300; ++i) {
             finger.to({over(random), over(random), 0.032});
             const Vector3d in(over(random), over(random), 0.030 - deep(random));
-            for (int tick = 0; tick < 3; ++tick) finger.to(in);  // a slide of 2 cm may need more than one
+            for (int tick = 0; tick < 8; ++tick) finger.to(in);  // a slide of 2 cm may need more than one
             if (!finger.touches()) continue;
             const Vector3d x = finger.at(), g = to_vector(finger.out().god_object_m);
             const double here = reference.energy(finger.out().patch, to_vector(finger.out().alpha), x).energy;
