@@ -94,7 +94,7 @@ images: $(BUILD)/host/target/count.so
 	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/free-cube/firmware/$$target/body.elf $(BUILD)/free-cube/firmware/$$target/loop_body.elf $(BUILD)/free-cube/firmware/$$target/uart_body.elf NAME=free-cube SCENE=meshes/free-cube.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/grasped/firmware/$$target/grasp.elf $(BUILD)/grasped/firmware/$$target/loop_body_pair.elf $(BUILD)/grasped/firmware/$$target/uart_body_pair.elf NAME=grasped SCENE=tests/firmware/grasp.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target && \
+	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf $(BUILD)/ringing/firmware/$$target/loop_modes.elf $(BUILD)/ringing/firmware/$$target/uart_modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/squeezed/firmware/$$target/modes_pair.elf NAME=squeezed SCENE=tests/firmware/squeeze.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/cube-two/firmware/$$target/loop_pair.elf $(BUILD)/cube-two/firmware/$$target/uart_pair.elf NAME=cube-two SCENE=meshes/cube-two.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
@@ -140,7 +140,7 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o loop_body.o loop_body_pair.o example.o deform.o body.o grasp.o pair.o modes.o modes_pair.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o loop_body.o loop_body_pair.o loop_modes.o example.o deform.o body.o grasp.o pair.o modes.o modes_pair.o): $(BUILD)/$(NAME)/summary.json
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
@@ -193,12 +193,15 @@ $(IMAGE)/uart_pair.elf: $(IMAGE)/port/loop_pair.o $(IMAGE)/port/$(UART_$(TARGET)
 
 # Only where nothing holds the body, under one finger or two.
 LOOPS_OF_BODY = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/body.json),$(if $(LOOPS_OF_TWO),loop_body_pair.elf uart_body_pair.elf,loop_body.elf uart_body.elf)))
+# Only where it rings, is held and has one finger.
+LOOPS_OF_MODES = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/modes.json),$(if $(LOOPS_OF_TWO)$(LOOPS_OF_BODY),,loop_modes.elf uart_modes.elf)))
+$(IMAGE)/loop_modes.elf $(IMAGE)/uart_modes.elf: private STACK = 4K
 $(IMAGE)/loop_body.elf $(IMAGE)/uart_body.elf: private STACK = 4K
 $(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private override FLASH = 512K
 $(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private RAM = 32K
 $(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private STACK = 12K
-$(IMAGE)/loop_body.elf $(IMAGE)/loop_body_pair.elf: $(IMAGE)/port/haptable_line_semihosting.o
-$(IMAGE)/uart_body.elf $(IMAGE)/uart_body_pair.elf: $(IMAGE)/uart_%.elf: $(IMAGE)/port/loop_%.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
+$(IMAGE)/loop_body.elf $(IMAGE)/loop_body_pair.elf $(IMAGE)/loop_modes.elf: $(IMAGE)/port/haptable_line_semihosting.o
+$(IMAGE)/uart_body.elf $(IMAGE)/uart_body_pair.elf $(IMAGE)/uart_modes.elf: $(IMAGE)/uart_%.elf: $(IMAGE)/port/loop_%.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
 	$(link_image)
 
 # Reads its tables into RAM: any mode on any body, on a board that has the room.
@@ -216,6 +219,6 @@ $(IMAGE)/measure_pair.elf: private STACK = 8K
 $(IMAGE)/measure_pair.elf: $(IMAGE)/port/measure_pair.o $(IMAGE)/port/haptable_model_reader.o $(IMAGE)/port/haptable_pair_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) $(LOOPS_OF_TWO) $(LOOPS_OF_BODY) scripts/size.sh scripts/stack.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) $(LOOPS_OF_TWO) $(LOOPS_OF_BODY) $(LOOPS_OF_MODES) scripts/size.sh scripts/stack.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh scripts/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

@@ -43,7 +43,7 @@ arrow host/session host/base host/link host/session firmware/haptable.h firmware
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h firmware/haptable_body.h model.h haptable/
 arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h firmware/haptable_pair.h
-arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_frame_body.h firmware/haptable_frame_pair.h firmware/haptable_frame.h firmware/haptable_pair.h firmware/haptable.h haptable/
+arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_frame_body.h firmware/haptable_frame_modes.h firmware/haptable_frame_pair.h firmware/haptable_frame.h firmware/haptable_pair.h firmware/haptable.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
@@ -83,7 +83,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_frame_pair.h firmware/haptable_frame_body.h firmware/haptable_frame_body_pair.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_body_pair.h'
+public='firmware/haptable.h firmware/haptable_frame.h firmware/haptable_frame_pair.h firmware/haptable_frame_body.h firmware/haptable_frame_body_pair.h firmware/haptable_frame_modes.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_body_pair.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:

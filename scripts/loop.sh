@@ -13,10 +13,11 @@ name=$1 scene=$2 target=$3
 folder=$BUILD/$name/loop
 images=$BUILD/$name/firmware/$target
 log=$folder/session.lcmlog
-# A body that nothing holds has images of its own, and so have two fingers on it.
+# A body that rings, or that nothing holds, has images of its own, and so have two fingers on the latter.
 loop=
+[ ! -e "$BUILD/$name/modes.json" ] || loop=_modes
 [ ! -e "$BUILD/$name/body.json" ] || loop=_body
-[ ! -e "$images/loop${loop}_pair.elf" ] || [ -z "$loop" ] || loop=${loop}_pair
+[ ! -e "$images/loop${loop}_pair.elf" ] || [ "$loop" != _body ] || loop=${loop}_pair
 . scripts/session.sh
 
 # bridge OPTION...: in the background, until the device has been silent for a second.

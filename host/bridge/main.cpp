@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -65,23 +66,32 @@ struct BuiltScene {
           built(build_model(tables)),
           model(model_in_memory(tables, built)),
           node(built.node.begin(), built.node.end()) {
-        refuse_vibration(folder, "a bridge's target");
         body = read_rigid_body(folder);
         if (const std::optional<PairTables> files = read_pair(folder)) {
             built_pair = build_pair(*files, tables, built);
             pair = pair_in_memory(built_pair, tables, model);
         }
+        if (body || has_two_fingers()) refuse_vibration(folder, "a bridge's target under two fingers, or that moves");
+        if (const std::optional<VibrationTables> files = read_vibration(folder)) {
+            vibration = build_vibration(*files, tables, built);
+            modes = vibration_in_memory(vibration, model);
+        }
     }
     BuiltScene(const BuiltScene&) = delete;
     BuiltScene& operator=(const BuiltScene&) = delete;
     bool has_two_fingers() const { return pair.model != nullptr; }
-    ServoScene servo() const { return {&model, node.data(), tables.name.c_str(), has_two_fingers() ? &pair : nullptr}; }
+    ServoScene servo() const {
+        return {&model, node.data(), tables.name.c_str(), has_two_fingers() ? &pair : nullptr,
+                modes.count > 0 ? &modes : nullptr};
+    }
 
     Tables tables;
     ServoModel built;
     haptable_model model;
     ServoPair built_pair;
     haptable_pair_model pair{};
+    ServoVibration vibration;
+    haptable_modes modes{};  ///< of a body that rings
     std::vector<std::uint32_t> node;
     std::optional<haptable_body> body;  ///< where nothing holds it
 };

@@ -48,6 +48,7 @@ BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Se
       body_(body),
       live_(std::move(tell)) {
     if (body != nullptr) haptable_body_init(body, &pose_);
+    next_pose_ = pose_;
     const std::size_t count = scene.pair != nullptr ? kFingers : 1;
     for (std::size_t finger = 0; finger < count; ++finger) {
         side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
@@ -241,26 +242,35 @@ void BridgeSession::take(const TargetForce& force) {
         if (force.finger == 0 || force.sequence != kAskSequence) ++side_[0].report.stale_answers;
         return;
     }
-    if (body_ != nullptr) require_pose(force);
-    if (body_ != nullptr && !force.body) return;  // it was damaged on its way: all is sent again
-    if (!is_possible(force.output) || (body_ != nullptr && !is_possible(*force.body))) {
+    require_motion(force);
+    if (!has_motion(force)) return;  // it was damaged on its way: all is sent again
+    if (!is_possible(force)) {
         ++side_[0].report.rejected_forces;
         return;
     }
-    if (body_ != nullptr) next_pose_ = *force.body;
+    if (force.body) next_pose_ = *force.body;
+    if (force.swings) next_swings_ = *force.swings;
     side_[force.finger].next = force.output;
     side_[force.finger].has_come = true;
     if (has_all()) finish();
 }
 
-/// An image of the same tables that knows no body that moves says nothing of one.
-void BridgeSession::require_pose(const TargetForce& force) {
+/// Where the body is that nothing holds, and how far one that rings has swung.
+bool BridgeSession::has_motion(const TargetForce& force) const {
+    if (body_ != nullptr && !force.body) return false;
+    return scene_.modes == nullptr || (force.swings && force.modes == scene_.modes->count);
+}
+
+/// An image of the same tables that holds the body still says nothing of that.
+void BridgeSession::require_motion(const TargetForce& force) {
     constexpr int kDamaged = 20;  // in a row, by noise
-    knows_pose_ |= force.body.has_value();
-    if (!knows_pose_ && ++without_pose_ > kDamaged)
-        throw Error(target_.line().name() +
-                    ": the target holds a body that nothing holds: flash the scene's loop_body or uart_body image "
-                    "(loop_body_pair, uart_body_pair of two fingers; make firmware)");
+    knows_motion_ |= has_motion(force);
+    if (!knows_motion_ && ++without_motion_ > kDamaged)
+        throw Error(fmt::format("{}: the target holds a body still that {}: flash the scene's {} image (make firmware)",
+                                target_.line().name(), body_ != nullptr ? "moves" : "rings",
+                                body_ == nullptr    ? "loop_modes or uart_modes"
+                                : side_.size() == 1 ? "loop_body or uart_body"
+                                                    : "loop_body_pair or uart_body_pair"));
 }
 
 bool BridgeSession::has_all() const {
@@ -273,9 +283,10 @@ void BridgeSession::finish() {
     waiting_ = false;
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         side_[finger].output = in_[finger] ? side_[finger].next : silent();
-    if (body_ != nullptr) pose_ = next_pose_;
+    pose_ = next_pose_;
+    swings_ = next_swings_;
     publish_forces();
-    if (body_ != nullptr) publish_pose();
+    publish_motion();
     note(Clock::now());
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
         Side& side = side_[finger];
@@ -298,11 +309,14 @@ void BridgeSession::publish_forces() {
 }
 
 /// For the first finger that is answered.
-void BridgeSession::publish_pose() {
+void BridgeSession::publish_motion() {
     const auto lead = std::find_if(side_.begin(), side_.end(), [](const Side& side) { return side.is_asked; });
     if (lead == side_.end()) return;
-    connection_.publish(kBodyChannel, addressed(to_pose_message(*body_, pose_), lead->state, tick_utime_,
-                                                answer_.servo(), *scene_.model));
+    const auto of = [&](auto message) {
+        return addressed(message, lead->state, tick_utime_, answer_.servo(), *scene_.model);
+    };
+    if (body_ != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*body_, pose_)));
+    if (scene_.modes != nullptr) connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, swings_)));
 }
 
 /// A world position in the frame of the last tick.
@@ -315,7 +329,7 @@ std::array<float, 3> BridgeSession::inside(const std::array<float, 3>& world_m) 
 void BridgeSession::record() {
     if (record_ == nullptr) return;
     if (side_.size() == 1)
-        return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output, pose());
+        return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output, pose(), &swings_);
     record_->add(tick_number_, in_, {side_[0].output, side_[1].output}, pose());
 }
 
@@ -334,6 +348,14 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     if (output.state == HAPTABLE_FREE && output.vertex[0] != HAPTABLE_NONE && !is_on_a_patch(output)) return false;
     const bool fades = output.state == HAPTABLE_FREE && (model.release != nullptr || model.passivity != nullptr);
     return fades || size_n <= 0.0;
+}
+
+bool BridgeSession::is_possible(const TargetForce& force) const {
+    if (force.body && !is_possible(*force.body)) return false;
+    if (force.swings &&
+        !std::all_of(force.swings->q, force.swings->q + HAPTABLE_MODES, [](float q) { return std::isfinite(q); }))
+        return false;
+    return is_possible(force.output);
 }
 
 /// Finite, and a turn.

@@ -51,8 +51,8 @@ public:
     BridgeSession(const BridgeSession&) = delete;
     BridgeSession& operator=(const BridgeSession&) = delete;
 
-    /// Takes what the line has brought. Throws Error when the target runs other tables, or holds a body that nothing
-    /// holds.
+    /// Takes what the line has brought. Throws Error when the target runs other tables, or holds a body still that
+    /// moves or rings.
     void take_answers();
     /// Asks again for an answer that has not come, asks for who has waited for the other finger, publishes zero force
     /// once when a device has fallen silent. Throws Error when the target has not answered for patience_s.
@@ -108,12 +108,14 @@ private:
     bool has_all() const;
     void finish();
     void publish_forces();
-    void publish_pose();
-    void require_pose(const TargetForce& force);
+    void publish_motion();
+    bool has_motion(const TargetForce& force) const;
+    void require_motion(const TargetForce& force);
     const haptable_body_state* pose() const { return body_ != nullptr ? &pose_ : nullptr; }
     std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     void record();
     bool is_possible(const haptable_output& output) const;
+    bool is_possible(const TargetForce& force) const;
     static bool is_possible(const haptable_body_state& body);
     bool is_on_a_patch(const haptable_output& output) const;
     void note(Clock::time_point now);
@@ -132,8 +134,9 @@ private:
     Answer answer_;
     const haptable_body* body_;
     haptable_body_state pose_{}, next_pose_{};  ///< of the last tick, as the line has it; of the one under way
-    bool knows_pose_ = false;                   ///< the target has said where it is
-    int without_pose_ = 0;                      ///< forces, before
+    haptable_swings swings_{}, next_swings_{};  ///< the same of a body that rings
+    bool knows_motion_ = false;                 ///< the target has said how the body moves
+    int without_motion_ = 0;                    ///< forces, before
     std::vector<Side> side_;
     FingerInputs in_;                           ///< the tick under way, or the last one
     TargetStates frames_;                       ///< as the target gets it

@@ -34,6 +34,13 @@ std::optional<TargetForce> SerialTarget::take() {
             pose_ = pose;
             continue;
         }
+        haptable_swings swings{};
+        if (const int modes = haptable_frame_take_modes(&whole, &swings); modes > 0) {
+            swings_sequence_ = whole.sequence;
+            swings_ = swings;
+            modes_ = modes;
+            continue;
+        }
         TargetForce force;
         force.sequence = whole.sequence;
         force.output.patch = HAPTABLE_NONE;
@@ -41,6 +48,8 @@ std::optional<TargetForce> SerialTarget::take() {
         if (haptable_frame_take_force_of(&whole, &finger, &force.model_hash, &force.output) != 0) {
             force.finger = static_cast<std::size_t>(finger);
             if (pose_sequence_ == whole.sequence) force.body = pose_;
+            if (swings_sequence_ == whole.sequence) force.swings = swings_;
+            force.modes = modes_;
             return force;
         }
         ++foreign_frames_;

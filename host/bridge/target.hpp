@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "firmware/haptable_frame_body.h"
+#include "firmware/haptable_frame_modes.h"
 #include "firmware/haptable_frame_pair.h"
 #include "host/link/channels.hpp"
 #include "host/link/line.hpp"
@@ -21,6 +22,9 @@ struct TargetForce {
     haptable_output output{};      ///< all but `patch`
     /// Where the body was in that tick: all that is on the line. None where the target did not say.
     std::optional<haptable_body_state> body;
+    /// How far the modes have swung by its end: q alone; and how many there are. None where it did not say.
+    std::optional<haptable_swings> swings;
+    int modes = 0;
 };
 
 /// A tick's states, by finger; none: it is not in it.
@@ -46,8 +50,10 @@ private:
     std::array<std::uint8_t, 512> buffer_{};
     std::size_t begin_ = 0, end_ = 0;  ///< of what of the buffer is unread
     std::uint64_t foreign_frames_ = 0;
-    std::uint32_t pose_sequence_ = 0;
+    std::uint32_t pose_sequence_ = 0, swings_sequence_ = 0;
     std::optional<haptable_body_state> pose_;  ///< the last one
+    std::optional<haptable_swings> swings_;    ///< likewise
+    int modes_ = 0;
 };
 
 }  // namespace haptable

@@ -74,10 +74,10 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
     if (!fs::exists(file)) throw Error(file.string() + ": make did not make it");
 }
 
-/// What of a scene's images knows its fingers, and moves the body where nothing holds it.
+/// What of a scene's images knows its fingers, and moves the body where nothing holds it, or it rings.
 std::string image_of(const fs::path& scene, int fingers) {
-    const bool is_free = fs::exists(scene / "body.json");
-    return fmt::format("loop{}{}.elf", is_free ? "_body" : "", fingers == 2 ? "_pair" : "");
+    const char* moving = fs::exists(scene / "body.json") ? "_body" : fs::exists(scene / "modes.json") ? "_modes" : "";
+    return fmt::format("loop{}{}.elf", moving, fingers == 2 ? "_pair" : "");
 }
 
 }  // namespace

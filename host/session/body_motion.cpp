@@ -2,7 +2,6 @@
 #include "host/session/body_motion.hpp"
 
 #include <algorithm>
-#include <type_traits>
 
 #include "firmware/haptable_body_modes.h"
 #include "firmware/haptable_body_pair.h"
@@ -48,11 +47,7 @@ std::array<float, 3> BodyMotion::inside(const std::array<float, 3>& world_m) con
 }
 
 body_modes BodyMotion::modes_message(const device_state& state, std::int64_t utime, std::int64_t servo) const {
-    static_assert(std::extent_v<decltype(body_modes::swung)> == HAPTABLE_MODES);
-    auto modes = addressed(body_modes{}, state, utime, servo, *scene_.model);
-    modes.count = scene_.modes->count;
-    std::copy_n(swings()->q, scene_.modes->count, modes.swung);
-    return modes;
+    return addressed(to_modes_message(*scene_.modes, *swings()), state, utime, servo, *scene_.model);
 }
 
 body_pose BodyMotion::message(const device_state& state, std::int64_t utime, std::int64_t servo) const {

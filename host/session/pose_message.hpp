@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Where a body that nothing holds is, as a message.
+// Where a body that nothing holds is, and how far one that rings has swung, as messages.
 #pragma once
 
 #include <algorithm>
 
 #include "firmware/haptable_body.h"
+#include "firmware/haptable_modes.h"
 #include "host/link/channels.hpp"
+#include "host/link/ringing.hpp"
 
 namespace haptable {
 
@@ -19,6 +21,15 @@ inline body_pose to_pose_message(const haptable_body& body, const haptable_body_
     std::copy_n(at.spin_rad_per_s, 3, pose.spin_rad_per_s);
     pose.on_floor = at.on_floor;
     return pose;
+}
+
+/// Likewise.
+inline body_modes to_modes_message(const haptable_modes& modes, const haptable_swings& swings) {
+    static_assert(std::size(decltype(body_modes::swung){}) == HAPTABLE_MODES);
+    body_modes message{};
+    message.count = modes.count;
+    std::copy_n(swings.q, modes.count, message.swung);
+    return message;
 }
 
 /// What tells whose a message is: of the servo's answer to that state.

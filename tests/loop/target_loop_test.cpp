@@ -99,20 +99,22 @@ protected:
         EXPECT_GT(std::count_if(rows.begin(), rows.end(), both_touch), 50);
     }
 
-    /// The free cube, pushed: the same of its pose, in the bridge's record and over LCM.
-    void expect_a_body_of_the_host(const std::vector<std::string>& line) {
-        const std::filesystem::path scene = build_folder() / "free-cube";
+    /// The same of how the body moves, in the bridge's record and over LCM: three numbers of each message, `of`, are
+    /// those from column 20 on.
+    template <typename Message, typename Of>
+    void expect_motion_of_the_host(const std::vector<std::string>& line, const std::string& name,
+                                   const std::string& file, const char* channel, Of of) {
+        const std::filesystem::path scene = build_folder() / name;
         Connection connection;
-        std::vector<body_pose> poses;
-        connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& m, std::int64_t) { poses.push_back(m); });
+        std::vector<Message> motion;
+        connection.subscribe<Message>(channel, [&](const Message& m, std::int64_t) { motion.push_back(m); });
         std::vector<std::string> command{bridge,          scene.string(), "--quiet",
                                          "--no-realtime", "--csv",        (folder / "bridge.csv").string()};
         command.insert(command.end(), line.begin(), line.end());
         Process bridge_process(command);
-        Process device_process(
-            {device, "meshes/free-cube.toml", "--quiet", "--lockstep", "--path", "drag", "--seconds", "0.5"});
-        for (Clock::time_point last = Clock::now();
-             poses.size() < 500 && Clock::now() - last < std::chrono::seconds(60);)
+        Process device_process({device, file, "--quiet", "--lockstep", "--path", "drag", "--seconds", "0.5"});
+        for (Clock::time_point begun = Clock::now();
+             motion.size() < 500 && Clock::now() - begun < std::chrono::seconds(60);)
             connection.handle_until(Clock::now() + std::chrono::milliseconds(20));
         ASSERT_EQ(device_process.wait_for_exit(), 0);
         bridge_process.kill(SIGTERM);
@@ -122,12 +124,11 @@ protected:
         EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "bridge.csv"));
         const auto rows = read_rows(folder / "bridge.csv");
         ASSERT_EQ(rows.size(), 500U);
-        ASSERT_EQ(poses.size(), rows.size());
+        ASSERT_EQ(motion.size(), rows.size());
         for (std::size_t i = 0; i < rows.size(); ++i)
             for (std::size_t a = 0; a < 3; ++a)
-                ASSERT_EQ(static_cast<float>(poses[i].centre_m[a]), static_cast<float>(rows[i][20 + a])) << i;
-        const auto moved = std::hypot(rows.back()[20] - rows[0][20], rows.back()[21] - rows[0][21]);
-        EXPECT_GT(moved, 1e-4) << "it is pushed";
+                ASSERT_EQ(static_cast<float>(of(motion[i])[a]), static_cast<float>(rows[i][20 + a])) << i;
+        EXPECT_NE(rows.back()[20], rows[0][20]) << "it is pushed";
     }
 
     std::string servo = build_folder() / "cube/servo";
@@ -166,8 +167,9 @@ TEST_F(TargetLoop, TwoFingersOverTheUartHaveTheForcesOfTheHost) {
     }
 }
 
-// A body that nothing holds, pushed by one hand or lifted by two, is where the host's servo has it; over LCM too.
-TEST_F(TargetLoop, ABodyThatNothingHoldsIsWhereTheHostHasIt) {
+// A body that nothing holds, pushed by one hand or lifted by two, or that rings is where the host's servo has it; over
+// LCM too.
+TEST_F(TargetLoop, ABodyThatMovesIsWhereTheHostHasIt) {
     const auto image_of = [](const char* name, const char* target, const char* image) {
         return (build_folder() / name / "firmware" / target / image).string();
     };
@@ -176,7 +178,18 @@ TEST_F(TargetLoop, ABodyThatNothingHoldsIsWhereTheHostHasIt) {
         const Pipes pipes;
         const Process image({"sh", "scripts/qemu.sh", target, image_of("free-cube", target, "loop_body.elf"),
                              pipes.to_target(), pipes.from_target()});
-        expect_a_body_of_the_host({"--pipes", pipes.to_target(), pipes.from_target()});
+        expect_motion_of_the_host<body_pose>({"--pipes", pipes.to_target(), pipes.from_target()}, "free-cube",
+                                             "meshes/free-cube.toml", kBodyChannel,
+                                             [](const body_pose& m) { return m.centre_m; });
+    }
+    for (const char* target : {"cortex-m7", "rv32"}) {  // one that rings
+        SCOPED_TRACE(target);
+        const Pipes pipes;
+        const Process image({"sh", "scripts/qemu.sh", target, image_of("ringing", target, "loop_modes.elf"),
+                             pipes.to_target(), pipes.from_target()});
+        expect_motion_of_the_host<body_modes>({"--pipes", pipes.to_target(), pipes.from_target()}, "ringing",
+                                              "tests/firmware/modes.toml", kModesChannel,
+                                              [](const body_modes& m) { return m.swung; });
     }
     for (const char* target : {"cortex-m7", "cortex-m33"}) {
         SCOPED_TRACE(target);

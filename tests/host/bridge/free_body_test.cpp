@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "codegen/vibration.hpp"
 #include "firmware/haptable_frame_body_pair.h"
 #include "host/base/error.hpp"
 #include "host/bridge/session.hpp"
@@ -152,6 +153,69 @@ TEST_F(BridgeOfABody, ATargetThatDoesNotSayWhereItIsIsAnError) {
     const std::string said = error_of([&] { ask(0); });
     EXPECT_NE(said.find("flash the scene's loop_body"), std::string::npos) << said;
     EXPECT_EQ(answered, -1);
+}
+
+// One that rings: how far its modes have swung comes before the force; an answer without it is none.
+TEST(BridgeOfAJelly, RingsAsTheHostHasIt) {
+    const SoftBox box;
+    const Pty port;
+    WorkFolder folder;
+    haptable_model model = *box.scene().model;
+    ServoVibration vibration{{tick_of_mode(60.0, 0.05), tick_of_mode(140.0, 0.05)}, {}, 3};
+    for (std::size_t k = 0; k < std::size_t{2} * model.free_count; ++k) vibration.shape.push_back({0.0F, 2.0F, 4.0F});
+    const haptable_modes modes = vibration_in_memory(vibration, model);
+    ServoScene scene = box.scene();
+    scene.modes = &modes;
+    Connection connection("memq://");
+    SerialTarget line(Line::open(port.name(), 2'000'000));
+    std::optional<ServoRecord> record{std::in_place, scene, folder / "bridge.csv"};
+    BridgeSession session(scene, connection, line, {.retry = std::chrono::milliseconds(2)}, &*record);
+    std::int64_t answered = -1;
+    std::vector<body_modes> swung;
+    connection.subscribe<servo_force>(kForceChannel, [&](const servo_force& m, std::int64_t) { answered = m.seq; });
+    connection.subscribe<body_modes>(kModesChannel, [&](const body_modes& m, std::int64_t) { swung.push_back(m); });
+    haptable_frame_modes end{};
+    haptable_frame_modes_init(&modes, &end);
+    int damages = 0;
+    const Clock::time_point give_up = Clock::now() + std::chrono::seconds(20);
+    for (std::int64_t seq = 0; seq < 200; ++seq) {
+        device_state state = simulated_state(seq, seq * 1000);
+        state.position_m[0] = state.position_m[1] = 0.013;
+        state.position_m[2] = seq < 150 ? 0.031 - 2e-5 * static_cast<double>(seq) : 0.033;
+        while (answered != seq && Clock::now() < give_up) {
+            connection.publish(kStateChannel, state);
+            handle_all(connection);
+            for (const std::uint8_t byte : port.take()) {
+                Bytes answer(HAPTABLE_FRAME_RINGING_BYTES);
+                answer.resize(haptable_frame_modes_take(&modes, &end, byte, answer.data()));
+                if (!answer.empty() && seq == 120 && damages++ < 3) answer[9] ^= 1;
+                if (!answer.empty()) port.put(answer);
+            }
+            session.take_answers();
+            session.watch(Clock::now());
+            handle_all(connection);
+        }
+        ASSERT_EQ(answered, seq);
+    }
+    EXPECT_EQ(end.servo.counters.ticks, 200U) << "stepped once";
+    EXPECT_GE(session.report().resent_frames, 3);
+    ASSERT_EQ(swung.size(), 200U);
+    EXPECT_EQ(swung.back().count, 2);
+    EXPECT_EQ(swung.back().seq, 199);
+    EXPECT_EQ(swung.back().swung[1], end.state.swings.q[1]);
+    EXPECT_NE(swung.back().swung[0], 0.0F);
+    record->finish();
+    replay(scene, folder / "bridge.csv", folder / "host.csv", true);
+    EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "bridge.csv"));
+    // Of another number of modes, or of no whole number: no frame of ours.
+    Bytes frame(HAPTABLE_FRAME_MODES_BYTES);
+    haptable_swings read{};
+    haptable_frame whole{HAPTABLE_FRAME_MODES, 8, 1, frame.data()};
+    EXPECT_EQ(haptable_frame_take_modes(&whole, &read), 2);
+    for (const std::uint8_t length : Bytes{7, 68, 88}) {
+        whole.length = length;
+        EXPECT_EQ(haptable_frame_take_modes(&whole, &read), 0);
+    }
 }
 
 // Two fingers on a line, one of them away, and the question whether there are two; poses are of the tick before it.
