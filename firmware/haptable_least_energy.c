@@ -275,6 +275,10 @@ static float falls_along_edges(const struct haptable_model* model, const struct 
     return sum;
 }
 
+/* A search that has found a direction down leaves steps to go there: for the patch's second derivatives, and the point.
+ */
+enum { STEPS_OF_SEARCH = HAPTABLE_ENERGY_STEPS - 2 * STEPS_OF_ENERGY };
+
 /* E's slope is linear on each patch's cone at the vertex, so there is a direction down exactly where one of the edges
  * leads down. Of the patches the one is taken where they do so most steeply, into it or along the better of its edges.
  */
@@ -283,7 +287,7 @@ static int direction_on_vertex(struct walk* walk, int corner, struct point* here
     float most = falls_along_edges(walk->model, here, corner);
     uint16_t patch = here->at.patch;
     struct point next;
-    while (walk->steps < HAPTABLE_ENERGY_STEPS && fan_next(walk->model, &fan)) {
+    while (walk->steps < (most > 0.0f ? STEPS_OF_SEARCH : HAPTABLE_ENERGY_STEPS) && fan_next(walk->model, &fan)) {
         float falls;
         see_from(walk, here, fan.patch, &next);
         falls = falls_along_edges(walk->model, &next, fan.corner);

@@ -4,12 +4,14 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "firmware/haptable_bounds.h"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/reference_servo.hpp"
+#include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -209,6 +211,51 @@ TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheCube) {
 TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheMouse) {
     for (const ForceLaw force : kForces)
         expect_passive({mouse_scene(true), force, radius_of(force, 0.006)}, 1000, 0.003, 0.006);
+}
+
+// Around a vertex of more patches than a tick has steps the search leaves steps to go, or goes on at the next tick: it
+// does not stay where an edge leads down.
+TEST(LeastEnergy, LeavesAVertexOfManyPatches) {
+    for (const int sides : {12, 20, 31}) {
+        const TestModel tip(spindle_shape(sides, 0.02, 0.03), -1e9, GodObject::kLeastEnergy);
+        const haptable_model& model = *tip.get();
+        for (int turn = 0; turn < sides; ++turn) {
+            const double angle = 2.0 * std::numbers::pi * turn / sides;
+            for (const double aside : {0.0, 3e-4, 1e-3}) {
+                Finger finger(model);
+                finger.to({0.0, 0.0, 0.031});
+                finger.to({0.0, 0.0, 0.02995});
+                const Vector3d x(aside * std::cos(angle), aside * std::sin(angle), 0.027);
+                for (int tick = 0; tick < 8; ++tick) finger.to(x);
+                ASSERT_TRUE(finger.touches());
+                EXPECT_LT(finger.god().z(), 0.0299) << sides << " " << turn << " " << aside;
+            }
+        }
+    }
+}
+
+// The same where one edge of the vertex alone leads down, to where the body is soft, so that a tick's steps may end
+// before it is looked at.
+TEST(LeastEnergy, FindsTheOneWayDownFromAVertexOfManyPatches) {
+    constexpr int kSides = 31;
+    const TestModel tip(spindle_shape(kSides, 0.02, 0.03), -1e9, GodObject::kLeastEnergy);
+    for (int soft = 0; soft < kSides; ++soft) {
+        std::vector<std::array<float, 6>> blocks(tip.servo().free_count, {2000.0F, 2000.0F, 2000.0F, 0.0F, 0.0F, 0.0F});
+        haptable_model model = *tip.get();
+        model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(blocks.data());
+        for (std::size_t v = 0; v < blocks.size(); ++v) {
+            const Vector3d at = to_vector(tip.servo().vertex_m[v].data());
+            const double angle = 2.0 * std::numbers::pi * soft / kSides;
+            const double gap = (at - Vector3d(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.0)).norm();
+            const float k = at.z() > 0.02 ? 100.0F : gap < 1e-4 ? 10.0F : 2000.0F;
+            blocks[v] = {k, k, k, 0.0F, 0.0F, 0.0F};
+        }
+        Finger finger(unclamped(model));
+        finger.to({0.0, 0.0, 0.031});
+        for (int tick = 0; tick < 12; ++tick) finger.to({0.0, 0.0, 0.02});
+        ASSERT_TRUE(finger.touches());
+        EXPECT_LT(finger.god().z(), 0.0299) << soft;
+    }
 }
 
 // Wherever the finger is, no point of the surface around the god-object has less energy.

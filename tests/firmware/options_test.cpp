@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "firmware/haptable_bounds.h"
 #include "host/base/file.hpp"
+#include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/process.hpp"
@@ -241,15 +242,51 @@ TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
         for (int tick = 0; tick < 300; ++tick) {
             const double deep = std::min(2e-3, 5e-5 * tick), aside = std::max(0.0, 4e-5 * (tick - 40));
             const float x[3] = {float(0.009 + 0.8 * aside), float(0.011 + 0.6 * aside), float(0.0301 - deep)};
-            servo.counters.most_energies = 0;
+            const std::uint16_t held = servo.contact.patch;
+            servo.counters.most_energies = servo.counters.most_held_steps = 0;
             haptable_step(&model, &servo, x, 0, &out);
             if (servo.contact.slips == 0) continue;
+            if (freed.at.patch == held) {
+                EXPECT_EQ(servo.counters.most_held_steps, 0U) << "its line is on one patch";
+            }
             ++slips;
             once += servo.counters.most_energies == std::uint32_t{STEPS_OF_ENERGY} ? 1 : 0;
         }
         EXPECT_GT(slips, 100) << force;
         EXPECT_GT(once, slips / 2) << force;
     }
+}
+
+int loads_taken = 0;
+
+void count_loads(const haptable_model* model, const haptable_contact* contact, const float finger_m[3],
+                 haptable_energy_terms terms, haptable_energy* energy) {
+    loads_taken += terms == HAPTABLE_ENERGY_LOAD ? 1 : 0;
+    haptable_energy_consistent(model, contact, finger_m, terms, energy);
+}
+
+// Where the god-object is held at the very vertex where it would be without friction, nothing is tried.
+TEST(Friction, WhereNothingIsHeldBackOneLoadDoes) {
+    const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
+    haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
+    model.energy = count_loads;
+    haptable_freed freed{};
+    model.freed = &freed;
+    haptable_servo servo;
+    haptable_output out{};
+    haptable_init(&servo);
+    int rests = 0;
+    Vector3d held(0, 0, 0);
+    for (const auto& x : walked(stroke_path(body.tables(), 20), 1e-4F)) {
+        loads_taken = 0;
+        haptable_step(&model, &servo, x.data(), 0, &out);
+        const bool rested = held == to_vector(freed.at.god_object_m) && held == to_vector(out.god_object_m);
+        held = to_vector(out.god_object_m);
+        if (out.state != HAPTABLE_CONTACT || !rested) continue;
+        ++rests;
+        EXPECT_LE(loads_taken, 1);
+    }
+    EXPECT_GT(rests, 100);
 }
 
 // A contact that a refused position has ended is not gone on with, neither where the god-object was held nor where it
