@@ -86,6 +86,7 @@ images: $(BUILD)/host/target/count.so
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/modes.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/grasp.toml
 	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/squeeze.toml
+	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/wobble.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube-two.toml
 	@if sh scripts/setup.sh cross; then \
 	for target in $(TARGETS); do \
@@ -96,6 +97,7 @@ images: $(BUILD)/host/target/count.so
 	$(MAKE) --no-print-directory $(BUILD)/grasped/firmware/$$target/grasp.elf $(BUILD)/grasped/firmware/$$target/loop_body_pair.elf $(BUILD)/grasped/firmware/$$target/uart_body_pair.elf NAME=grasped SCENE=tests/firmware/grasp.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf $(BUILD)/ringing/firmware/$$target/loop_modes.elf $(BUILD)/ringing/firmware/$$target/uart_modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/squeezed/firmware/$$target/modes_pair.elf NAME=squeezed SCENE=tests/firmware/squeeze.toml TARGET=$$target && \
+	$(MAKE) --no-print-directory $(BUILD)/wobbling/firmware/$$target/grasp_modes.elf NAME=wobbling SCENE=tests/firmware/wobble.toml TARGET=$$target && \
 	$(MAKE) --no-print-directory $(BUILD)/cube-two/firmware/$$target/loop_pair.elf $(BUILD)/cube-two/firmware/$$target/uart_pair.elf NAME=cube-two SCENE=meshes/cube-two.toml TARGET=$$target || exit 1; \
 	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
 
@@ -140,7 +142,7 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o loop_body.o loop_body_pair.o loop_modes.o example.o deform.o body.o grasp.o pair.o modes.o modes_pair.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o loop_body.o loop_body_pair.o loop_modes.o example.o deform.o body.o grasp.o pair.o modes.o modes_pair.o grasp_modes.o): $(BUILD)/$(NAME)/summary.json
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
@@ -153,9 +155,9 @@ $(IMAGE)/grasp.elf: private STACK = 12K
 # Only where the body rings.
 $(IMAGE)/modes.elf: private STACK = 4K
 # And has two fingers.
-$(IMAGE)/modes_pair.elf: private override FLASH = 512K
-$(IMAGE)/modes_pair.elf: private RAM = 32K
-$(IMAGE)/modes_pair.elf: private STACK = 12K
+$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private override FLASH = 512K
+$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private RAM = 32K
+$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private STACK = 12K
 $(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/display.c
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/display.c -o $@

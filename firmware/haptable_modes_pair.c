@@ -333,7 +333,7 @@ void haptable_modes_pair_step_finger(const struct haptable_modes* modes, const s
                                      const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
     static const struct haptable_met away = {.patch = HAPTABLE_NONE};
     struct haptable_servo* servo = &pair->servo[number];
-    struct haptable_modes_state one = {state->swings, state->met[number], state->stored_j};
+    struct haptable_modes_state one = {state->swings, state->met[number], state->stored_j - state->owed_j};
     haptable_modes_step(modes, &one, servo, finger_m, now_us, out);
     state->swings = one.swings;
     state->met[number] = one.met;

@@ -39,7 +39,7 @@ arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen firmware/haptable_pair.h host/precompute
 arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body_modes.h firmware/haptable_body_pair.h firmware/haptable_modes.h firmware/haptable_modes_pair.h firmware/haptable_pair.h haptable/
+arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body_modes.h firmware/haptable_body_modes_pair.h firmware/haptable_body_pair.h firmware/haptable_modes.h firmware/haptable_modes_pair.h firmware/haptable_pair.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable.h firmware/haptable_body.h model.h haptable/
 arrow host/report host/base host/report
 arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h firmware/haptable_pair.h

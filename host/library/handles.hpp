@@ -7,6 +7,7 @@
 
 #include "firmware/haptable.h"
 #include "firmware/haptable_body_modes.h"
+#include "firmware/haptable_body_modes_pair.h"
 #include "firmware/haptable_body_pair.h"
 #include "firmware/haptable_modes_pair.h"
 #include "firmware/haptable_pair.h"

@@ -128,6 +128,9 @@ void step_alone(haptable_fingers& fingers, int number, const float at_m[3], std:
     const haptable_model& model = fingers.alone;
     haptable_servo& servo = fingers.pair.servo[number];
     moving.touched = moving.state;
+    if (moving.rings() && moving.body != nullptr)
+        return haptable_body_modes_pair_step_finger(&moving.modes, fingers.loaded->pair(), moving.body, &moving.state,
+                                                    &moving.of_both, &fingers.pair, number, at_m, now_us, &out);
     if (moving.rings())
         return haptable_modes_pair_step_finger(&moving.modes, fingers.loaded->pair(), &moving.of_both, &fingers.pair,
                                                number, at_m, now_us, &out);
@@ -143,6 +146,9 @@ void step_both(haptable_fingers& fingers, const float first_m[3], const float se
     float at_m[HAPTABLE_FINGERS][3];
     std::copy_n(first_m, 3, at_m[0]);
     std::copy_n(second_m, 3, at_m[1]);
+    if (moving.rings() && moving.body != nullptr)
+        return haptable_body_modes_pair_step(&moving.modes, tables, moving.body, &moving.state, &moving.of_both,
+                                             &fingers.pair, at_m, now_us, out);
     if (moving.rings())
         return haptable_modes_pair_step(&moving.modes, tables, &moving.of_both, &fingers.pair, at_m, now_us, out);
     if (moving.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);

@@ -704,8 +704,6 @@ void require_weight(const Section& section, const std::optional<Gravity>& gravit
 void require_ringing(const Section& section, const Scene& scene) {
     if (scene.gravity && scene.gravity->prestress)
         section.fail("modes", "are those of the body without stress; remove prestress, or modes");
-    if (scene.contact.fingers == 2 && section.flag("free", false))
-        section.fail("modes", "of a body that nothing holds ring under one finger: write fingers = 1, or remove modes");
     if (!scene.relaxation.empty()) section.fail("modes", "are of an elastic body: remove [[relaxation]], or modes");
     if (scene.contact.passivity)
         section.fail("modes", "count what contacts give themselves: remove passivity, or modes");

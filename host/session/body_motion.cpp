@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "firmware/haptable_body_modes.h"
+#include "firmware/haptable_body_modes_pair.h"
 #include "firmware/haptable_body_pair.h"
 #include "host/session/pose_message.hpp"
 
@@ -26,6 +27,9 @@ void BodyMotion::step(haptable_pair& pair, int finger, const float finger_m[3], 
         return haptable_modes_step(scene_.modes, &of_one_, &servo, finger_m, now_us, &out);
     if (body_ == nullptr) return haptable_step(scene_.model, &servo, finger_m, now_us, &out);
     touched_ = state_;
+    if (scene_.modes != nullptr && scene_.pair != nullptr)
+        return haptable_body_modes_pair_step_finger(scene_.modes, scene_.pair, body_, &state_, &of_both_, &pair, finger,
+                                                    finger_m, now_us, &out);
     if (scene_.modes != nullptr)
         return haptable_body_modes_step(scene_.modes, body_, &state_, &of_one_, &servo, finger_m, now_us, &out);
     haptable_body_step_finger(scene_.model, body_, &state_, &servo, finger, finger_m, now_us, &out);
@@ -36,6 +40,9 @@ void BodyMotion::step(haptable_pair& pair, const float finger_m[2][3], std::uint
         return haptable_modes_pair_step(scene_.modes, scene_.pair, &of_both_, &pair, finger_m, now_us, out);
     if (body_ == nullptr) return haptable_pair_step(scene_.pair, &pair, finger_m[0], finger_m[1], now_us, out);
     touched_ = state_;
+    if (scene_.modes != nullptr)
+        return haptable_body_modes_pair_step(scene_.modes, scene_.pair, body_, &state_, &of_both_, &pair, finger_m,
+                                             now_us, out);
     haptable_body_pair_step(scene_.pair, body_, &state_, &pair, finger_m, now_us, out);
 }
 

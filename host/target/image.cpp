@@ -201,6 +201,11 @@ std::vector<NumbersTick<12>> TargetImage::ring_by_two(const std::vector<std::arr
     return numbers<12>("modes_pair", path_m);
 }
 
+std::vector<NumbersTick<13>> TargetImage::move_ringing_body_by_two(
+    const std::vector<std::array<float, 6>>& path_m) const {
+    return numbers<13>("grasp_modes", path_m);
+}
+
 std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
 
 std::string TargetImage::run(const std::string& image, std::string_view bytes) const {

@@ -70,6 +70,8 @@ public:
     std::vector<NumbersTick<6>> ring(const std::vector<std::array<float, 3>>& path_m) const;
     /// Both forces and shifts of such a body under two fingers, [ticks].
     std::vector<NumbersTick<12>> ring_by_two(const std::vector<std::array<float, 6>>& path_m) const;
+    /// As move_body_by_two, of one that rings.
+    std::vector<NumbersTick<13>> move_ringing_body_by_two(const std::vector<std::array<float, 6>>& path_m) const;
     /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 

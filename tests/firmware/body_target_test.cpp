@@ -8,6 +8,8 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
+#include "firmware/haptable_body_modes_pair.h"
 #include "firmware/haptable_body_pair.h"
 #include "host/target/image.hpp"
 #include "host/target/modes.hpp"
@@ -103,6 +105,49 @@ TEST_P(BodyTarget, GivesTheBitsOfTheHostWithTwoFingers) {
         for (haptable_servo& one : pair.servo) forget_work(one.counters);
         haptable_body_pair_step(&tables, &built.body, &state, &pair, finger, static_cast<std::uint32_t>(tick) * 1000,
                                 out);
+        for (std::size_t f = 0; f < 2; ++f)
+            ASSERT_EQ(std::memcmp(&got[tick].value[3 * f], out[f].force_n, sizeof out[f].force_n), 0)
+                << "force, tick " << tick;
+        ASSERT_NO_FATAL_FAILURE(expect_pose(state, &got[tick].value[6], tick));
+        ASSERT_LE(got[tick].instructions, pair_cost(each, pair) + moves) << "tick " << tick;
+        ASSERT_LT(got[tick].instructions, most_pair_cost(built.mode, built.fan) + moves) << "tick " << tick;
+        if (tick < 100) {  // both wait beside it
+            ASSERT_LE(got[tick].instructions, moves) << "tick " << tick;
+        }
+        highest_m = std::max(highest_m, state.position_m[2] - built.body.centre_m[2]);
+    }
+    EXPECT_GT(highest_m, 0.015F) << "they lifted it";
+    EXPECT_LT(state.position_m[2] - built.body.centre_m[2], 0.005F) << "and let it fall";
+}
+
+TEST_P(BodyTarget, GivesTheBitsOfTheHostOfOneThatRings) {
+    if (!has_image("wobbling", "grasp_modes.elf"))
+        GTEST_SKIP() << "no image for " << GetParam() << ": no cross compiler";
+    const Built built("wobbling");
+    const ServoPair coupling = build_pair(*read_pair(built.folder), built.tables, built.servo);
+    const haptable_pair_model tables = pair_in_memory(coupling, built.tables, built.model);
+    const auto path = grasp_path();
+    const auto got = TargetImage(build_folder(), "wobbling", GetParam()).move_ringing_body_by_two(path);
+    const std::uint64_t moves = most_body_cost(built.body.point_count, 2) +
+                                most_vibration_pair_cost(built.mode, read_vibration(built.folder)->modes());
+    const PairTickCost each = pair_cost_of(built.mode, built.fan);
+    const ServoVibration vibration = build_vibration(*read_vibration(built.folder), built.tables, built.servo);
+    const haptable_modes modes = vibration_in_memory(vibration, built.model);
+    haptable_modes_pair swings;
+    haptable_modes_pair_init(&swings);
+    haptable_pair pair;
+    haptable_pair_init(&tables, &pair);
+    haptable_pair_check(&tables, &pair, HAPTABLE_CHECK_ALL);
+    haptable_body_state state;
+    haptable_body_init(&built.body, &state);
+    float highest_m = 0.0F;
+    for (std::size_t tick = 0; tick < path.size(); ++tick) {
+        const auto& at = path[tick];
+        const float finger[2][3] = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
+        haptable_output out[2];
+        for (haptable_servo& one : pair.servo) forget_work(one.counters);
+        haptable_body_modes_pair_step(&modes, &tables, &built.body, &state, &swings, &pair, finger,
+                                      static_cast<std::uint32_t>(tick) * 1000, out);
         for (std::size_t f = 0; f < 2; ++f)
             ASSERT_EQ(std::memcmp(&got[tick].value[3 * f], out[f].force_n, sizeof out[f].force_n), 0)
                 << "force, tick " << tick;

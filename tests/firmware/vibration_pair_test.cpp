@@ -8,7 +8,8 @@
 #include <numbers>
 #include <random>
 
-#include "firmware/haptable_modes_pair.h"
+#include "firmware/haptable_body_modes.h"
+#include "firmware/haptable_body_modes_pair.h"
 #include "tests/hand.hpp"
 #include "tests/jelly.hpp"
 #include "tests/moving_body.hpp"
@@ -56,7 +57,8 @@ struct PairSession {
     }
     Vector3d force(int finger) const { return to_vector(out[finger].force_n); }
     bool both_touch() const { return haptable_touches(out[0].state) && haptable_touches(out[1].state); }
-    double all_j() const { return double(state.stored_j) - double(state.owed_j); }
+    /// What is there: of the contacts what has been paid for.
+    double all_j() const { return double(state.stored_j) - double(std::min(state.owed_j, state.contact_j)); }
 
     haptable_model model;
     haptable_pair_model tables;
@@ -224,6 +226,7 @@ TEST(ModesPair, GainWhatTheHandsGave) {
 
 struct Found {
     double grown_j = 0.0, largest_j = 0.0, owed_j = 0.0;
+    int lifted_ticks = 0;                  ///< of both, off the floor
     int contact_ticks = 0, low_ticks = 0;  ///< of both; with less than 0.9 of the force
 };
 
@@ -311,6 +314,166 @@ TEST(ModesPair, TheSwingPaysBeforeTheForcesDo) {
         taken += !swings;
     }
     EXPECT_GT(taken, 0) << "the force made something";
+}
+
+/// A jelly that nothing holds on a floor, and two fingers with friction or none.
+struct FreeSession : PairSession {
+    FreeSession(const Jelly& jelly, GodObject god_object, double friction) : PairSession(jelly, god_object, friction) {
+        add_gravity(body);
+        add_floor(body, 0.0, 0.5);
+        begin();
+    }
+    /// It stands still, and nobody touches it.
+    void begin() {
+        haptable_body_init(&body, &where);
+        haptable_pair_init(&tables, &pair);
+        haptable_modes_pair_init(&state);
+    }
+    /// Up to the body's motion.
+    void feel(const Vector3d& first_m, const Vector3d& second_m) {
+        const float at[2][3] = {{float(first_m.x()), float(first_m.y()), float(first_m.z())},
+                                {float(second_m.x()), float(second_m.y()), float(second_m.z())}};
+        haptable_body_modes_pair_feel(&modes, &tables, &body, &where, &state, &pair, at, tick++ * 1000, push, out);
+    }
+    void move() { haptable_body_move(&body, &where, push, 2); }
+
+    haptable_body body = cube_body();
+    haptable_body_state where{};
+    haptable_body_push push[2]{};
+};
+
+const Jelly& free_jelly() {
+    static const Jelly made([] {
+        Scene scene = jelly(ForceLaw::kConsistent, 8, true);
+        scene.contact.fingers = 2;
+        return scene;
+    }());
+    return made;
+}
+
+// Taken between two fingers, lifted, held for ten seconds, and let go: what the hands feel is its weight.
+TEST(ModesPair, LiftAndHoldABodyThatNothingHolds) {
+    FreeSession session(free_jelly(), GodObject::kLeastEnergy, 0.8);
+    const auto hold = [&](double in, double up) {
+        session.feel({in, 0.015, 0.02 + up}, {0.03 - in, 0.015, 0.02 + up});
+        session.move();
+    };
+    for (int tick = 0; tick < 500; ++tick) hold(-0.002 + 0.007 * tick / 500.0, 0.0);
+    for (int tick = 0; tick < 1000; ++tick) hold(0.005, 0.02 * tick / 1000.0);
+    for (int tick = 0; tick < 10000; ++tick) hold(0.005, 0.02);
+    const double weight = kMass_kg * 9.81;
+    EXPECT_EQ(session.where.on_floor, 0);
+    EXPECT_NEAR(-(session.force(0) + session.force(1)).z(), weight, 1e-3 * weight);
+    const Vector3d held = position_of(session.where);
+    Vector3d last = session.force(0);
+    double buzz = 0.0;
+    for (int tick = 0; tick < 1000; ++tick) {
+        hold(0.005, 0.02);
+        buzz = std::max(buzz, (session.force(0) - last).norm());
+        last = session.force(0);
+    }
+    EXPECT_LT((position_of(session.where) - held).norm(), 1e-7);
+    EXPECT_LT(buzz, 1e-5);
+    for (int tick = 0; tick < 500; ++tick) hold(-0.005, 0.02);
+    EXPECT_NE(session.where.on_floor, 0);
+}
+
+/// Both hands rest beside it.
+void begin(Hand hand[2]) {
+    for (int f = 0; f < 2; ++f) {
+        hand[f].at_m = {f == 0 ? -0.01 : 0.04, 0.015, 0.018};
+        hand[f].velocity.setZero();
+    }
+}
+
+/// Every six seconds both hands go to its sides, squeeze, lift, part, and go anywhere twice.
+Found play_free(GodObject god_object, double friction, std::uint32_t seed, int seconds) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> part(-1.0, 1.0);
+    FreeSession session(free_jelly(), god_object, friction);
+    Hand hand[2];
+    begin(hand);
+    for (int f = 0; f < 2; ++f) {
+        hand[f].damp(double(session.model.stiffness_limit_n_per_m));
+        if (seed % 2 == 0) hand[f].damping += 4.0;  // calm enough to lift it
+    }
+    Found found;
+    double least = HUGE_VAL;
+    for (int tick = 0; tick < 1000 * seconds; ++tick) {
+        if (tick % 1000 == 0) {
+            const int doing = tick / 1000 % 6;
+            if ((position_of(session.where) - to_vector(session.body.centre_m)).norm() > 0.1) {  // it was knocked away
+                session.begin();
+                begin(hand);
+            }
+            const Vector3d centre = position_of(session.where);
+            const double apart = doing == 0 || doing == 3 ? 0.022 : 0.008 + 0.002 * part(random);
+            for (int f = 0; f < 2; ++f) {
+                const Vector3d side(f == 0 ? -apart : apart, 0.0, doing == 2 ? 0.03 : 0.004);
+                hand[f].wants_m =
+                    centre + (doing < 4 ? side : Vector3d(0.02 * Vector3d(part(random), part(random), part(random))));
+            }
+            least = HUGE_VAL;  // wanting costs energy
+        }
+        session.feel(hand[0].at_m, hand[1].at_m);
+        const double all =
+            energy_of(session.body, session.where) + hand[0].energy() + hand[1].energy() + session.all_j();
+        session.move();
+        found.contact_ticks += session.both_touch();
+        found.low_ticks += session.both_touch() && session.state.owed_j > 0.1F * session.state.contact_j;
+        found.lifted_ticks += session.both_touch() && session.where.on_floor == 0;
+        found.owed_j = std::max(found.owed_j, double(session.state.owed_j));
+        found.largest_j = std::max(found.largest_j, all);
+        found.grown_j = std::max(found.grown_j, all - least);
+        least = std::min(least, all);
+        for (int f = 0; f < 2; ++f) hand[f].move(session.force(f));
+    }
+    return found;
+}
+
+TEST(ModesPair, EnergyOfABodyThatNothingHoldsNeverGrows) {
+    const int sessions = asked("HAPTABLE_SESSIONS", 8), seconds = asked("HAPTABLE_SECONDS", 6);
+    Found all;
+    for (int seed = 0; seed < sessions; ++seed) {
+        const Found found = play_free(seed / 4 % 2 == 0 ? GodObject::kLeastEnergy : GodObject::kNearest,
+                                      seed / 2 % 2 == 0 ? 0.8 : 0.0, static_cast<std::uint32_t>(seed), seconds);
+        EXPECT_WITHIN(found.grown_j, .count = 8, .epsilon = kFloat, .size = found.largest_j) << "session " << seed;
+        all.contact_ticks += found.contact_ticks;
+        all.lifted_ticks += found.lifted_ticks;
+        all.low_ticks += found.low_ticks;
+        all.owed_j = std::max(all.owed_j, found.owed_j);
+    }
+    EXPECT_GT(all.contact_ticks, 50 * sessions * seconds);
+    EXPECT_GT(all.lifted_ticks, 10 * sessions * seconds);
+    EXPECT_GT(all.owed_j, 0.0) << "there was a debt";
+    RecordProperty("owed_mj", std::to_string(1e3 * all.owed_j));
+    RecordProperty("low", std::to_string(double(all.low_ticks) / all.contact_ticks));
+}
+
+// One finger alone on such a body does what haptable_body_modes_step does, to the bit, and either may be that one.
+TEST(ModesPair, OneAlonePushesABodyThatNothingHolds) {
+    for (int number = 0; number < 2; ++number) {
+        FreeSession session(free_jelly(), GodObject::kLeastEnergy, 0.8);
+        haptable_body_state where;
+        haptable_body_init(&session.body, &where);
+        haptable_servo servo;
+        haptable_init(&servo);
+        haptable_modes_state state;
+        haptable_modes_init(&state);
+        for (int tick = 0; tick < 400; ++tick) {
+            const float at[3] = {0.0137F, 0.0168F, std::max(0.027F, 0.032F - 2e-5F * static_cast<float>(tick))};
+            haptable_output out;
+            haptable_body_modes_step(&session.modes, &session.body, &where, &state, &servo, at, session.tick * 1000,
+                                     &out);
+            haptable_body_modes_pair_step_finger(&session.modes, &session.tables, &session.body, &session.where,
+                                                 &session.state, &session.pair, number, at, session.tick++ * 1000,
+                                                 &session.out[number]);
+            ASSERT_EQ(session.force(number), to_vector(out.force_n)) << tick;
+            ASSERT_EQ(position_of(session.where), position_of(where)) << tick;
+        }
+        EXPECT_GT(session.force(number).norm(), 0.05);
+        EXPECT_EQ(session.state.met[1 - number].patch, HAPTABLE_NONE);
+    }
 }
 
 // A finger whose other is away is that of a scene with one, to the bit; and the other comes and goes.

@@ -79,7 +79,8 @@ std::vector<Cell> row(const std::string& what, const fs::path& build, const char
 
 NumberTable body_costs(const fs::path& build) {
     const Bounded one = bounded(build / "free-cube"), two = bounded(build / "grasped"),
-                  rings = bounded(build / "ringing"), squeezed = bounded(build / "squeezed");
+                  rings = bounded(build / "ringing"), squeezed = bounded(build / "squeezed"),
+                  wobbles = bounded(build / "wobbling");
     const std::uint64_t points = read_rigid_body(build / "free-cube")->point_count;
     const std::uint64_t modes = read_vibration(build / "ringing")->modes();
     NumberTable table{{"a tick of", "Cortex-M4F", "Cortex-M7", "Cortex-M33", "rv32imafc", "bound", "in 0.9 ms"}, {}};
@@ -96,6 +97,10 @@ NumberTable body_costs(const fs::path& build) {
                              most_pair_cost(squeezed.mode, squeezed.fan) +
                                  most_vibration_pair_cost(squeezed.mode, read_vibration(build / "squeezed")->modes()),
                              [](const TargetImage& image) { return image.ring_by_two(squeeze_path()); }));
+    table.rows.push_back(row("the same, two fingers, that nothing holds", build, "wobbling", 2,
+                             most_pair_cost(wobbles.mode, wobbles.fan) + most_body_cost(points, 2) +
+                                 most_vibration_pair_cost(wobbles.mode, read_vibration(build / "wobbling")->modes()),
+                             [](const TargetImage& image) { return image.move_ringing_body_by_two(grasp_path()); }));
     return table;
 }
 

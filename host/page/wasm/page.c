@@ -7,6 +7,7 @@
 #include "deform.h"
 #include "hand.h"
 #include "haptable_body_modes.h"
+#include "haptable_body_modes_pair.h"
 #include "haptable_body_pair.h"
 #include "haptable_model_reader.h"
 #include "haptable_modes_pair.h"
@@ -173,7 +174,10 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
 static void step_alone(const struct haptable_model* model, const struct haptable_pair_model* tables, int finger,
                        const float finger_m[3], struct haptable_output* out) {
     struct haptable_servo* servo = &pair.servo[finger];
-    if (ringing && is_free)
+    if (ringing && is_free && tables)
+        haptable_body_modes_pair_step_finger(ringing, tables, &body, &now, &of_both, &pair, finger, finger_m, now_us,
+                                             out);
+    else if (ringing && is_free)
         haptable_body_modes_step(ringing, &body, &now, &swings, servo, finger_m, now_us, out);
     else if (ringing && tables)
         haptable_modes_pair_step_finger(ringing, tables, &of_both, &pair, finger, finger_m, now_us, out);
@@ -236,6 +240,8 @@ static struct page_tick* step_both(const struct haptable_pair_model* tables, con
     touched = now;
     if (away[0] != away[1])
         step_alone(tables->model, tables, away[0], finger_m[away[0]], &out[away[0]]);
+    else if (!away[0] && is_free && ringing)
+        haptable_body_modes_pair_step(ringing, tables, &body, &now, &of_both, &pair, finger_m, now_us, out);
     else if (!away[0] && is_free)
         haptable_body_pair_step(tables, &body, &now, &pair, finger_m, now_us, out);
     else if (!away[0] && ringing)

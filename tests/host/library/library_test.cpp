@@ -519,43 +519,49 @@ TEST_F(Library, RingsAsASessionDoes) {
     }
 }
 
+// Held and free.
 TEST_F(Library, TwoFingersRingAsASessionDoes) {
-    std::string scene = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, "friction"}, "float32");
-    scene.insert(scene.find("[contact]\n") + 10, "fingers = 2\n");
-    scene += "\n[body]\nmodes = 4\n[gravity]\ndensity = 1000.0\n";
-    ASSERT_NO_FATAL_FAILURE(precompute(scene));
-    const fs::path folder = folder_.path() / "tables";
-    const Object object(haptable_object_load(folder.c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
-    const Tables tables = read_tables(folder);
-    const ServoModel built = build_model(tables);
-    const haptable_model model = model_in_memory(tables, built);
-    const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
-    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-    const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
-    const haptable_modes modes = vibration_in_memory(vibration, model);
-    haptable::Fingers session({&model, nullptr, "jelly", &pair_model, &modes}, nullptr);
-    const Fingers fingers(haptable_fingers_new(object.get()));
-    ASSERT_NE(fingers, nullptr) << haptable_library_error();
-    const auto path = knock_path();
-    std::vector<float> swung(4);
-    int both = 0;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-        const auto us = static_cast<std::uint32_t>(1000 * i);
-        const std::array<float, 3> second_m{0.022F, 0.014F, path[(i + 40) % path.size()][2]};
-        const bool second_there = i % 200 > 30;
-        haptable_touch touch[2];
-        haptable_fingers_step(fingers.get(), path[i].data(), second_there ? second_m.data() : nullptr, us, touch);
-        FingerInputs in{FingerInput{path[i]}};
-        if (second_there) in[1] = FingerInput{second_m};
-        session.tick(in, us);
-        for (std::size_t f = 0; f < 2; ++f)
-            ASSERT_EQ(std::memcmp(touch[f].force_n, session.output(f).force_n, sizeof touch[f].force_n), 0) << i;
-        haptable_fingers_swung(fingers.get(), swung.data());
-        ASSERT_EQ(std::memcmp(swung.data(), session.body().swings()->q, 4 * sizeof(float)), 0) << i;
-        both += touch[0].state == HAPTABLE_TOUCH_CONTACT && touch[1].state == HAPTABLE_TOUCH_CONTACT;
+    std::string held = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, "friction"}, "float32");
+    held.insert(held.find("[contact]\n") + 10, "fingers = 2\n");
+    held += "\n[body]\nmodes = 4\n[gravity]\ndensity = 1000.0\n";
+    std::string loose = kLoose;
+    loose.replace(loose.find("free = true\n"), 12, "free = true\nmodes = 4\n");
+    for (const std::string& scene : {held, loose}) {
+        ASSERT_NO_FATAL_FAILURE(precompute(scene));
+        const fs::path folder = folder_.path() / "tables";
+        const Object object(haptable_object_load(folder.c_str(), 0));
+        ASSERT_NE(object, nullptr) << haptable_library_error();
+        const Tables tables = read_tables(folder);
+        const ServoModel built = build_model(tables);
+        const haptable_model model = model_in_memory(tables, built);
+        const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
+        const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
+        const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
+        const haptable_modes modes = vibration_in_memory(vibration, model);
+        const std::optional<haptable_body> body = read_rigid_body(folder);
+        haptable::Fingers session({&model, nullptr, "jelly", &pair_model, &modes}, body ? &*body : nullptr);
+        const Fingers fingers(haptable_fingers_new(object.get()));
+        ASSERT_NE(fingers, nullptr) << haptable_library_error();
+        const auto path = knock_path();
+        std::vector<float> swung(4);
+        int both = 0;
+        for (std::size_t i = 0; i < path.size(); ++i) {
+            const auto us = static_cast<std::uint32_t>(1000 * i);
+            const std::array<float, 3> second_m{0.022F, 0.014F, path[(i + 40) % path.size()][2]};
+            const bool second_there = i % 200 > 30;
+            haptable_touch touch[2];
+            haptable_fingers_step(fingers.get(), path[i].data(), second_there ? second_m.data() : nullptr, us, touch);
+            FingerInputs in{FingerInput{path[i]}};
+            if (second_there) in[1] = FingerInput{second_m};
+            session.tick(in, us);
+            for (std::size_t f = 0; f < 2; ++f)
+                ASSERT_EQ(std::memcmp(touch[f].force_n, session.output(f).force_n, sizeof touch[f].force_n), 0) << i;
+            haptable_fingers_swung(fingers.get(), swung.data());
+            ASSERT_EQ(std::memcmp(swung.data(), session.body().swings()->q, 4 * sizeof(float)), 0) << i;
+            both += touch[0].state == HAPTABLE_TOUCH_CONTACT && touch[1].state == HAPTABLE_TOUCH_CONTACT;
+        }
+        EXPECT_GT(both, 100);
     }
-    EXPECT_GT(both, 100);
 }
 
 TEST_F(Library, HasNoPoseOfABodyThatIsHeld) {
