@@ -41,6 +41,9 @@ extern "C" {
  * that fails, once more at its end. */
 #define HAPTABLE_PAIR_EVALUATIONS 6
 
+/* Ticks in a row of both that go by one curvature of their energy, the one that took it among them. */
+#define HAPTABLE_PAIR_REUSED 8
+
 /* Looks of a tick from a place at another patch of its edge or vertex. */
 #define HAPTABLE_PAIR_LOOKS 28
 
@@ -246,7 +249,7 @@ struct haptable_pair {
     struct haptable_pair_net net;
     struct haptable_table_check check; /* of the coupling's tables */
     struct haptable_pair_follow follow;
-    uint8_t is_following; /* 1: both rested together in the last tick */
+    uint8_t is_following; /* ticks that both rested together by one curvature, the last among them; 0: not */
     uint8_t evaluations;  /* of both fingers' energy at once, in the last tick: at most HAPTABLE_PAIR_EVALUATIONS */
     uint16_t looks;       /* of the last tick: at most HAPTABLE_PAIR_LOOKS */
     uint8_t touches[HAPTABLE_FINGERS];   /* 0: no contact, or the other's dent leaves it behind: it gives no force */

@@ -50,7 +50,10 @@ struct both {
     float energy_j;
     int free; /* of both: the first finger's ways, then the second's */
     int is_given_up;
-    int is_late; /* 1: both were looked at already */
+    int is_late;     /* 1: both were looked at already */
+    int is_foreseen; /* 1: within the patches whose curvature an earlier tick took */
+    int is_reused;   /* 1: that one told the step */
+    float mixed_j[HAPTABLE_PAIR_CONTROLS][HAPTABLE_PAIR_CONTROLS]; /* v_1 . L_kl v_2 */
     float gradient_j[MOST_FREE];
     float y[MOST_FREE][HAPTABLE_FINGERS][3];
     /* What the next tick follows by, where the two rest: */
@@ -181,9 +184,7 @@ static inline float mixed_by(const float p[9], const float x[9]) {
            p[7] * x[7] + p[8] * x[8];
 }
 
-/* Both fingers' controls, and v_1 . L_kl v_2. */
-static void press(const struct both* both, const struct haptable_pair_net* net,
-                  struct pressed pressed[HAPTABLE_FINGERS], float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
+static void put_mixed_of_controls(struct both* both, const struct haptable_pair_net* net) {
     const int count = both->tables->law->controls;
     const float* one = both->system.v[0];
     const float* two = both->system.v[1];
@@ -192,18 +193,28 @@ static void press(const struct both* both, const struct haptable_pair_net* net,
     const float* block = net->block[0];
     int k;
     int l;
+    for (k = 0; k < count; ++k)
+        for (l = 0; l < count; ++l, block += 9) both->mixed_j[k][l] = mixed_by(p, block);
+}
+
+/* Both fingers' controls. */
+static void press(const struct both* both, const struct haptable_pair_net* net,
+                  struct pressed pressed[HAPTABLE_FINGERS]) {
+    const int count = both->tables->law->controls;
+    const float* one = both->system.v[0];
+    const float* two = both->system.v[1];
+    int k;
+    int l;
     for (k = 0; k < count; ++k) {
         pair_product(both->row[k], two, pressed[0].by_other[k]);
         pair_transposed_product(both->row[k], one, pressed[0].back[k]);
     }
     for (l = 0; l < count; ++l) {
         float x[9];
-        pair_sum(count, both->place[0].weight, net->block[l], 9 * count, x);
+        pair_sum_column(count, both->place[0].weight, net->block[l], x);
         pair_transposed_product(x, one, pressed[1].by_other[l]);
         pair_product(x, two, pressed[1].back[l]);
     }
-    for (k = 0; k < count; ++k)
-        for (l = 0; l < count; ++l, block += 9) mixed_j[k][l] = mixed_by(p, block);
 }
 
 /* ---- where they meet: X = share R, share = 1 - MEETING near^2 ------------------------------------------------- */
@@ -312,7 +323,8 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
 }
 
 /* v_1 . R_bc v_2 by coordinates b of the first and c of the second. */
-static void put_raw_mixed(const struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS], float mixed[2][2]) {
+static void put_raw_mixed(const struct both* both, float mixed[2][2]) {
+    const float(*mixed_j)[HAPTABLE_PAIR_CONTROLS] = (const float(*)[HAPTABLE_PAIR_CONTROLS])both->mixed_j;
     const struct place* here = both->place;
     int b;
     int c;
@@ -343,8 +355,8 @@ static void put_rows(struct both* both, const struct haptable_pair_net* net) {
     if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
 }
 
-/* v of both, and the energy. Returns 0 where N is lifted. */
-static int solve_places(struct both* both, struct haptable_pair_net* net) {
+/* v of both, and the energy, of places whose points are known. Returns 0 where N is lifted. */
+static int solve_points(struct both* both, struct haptable_pair_net* net) {
     const struct haptable_pair_model* tables = both->tables;
     struct place* here = both->place;
     const struct haptable_pair_own* own[HAPTABLE_FINGERS] = {&here[0].point.own, &here[1].point.own};
@@ -352,7 +364,6 @@ static int solve_places(struct both* both, struct haptable_pair_net* net) {
     int f;
     put_meeting(both);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        tables->bend->open(tables->model, &here[f].at, both->x_m[f], &here[f].point);
         pair_weights(tables, here[f].at.alpha, here[f].weight);
         vec_copy(here[f].point.u, u[f]);
     }
@@ -361,6 +372,29 @@ static int solve_places(struct both* both, struct haptable_pair_net* net) {
     pair_press_both(own[0], own[1], both->x, &both->system);
     both->energy_j = 0.5f * (vec_dot(own[0]->s, both->system.v[0]) + vec_dot(own[1]->s, both->system.v[1]));
     return !both->system.lifted;
+}
+
+/* The same with what slopes are made of. */
+static int solve_places(struct both* both, struct haptable_pair_net* net) {
+    const struct haptable_pair_model* tables = both->tables;
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* here = &both->place[f];
+        tables->bend->open(tables->model, &here->at, both->x_m[f], &here->point);
+    }
+    return solve_points(both, net);
+}
+
+/* The same without it, of places that have moved within their patches. */
+static int solve_again(struct both* both, struct haptable_pair_net* net) {
+    const struct haptable_pair_model* tables = both->tables;
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* here = &both->place[f];
+        tables->law->own(tables->model, &here->at, both->x_m[f], &here->point.own);
+        vec_sub(both->x_m[f], here->at.god_object_m, here->point.u);
+    }
+    return solve_points(both, net);
 }
 
 static void set_scaled(float s, const float a[3], float out[3]) {
@@ -403,12 +437,12 @@ static void put_ways(struct both* both, int f, float back[2][3]) {
 }
 
 /* The curvature between the ways of the two: -v_1 . X_bc v_2. */
-static void put_mixed(struct both* both, float (*mixed_j)[HAPTABLE_PAIR_CONTROLS]) {
+static void put_mixed(struct both* both) {
     const struct place* here = both->place;
     float mixed[2][2];
     int b;
     int c;
-    put_raw_mixed(both, mixed_j, mixed);
+    put_raw_mixed(both, mixed);
     if (both->meeting.is_near)
         for (b = 0; b < 2; ++b)
             for (c = 0; c < 2; ++c)
@@ -442,23 +476,19 @@ static void solve_slope(const struct pair_system* system, float y[HAPTABLE_FINGE
 }
 
 static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
-    const struct haptable_pair_model* tables = both->tables;
     struct pressed pressed[HAPTABLE_FINGERS];
-    float mixed_j[HAPTABLE_PAIR_CONTROLS][HAPTABLE_PAIR_CONTROLS];
     int i;
     int j;
-    press(both, net, pressed, mixed_j);
+    press(both, net, pressed);
     for (i = 0; i < HAPTABLE_FINGERS; ++i) {
         struct place* here = &both->place[i];
         float back[2][3];
-        if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
-        tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[i], &here->slope);
         couple(both, &pressed[i], i, back);
         open_ways(here);
         put_ways(both, i, back);
     }
     both->free = both->place[0].free + both->place[1].free;
-    put_mixed(both, mixed_j);
+    put_mixed(both);
     for (i = 0; i < both->free; ++i) {
         solve_slope(&both->system, both->y[i], both->z[i]);
         for (j = 0; j <= i; ++j)
@@ -466,13 +496,21 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
     }
 }
 
-/* Of the places where they are. Returns 0 where they cannot settle together. */
+/* What both have of their slopes alone, of the places where they are, and what couples these. Returns 0 where they
+ * cannot settle together. */
 static int evaluate(struct both* both, struct haptable_pair* pair) {
+    const struct haptable_pair_model* tables = both->tables;
+    int f;
     ++pair->evaluations;
     if (!solve_places(both, &pair->net)) return 0;
     if (both->meeting.is_near)
         both->meeting.whole_j = pair_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
-    put_slopes(both, &pair->net);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct place* here = &both->place[f];
+        if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
+        tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[f], &here->slope);
+    }
+    put_mixed_of_controls(both, &pair->net);
     return 1;
 }
 
@@ -657,9 +695,14 @@ static int is_small(const float d[2]) {
 /* See haptable_least_energy.c: v is taken to first order where neither it nor u changes by more than this. */
 #define LOAD_CORRECTION 2.5e-3f
 
+/* The same by slopes of an earlier tick, which may be a quarter off: so that leaves as little, LOAD_CORRECTION squared.
+ */
+#define REUSED_LOAD_CORRECTION 2.5e-5f
+
 /* v of a finger after a step, to first order. Returns 0 where that does not do. */
 static int step_load(const struct both* both, int f, const float step[MOST_FREE], float moved2, float v[3]) {
-    const float most = LOAD_CORRECTION * LOAD_CORRECTION;
+    const float part = both->is_reused ? REUSED_LOAD_CORRECTION : LOAD_CORRECTION;
+    const float most = part * part;
     float change[3] = {0.0f, 0.0f, 0.0f};
     int i;
     vec_copy(both->system.v[f], v);
@@ -709,7 +752,7 @@ static int are_surely_inside(const struct both* both) {
 /* The places and v are the tick's. */
 static void rest(const struct both* both, struct haptable_pair* pair, float v[HAPTABLE_FINGERS][3], float energy_j) {
     int f;
-    put_follow(both, &pair->follow);
+    if (!both->is_reused) put_follow(both, &pair->follow);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct haptable_servo* servo = &pair->servo[f];
         servo->contact = both->place[f].at;
@@ -719,7 +762,7 @@ static void rest(const struct both* both, struct haptable_pair* pair, float v[HA
         pair->view[f].is_solved = 1;
     }
     pair->energy_j = energy_j;
-    pair->is_following = 1;
+    pair->is_following = both->is_reused ? (uint8_t)(pair->is_following + 1) : 1;
 }
 
 /* Where a step of one is foreseen to lead. */
@@ -794,7 +837,7 @@ static int end(struct both* both, struct haptable_pair* pair, const float step[M
         known = step_load(both, f, step, gap2(to[f].god_object_m, both->place[f].at.god_object_m), v[f]) && known;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) both->place[f].at = to[f];
     if (!known) {
-        if (!solve_places(both, &pair->net)) return -1;
+        if (!solve_again(both, &pair->net)) return -1;
         for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
@@ -834,6 +877,62 @@ static int go_on(struct both* both, struct haptable_pair* pair, float most_j) {
     if (part == 1.0f && is_small(d[0]) && is_small(d[1])) return end(both, pair, step, fall_j, to);
     go_places(both, part, d, to);
     return 0;
+}
+
+/* As much of E's slope as the coupling has, by coordinate b of a finger whose controls have q. */
+static inline float coupled_slope(const struct place* here, int b, int count, const float q[HAPTABLE_PAIR_CONTROLS]) {
+    return count == HAPTABLE_PAIR_CONTROLS ? pair_six(here->slope_weight[b], q, 1) : q[b + 1] - q[0];
+}
+
+/* The gradient of both within their patches, apart from each other, with its sign turned. */
+static void put_descent(const struct both* both, float step[MOST_FREE]) {
+    const struct place* here = both->place;
+    const int count = both->tables->law->controls;
+    float q[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
+    int k;
+    int b;
+    for (k = 0; k < count; ++k) {
+        const float* row = both->mixed_j[k];
+        const float* column = &both->mixed_j[0][k];
+        if (count == HAPTABLE_PAIR_CONTROLS) {
+            q[0][k] = pair_six(here[1].weight, row, 1);
+            q[1][k] = pair_six(here[0].weight, column, HAPTABLE_PAIR_CONTROLS);
+        } else {
+            q[0][k] = pair_three(here[1].weight, row, 1);
+            q[1][k] = pair_three(here[0].weight, column, HAPTABLE_PAIR_CONTROLS);
+        }
+    }
+    for (b = 0; b < 2; ++b) {
+        step[b] = coupled_slope(&here[0], b, count, q[0]) - here[0].slope.first_j[b];
+        step[2 + b] = coupled_slope(&here[1], b, count, q[1]) - here[1].slope.first_j[b];
+    }
+}
+
+/* A step by the curvature of an earlier tick ends a tick where it is this small: what it leaves is a part of it. */
+#define REUSED_CORRECTION 2e-3f
+
+static int is_tiny(const float d[2]) {
+    return d[0] < REUSED_CORRECTION && d[0] > -REUSED_CORRECTION && d[1] < REUSED_CORRECTION &&
+           d[1] > -REUSED_CORRECTION;
+}
+
+/* The same as go_on by the curvature that the two were foreseen by, where the step is so small that this does. */
+static int reuse(struct both* both, struct haptable_pair* pair) {
+    struct haptable_contact to[HAPTABLE_FINGERS];
+    float d[HAPTABLE_FINGERS][2];
+    float descent_j[MOST_FREE];
+    float step[MOST_FREE];
+    float fall_j = 0.0f;
+    int i;
+    put_descent(both, descent_j);
+    for (i = 0; i < MOST_FREE; ++i) step[i] = descent_j[i];
+    solve_curvature(both->hessian_j, step);
+    step_of(both, 0, step, d[0]);
+    step_of(both, 1, step, d[1]);
+    if (!(is_tiny(d[0]) && is_tiny(d[1])) || step_places(both, d, to) < 1.0f) return 0;
+    for (i = 0; i < MOST_FREE; ++i) fall_j -= 0.5f * step[i] * descent_j[i];
+    both->is_reused = 1;
+    return end(both, pair, step, fall_j, to);
 }
 
 /* How much less steep the motions make E, by the ways: as the loads go with these. */
@@ -877,6 +976,8 @@ static void predict(struct both* both, struct haptable_pair* pair) {
         predict_place(both->tables->model, d, &both->place[f]);
     }
     both->free = both->place[0].free + both->place[1].free;
+    both->is_foreseen = both->free == MOST_FREE && both->place[0].at.patch == follow->patch[0] &&
+                        both->place[1].at.patch == follow->patch[1] && pair->is_following < HAPTABLE_PAIR_REUSED;
 }
 
 static int may_settle(const struct haptable_pair* pair, int f) {
@@ -909,12 +1010,18 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     both.x_m = finger_m;
     both.hessian_j = pair->follow.curvature_j;
     both.z = pair->follow.slope;
-    both.is_given_up = 0;
+    both.is_given_up = both.is_foreseen = both.is_reused = 0;
     both.is_late = !is_first;
     if (!begin_both(&both, pair)) return 0;
     while (pair->evaluations < most) {
         int rests;
         if (!evaluate(&both, pair)) return 0;
+        if (both.is_foreseen && !both.meeting.is_near) {
+            rests = reuse(&both, pair);
+            if (rests != 0) return rests > 0;
+        }
+        both.is_foreseen = 0;
+        put_slopes(&both, &pair->net);
         rests = go_on(&both, pair, most_j);
         if (rests != 0) return rests > 0;
         most_j = both.energy_j;

@@ -146,6 +146,14 @@ static inline void pair_sum(int count, const float w[], const float* x, int stri
         pair_sum_three(w, x, stride, to);
 }
 
+/* Over k, of blocks C_kl of so many controls each by k and then l; x is the first of the column. */
+static inline void pair_sum_column(int count, const float w[], const float* x, float* restrict to) {
+    if (count == HAPTABLE_PAIR_CONTROLS)
+        pair_sum_six(w, x, 9 * HAPTABLE_PAIR_CONTROLS, to);
+    else
+        pair_sum_three(w, x, 27, to);
+}
+
 /* ---- places --------------------------------------------------------------------------------------------------- */
 
 /* A finger's place with what its slope is made of. */

@@ -431,6 +431,8 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
 struct Loops {
     double worst = -1.0;  ///< most given over most stored
     int loops = 0;
+    int followed = 0, reused = 0;  ///< ticks that both rested together; of these, by the curvature of a tick before
+    int most = 0;                  ///< in a row by one curvature
 };
 
 /// Each finger on an ellipse of its own in a plane at a depth, after it came in along the normal.
@@ -470,6 +472,10 @@ Loops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m
             }
             stored = std::max(stored, pair.energy());
             both = both && pair.touches(0) && pair.touches(1);
+            const int by_one = pair.state().is_following;
+            result.followed += by_one > 0;
+            result.reused += by_one > 1;
+            result.most = std::max(result.most, by_one);
         };
         pair.to(x[0], x[1]);
         for (int i = 1; i <= ticks / 4; ++i) go(at(0, 0, 4.0 * i / ticks), at(1, 0, 4.0 * i / ticks));
@@ -502,6 +508,8 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
         const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
         const Loops loops = run_loops(body, 24, 0.003, 0.004, 500);
         EXPECT_LT(loops.worst, 1e-3) << force;
+        EXPECT_GT(loops.reused, loops.followed / 2) << force;
+        EXPECT_LE(loops.most, HAPTABLE_PAIR_REUSED) << force;
     }
 }
 
