@@ -112,10 +112,12 @@ static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
     float less;
     float more;
     float share;
+    float inverse[3];
     float slope[2];
     float more_d[3];
     int c;
-    if (!newton(g, e->gradient_j, d)) return 0;
+    if (!invert(g, inverse)) return 0;
+    newton_by(inverse, e->gradient_j, d);
     mean = 0.5f * (h[0] * g[2] - 2.0f * h[1] * g[1] + h[2] * g[0]) / determinant;
     half2 = mean * mean - (h[0] * h[2] - h[1] * h[1]) / determinant;
     half = half2 > 1e-6f * mean * mean && half2 > 1e-12f ? half2 * vec_inverse_root(half2) : 0.0f;
@@ -123,7 +125,7 @@ static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
     less = 1.0f / bend_taken(mean - half);
     share = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
     times_hessian(h, d, slope);
-    (void)newton(g, slope, more_d);
+    newton_by(inverse, slope, more_d);
     for (c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - share * (more_d[c] + mean * d[c]);
     return 1;
 }
