@@ -87,7 +87,7 @@ PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
     cost.each.rest += friction ? force : 0;
     if (friction) return cost;  // one after the other
     cost.rest += 2000;
-    cost.evaluation = mask ? 17000 : consistent ? 8500 : 7000;
+    cost.evaluation = mask ? 15000 : consistent ? 7700 : 6300;
     cost.look = mask ? 4700 : consistent ? 2400 : 1900;
     return cost;
 }
