@@ -101,7 +101,6 @@ static void put_compliance(const struct haptable_pair_model* tables, struct hapt
     struct haptable_pair_own own[HAPTABLE_FINGERS];
     float c[HAPTABLE_FINGERS][6];
     float growth[HAPTABLE_FINGERS] = {0.0f, 0.0f};
-    float x[9];
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         if (at[f]->patch != HAPTABLE_NONE && pair->touches[f]) {
@@ -118,6 +117,7 @@ static void put_compliance(const struct haptable_pair_model* tables, struct hapt
         }
     }
     if (meeting->touches[0] && meeting->touches[1]) {
+        float x[9];
         pair_cross_contacts(tables, pair, at[0], at[1], x);
         put_cross(tables->law, c, x, growth[0] * growth[1], meeting->a);
         lift_first(tables->law, lift_of(own, x), c[0]);
