@@ -82,7 +82,7 @@ TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
     for (std::size_t i = 0; i < states.size(); ++i) {
         EXPECT_EQ(states[i].seq, static_cast<std::int64_t>(i));
         EXPECT_EQ(states[i].utime, static_cast<std::int64_t>(i) * 1000);
-        EXPECT_EQ(states[i].mode, device_state::SIMULATED);
+        EXPECT_EQ(states[i].mode, +device_state::SIMULATED);  // it has no address
         EXPECT_EQ(states[i].session, states[0].session);
         EXPECT_EQ(states[i].model_hash, i == 0 ? 0 : kHash);  // after the first answer: this servo only
         EXPECT_EQ(states[i].servo, i == 0 ? 0 : kServo);
