@@ -347,6 +347,8 @@ $(BUILD)/setup-%.stamp: scripts/setup.sh | $(BUILD)/setup.stamp
 $(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES)) $(BUILD)/host/strokes/solid.cpp.o: | $(BUILD)/setup-surface.stamp
 $(TESTS): | $(BUILD)/setup-test.stamp $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
 $(TESTS): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
+# A fifth less of the compiler's time, and the tests' own loops are short.
+$(TESTS) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
 $(BUILD)/tests/precompiled.hpp.gch: | $(BUILD)/setup-test.stamp
 $(patsubst %,$(BUILD)/%.o,$(shell find host/bench -name '*.cpp')): | $(BUILD)/setup-bench.stamp
 
