@@ -124,7 +124,7 @@ VibrationModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<doubl
     auto [omega2, shape] = lanczos.modes();
     std::vector<Index> order(static_cast<std::size_t>(count));
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Index>(k);
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) { return omega2[a] < omega2[b]; });
+    std::sort(order.begin(), order.end(), [&values = omega2](Index a, Index b) { return values[a] < values[b]; });
     VibrationModes modes{VectorXd(count), MatrixXd(mass.rows(), count)};
     for (Index k = 0; k < count; ++k) {
         const Index from = order[static_cast<std::size_t>(k)];
