@@ -48,7 +48,7 @@ void haptable_frame_body_init(const struct haptable_model* model, const struct h
 }
 
 /* A gap in time drops the contact, as silence does. */
-static void step(const struct haptable_model* model, const struct haptable_body* body,
+static void tick(const struct haptable_model* model, const struct haptable_body* body,
                  const struct haptable_frame_state* state, struct haptable_frame_body* line) {
     const float(*finger_m)[3] = &state->position_m;
     (void)haptable_watch(&line->servo, state->time_us, &line->out);
@@ -68,7 +68,7 @@ uint32_t haptable_frame_body_take(const struct haptable_model* model, const stru
         line->sequence = frame.sequence;
         line->time_us = state.time_us;
         line->is_stepped = 1;
-        step(model, body, &state, line);
+        tick(model, body, &state, line);
     }
     for (i = 0; i < HAPTABLE_FRAME_POSE_BYTES; ++i) answer[i] = line->pose[i];
     return i + haptable_frame_write_force(line->sequence, model->hash, &line->out, answer + i);

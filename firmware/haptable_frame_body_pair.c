@@ -15,7 +15,7 @@ void haptable_frame_body_pair_init(const struct haptable_pair_model* tables, con
     haptable_body_init(body, &line->body);
 }
 
-static void step(const struct haptable_pair_model* tables, const struct haptable_body* body,
+static void tick(const struct haptable_pair_model* tables, const struct haptable_body* body,
                  struct haptable_frame_body_pair* line) {
     struct haptable_frame_pair* fingers = &line->fingers;
     const int one = fingers->fingers == FIRST ? 0 : 1;
@@ -38,7 +38,7 @@ uint32_t haptable_frame_body_pair_take(const struct haptable_pair_model* tables,
     const int heard = haptable_frame_pair_hear(&line->fingers, byte);
     uint32_t length = 0;
     if (heard == HAPTABLE_FRAME_PAIR_NOTHING) return 0;
-    if (heard == HAPTABLE_FRAME_PAIR_TICK) step(tables, body, line);
+    if (heard == HAPTABLE_FRAME_PAIR_TICK) tick(tables, body, line);
     if (!line->fingers.is_asked)
         for (; length < HAPTABLE_FRAME_POSE_BYTES; ++length) answer[length] = line->pose[length];
     return length + haptable_frame_pair_write(tables, &line->fingers, answer + length);

@@ -39,7 +39,7 @@ void haptable_frame_modes_init(const struct haptable_modes* modes, struct haptab
 }
 
 /* A gap in time drops the contact, as silence does. */
-static void step(const struct haptable_modes* modes, const struct haptable_frame_state* state,
+static void tick(const struct haptable_modes* modes, const struct haptable_frame_state* state,
                  struct haptable_frame_modes* line) {
     (void)haptable_watch(&line->servo, state->time_us, &line->out);
     haptable_buttons(&line->servo, state->buttons);
@@ -56,7 +56,7 @@ uint32_t haptable_frame_modes_take(const struct haptable_modes* modes, struct ha
         line->sequence = frame.sequence;
         line->time_us = state.time_us;
         line->is_stepped = 1;
-        step(modes, &state, line);
+        tick(modes, &state, line);
     }
     length = haptable_frame_write_modes(line->sequence, line->state.swings.q, modes->count, answer);
     return length + haptable_frame_write_force(line->sequence, modes->model->hash, &line->out, answer + length);

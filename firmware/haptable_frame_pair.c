@@ -109,7 +109,7 @@ static void begin_tick(struct haptable_frame_pair* line) {
     }
 }
 
-static void step(const struct haptable_pair_model* tables, struct haptable_frame_pair* line) {
+static void tick(const struct haptable_pair_model* tables, struct haptable_frame_pair* line) {
     const int one = line->fingers == FIRST ? 0 : 1;
     if (line->fingers == BOTH)
         haptable_pair_step(tables, &line->pair, line->state[0].position_m, line->state[1].position_m, line->time_us,
@@ -187,6 +187,6 @@ uint32_t haptable_frame_pair_take(const struct haptable_pair_model* tables, stru
                                   uint8_t byte, uint8_t answer[HAPTABLE_FRAME_PAIR_BYTES]) {
     const int heard = haptable_frame_pair_hear(line, byte);
     if (heard == HAPTABLE_FRAME_PAIR_NOTHING) return 0;
-    if (heard == HAPTABLE_FRAME_PAIR_TICK) step(tables, line);
+    if (heard == HAPTABLE_FRAME_PAIR_TICK) tick(tables, line);
     return haptable_frame_pair_write(tables, line, answer);
 }

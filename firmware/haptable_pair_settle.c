@@ -591,7 +591,6 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
     struct haptable_contact at = here->at;
-    float weight[2][HAPTABLE_PAIR_CONTROLS];
     float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
     float coupled[2];
     int b;
@@ -605,11 +604,12 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     tables->bend->slope(tables->model, &at, &point, v, &slope);
     for (k = 0; k < tables->law->controls; ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
     if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
+        float weight[2][HAPTABLE_PAIR_CONTROLS];
         put_slope_weights(at.alpha, weight);
         coupled[0] = pair_six(weight[0], q, 1);
         coupled[1] = pair_six(weight[1], q, 1);
     } else {
-        coupled[0] = q[1] - q[0];
+        coupled[0] = q[1] - q[0]; /* cppcheck-suppress uninitvar ; 3 controls at least */
         coupled[1] = q[2] - q[0];
     }
     for (b = 0; b < 2; ++b) gradient_j[b] = slope.first_j[b] - both->meeting.share * coupled[b];

@@ -493,7 +493,6 @@ static inline void pair_press_alone(const struct haptable_pair_law* law, const s
                                     const float x[9], struct pair_system* system) {
     const struct factored own = factor(first->a);
     float t[3];
-    float w[3];
     pair_invert(second->a, system->m);
     if (law->is_stiffness) {
         vec_copy(u[0], system->alone[0]);
@@ -507,6 +506,7 @@ static inline void pair_press_alone(const struct haptable_pair_law* law, const s
     pair_transposed_product(x, system->alone[0], t);
     vec_sub(second->s, t, t);
     if (law->is_stiffness) { /* q = A^-1 t */
+        float w[3];
         solve(&own, u[0], w);
         system->meets_m2[0] = vec_dot(w, system->t);
         vec_symmetric_product(system->m, u[1], w);

@@ -49,7 +49,7 @@ arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h firmware/haptable_pair.h
-arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h firmware/haptable_pair.h firmware/haptable_body.h firmware/haptable_body_pair.h firmware/haptable_body_modes.h firmware/haptable_modes_pair.h
+arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library codegen firmware/haptable.h firmware/haptable_pair.h firmware/haptable_body.h firmware/haptable_body_pair.h firmware/haptable_body_modes.h firmware/haptable_body_modes_pair.h firmware/haptable_modes_pair.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
 arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable.h haptable/
