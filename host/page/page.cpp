@@ -95,7 +95,7 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
         blob.add(table, modes[i].model);
         // Of one force they are the same.
         const auto share = [&](const char* what, const std::string& bytes) {
-            const std::string name = bytes.empty() ? "" : fmt::format("{} {}", what, word(modes[i].force));
+            std::string name = bytes.empty() ? "" : fmt::format("{} {}", what, word(modes[i].force));
             if (!bytes.empty() && !blob.tables().contains(name)) blob.add(name, bytes);
             return name;
         };

@@ -104,7 +104,7 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     // Without friction one is tracked only where one is left behind: then the other's energies are one finger's, which
     // saves more than that takes.
     const bool tracks = mode.god_object == GodObject::kLeastEnergy && mode.more == "friction";
-    const std::uint64_t tracked = tracks ? 2 * HAPTABLE_PAIR_TRACKED * STEPS_OF_ENERGY * each.each.energy : 0;
+    const std::uint64_t tracked = tracks ? each.each.energy * 2 * HAPTABLE_PAIR_TRACKED * STEPS_OF_ENERGY : 0;
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
            each.look * HAPTABLE_PAIR_LOOKS + tracked;
 }
