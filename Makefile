@@ -155,7 +155,7 @@ test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-pa
 
 # What the tests run besides, side by side: none makes what another does.
 .PHONY: test-fuzz test-mpi test-python
-test-fuzz:
+test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
@@ -168,10 +168,10 @@ test-kernels: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-precompute
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi; fi
 	@BUILD=$(BUILD) sh scripts/test-kernels.sh $(KERNELS)
 
-# fuzz: the readers that we wrote and the scene file under libFuzzer, ten minutes each (make fuzz SECONDS=600)
+# fuzz: the readers that we wrote, the scene file and LCM's messages under libFuzzer, ten minutes each (make fuzz SECONDS=600)
 SECONDS ?= 600
 .PHONY: fuzz
-fuzz: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
+fuzz: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh $(SECONDS)
 
 # sanitize: every mesh of ../shared, sound and broken, under Address- and UndefinedBehaviorSanitizer

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# fuzz.sh SECONDS [READER...]: every reader that we wrote under libFuzzer with Address- and UndefinedBehaviorSanitizer,
+# fuzz.sh SECONDS [READER...]: every reader that we wrote and LCM's messages under libFuzzer with Address- and UndefinedBehaviorSanitizer,
 # SECONDS each, from tests/fuzz/corpus. New inputs stay in build/fuzz/; `fuzz.sh merge` takes those that reach new code
 # into the corpus. Exit status 1 and the input's path where one crashes, hangs or takes too much memory.
 set -eu
@@ -9,10 +9,10 @@ here=tests/fuzz
 out=${BUILD:-build}/fuzz
 seconds=$1
 shift
-readers=${*:-abaqus vega vtu tetgen scene}
+readers=${*:-abaqus vega vtu tetgen scene messages}
 sources="host/base/file.cpp host/base/interrupt.cpp host/mesh/lines.cpp host/mesh/read_abaqus.cpp host/mesh/read_vega.cpp
-    host/mesh/read_vtu.cpp host/mesh/read_tetgen.cpp host/scene/*.cpp"
-flags="-std=c++20 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem /usr/include/eigen3"
+    host/mesh/read_vtu.cpp host/mesh/read_tetgen.cpp host/scene/*.cpp host/link/decode.cpp"
+flags="-std=c++20 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem ${BUILD:-build}/lcm -isystem /usr/include/eigen3"
 command -v clang++ >/dev/null || { echo "fuzz: no clang++: the readers are not fuzzed"; exit 0; }
 mkdir -p "$out/objects"
 # An object is as new as every file of the host that it may read.

@@ -23,6 +23,9 @@ constexpr const char* kHere = "127.0.0.1";
 constexpr std::size_t kPiece_bytes = 65536;          // of a page at once
 constexpr std::size_t kMostWaiting_bytes = 1 << 20;  // some seconds of ticks
 constexpr std::size_t kLongestText = 4096;           // of a page's word; a goal has a hundred
+constexpr unsigned kMostConnections = 64;            // browsers, and who says nothing; further ones wait
+constexpr unsigned kOwnDescriptors = 8;              // of the library: it listens, and wakes itself
+constexpr unsigned kPatience_s = 5;                  // with a connection that asks for nothing
 constexpr int kRounds = 3, kRoundsOfDownload = 32;   // of the library's service
 
 std::string random_token() {
@@ -90,6 +93,9 @@ PageServer::PageServer(int port, Events events) : events_(std::move(events)), po
     info.uid = static_cast<uid_t>(-1);
     info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND | LWS_SERVER_OPTION_DISABLE_IPV6;
     info.user = this;
+    // What connects takes no descriptor that the session needs: beyond its own the library aborts.
+    info.fd_limit_per_thread = kMostConnections + kOwnDescriptors;
+    info.timeout_secs = kPatience_s;
     context_.reset(lws_create_context(&info));
     if (!context_) throw Error(fmt::format("--port {}: no page can be served there", port));
     port_ = lws_get_vhost_listen_port(lws_get_vhost_by_name(context_.get(), "default"));

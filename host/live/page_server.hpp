@@ -15,8 +15,9 @@ struct lws_context;
 
 namespace haptable {
 
-/// Listens on 127.0.0.1 alone, and answers nothing but what has its token in the path: 128 random bits for each run.
-/// For one thread, which calls serve().
+/// Listens on 127.0.0.1 alone, and answers nothing but what has its token in the path: 128 random bits for each run. Of
+/// connections it has 64 at most; others wait until one ends, which one that asks for nothing does after 5 s. For one
+/// thread, which calls serve().
 class PageServer {
 public:
     /// A WebSocket, by a number that none after it gets.

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // libFuzzer over the readers that we wrote: whatever the bytes, an Error or a mesh, and no more memory than they ask
-// for. One program a reader: HAPTABLE_FUZZ names it.
+// for. Over LCM's messages too: a message or none. One program a reader: HAPTABLE_FUZZ names it.
 #include <unistd.h>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "haptable/body_modes.hpp"
+#include "haptable/body_pose.hpp"
 #include "host/base/error.hpp"
+#include "host/link/decode.hpp"
 #include "host/mesh/readers.hpp"
 #include "host/scene/scene.hpp"
 
@@ -51,6 +57,51 @@ void put(const fs::path& file, std::string_view text) {
 [[maybe_unused]] void fuzz_scene(std::string_view text) {
     put(folder() / "a.toml", text);
     read_scene(folder() / "a.toml");
+}
+
+/// The bytes behind the type's hash, with lengths put in: `put` holds where, in two bytes, and which.
+template <typename Message>
+void fuzz_type(std::string_view put, std::string_view body) {
+    constexpr std::uint32_t kLengths[] = {0,       1,          2,          0x7F,       0x8000,     0x10000,
+                                          1 << 30, 0x7FFFFFFE, 0x7FFFFFFF, 0x80000000, 0x80000001, 0xFFFFFFFF};
+    std::vector<std::uint8_t> bytes;
+    for (int shift = 56; shift >= 0; shift -= 8)
+        bytes.push_back(static_cast<std::uint8_t>(static_cast<std::uint64_t>(Message::getHash()) >> shift));
+    bytes.insert(bytes.end(), body.begin(), body.end());
+    for (; put.size() >= 3; put.remove_prefix(3)) {
+        const auto byte = [&put](std::size_t i) { return static_cast<std::uint8_t>(put[i]); };
+        const std::size_t at = kTypeHash_bytes + (std::size_t{byte(0)} << 8 | byte(1)) % (body.size() + 1);
+        const std::uint32_t length = kLengths[byte(2) % std::size(kLengths)];
+        for (std::size_t b = 0; b < 4 && at + b < bytes.size(); ++b)
+            bytes[at + b] = static_cast<std::uint8_t>(length >> (24 - 8 * b));
+    }
+    Message message;
+    if (!decode_whole(bytes, message)) return;
+    std::vector<std::uint8_t> again(static_cast<std::size_t>(message.getEncodedSize()));
+    if (message.encode(again.data(), 0, static_cast<int>(again.size())) != static_cast<int>(bytes.size()) ||
+        again != bytes)
+        std::abort();  // what was taken is not what was sent
+}
+
+/// The type, how many lengths are put in, where and which, the message behind its hash.
+[[maybe_unused]] void fuzz_messages(std::string_view text) {
+    if (text.size() < 2) return;
+    const std::size_t lengths = std::min<std::size_t>(3 * (static_cast<std::uint8_t>(text[1]) % 4), text.size() - 2);
+    const std::string_view put = text.substr(2, lengths), body = text.substr(2 + lengths);
+    switch (static_cast<std::uint8_t>(text[0]) % 6) {
+        case 0:
+            return fuzz_type<contact>(put, body);
+        case 1:
+            return fuzz_type<servo_status>(put, body);
+        case 2:
+            return fuzz_type<device_state>(put, body);
+        case 3:
+            return fuzz_type<servo_force>(put, body);
+        case 4:
+            return fuzz_type<body_pose>(put, body);
+        default:
+            return fuzz_type<body_modes>(put, body);
+    }
 }
 
 }  // namespace

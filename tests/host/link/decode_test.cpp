@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
+
+#include "haptable/body_modes.hpp"
+#include "haptable/body_pose.hpp"
 
 namespace haptable::test {
 namespace {
@@ -37,7 +41,7 @@ TEST(Decode, TakesWholeMessages) {
     EXPECT_EQ(out.force_n[1], (std::vector<double>{4.0, 5.0, 6.0}));
     servo_status status{};
     status.count = 2;
-    status.name = {"", "two"};
+    status.name = {"", "ticks_2"};
     status.value = {1, 2};
     servo_status said;
     ASSERT_TRUE(decode_whole(encoded(status), said));
@@ -61,7 +65,7 @@ TEST(Decode, NoCountIsBelieved) {
     status.count = 1;
     status.name = {"name"};
     status.value = {1};
-    for (const std::uint32_t length : {0U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
+    for (const std::uint32_t length : {0U, 4U, 6U, 0x7FFFFFFFU, 0x80000000U, 0x80000005U, 0xFFFFFFFFU}) {
         std::vector<std::uint8_t> bomb = encoded(status);
         put_count(bomb, name_at, length);
         servo_status out;
@@ -70,6 +74,64 @@ TEST(Decode, NoCountIsBelieved) {
         EXPECT_FALSE(decode_whole(bomb, out));
         EXPECT_LE(out.name.capacity(), 1U);
     }
+}
+
+// What a terminal or gnuplot would act on is no name of a counter.
+TEST(Decode, NamesAreNames) {
+    for (const std::string name :
+         {"\x1b[2Jticks", "ticks\n", "a`id`", "a\" with lines, \"", "a b", "\xc3\xa9", "a\x7f"}) {
+        servo_status status{}, out;
+        status.count = 1;
+        status.name = {name};
+        status.value = {1};
+        EXPECT_FALSE(decode_whole(encoded(status), out)) << testing::PrintToString(name);
+    }
+    servo_status status{}, out;
+    status.count = 1;
+    status.name = {"late"};
+    status.value = {1};
+    std::vector<std::uint8_t> bytes = encoded(status);
+    bytes[encoded(servo_status{}).size() + 4 + 4] = 'r';  // no zero at its end
+    EXPECT_FALSE(decode_whole(bytes, out));
+}
+
+template <typename Message>
+class DecodeAll : public testing::Test {};
+using Messages = testing::Types<device_state, servo_force, contact, servo_status, body_pose, body_modes>;
+TYPED_TEST_SUITE(DecodeAll, Messages);
+
+/// Some entries where the type has any.
+template <typename Message>
+Message filled() {
+    return {};
+}
+template <>
+contact filled<contact>() {
+    return loaded();
+}
+template <>
+servo_status filled<servo_status>() {
+    servo_status status{};
+    status.count = 3;
+    status.name = {"ticks", "late", ""};
+    status.value = {1, -2, 3};
+    return status;
+}
+
+// A length may stand at any byte: wherever four bytes say one that is none, the message is refused or is that message.
+TYPED_TEST(DecodeAll, NoLengthIsBelievedAnywhere) {
+    const std::vector<std::uint8_t> whole = encoded(filled<TypeParam>());
+    TypeParam out;
+    ASSERT_TRUE(decode_whole(whole, out));
+    EXPECT_EQ(encoded(out), whole);
+    for (std::size_t at = kTypeHash_bytes; at + 4 <= whole.size(); ++at)
+        for (const std::uint32_t length : {0U, 1U, 0x7FFFFFFFU, 0x80000000U, 0x80000001U, 0xFFFFFFFFU}) {
+            std::vector<std::uint8_t> bomb = whole;
+            put_count(bomb, at, length);
+            TypeParam said;
+            if (!decode_whole(bomb, said)) continue;
+            EXPECT_EQ(encoded(said), bomb) << at;
+        }
 }
 
 TEST(Decode, TakesNoPartsAndNoMore) {
