@@ -300,7 +300,7 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 
 # tidy: clang-tidy on what changed since it had nothing to say (20 s a file)
 # Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-TIDY = $(filter-out host/servo/main.cpp host/servo/free/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
+TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(TIDY))
@@ -385,8 +385,8 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 	@touch $@
 
 # The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
-WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,model_reader.c pair_reader.c memory.c)
-WASM_H = $(wildcard firmware/*.h host/page/wasm/*.h) $(addprefix firmware/port/haptable_,model_reader.h pair_reader.h)
+WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,scene_reader.c memory.c)
+WASM_H = $(wildcard firmware/*.h host/page/wasm/*.h) firmware/port/haptable_scene_reader.h
 WASM_FLAGS = --target=wasm32 -std=c99 -ffreestanding -nostdlib -O2 $(FP) -Wall -Wextra -Wshadow -Wconversion -pedantic $(if $(WERROR),-Werror) \
     -Ifirmware -Ifirmware/port -fuse-ld=lld -Wl,--no-entry -Wl,--gc-sections -Wl,--strip-all
 
@@ -517,10 +517,9 @@ $(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
 	$(say) C $(HERE)/model.c
 	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
 
-# A model whose body is not held says so.
-$(HERE)/servo.o: host/servo/main.cpp host/servo/free/main.cpp $(HERE)/summary.json firmware/haptable.h | $(precompiled)
+$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json firmware/haptable.h | $(precompiled)
 	$(say) C++ $<
-	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c host/servo/$$(grep -q HAPTABLE_MODEL_BODY $(HERE)/model.h && echo free/)main.cpp -o $@
+	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c $< -o $@
 
 $(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
 	$(link) $(LIBS_LINK)

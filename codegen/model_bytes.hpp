@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A model as one row of bytes: what its hash is taken of, and what an image or a page reads
-// (firmware/port/haptable_model_reader.h).
+// (firmware/port/haptable_scene_reader.h).
 #pragma once
 
 #include <string>

@@ -30,7 +30,7 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 /// Points to the model and to the pair's tables, which must outlive it.
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model);
 
-/// What port/haptable_pair_reader.c reads behind the model's bytes: the number of the force law, then the fields in the
+/// What port/haptable_scene_reader.c reads behind the model's bytes: the number of the force law, then the fields in the
 /// order of HAPTABLE_PAIR_FIELDS, as model_bytes has a model's.
 std::string coupling_bytes(const haptable_pair_model& pair);
 

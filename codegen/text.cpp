@@ -268,12 +268,55 @@ void add_body(const Tables& tables, const haptable_body& body, ModelText& text) 
     const std::string name = "haptable_" + identifier(tables.name) + "_body";
     text.header.insert(
         text.header.rfind("#endif"),
-        fmt::format("/* The body is not held: haptable_body_step moves it. */\n#include \"haptable_body.h\"\n\n"
+        fmt::format("/* The body is not held. */\n#include \"haptable_body.h\"\n\n"
                     "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\nextern const struct haptable_body {0};\n\n"
                     "#ifdef __cplusplus\n}}\n#endif\n\n#ifndef HAPTABLE_MODEL_BODY\n#define HAPTABLE_MODEL_BODY {0}\n"
                     "#endif\n\n",
                     name));
     text.source += "\n" + rigid_body_text(body, name);
+}
+
+/// What a scene names beside its model.
+struct Parts {
+    bool pair, body, modes;
+};
+
+/// The scene, and a type for its state, of just what it names.
+void add_scene(const Tables& tables, const Parts& parts, ModelText& text) {
+    const std::string name = "haptable_" + identifier(tables.name);
+    const std::string state = fmt::format("struct {}_state", name);
+    const bool moves = parts.body || parts.modes;
+    std::string members = parts.pair ? "    struct haptable_pair pair;\n" : "    struct haptable_servo servo;\n";
+    if (parts.body) members += "    struct haptable_body_state body;\n";
+    if (parts.modes) members += "    struct haptable_modes_state modes;\n";
+    if (moves) members += "    struct haptable_account account;\n";
+    text.header.insert(
+        text.header.rfind("#endif"),
+        fmt::format("/* The scene: all that one step needs, and the state that it keeps. */\n#include "
+                    "\"haptable_scene.h\"\n\n{1} {{\n{2}}};\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
+                    "extern const struct haptable_scene {0}_scene;\n\n#ifdef __cplusplus\n}}\n#endif\n\n"
+                    "#ifndef HAPTABLE_MODEL_SCENE\n#define HAPTABLE_MODEL_SCENE {0}_scene\n"
+                    "#define HAPTABLE_MODEL_STATE {1}\n#define HAPTABLE_MODEL_FINGERS {3}\n#endif\n\n",
+                    name, state, members, parts.pair ? 2 : 1));
+    const char* const fingers = parts.pair ? "two" : "one";
+    std::string fields = fmt::format("    .model = &{},\n", name);
+    if (parts.pair) fields += fmt::format("    .pair = &{}_pair,\n", name);
+    if (parts.body) fields += fmt::format("    .body = &{}_body,\n", name);
+    if (parts.modes) fields += fmt::format("    .modes = &{}_modes,\n", name);
+    fields += fmt::format(
+        "    .init = haptable_init_{0},\n    .contacts = haptable_contact{1}_of_{0},\n    .check = "
+        "haptable_check_of_{0},\n",
+        fingers, parts.pair ? "s" : "");
+    fields += fmt::format("    .step = haptable_{},\n", moves ? "moving" : parts.pair ? "step_held" : "step_one");
+    if (parts.body) fields += "    .rigid = &haptable_part_rigid,\n";
+    if (parts.modes)
+        fields += fmt::format("    .ringing = &haptable_part_modes,\n    .rows = haptable_rows_of_{},\n", fingers);
+    fields += fmt::format("    .bytes = sizeof({}),\n", state);
+    if (parts.body) fields += fmt::format("    .body_at = offsetof({}, body),\n", state);
+    if (parts.modes) fields += fmt::format("    .modes_at = offsetof({}, modes),\n", state);
+    if (moves) fields += fmt::format("    .account_at = offsetof({}, account),\n", state);
+    text.source.insert(text.source.find("#include \"model.h\""), "#include <stddef.h>\n\n");
+    text.source += fmt::format("\nconst struct haptable_scene {}_scene = {{\n{}}};\n", name, fields);
 }
 
 }  // namespace
@@ -374,7 +417,9 @@ ModelSize generate_model(const std::filesystem::path& folder) {
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
     ModelText text = model_text(tables, model, pair ? &*pair : nullptr, vibration ? &*vibration : nullptr);
-    if (const auto body = read_rigid_body(folder)) add_body(tables, *body, text);
+    const auto body = read_rigid_body(folder);
+    if (body) add_body(tables, *body, text);
+    add_scene(tables, {pair.has_value(), body.has_value(), vibration.has_value()}, text);
     write_file(folder / "model.h", text.header);
     write_file(folder / "model.c", text.source);
     return size;

@@ -53,8 +53,8 @@ ServoVibration build_vibration(const VibrationTables& vibration, const Tables& t
     return to;
 }
 
-haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptable_model& model) {
-    return {&model, static_cast<std::uint8_t>(vibration.mode.size()), vibration.controls, vibration.mode.data(),
+haptable_modes vibration_in_memory(const ServoVibration& vibration) {
+    return {static_cast<std::uint8_t>(vibration.mode.size()), vibration.controls, vibration.mode.data(),
             reinterpret_cast<const float(*)[3]>(vibration.shape.data())};
 }
 
@@ -93,7 +93,7 @@ std::string vibration_text(const ServoVibration& vibration, const std::string& n
     text += fmt::format("}};\n\nstatic const float mode_shape[{}][3] = {{\n", vibration.shape.size());
     for (const auto& [x, y, z] : vibration.shape) text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
     return text + fmt::format(
-                      "}};\n\nconst struct haptable_modes {0}_modes = {{\n    .model = &{0},\n"
+                      "}};\n\nconst struct haptable_modes {0}_modes = {{\n"
                       "    .count = {1},\n    .controls = {2},\n    .mode = mode,\n    .shape = mode_shape,\n}};\n",
                       name, vibration.mode.size(), vibration.controls);
 }

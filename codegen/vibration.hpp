@@ -23,8 +23,8 @@ haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio);
 /// Throws Error where the tables do not fit the model, or hold a number that no float does.
 ServoVibration build_vibration(const VibrationTables& vibration, const Tables& tables, const ServoModel& servo);
 
-/// Points to the model and to the tables, which must outlive it.
-haptable_modes vibration_in_memory(const ServoVibration& vibration, const haptable_model& model);
+/// Points to the tables, which must outlive it.
+haptable_modes vibration_in_memory(const ServoVibration& vibration);
 
 /// What a page reads behind a model: number of modes and controls of a patch (32 bits each), then both tables, each
 /// after its number of rows, little-endian.

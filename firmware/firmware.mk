@@ -4,10 +4,12 @@
 
 TARGET ?= cortex-m7
 TARGETS = cortex-m4 cortex-m7 cortex-m33 rv32
-# What the part has. The linker stops where the image does not fit.
-FLASH ?= 256K
-RAM ?= 16K
-STACK ?= 2K
+# What the part has; by default what a scene takes, as its files say. The linker stops where the image does not fit.
+HAS_TWO = $(wildcard $(BUILD)/$(NAME)/coupling*.npy)
+MOVES = $(wildcard $(BUILD)/$(NAME)/body.json $(BUILD)/$(NAME)/modes.json)
+FLASH ?= $(if $(HAS_TWO),512K,256K)
+RAM ?= $(if $(HAS_TWO),32K,16K)
+STACK ?= $(if $(HAS_TWO),12K,$(if $(MOVES),4K,2K))
 TARGET_OPT ?= -O2
 
 ARM = arm-none-eabi-
@@ -22,6 +24,17 @@ UART_cortex-m4  = haptable_uart_cmsdk.c
 UART_cortex-m7  = haptable_uart_cmsdk.c
 UART_cortex-m33 = haptable_uart_cmsdk.c
 UART_rv32       = haptable_uart_16550.c
+# Where flash and RAM begin: QEMU's mps2-an386, an500, an505 (secure) and virt. An STM32F4 has its flash at 0x08000000, an
+# STM32L5 at 0x0C000000.
+FLASH_AT_cortex-m4  = 0x00000000
+FLASH_AT_cortex-m7  = 0x00000000
+FLASH_AT_cortex-m33 = 0x10000000
+FLASH_AT_rv32       = 0x80000000
+RAM_AT_cortex-m4  = 0x20000000
+RAM_AT_cortex-m7  = 0x20000000
+RAM_AT_cortex-m33 = 0x38000000
+RAM_AT_rv32       = 0x80400000
+ENTRY_rv32 = -Wl,-e,haptable_port_reset
 UART_AT_cortex-m4  = 0x40004000u
 UART_AT_cortex-m7  = 0x40004000u
 UART_AT_cortex-m33 = 0x40200000u
@@ -42,9 +55,10 @@ TARGET_CC = $(CCACHE) $(CROSS_$(TARGET))gcc
 TARGET_CFLAGS = $(CORE_$(TARGET)) -std=c99 -ffreestanding $(TARGET_OPT) $(FP) -fno-math-errno \
     -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su \
     $(C_WARN) -Ifirmware -Ifirmware/port -DHAPTABLE_PORT_UART=$(UART_AT_$(TARGET)) -DHAPTABLE_PORT_UART_IRQ=$(UART_IRQ_$(TARGET)) -MMD -MP
-TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings -Lfirmware/port \
-    -Wl,--defsym=HAPTABLE_PORT_FLASH=$(FLASH) -Wl,--defsym=HAPTABLE_PORT_RAM=$(RAM) -Wl,--defsym=HAPTABLE_PORT_STACK=$(STACK) \
-    -T firmware/port/$(TARGET).ld
+comma = ,
+TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl,--fatal-warnings $(ENTRY_$(TARGET)) \
+    $(addprefix -Wl$(comma)--defsym=HAPTABLE_PORT_,FLASH_AT=$(FLASH_AT_$(TARGET)) RAM_AT=$(RAM_AT_$(TARGET)) FLASH=$(FLASH) RAM=$(RAM) STACK=$(STACK)) \
+    -T firmware/port/haptable.ld
 
 # firmware: the servo of one scene for a microcontroller, with its size (make firmware SCENE=... TARGET=cortex-m7)
 .PHONY: firmware
@@ -59,7 +73,7 @@ firmware: $(BUILD)/setup-cross.stamp
 AGAINST ?= main
 .PHONY: firmware-diff
 firmware-diff: firmware
-	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' 'SCENE=$(SCENE)' TARGET=$(TARGET) FLASH=$(FLASH) RAM=$(RAM) TARGET_OPT=$(TARGET_OPT)
+	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' 'SCENE=$(SCENE)' TARGET=$(TARGET) TARGET_OPT=$(TARGET_OPT)
 
 # misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
 .PHONY: misra
@@ -76,30 +90,25 @@ loop: firmware
 	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
 	sh scripts/loop.sh $$name '$(SCENE)' $(TARGET)
 
-# The images that the tests run: both scenes on every target, the cube in 64 KiB; without cross compilers, none
+# The images that the tests run: scenes of every combination on every target, the cube in 64 KiB; without cross
+# compilers, none
+IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/cube-two.toml \
+    $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml)
+OF_cube = measure.elf FLASH=64K
+OF_display = deform.elf
 .PHONY: images
 images: $(BUILD)/host/target/count.so
-	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
-	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
-	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/display.toml
-	@$(MAKE) --no-print-directory scene SCENE=meshes/free-cube.toml
-	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/modes.toml
-	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/grasp.toml
-	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/squeeze.toml
-	@$(MAKE) --no-print-directory scene SCENE=tests/firmware/wobble.toml
-	@$(MAKE) --no-print-directory scene SCENE=meshes/cube-two.toml
+	@for scene in $(IMAGE_SCENES); do $(MAKE) --no-print-directory scene SCENE=$$scene || exit 1; done
 	@if sh scripts/setup.sh cross; then \
+	for scene in $(IMAGE_SCENES); do \
+	name=$$($(BUILD)/bin/haptable-precompute --print-name $$scene) && \
 	for target in $(TARGETS); do \
-	$(MAKE) --no-print-directory $(BUILD)/cube/firmware/$$target/size.txt $(BUILD)/cube/firmware/$$target/measure.elf $(BUILD)/cube/firmware/$$target/measure_pair.elf NAME=cube SCENE=meshes/cube.toml TARGET=$$target FLASH=64K && \
-	$(MAKE) --no-print-directory $(BUILD)/mouse/firmware/$$target/size.txt NAME=mouse SCENE=meshes/mouse.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/display/firmware/$$target/deform.elf NAME=display SCENE=tests/firmware/display.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/free-cube/firmware/$$target/body.elf $(BUILD)/free-cube/firmware/$$target/loop_body.elf $(BUILD)/free-cube/firmware/$$target/uart_body.elf NAME=free-cube SCENE=meshes/free-cube.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/grasped/firmware/$$target/grasp.elf $(BUILD)/grasped/firmware/$$target/loop_body_pair.elf $(BUILD)/grasped/firmware/$$target/uart_body_pair.elf NAME=grasped SCENE=tests/firmware/grasp.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/ringing/firmware/$$target/modes.elf $(BUILD)/ringing/firmware/$$target/loop_modes.elf $(BUILD)/ringing/firmware/$$target/uart_modes.elf NAME=ringing SCENE=tests/firmware/modes.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/squeezed/firmware/$$target/modes_pair.elf NAME=squeezed SCENE=tests/firmware/squeeze.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/wobbling/firmware/$$target/grasp_modes.elf NAME=wobbling SCENE=tests/firmware/wobble.toml TARGET=$$target && \
-	$(MAKE) --no-print-directory $(BUILD)/cube-two/firmware/$$target/loop_pair.elf $(BUILD)/cube-two/firmware/$$target/uart_pair.elf NAME=cube-two SCENE=meshes/cube-two.toml TARGET=$$target || exit 1; \
-	done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
+	$(MAKE) --no-print-directory scene-images NAME=$$name SCENE=$$scene TARGET=$$target || exit 1; \
+	done || exit 1; done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
+
+.PHONY: scene-images
+scene-images:
+	@$(MAKE) --no-print-directory $(BUILD)/$(NAME)/firmware/$(TARGET)/size.txt $(OF_$(NAME):%.elf=$(BUILD)/$(NAME)/firmware/$(TARGET)/%.elf)
 
 # instructions: count the instructions of a tick on every emulated target
 .PHONY: instructions
@@ -114,7 +123,7 @@ $(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
 ifdef NAME
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
-PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks haptable_pair_ticks)))
+PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks)))
 
 $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 	$(say) $(TARGET) $<
@@ -142,22 +151,10 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o loop_pair.o loop_body.o loop_body_pair.o loop_modes.o example.o deform.o body.o grasp.o pair.o modes.o modes_pair.o grasp_modes.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o): $(BUILD)/$(NAME)/summary.json
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
-# Only where the body is not held.
-$(IMAGE)/body.elf: private STACK = 4K
-# Only where it has two fingers besides, whose coupling takes the room.
-$(IMAGE)/grasp.elf: private override FLASH = 512K
-$(IMAGE)/grasp.elf: private RAM = 32K
-$(IMAGE)/grasp.elf: private STACK = 12K
-# Only where the body rings.
-$(IMAGE)/modes.elf: private STACK = 4K
-# And has two fingers.
-$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private override FLASH = 512K
-$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private RAM = 32K
-$(IMAGE)/modes_pair.elf $(IMAGE)/grasp_modes.elf: private STACK = 12K
 $(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/display.c
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/display.c -o $@
@@ -176,51 +173,23 @@ define link_image
 	$(Q)$(CROSS_$(TARGET))objcopy -O ihex $@ $(@:.elf=.hex)
 	$(Q)$(CROSS_$(TARGET))nm $@ >$(@:.elf=.sym)
 endef
-IN_EVERY_IMAGE = $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o $(wildcard firmware/port/*.ld)
+IN_EVERY_IMAGE = $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o firmware/port/haptable.ld
 
 $(IMAGE)/%.elf: $(IMAGE)/port/%.o $(IN_EVERY_IMAGE)
 	$(link_image)
 
 # The same loop behind two kinds of line.
-$(IMAGE)/loop.elf: $(IMAGE)/port/haptable_line_semihosting.o
+$(IMAGE)/loop.elf: $(IMAGE)/port/haptable_serial_semihosting.o
 $(IMAGE)/uart.elf: $(IMAGE)/port/loop.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
 	$(link_image)
 
-# Only where the scene has two fingers.
-LOOPS_OF_TWO = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/coupling*.npy),loop_pair.elf uart_pair.elf))
-$(IMAGE)/loop_pair.elf $(IMAGE)/uart_pair.elf: private STACK = 8K
-$(IMAGE)/loop_pair.elf: $(IMAGE)/port/haptable_line_semihosting.o
-$(IMAGE)/uart_pair.elf: $(IMAGE)/port/loop_pair.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
-	$(link_image)
-
-# Only where nothing holds the body, under one finger or two.
-LOOPS_OF_BODY = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/body.json),$(if $(LOOPS_OF_TWO),loop_body_pair.elf uart_body_pair.elf,loop_body.elf uart_body.elf)))
-# Only where it rings, is held and has one finger.
-LOOPS_OF_MODES = $(addprefix $(IMAGE)/,$(if $(wildcard $(BUILD)/$(NAME)/modes.json),$(if $(LOOPS_OF_TWO)$(LOOPS_OF_BODY),,loop_modes.elf uart_modes.elf)))
-$(IMAGE)/loop_modes.elf $(IMAGE)/uart_modes.elf: private STACK = 4K
-$(IMAGE)/loop_body.elf $(IMAGE)/uart_body.elf: private STACK = 4K
-$(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private override FLASH = 512K
-$(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private RAM = 32K
-$(IMAGE)/loop_body_pair.elf $(IMAGE)/uart_body_pair.elf: private STACK = 12K
-$(IMAGE)/loop_body.elf $(IMAGE)/loop_body_pair.elf $(IMAGE)/loop_modes.elf: $(IMAGE)/port/haptable_line_semihosting.o
-$(IMAGE)/uart_body.elf $(IMAGE)/uart_body_pair.elf $(IMAGE)/uart_modes.elf: $(IMAGE)/uart_%.elf: $(IMAGE)/port/loop_%.o $(IMAGE)/port/$(UART_$(TARGET):.c=.o) $(IN_EVERY_IMAGE)
-	$(link_image)
-
-# Reads its tables into RAM: any mode on any body, on a board that has the room.
+# Reads its tables into RAM: any scene, on a board that has the room.
 $(IMAGE)/measure.elf: private override FLASH = 256K
-$(IMAGE)/measure.elf: private RAM = 2M
-$(IMAGE)/measure.elf: private STACK = 8K
-$(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_model_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
+$(IMAGE)/measure.elf: private override RAM = 2M
+$(IMAGE)/measure.elf: private override STACK = 12K
+$(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_scene_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-# The same for two fingers, whose scene's own image is pair.elf.
-$(IMAGE)/pair.elf: private STACK = 8K
-$(IMAGE)/measure_pair.elf: private override FLASH = 256K
-$(IMAGE)/measure_pair.elf: private RAM = 2M
-$(IMAGE)/measure_pair.elf: private STACK = 8K
-$(IMAGE)/measure_pair.elf: $(IMAGE)/port/measure_pair.o $(IMAGE)/port/haptable_model_reader.o $(IMAGE)/port/haptable_pair_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
-	$(link_image)
-
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) $(LOOPS_OF_TWO) $(LOOPS_OF_BODY) $(LOOPS_OF_MODES) scripts/size.sh scripts/stack.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh scripts/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- *   2/dt M (V_m - V) = F + N(V_m) - C V_m,   V_m = (V + V+) / 2,   p+ = p + dt v_m,   q+ = q + dt/2 q_m (0, w_m)
- *   (2/dt M + C) (V_m - V) = F + N(V_m) - C V is what is solved: where nothing acts, V stays to the last bit
+ *   p += F dt, L += r x F dt;   then 2/dt M (V_m - V) = F_w + N(V_m) - C V_m,   p+ = p + dt v_m,   q+ = q + dt/2 q_m
+ * (0, w_m) (2/dt M + C) (V_m - V) = F_w + N(V_m) - C V is what is solved; V_m is the mean of V before and after
  *
- * The implicit midpoint rule. With q_m = (q + q+) / 2 the last equation is Cayley's map: it keeps |q|, and energies
- * that are squares of p and q (gravity, suspension, floor) change by exactly what V_m does against their forces there;
- * so does the energy of motion. Nothing is made by the step itself, however long it is (Simo and Wong 1991).
+ * Fingers kick, then the body drifts: action is reaction at every tick, and hand, contact and body keep their energy as
+ * a symplectic step does (docs/design/moving.md). Weight F_w, suspension and floor move it by the implicit midpoint
+ * rule. With q_m = (q + q+) / 2 the last equation is Cayley's map: it keeps |q| and, where no moment acts, the angular
+ * momentum R J w; energies that are squares of p and q (gravity, suspension, floor) change by exactly what V_m does
+ * against their forces there (Simo and Wong 1991).
  */
 #include "haptable_body.h"
 
@@ -18,6 +20,7 @@ struct system {
     float a[6][6];
     float b[6];
     float before[6]; /* V */
+    int is_turned;   /* 1: suspension or floor may act on it */
 };
 
 /* The frame of a tick: rows are world axes in body axes. */
@@ -78,6 +81,25 @@ static void add_whole(float part, float* sum, float* low) {
     const float next = *sum + corrected;
     *low = (next - *sum) - corrected;
     *sum = next;
+}
+
+static void add_whole_vector(const float part[3], float sum[3], float low[3]) {
+    int i;
+    for (i = 0; i < 3; ++i) add_whole(part[i], &sum[i], &low[i]);
+}
+
+/* J x = b of the inertia, by J = L D L^T. */
+static void solve_inertia(const struct haptable_body* body, const float b[3], float x[3]) {
+    const float* j = body->inertia_kg_m2;
+    const float l10 = j[3] / j[0];
+    const float l20 = j[5] / j[0];
+    const float d1 = j[1] - l10 * j[3];
+    const float l21 = (j[4] - l20 * j[3]) / d1;
+    const float d2 = j[2] - l20 * j[5] - l21 * l21 * d1;
+    const float b1 = b[1] - l10 * b[0];
+    x[2] = (b[2] - l20 * b[0] - l21 * b1) / d2;
+    x[1] = b1 / d1 - l21 * x[2];
+    x[0] = b[0] / j[0] - l10 * x[1] - l20 * x[2];
 }
 
 /* ---- the six equations ---------------------------------------------------------------------------------------- */
@@ -164,49 +186,6 @@ static void add_body(const struct haptable_body* body, const struct haptable_bod
     }
 }
 
-/* The direction in which a contact that does not stick holds; 0 where it does nothing. */
-static void line_of(const struct haptable_body_push* push, float along[3]) {
-    const float size2 = vec_dot(push->force_n, push->force_n);
-    vec_zero(along);
-    if (size2 > 1e-24f) vec_add_scaled(vec_inverse_root(size2), push->force_n, along);
-}
-
-/* A finger's force is held for the tick, as a sampled spring of stiffness k: to a motion v against the hand it would
- * give k dt/2 v^2. The body is damped by k dt against the hand; what is left, k dt/2 (hand^2 - body^2), is no more than
- * a wall would give to the same hand (docs/design/moving.md). */
-static void add_push(const struct haptable_body* body, const struct haptable_body_push* push, struct system* s) {
-    static const float axis[3][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
-    const float resistance = DT * push->stiffness_n_per_m;
-    float arm[3];
-    float along[3];
-    float turn[3];
-    int i;
-    vec_sub(push->at_m, body->centre_m, arm);
-    for (i = 0; i < 3; ++i) {
-        const float held = push->sticks ? resistance : 0.0f;
-        vec_cross(arm, axis[i], turn);
-        add_line(s, axis[i], turn, push->force_n[i] + held * push->velocity_m_per_s[i], held);
-    }
-    if (push->sticks) return;
-    line_of(push, along);
-    vec_cross(arm, along, turn);
-    add_line(s, along, turn, resistance * vec_dot(along, push->velocity_m_per_s), resistance);
-}
-
-/* The same damping as a force on the body, which moves with that velocity there. */
-static void damping_of(const struct haptable_body_push* push, const float velocity[3], float force_n[3]) {
-    const float resistance = DT * push->stiffness_n_per_m;
-    float against[3];
-    float along[3];
-    vec_sub(push->velocity_m_per_s, velocity, against);
-    vec_zero(force_n);
-    line_of(push, along);
-    if (push->sticks)
-        vec_add_scaled(resistance, against, force_n);
-    else
-        vec_add_scaled(resistance * vec_dot(along, against), along, force_n);
-}
-
 /* ---- the floor ------------------------------------------------------------------------------------------------ */
 
 static uint32_t points_of(const struct haptable_body* body) {
@@ -217,6 +196,7 @@ static uint32_t points_of(const struct haptable_body* body) {
 struct touch {
     float turn[3][3]; /* levers about the centre of the floor's axes, body axes */
     float gap_m;      /* over the floor, at the tick's begin */
+    float damping;    /* N s/m: the floor's, and more while it owes */
     float push_n;     /* up, less resistance x speed */
     float resistance; /* of the speed up */
     float hold_n[2];  /* along the floor, less hold x speed */
@@ -265,23 +245,24 @@ static void find_gaps(const struct haptable_body* body, const struct haptable_bo
  * 1 - part of it, by part of that and from 0: then energy changes by what the push does (a discrete gradient). */
 static void press(const struct haptable_body* body, float speed, struct touch* touch) {
     const float k = body->floor_stiffness_n_per_m;
+    const float c = touch->damping;
     const float end_m = touch->gap_m + DT * speed;
     touch->carries = touch->gap_m < 0.0f || end_m < 0.0f;
     if (!touch->carries) return;
     if (touch->gap_m < 0.0f) {
         touch->push_n = -k * touch->gap_m;
-        touch->resistance = 0.5f * DT * k + body->floor_damping_n_s_per_m;
+        touch->resistance = 0.5f * DT * k + c;
     } else {
         const float part = end_m / (end_m - touch->gap_m);
         touch->push_n = -0.5f * part * k * touch->gap_m;
-        touch->resistance = part * (0.5f * DT * k + body->floor_damping_n_s_per_m);
+        touch->resistance = part * (0.5f * DT * k + c);
     }
 }
 
 /* The floor's springs along it hold a point where it is, or friction brakes it on its way. */
 static void hold(const struct haptable_body* body, const float stretch_m[2], struct touch* touch) {
     const float k = body->floor_stiffness_n_per_m;
-    touch->hold = touch->slips ? 0.0f : 0.5f * DT * k + body->floor_damping_n_s_per_m;
+    touch->hold = touch->slips ? 0.0f : 0.5f * DT * k + touch->damping;
     touch->hold_n[0] = touch->slips ? -touch->most_n * touch->way[0] : -k * stretch_m[0];
     touch->hold_n[1] = touch->slips ? -touch->most_n * touch->way[1] : -k * stretch_m[1];
 }
@@ -294,9 +275,13 @@ static void set_way(const float along[2], float sign, struct touch* touch) {
     touch->way[1] = scale * along[1];
 }
 
+/* By so much the floor damps more until it has taken back what it gave. */
+#define OWING 4.0f
+
 /* How the point begins the tick: as it was in the last one. speed: up and along the floor. */
 static void begin_touch(const struct haptable_body* body, const struct haptable_body_state* state, uint32_t i,
                         const float speed[3], struct touch* touch) {
+    touch->damping = (state->floor_owed_j > 0.0f ? OWING : 1.0f) * body->floor_damping_n_s_per_m;
     touch->most_n = body->floor_friction * state->push_n[i];
     touch->slips = (uint8_t)((state->slips >> i & 1u) != 0 && length2(speed + 1) > 1e-24f);
     if (touch->slips) set_way(speed + 1, 1.0f, touch);
@@ -349,24 +334,6 @@ static void limit_stretch(float most_m, float stretch_m[2]) {
     stretch_m[1] *= scale;
 }
 
-/* What the next tick is to know of the fingers. */
-static void leave_pushes(const struct haptable_body* body, const struct haptable_body_push push[], int push_count,
-                         const float motion[6], struct haptable_body_state* state) {
-    int i;
-    for (i = 0; i < push_count; ++i) {
-        float arm[3];
-        float turn[3];
-        float at[3];
-        float damped[3];
-        vec_sub(push[i].at_m, body->centre_m, arm);
-        vec_cross(motion + 3, arm, turn);
-        vec_copy(motion, at);
-        vec_add_scaled(1.0f, turn, at);
-        damping_of(&push[i], at, damped);
-        state->worked_j[i] = DT * (vec_dot(push[i].force_n, at) + vec_dot(damped, at));
-    }
-}
-
 static void speeds_of(const struct floor_axes* floor, const struct touch* touch, const float motion[6],
                       float speed[3]) {
     int c;
@@ -417,39 +384,88 @@ static float leave_floor(const struct haptable_body* body, const struct floor_ax
 
 /* ---- the tick ------------------------------------------------------------------------------------------------- */
 
-/* What does not depend linearly on the motion in the middle: the gyroscopic moment, and the suspension's moment, whose
- * energy is 2 sum k_i q_i^2, beyond what add_body has of it. */
+/* r^T v - v, where r is the turn of the tick: that of the quaternion (1, a)^2 / (1 + a^2), a = dt/4 w_m. It keeps what
+ * of v lies along w_m, so that the energy of motion is kept with the momentum. */
+static void turn_back(const float a[3], const float v[3], float out[3]) {
+    const float a2 = vec_dot(a, a);
+    const float scale = 1.0f / ((1.0f + a2) * (1.0f + a2));
+    float across[3];
+    float twice[3];
+    int i;
+    vec_cross(a, v, across);
+    vec_cross(a, across, twice);
+    for (i = 0; i < 3; ++i) out[i] = scale * (8.0f * twice[i] - 4.0f * (1.0f - a2) * across[i]);
+}
+
+/* v turned by half of that, or back where sign is -1: less v. */
+static void turn_half(const float a[3], float sign, const float v[3], float out[3]) {
+    const float scale = 2.0f / (1.0f + vec_dot(a, a));
+    float across[3];
+    float twice[3];
+    int i;
+    vec_cross(a, v, across);
+    vec_cross(a, across, twice);
+    for (i = 0; i < 3; ++i) out[i] = scale * (twice[i] + sign * across[i]);
+}
+
+static void quarter_of(const float spin[3], float a[3]) {
+    vec_zero(a);
+    vec_add_scaled(0.25f * DT, spin, a);
+}
+
+/* What does not depend linearly on the motion in the middle: the suspension's moment, whose energy is 2 sum k_i q_i^2,
+ * beyond what add_body has of it. */
 static void bend(const struct haptable_body* body, const float q[4], const float motion[6], const float before[6],
                  float b[6]) {
     const float* k = body->turn_stiffness_n_m;
-    float momentum[3];
-    float gyroscopic[3];
     float middle[4];
     float pull[3];
     float across[3];
     int i;
-    vec_symmetric_product(body->inertia_kg_m2, motion + 3, momentum);
-    vec_cross(motion + 3, momentum, gyroscopic);
     middle_turn(q, motion + 3, middle);
     for (i = 0; i < 3; ++i) pull[i] = k[i] * middle[1 + i];
     vec_cross(pull, middle + 1, across);
     for (i = 0; i < 3; ++i) {
         const float moment = -2.0f * (middle[0] * pull[i] + across[i]);
-        b[3 + i] += moment + 0.5f * DT * k[i] * (motion[3 + i] - before[3 + i]) - gyroscopic[i];
+        b[3 + i] += moment + 0.5f * DT * k[i] * (motion[3 + i] - before[3 + i]);
     }
 }
 
-/* V_m of the system, from a first guess. before: factorize. */
-static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6]) {
+/* How the turn of the tick bends momentum and moment as the body has them: (r^T J w - J w) / dt + h^T T - T, h being
+ * half of r. T: what acted in the round before. */
+static void turn_momentum(const struct haptable_body* body, const float spin[3], const float middle[3],
+                          const float moment[3], float bent[3]) {
+    float momentum[3];
+    float a[3];
+    float half[3];
+    quarter_of(middle, a);
+    vec_symmetric_product(body->inertia_kg_m2, spin, momentum);
+    turn_back(a, momentum, bent);
+    turn_half(a, -1.0f, moment, half);
+    bent[0] = bent[0] * (1.0f / DT) + half[0];
+    bent[1] = bent[1] * (1.0f / DT) + half[1];
+    bent[2] = bent[2] * (1.0f / DT) + half[2];
+}
+
+/* V_m of the system, from a first guess, and the moment T that acts then. before: factorize. */
+static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6],
+                        float moment[3]) {
     float change[6];
     float b[6];
+    float bent[3];
     int round;
     int i;
+    vec_zero(moment);
     for (round = 0; round < HAPTABLE_BODY_ROUNDS; ++round) {
         for (i = 0; i < 6; ++i) b[i] = s->b[i];
         bend(body, q, motion, s->before, b);
+        turn_momentum(body, s->before + 3, motion + 3, moment, bent);
+        vec_add_scaled(1.0f, bent, b + 3);
         solve(s, b, change);
         for (i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
+        if (!s->is_turned) continue;
+        vec_symmetric_product(body->inertia_kg_m2, change + 3, moment);
+        for (i = 0; i < 3; ++i) moment[i] = moment[i] * (2.0f / DT) - bent[i];
     }
 }
 
@@ -457,6 +473,7 @@ static void find_middle(const struct haptable_body* body, const float q[4], cons
 static void add_touches(const struct haptable_body* body, const struct haptable_body_state* state,
                         const struct floor_axes* floor, float motion[6], struct system* s, struct touch touch[]) {
     struct system trial = *s;
+    float moment[3];
     float speed[3];
     uint32_t i;
     find_gaps(body, state, floor, touch);
@@ -466,7 +483,7 @@ static void add_touches(const struct haptable_body* body, const struct haptable_
     }
     add_floor(body, floor, touch, &trial);
     factorize(&trial);
-    find_middle(body, state->turn, &trial, motion);
+    find_middle(body, state->turn, &trial, motion, moment);
     for (i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
         change_touch(body, state->stretch_m[i], speed, &touch[i]);
@@ -474,27 +491,55 @@ static void add_touches(const struct haptable_body* body, const struct haptable_
     add_floor(body, floor, touch, s);
 }
 
-/* p += dt v, q += dt/2 q_m (0, w), and V+ = 2 V_m - V. */
-static void advance(const struct frame* f, const float before[6], const float motion[6],
-                    struct haptable_body_state* state) {
+/* Momentum after the tick: weight acts along world axes, and what suspension and floor did beside it where the body was
+ * in the middle of the tick. */
+static void push(const struct haptable_body* body, const struct frame* f, const struct system* s, const float motion[6],
+                 const float moment[3], struct haptable_body_state* state) {
+    float gained[3];
+    float along[3];
+    float weight[3];
+    float a[3];
+    int i;
+    for (i = 0; i < 3; ++i) gained[i] = DT * body->gravity_m_per_s2[i];
+    if (s->is_turned) {
+        to_body(f, gained, weight);
+        for (i = 0; i < 3; ++i) along[i] = 2.0f * (motion[i] - s->before[i]) - weight[i];
+        to_world(f, along, weight);
+        vec_add_scaled(1.0f, weight, gained);
+        quarter_of(motion + 3, a);
+        turn_half(a, 1.0f, moment, along);
+        vec_add_scaled(1.0f, moment, along);
+        to_world(f, along, weight);
+        for (i = 0; i < 3; ++i) weight[i] *= DT;
+        add_whole_vector(weight, state->momentum_n_m_s, state->momentum_low_n_m_s);
+    }
+    for (i = 0; i < 3; ++i)
+        along[i] = DT * ((state->velocity_m_per_s[i] - state->velocity_low_m_per_s[i]) + 0.5f * gained[i]);
+    add_whole_vector(along, state->position_m, state->position_low_m);
+    add_whole_vector(gained, state->velocity_m_per_s, state->velocity_low_m_per_s);
+}
+
+/* q += dt/2 q_m (0, w), kept at length 1. */
+static void turn(const float spin[3], struct haptable_body_state* state) {
     float middle[4];
     float change[4];
-    float next[3];
-    float moved[3];
     float longer;
     int i;
-    middle_turn(state->turn, motion + 3, middle);
-    quaternion_product(middle, 0.0f, motion + 3, change);
+    middle_turn(state->turn, spin, middle);
+    quaternion_product(middle, 0.0f, spin, change);
     longer = 0.5f * (1.0f - (state->turn[0] * state->turn[0] + vec_dot(state->turn + 1, state->turn + 1)));
     for (i = 0; i < 4; ++i)
         add_whole(0.5f * DT * change[i] + longer * state->turn[i], &state->turn[i], &state->turn_low[i]);
-    to_world(f, motion, moved);
-    for (i = 0; i < 3; ++i) {
-        add_whole(DT * moved[i], &state->position_m[i], &state->position_low_m[i]);
-        next[i] = 2.0f * motion[i] - before[i];
-        state->spin_rad_per_s[i] = 2.0f * motion[3 + i] - before[3 + i];
-    }
-    to_world(f, next, state->velocity_m_per_s);
+}
+
+/* w = J^-1 R^T L */
+static void find_spin(const struct haptable_body* body, struct haptable_body_state* state) {
+    const struct frame f = frame_of(state->turn);
+    float momentum[3];
+    float along[3];
+    vec_sub(state->momentum_n_m_s, state->momentum_low_n_m_s, momentum);
+    to_body(&f, momentum, along);
+    solve_inertia(body, along, state->spin_rad_per_s);
 }
 
 void haptable_body_init(const struct haptable_body* body, struct haptable_body_state* state) {
@@ -517,105 +562,88 @@ void haptable_body_to_world(const struct haptable_body_state* state, const float
     to_world(&f, along_body, along_world);
 }
 
-void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state,
-                        const struct haptable_body_push push[], int push_count) {
-    struct system s = {{{0.0f}}, {0.0f}, {0.0f}};
+void haptable_body_kick(const struct haptable_body* body, struct haptable_body_state* state, const float at_m[3],
+                        const float force_n[3]) {
+    const struct frame f = frame_of(state->turn);
+    float along[3];
+    float arm[3];
+    float part[3];
+    int i;
+    vec_sub(at_m, body->centre_m, along);
+    to_world(&f, along, arm);
+    vec_cross(arm, force_n, part);
+    for (i = 0; i < 3; ++i) part[i] *= DT;
+    add_whole_vector(part, state->momentum_n_m_s, state->momentum_low_n_m_s);
+    for (i = 0; i < 3; ++i) part[i] = force_n[i] * (DT / body->mass_kg);
+    add_whole_vector(part, state->velocity_m_per_s, state->velocity_low_m_per_s);
+    find_spin(body, state);
+}
+
+void haptable_body_give(const struct haptable_body* body, const float at_m[3], const float force_n[3],
+                        float moved_m[3]) {
+    float arm[3];
+    float moment[3];
+    float spin[3];
+    vec_sub(at_m, body->centre_m, arm);
+    vec_cross(arm, force_n, moment);
+    solve_inertia(body, moment, spin);
+    vec_cross(spin, arm, moved_m);
+    vec_add_scaled(1.0f / body->mass_kg, force_n, moved_m);
+    moved_m[0] *= DT * DT;
+    moved_m[1] *= DT * DT;
+    moved_m[2] *= DT * DT;
+}
+
+/* 1 where anything but weight may act on the body. */
+static int is_suspended(const struct haptable_body* body) {
+    int i;
+    float any = 0.0f;
+    for (i = 0; i < 3; ++i)
+        any += body->stiffness_n_per_m[i] + body->damping_n_s_per_m[i] + body->turn_stiffness_n_m[i] +
+               body->turn_damping_n_m_s[i];
+    return any > 0.0f;
+}
+
+static int is_carried(const struct haptable_body* body, const struct touch touch[]) {
+    uint32_t i;
+    for (i = 0; i < points_of(body); ++i)
+        if (touch[i].carries) return 1;
+    return 0;
+}
+
+void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state) {
+    struct system s = {{{0.0f}}, {0.0f}, {0.0f}, 0};
     struct touch touch[HAPTABLE_BODY_POINTS];
     const struct frame f = frame_of(state->turn);
     const struct floor_axes floor = floor_axes_of(body, &f);
     float motion[6];
-    float made_j = 0.0f;
+    float moment[3];
+    float velocity[3];
     int i;
-    to_body(&f, state->velocity_m_per_s, s.before);
+    vec_sub(state->velocity_m_per_s, state->velocity_low_m_per_s, velocity);
+    to_body(&f, velocity, s.before);
     vec_copy(state->spin_rad_per_s, s.before + 3);
     for (i = 0; i < 6; ++i) motion[i] = s.before[i];
+    s.is_turned = is_suspended(body) || body->point_count != 0;
     add_body(body, state, &f, &s);
-    for (i = 0; i < push_count; ++i) add_push(body, &push[i], &s);
-    if (body->point_count != 0) add_touches(body, state, &floor, motion, &s, touch);
+    if (body->point_count != 0) {
+        add_touches(body, state, &floor, motion, &s, touch);
+        s.is_turned = is_suspended(body) || is_carried(body, touch);
+    }
     factorize(&s);
-    find_middle(body, state->turn, &s, motion);
-    if (body->point_count != 0) made_j = leave_floor(body, &floor, touch, motion, state);
-    leave_pushes(body, push, push_count, motion, state);
-    advance(&f, s.before, motion, state);
-    haptable_body_brake(body, state, made_j);
+    find_middle(body, state->turn, &s, motion, moment);
+    if (body->point_count != 0) {
+        const float owed_j = state->floor_owed_j + leave_floor(body, &floor, touch, motion, state);
+        state->floor_owed_j = owed_j > 0.0f ? owed_j : 0.0f;
+    }
+    push(body, &f, &s, motion, moment, state);
+    turn(motion + 3, state);
+    find_spin(body, state);
 }
 
-/* Force over dent, and what the contact has stored. */
-static float find_stiffness(const struct haptable_model* model, const float force_n[3], const float dent_m[3],
-                            float* stored_j) {
-    const float force2 = vec_dot(force_n, force_n);
-    const float dent2 = vec_dot(dent_m, dent_m);
-    const float work = vec_dot(force_n, dent_m);
-    float secant;
-    *stored_j = 0.5f * (work < 0.0f ? -work : work);
-    if (!(dent2 > 1e-24f) || !(force2 > 1e-24f)) return 0.0f;
-    secant = force2 * vec_inverse_root(force2) * vec_inverse_root(dent2);
-    return secant < model->stiffness_limit_n_per_m ? secant : model->stiffness_limit_n_per_m;
-}
-
-float haptable_body_push_of(const struct haptable_model* model, const struct haptable_body* body,
-                            const struct haptable_servo* servo, struct haptable_body_state* state, int number,
-                            const float world_m[3], const float at_m[3], const struct haptable_output* out,
-                            struct haptable_body_push* push) {
-    const struct frame f = frame_of(state->turn);
-    const int known = state->finger_known[number] && servo->finger_known;
-    float stored_j = 0.0f;
-    float made_j;
-    float moved[3] = {0.0f, 0.0f, 0.0f};
-    int i;
-    if (known) vec_sub(world_m, state->finger_m[number], moved);
-    made_j = known ? vec_dot(state->given_n[number], moved) : 0.0f;
-    state->finger_known[number] = servo->finger_known; /* what was refused may be no number */
-    vec_copy(servo->finger_known ? at_m : body->centre_m, push->at_m);
-    if (servo->finger_known) vec_copy(world_m, state->finger_m[number]);
-    for (i = 0; i < 3; ++i) {
-        push->force_n[i] = -out->force_n[i];
-        moved[i] *= 1.0f / DT;
-    }
-    to_body(&f, moved, push->velocity_m_per_s);
-    to_world(&f, out->force_n, state->given_n[number]);
-    push->sticks = model->static_friction > 0.0f && servo->contact.slips == 0 ? 1u : 0u;
-    push->stiffness_n_per_m = 0.0f;
-    if (haptable_touches(out->state)) {
-        float dent[3];
-        vec_sub(at_m, out->god_object_m, dent);
-        push->stiffness_n_per_m = find_stiffness(model, out->force_n, dent, &stored_j);
-    }
-    made_j += (stored_j - state->stored_j[number]) + state->worked_j[number];
-    state->stored_j[number] = stored_j;
-    return made_j;
-}
-
-void haptable_body_brake(const struct haptable_body* body, struct haptable_body_state* state, float energy_j) {
-    float momentum[3];
-    float motion_j;
-    float left;
-    int i;
-    vec_symmetric_product(body->inertia_kg_m2, state->spin_rad_per_s, momentum);
-    motion_j = 0.5f * (body->mass_kg * vec_dot(state->velocity_m_per_s, state->velocity_m_per_s) +
-                       vec_dot(momentum, state->spin_rad_per_s));
-    if (!(energy_j > 0.0f) || !(motion_j > 1e-24f)) return;
-    left = energy_j < motion_j ? 1.0f - energy_j / motion_j : 0.0f;
-    left = left > 1e-12f ? left * vec_inverse_root(left) : 0.0f;
-    for (i = 0; i < 3; ++i) {
-        state->velocity_m_per_s[i] *= left;
-        state->spin_rad_per_s[i] *= left;
-    }
-}
-
-void haptable_body_step(const struct haptable_model* model, const struct haptable_body* body,
-                        struct haptable_body_state* state, struct haptable_servo servo[], int finger_count,
-                        const float finger_m[][3], uint32_t now_us, struct haptable_output out[]) {
-    struct haptable_body_push push[HAPTABLE_BODY_FINGERS];
-    float made_j = 0.0f;
-    int i;
-    for (i = 0; i < finger_count; ++i) {
-        float at_m[3];
-        haptable_body_from_world(body, state, finger_m[i], at_m);
-        haptable_step(model, &servo[i], at_m, now_us, &out[i]);
-        made_j += haptable_body_push_of(model, body, &servo[i], state, i, finger_m[i], at_m, &out[i], &push[i]);
-        vec_copy(state->given_n[i], out[i].force_n);
-    }
-    haptable_body_brake(body, state, made_j);
-    haptable_body_move(body, state, push, finger_count);
-}
+const struct haptable_rigid_part haptable_part_rigid = {.init = haptable_body_init,
+                                                   .from_world = haptable_body_from_world,
+                                                   .to_world = haptable_body_to_world,
+                                                   .give = haptable_body_give,
+                                                   .kick = haptable_body_kick,
+                                                   .move = haptable_body_move};

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- *   m v' = F,   J w' + w x J w = T,   q' = q (0, w) / 2,   p' = v
+ *   m v' = F,   L' = T,   w = J^-1 R^T L,   q' = q (0, w) / 2,   p' = v
  *
- * A body that is not held: it moves as a rigid one, and fingers feel its elastic part in its own frame. Its blocks are
- * those of inertia relief (docs/BODY.md), so that nothing artificial holds it.
+ * The rigid motion of a body that is not held: fingers feel its elastic part in its own frame (haptable_moving.c). Its
+ * blocks are those of inertia relief (docs/BODY.md), so that nothing artificial holds it.
  *
  * World and body coordinates are the same where the body begins. Tables are const (struct haptable_body, written by
- * codegen), state is one struct that the caller owns. Not trusted: what the fingers do. cost: docs/BODY.md.
+ * codegen), state is one struct that the caller owns. cost: docs/BODY.md.
  */
 #ifndef HAPTABLE_BODY_H
 #define HAPTABLE_BODY_H
@@ -17,13 +17,12 @@
 extern "C" {
 #endif
 
-/* The most points of the body that rest on the floor, and the most fingers that push it. */
+/* The most points of the body that rest on the floor. */
 #define HAPTABLE_BODY_POINTS 8
-#define HAPTABLE_BODY_FINGERS 2
 
-/* How often a tick's implicit step is solved: each time what is left falls by the angle that the body turns in a tick,
- * or by (tick x turning frequency)^2. */
-#define HAPTABLE_BODY_ROUNDS 4
+/* How often a tick's implicit step is solved: each time what is left falls by half the angle that the body turns in a
+ * tick, or by (tick x turning frequency)^2. */
+#define HAPTABLE_BODY_ROUNDS 5
 
 /* A tick, s. */
 #define HAPTABLE_BODY_TICK_S 0.001f
@@ -56,64 +55,58 @@ struct haptable_body {
 #undef HAPTABLE_BODY_VALUE
 #undef HAPTABLE_BODY_VECTOR
 
-/* Where the body is and how it moves: 13 numbers, and what rounding left of them. The caller owns it;
- * haptable_body_init makes it valid. */
+/* Where the body is and how it moves. The caller owns it; haptable_body_init makes it valid. Its momentum is state, its
+ * spin follows: so what nothing touches keeps velocity and momentum to the last bit. */
 struct haptable_body_state {
     float position_m[3];       /* of its centre of mass, world */
     float turn[4];             /* from body to world axes: a quaternion of length 1, w x y z */
     float velocity_m_per_s[3]; /* of the centre, world axes */
-    float spin_rad_per_s[3];   /* body axes */
+    float momentum_n_m_s[3];   /* angular, about the centre, world axes */
+    float spin_rad_per_s[3];   /* body axes: J^-1 R^T momentum_n_m_s */
     float position_low_m[3];   /* of the sums above, what float32 did not hold (Kahan) */
     float turn_low[4];
+    float velocity_low_m_per_s[3];
+    float momentum_low_n_m_s[3];
     float stretch_m[HAPTABLE_BODY_POINTS][2]; /* of each point's spring along the floor: what friction holds */
     float push_n[HAPTABLE_BODY_POINTS];       /* by which the floor carried it in the last tick */
-    float finger_m[HAPTABLE_BODY_FINGERS][3]; /* last positions, world */
-    float given_n[HAPTABLE_BODY_FINGERS][3];  /* last forces on the hands, world axes */
-    float stored_j[HAPTABLE_BODY_FINGERS];    /* in their contacts then */
-    float worked_j[HAPTABLE_BODY_FINGERS];    /* what they did to the body since */
-    uint8_t finger_known[HAPTABLE_BODY_FINGERS];
-    uint8_t on_floor; /* bits: the points that the floor carried in the last tick */
-    uint8_t slips;    /* bits: those of them that slipped */
-};
-
-/* What one finger does to the body in a tick; body coordinates. */
-struct haptable_body_push {
-    float at_m[3];
-    float force_n[3];          /* on the body */
-    float velocity_m_per_s[3]; /* of the hand, along body axes */
-    float stiffness_n_per_m;   /* of the contact: force / dent; 0 without contact */
-    uint8_t sticks;            /* 1: held in all directions; 0: along the force alone */
+    float floor_owed_j; /* what the floor gave as points entered or slipped, and has not taken back; >= 0 */
+    uint8_t on_floor;   /* bits: the points that the floor carried in the last tick */
+    uint8_t slips;      /* bits: those of them that slipped */
 };
 
 void haptable_body_init(const struct haptable_body* body, struct haptable_body_state* state);
 
-/* A world position in body coordinates, and a vector along body axes in world axes. */
+/* A world position in body coordinates; a vector along body axes in world axes. */
 void haptable_body_from_world(const struct haptable_body* body, const struct haptable_body_state* state,
                               const float world_m[3], float body_m[3]);
 void haptable_body_to_world(const struct haptable_body_state* state, const float along_body[3], float along_world[3]);
 
-/* Moves the body by a tick under what the fingers do: push[i] is of finger i. before: push_count <=
- * HAPTABLE_BODY_FINGERS, pushes are numbers. after: state->turn has length 1 within rounding. */
-void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state,
-                        const struct haptable_body_push push[], int push_count);
+/* The impulse of a force on the body at a place in body coordinates, over a tick: momentum changes by just that.
+ * force_n: world axes. */
+void haptable_body_kick(const struct haptable_body* body, struct haptable_body_state* state, const float at_m[3],
+                        const float force_n[3]);
 
-/* What finger `number` at world_m does to the body by what haptable_step made of it at at_m, `out`, both in body
- * coordinates: the reaction of the force that the user feels. Returns the energy, J, that the contact has given to hand
- * and body since the last tick beyond what it took and had stored; below 0 where it kept some. */
-float haptable_body_push_of(const struct haptable_model* model, const struct haptable_body* body,
-                            const struct haptable_servo* servo, struct haptable_body_state* state, int number,
-                            const float world_m[3], const float at_m[3], const struct haptable_output* out,
-                            struct haptable_body_push* push);
+/* How far that force would move the body at the place beyond its motion, in a tick, both along body axes. */
+void haptable_body_give(const struct haptable_body* body, const float at_m[3], const float force_n[3],
+                        float moved_m[3]);
 
-/* Takes that energy out of the body's motion, as far as it has any: what sampled contacts made is in neither. */
-void haptable_body_brake(const struct haptable_body* body, struct haptable_body_state* state, float energy_j);
+/* A tick of motion under weight, suspension and floor. after: state->turn has length 1 within rounding. Bounded work.
+ */
+void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state);
 
-/* One tick of a body and its fingers, which know of one another by its motion alone: finger positions in, in world
- * coordinates; forces out, in world axes. All else of out[] is in body coordinates. before: 1 <= finger_count <=
- * HAPTABLE_BODY_FINGERS; a servo for each. Bounded work: haptable_step for each, then haptable_body_move. */
-void haptable_body_step(const struct haptable_model* model, const struct haptable_body* body,
-                        struct haptable_body_state* state, struct haptable_servo servo[], int finger_count,
-                        const float finger_m[][3], uint32_t now_us, struct haptable_output out[]);
+/* The same as a part of a scene's tick: linked where a scene names it. */
+struct haptable_rigid_part {
+    void (*init)(const struct haptable_body* body, struct haptable_body_state* state);
+    void (*from_world)(const struct haptable_body* body, const struct haptable_body_state* state,
+                       const float world_m[3], float body_m[3]);
+    void (*to_world)(const struct haptable_body_state* state, const float along_body[3], float along_world[3]);
+    void (*give)(const struct haptable_body* body, const float at_m[3], const float force_n[3], float moved_m[3]);
+    void (*kick)(const struct haptable_body* body, struct haptable_body_state* state, const float at_m[3],
+                 const float force_n[3]);
+    void (*move)(const struct haptable_body* body, struct haptable_body_state* state);
+};
+
+extern const struct haptable_rigid_part haptable_part_rigid;
 
 #ifdef __cplusplus
 }

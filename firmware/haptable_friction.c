@@ -53,18 +53,24 @@ static void split(const struct haptable_model* model, const struct haptable_cont
     load->pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
 }
 
-/* after: contact->load_n is its load. Where the force of a tick is made of that, it is taken with the energy. */
+/* after: contact->load_n is its load. */
+static void take_load_of_force(const struct haptable_model* model, struct haptable_contact* contact,
+                               const float x_m[3]) {
+    float nodal_n[3][3];
+    float force_n[3];
+    model->force(model, contact, x_m, nodal_n, force_n);
+    vec_zero(contact->load_n);
+    vec_add_scaled(-1.0f, force_n, contact->load_n);
+}
+
+/* The same. Where the force of a tick is made of the load, it is taken with the energy. */
 static void take_load(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3]) {
     if (model->force == haptable_force_of_least_energy) {
         struct haptable_energy energy;
         model->energy(model, contact, x_m, HAPTABLE_ENERGY_LOAD, &energy);
         vec_copy(energy.load_n, contact->load_n);
     } else {
-        float nodal_n[3][3];
-        float force_n[3];
-        model->force(model, contact, x_m, nodal_n, force_n);
-        vec_zero(contact->load_n);
-        vec_add_scaled(-1.0f, force_n, contact->load_n);
+        take_load_of_force(model, contact, x_m);
     }
 }
 
@@ -200,10 +206,8 @@ static int may_rest(const struct haptable_model* model, const struct load* load,
 static int may_rest_freed(const struct haptable_model* model, struct haptable_contact* freed,
                           const struct load* held_load, const float x_m[3], struct line* line) {
     struct load load;
-    if (model->energy)
-        split(model, freed, x_m, held_load, &load);
-    else
-        load_at(model, freed, x_m, held_load, &load);
+    if (!model->energy) take_load_of_force(model, freed, x_m);
+    split(model, freed, x_m, held_load, &load);
     line->far_tangent2 = tangent2_of(&load);
     return may_rest(model, &load, held_load);
 }

@@ -1,193 +1,184 @@
 /* SPDX-License-Identifier: MIT
  *
- *   q+ - q = A (q, p) + b phi^T f_m,   f_m = f + S (dx - phi dq / 2)
+ *   (C + G/2) (f_m - f) = dx - J dq_f / 2,   G = J b J^T,   q+ - q = A (q, p) + b J^T f_m
  *
- * f is the force that the hand has had since the last tick, dx how far it went with it, dq how far the modes did; S the
- * contact's stiffness. So modes and contact gain what the hand gave, f . dx, and dx . S dx / 2 besides, which is what a
- * wall of that stiffness makes of a hand that is felt at ticks: the modes make nothing. What they do not know of, a
- * god-object that goes on to where the modes move otherwise, is counted and taken out of their motion.
+ * J is phi at the fingers' places, three rows each; f the load that the hands have felt since the last tick, dx how far
+ * they went with it, dq_f how far the modes would go under f; C the compliance of the contacts. So modes and contacts
+ * gain what the hands gave, f . dx, and dx . C^-1 dx / 2 besides, which is what a wall of that stiffness makes of hands
+ * that are felt at ticks: the modes make nothing (docs/design/moving.md).
  */
 #include "haptable_modes.h"
 
-#include "haptable_modes_terms.h"
+#include "haptable_vector.h"
 
-/* A contact as the modes meet it. */
-struct meeting {
-    float shape[HAPTABLE_MODES][3]; /* phi there */
-    float s[3][3];                  /* S of the force that was given */
-};
-
-/* S u of a contact, whatever the force is made of. */
-static void load_of(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
-                    float load_n[3]) {
-    if (model->energy) {
-        struct haptable_energy energy;
-        model->energy(model, contact, finger_m, HAPTABLE_ENERGY_SLOPE, &energy);
-        vec_copy(energy.load_n, load_n);
-    } else {
-        float nodal_n[3][3];
-        float force_n[3];
-        model->force(model, contact, finger_m, nodal_n, force_n);
-        vec_zero(load_n);
-        vec_add_scaled(-1.0f, force_n, load_n);
-    }
+/* sum += part, with what the sum does not hold kept in low. */
+static void add_whole(float part, float* sum, float* low) {
+    const float corrected = part - *low;
+    const float next = *sum + corrected;
+    *low = (next - *sum) - corrected;
+    *sum = next;
 }
 
-/* S by columns, each times what of the force was given: limits may have lowered it. */
-static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact,
-                         const float finger_m[3], const float given_n[3], float s[3][3]) {
-    const float unit_m = 1e-3f;
-    float load_n[3];
-    float share = 1.0f;
-    float load2;
+/* phi [count, 3] at a place: 0 where that is held, or none. */
+static void shape_at(const struct haptable_modes* modes, const struct haptable_model* model, uint16_t patch,
+                     const float alpha[3], float shape[HAPTABLE_MODES][3]) {
     int c;
-    load_of(model, contact, finger_m, load_n);
-    load2 = vec_dot(load_n, load_n);
-    if (load2 > 1e-24f) {
-        const float share2 = vec_dot(given_n, given_n) / load2;
-        if (share2 < 1.0f) share = share2 > 1e-24f ? share2 * vec_inverse_root(share2) : 0.0f;
-    }
-    for (c = 0; c < 3; ++c) {
-        float at_m[3];
-        vec_copy(contact->god_object_m, at_m);
-        at_m[c] += unit_m;
-        load_of(model, contact, at_m, load_n);
-        at_m[c] -= contact->god_object_m[c]; /* unit_m as it was rounded */
-        vec_zero(s[c]);
-        vec_add_scaled(share / at_m[c], load_n, s[c]);
-    }
-}
-
-static void product(const float columns[3][3], const float v[3], float out[3]) {
-    vec_zero(out);
-    vec_add_scaled(v[0], columns[0], out);
-    vec_add_scaled(v[1], columns[1], out);
-    vec_add_scaled(v[2], columns[2], out);
-}
-
-/* x of columns x = b, by Cramer's rule: the matrix is 1 and a product of two that are not negative. */
-static void solve(const float columns[3][3], const float b[3], float x[3]) {
-    float across[3][3];
-    float scale;
-    int c;
-    for (c = 0; c < 3; ++c) vec_cross(columns[(c + 1) % 3], columns[(c + 2) % 3], across[c]);
-    scale = 1.0f / vec_dot(columns[0], across[0]);
-    for (c = 0; c < 3; ++c) x[c] = scale * vec_dot(across[c], b);
-}
-
-/* f_m: (1 + S G / 2) f_m = f + S (dx - b / 2), where b is how far the surface goes without a force, and G f of one. */
-static void find_load(const struct haptable_modes* modes, const struct haptable_modes_state* state,
-                      const struct meeting* meeting, const float moved_m[3], float load_n[3]) {
-    float columns[3][3];
-    float gives[3][3];
-    float ahead[3];
-    float wanted[3];
     int k;
-    int c;
-    vec_copy(moved_m, ahead);
-    for (c = 0; c < 3; ++c) vec_zero(gives[c]);
+    for (k = 0; k < modes->count; ++k) vec_zero(shape[k]);
+    if (patch == HAPTABLE_NONE) return;
+    for (c = 0; c < modes->controls; ++c) {
+        const uint16_t vertex = model->patch[patch][c % 3];
+        const float(*row)[3];
+        uint32_t control = vertex;
+        float weight = alpha[c % 3];
+        if (modes->controls == 3 && vertex >= model->free_count) continue;
+        if (modes->controls > 3) weight *= alpha[c % 3];
+        if (c >= 3) {
+            control = (uint32_t)model->vertex_count + model->compliance->patch_edge[patch][c - 3];
+            weight = 2.0f * alpha[(c + 1) % 3] * alpha[(c + 2) % 3];
+        }
+        row = &modes->shape[control * modes->count];
+        for (k = 0; k < modes->count; ++k) vec_add_scaled(weight, row[k], shape[k]);
+    }
+}
+
+/* ---- the load -------------------------------------------------------------------------------------------------- */
+
+/* a x = b, a = L D L^T of its lower half, in place: it is positive definite. b becomes x. */
+static void solve_rows(float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
+    float scaled[HAPTABLE_ROWS];
+    int i;
+    int j;
+    int k;
+    for (j = 0; j < HAPTABLE_ROWS; ++j) {
+        float d = a[j][j];
+        for (k = 0; k < j; ++k) {
+            scaled[k] = a[j][k] * a[k][k];
+            d -= a[j][k] * scaled[k];
+            b[j] -= a[j][k] * b[k];
+        }
+        a[j][j] = d;
+        for (i = j + 1; i < HAPTABLE_ROWS; ++i) {
+            for (k = 0; k < j; ++k) a[i][j] -= a[i][k] * scaled[k];
+            a[i][j] /= d;
+        }
+    }
+    for (i = HAPTABLE_ROWS - 1; i >= 0; --i) {
+        b[i] /= a[i][i];
+        for (k = i + 1; k < HAPTABLE_ROWS; ++k) b[i] -= a[k][i] * b[k];
+    }
+}
+
+typedef float haptable_shapes[HAPTABLE_FINGERS][HAPTABLE_MODES][3];
+
+/* phi of mode k at those that press, by rows. */
+static void row_of(haptable_shapes shape, int k, unsigned presses, float row[HAPTABLE_ROWS]) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        if ((presses >> f & 1u) != 0u)
+            vec_copy(shape[f][k], &row[3 * f]);
+        else
+            vec_zero(&row[3 * f]);
+    }
+}
+
+static float dot_rows(const float a[HAPTABLE_ROWS], const float b[HAPTABLE_ROWS]) {
+    return vec_dot(&a[0], &b[0]) + vec_dot(&a[3], &b[3]);
+}
+
+/* How far a mode goes in the tick without a force. */
+static float free_change(const struct haptable_mode* mode, float q, float p) {
+    return mode->q_by_q * q + mode->q_by_p * p;
+}
+
+/* f_m */
+static void find_load(const struct haptable_modes* modes, const struct haptable_modes_state* state,
+                      haptable_shapes shape, struct haptable_modes_load* load) {
+    float more[HAPTABLE_ROWS];
+    int k;
+    int i;
+    int j;
+    for (i = 0; i < HAPTABLE_ROWS; ++i) more[i] = load->moved_m[i];
     for (k = 0; k < modes->count; ++k) {
         const struct haptable_mode* mode = &modes->mode[k];
-        vec_add_scaled(-0.5f * modes_free_change(mode, state->swings.q[k], state->swings.p[k]), meeting->shape[k],
-                       ahead);
-        for (c = 0; c < 3; ++c) vec_add_scaled(0.5f * mode->q_by_f * meeting->shape[k][c], meeting->shape[k], gives[c]);
+        float row[HAPTABLE_ROWS];
+        float goes;
+        row_of(shape, k, load->presses, row);
+        goes = free_change(mode, state->q[k], state->p[k]) + mode->q_by_f * dot_rows(row, load->load_n);
+        for (i = 0; i < HAPTABLE_ROWS; ++i) {
+            const float part = 0.5f * mode->q_by_f * row[i];
+            more[i] -= 0.5f * goes * row[i];
+            for (j = 0; j <= i; ++j) load->compliance[i][j] += part * row[j];
+        }
     }
-    product(meeting->s, ahead, wanted);
-    vec_add_scaled(1.0f, state->met.load_n, wanted);
-    for (c = 0; c < 3; ++c) {
-        product(meeting->s, gives[c], columns[c]);
-        columns[c][c] += 1.0f;
-    }
-    solve((const float(*)[3])columns, wanted, load_n);
+    solve_rows(load->compliance, more);
+    for (i = 0; i < HAPTABLE_ROWS; ++i) load->load_n[i] += more[i];
 }
 
-/* A tick of all modes under that load; the surface goes with them. */
-static void swing(const struct haptable_modes* modes, const struct meeting* meeting, const float load_n[3],
-                  struct haptable_modes_state* state) {
+void haptable_modes_advance(const struct haptable_modes* modes, const struct haptable_model* model,
+                            struct haptable_modes_state* state, struct haptable_modes_load* load) {
+    haptable_shapes shape;
+    int f;
     int k;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) shape_at(modes, model, state->met[f].patch, state->met[f].alpha, shape[f]);
+    if (load->presses != 0u) find_load(modes, state, shape, load);
     for (k = 0; k < modes->count; ++k) {
-        const float q = state->swings.q[k];
-        modes_tick(&modes->mode[k], k, vec_dot(meeting->shape[k], load_n), &state->swings);
-        vec_add_scaled(state->swings.q[k] - q, meeting->shape[k], state->met.shift_m);
+        const struct haptable_mode* mode = &modes->mode[k];
+        const float q = state->q[k];
+        const float p = state->p[k];
+        float row[HAPTABLE_ROWS];
+        float force;
+        row_of(shape, k, load->presses, row);
+        force = dot_rows(row, load->load_n);
+        add_whole(free_change(mode, q, p) + mode->q_by_f * force, &state->q[k], &state->q_low[k]);
+        add_whole(mode->p_by_q * q + mode->p_by_p * p + mode->q_by_p * force, &state->p[k], &state->p_low[k]);
+        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_add_scaled(state->q[k] - q, shape[f][k], state->met[f].shift_m);
     }
 }
 
-static void advance(const struct haptable_modes* modes, const struct haptable_servo* servo, const float moved_m[3],
-                    struct haptable_modes_state* state) {
-    const struct haptable_contact* contact = &servo->contact;
-    struct meeting meeting;
-    float load_n[3] = {0.0f, 0.0f, 0.0f};
-    modes_shape_at(modes, state->met.patch, state->met.alpha, meeting.shape);
-    if (contact->patch != HAPTABLE_NONE) {
-        stiffness_at(modes->model, contact, servo->finger_m, state->met.load_n, meeting.s);
-        find_load(modes, state, &meeting, moved_m, load_n);
-    }
-    swing(modes, &meeting, load_n, state);
-}
+/* ---- where the surface is met ------------------------------------------------------------------------------------ */
 
-/* What the contact has stored. */
-static float stored_of(const float finger_m[3], const struct haptable_output* out) {
-    float dent[3];
-    float work;
-    if (!haptable_touches(out->state)) return 0.0f;
-    vec_sub(finger_m, out->god_object_m, dent);
-    work = vec_dot(out->force_n, dent);
-    return 0.5f * (work < 0.0f ? -work : work);
-}
-
-/* Brings the shift to where the modes have the surface at the god-object's new place, as far as that costs the contact
- * no more than the tick has left over. Returns what it may cost. */
-static float follow(const struct haptable_modes* modes, struct haptable_modes_state* state, float left_j) {
+void haptable_modes_follow(const struct haptable_modes* modes, const struct haptable_model* model,
+                           struct haptable_modes_state* state, int finger, const struct haptable_contact* contact,
+                           const float load_n[3], float* credit_j) {
+    struct haptable_met* met = &state->met[finger];
+    float shape[HAPTABLE_MODES][3];
     float apart_m[3];
-    const float cost_j = modes_apart(modes, &state->swings, &state->met, apart_m);
-    float share = 1.0f;
-    if (cost_j > left_j) share = left_j > 0.0f ? left_j / cost_j : 0.0f;
-    return modes_follow(apart_m, share, cost_j > 0.0f ? cost_j : 0.0f, &state->met);
-}
-
-/* Counts what the tick made. Beyond what a wall makes of a sampled hand, it is taken back; what is left over pays for
- * the shift. before: what the next tick is to know of the contact is left, but for the energy. */
-static void settle(const struct haptable_modes* modes, struct haptable_modes_state* state, float allowed_j,
-                   float contact_j) {
-    const float made_j = contact_j + haptable_modes_energy(modes, &state->swings) - allowed_j;
-    modes_brake(modes, &state->swings, made_j);
-    state->stored_j = contact_j + haptable_modes_energy(modes, &state->swings);
-    state->stored_j += follow(modes, state, -made_j);
-}
-
-/* What the modes and the contact may hold after the tick: what they held, less what was given to the hand, and what a
- * wall makes of a sampled hand. */
-static float allowed_of(const struct haptable_modes* modes, const struct haptable_modes_state* state,
-                        const float moved_m[3]) {
-    return state->stored_j + vec_dot(state->met.load_n, moved_m) +
-           0.5f * modes->model->stiffness_limit_n_per_m * vec_dot(moved_m, moved_m);
+    float cost_j;
+    float part = 1.0f;
+    int k;
+    if (contact->patch != HAPTABLE_NONE) {
+        met->patch = contact->patch;
+        vec_copy(contact->alpha, met->alpha);
+    }
+    shape_at(modes, model, met->patch, met->alpha, shape);
+    vec_zero(apart_m);
+    for (k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], apart_m);
+    vec_add_scaled(-1.0f, met->shift_m, apart_m);
+    if (contact->patch != HAPTABLE_NONE) {
+        cost_j = 0.5f * model->stiffness_limit_n_per_m * vec_dot(apart_m, apart_m) - vec_dot(load_n, apart_m);
+        if (cost_j > *credit_j) part = *credit_j > 0.0f ? *credit_j / cost_j : 0.0f;
+        if (cost_j > 0.0f) *credit_j -= part * cost_j;
+    }
+    vec_add_scaled(part, apart_m, met->shift_m);
 }
 
 void haptable_modes_init(struct haptable_modes_state* state) {
-    static const struct haptable_modes_state fresh = {.met = {.patch = HAPTABLE_NONE}};
+    static const struct haptable_modes_state fresh;
+    int f;
     *state = fresh;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) state->met[f].patch = HAPTABLE_NONE;
 }
 
-float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_swings* swings) {
+float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_modes_state* state) {
     float twice_j = 0.0f;
     int k;
     for (k = 0; k < modes->count; ++k)
-        twice_j += swings->p[k] * swings->p[k] + modes->mode[k].stiffness * swings->q[k] * swings->q[k];
+        twice_j += state->p[k] * state->p[k] + modes->mode[k].stiffness * state->q[k] * state->q[k];
     return 0.5f * twice_j;
 }
 
-void haptable_modes_step(const struct haptable_modes* modes, struct haptable_modes_state* state,
-                         struct haptable_servo* servo, const float finger_m[3], uint32_t now_us,
-                         struct haptable_output* out) {
-    float moved_m[3];
-    float shifted_m[3];
-    float allowed_j;
-    modes_way_of(&state->met, finger_m, moved_m);
-    allowed_j = allowed_of(modes, state, moved_m);
-    advance(modes, servo, moved_m, state);
-    vec_sub(finger_m, state->met.shift_m, shifted_m);
-    haptable_step(modes->model, servo, shifted_m, now_us, out);
-    modes_leave(&servo->contact, finger_m, out->force_n, &state->met);
-    settle(modes, state, allowed_j, stored_of(shifted_m, out));
-    if (out->state == HAPTABLE_FREE) vec_copy(finger_m, out->god_object_m);
-}
+const struct haptable_modes_part haptable_part_modes = {.init = haptable_modes_init,
+                                                     .advance = haptable_modes_advance,
+                                                     .follow = haptable_modes_follow,
+                                                     .energy = haptable_modes_energy};

@@ -6,19 +6,20 @@
  * model's tables are those of L_rest, and the finger is felt against the surface as the modes have moved it: a force
  * that is held comes to that of L. docs/MODES.md has what it keeps.
  *
- * Tables are const (struct haptable_modes, written by codegen), state is one struct that the caller owns. Not trusted:
- * what the finger does.
+ * Tables are const (struct haptable_modes, written by codegen), state is one struct that the caller owns. It is a part
+ * of a tick: haptable_moving.c.
  */
 #ifndef HAPTABLE_MODES_H
 #define HAPTABLE_MODES_H
 
 #include "haptable.h"
+#include "haptable_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define HAPTABLE_MODES_VERSION 1
+#define HAPTABLE_MODES_VERSION 2
 
 /* The most modes, and the most controls of a patch: its vertices, and under a mask the edges opposite to them. */
 #define HAPTABLE_MODES 16
@@ -34,49 +35,70 @@ struct haptable_mode {
     float stiffness; /* omega^2: of the energy (p^2 + omega^2 q^2) / 2 */
 };
 
+/* The model's tables are those of L_rest. */
 struct haptable_modes {
-    const struct haptable_model* model; /* without the modes */
-    uint8_t count;                      /* <= HAPTABLE_MODES */
-    uint8_t controls;                   /* of a patch: 3, or 6 under a mask */
-    const struct haptable_mode* mode;   /* [count] */
-    const float (*shape)[3];            /* phi of control c and mode k at c count + k, 1/sqrt(kg) */
+    uint8_t count;                    /* <= HAPTABLE_MODES */
+    uint8_t controls;                 /* of a patch: 3, or 6 under a mask */
+    const struct haptable_mode* mode; /* [count] */
+    const float (*shape)[3];          /* phi of control c and mode k at c count + k, 1/sqrt(kg) */
 };
 
-/* How far the modes have swung. */
-struct haptable_swings {
+/* The rows of a load: three a finger. */
+#define HAPTABLE_ROWS (3 * HAPTABLE_FINGERS)
+
+/* How the surface is met that the modes move, at one finger. */
+struct haptable_met {
+    float shift_m[3]; /* of the surface, by which the finger is felt */
+    float alpha[3];
+    uint16_t patch; /* of the last contact, whose place moves with the modes; HAPTABLE_NONE: there was none */
+};
+
+/* How far the modes have swung. The caller owns it. */
+struct haptable_modes_state {
     float q[HAPTABLE_MODES]; /* sqrt(kg) m */
     float p[HAPTABLE_MODES]; /* and a second */
     float q_low[HAPTABLE_MODES];
     float p_low[HAPTABLE_MODES]; /* of the sums above, what float32 did not hold (Kahan) */
+    struct haptable_met met[HAPTABLE_FINGERS];
 };
 
-/* A finger as the modes met it in the last tick. */
-struct haptable_met {
-    float finger_m[3]; /* last position */
-    float load_n[3];   /* on the body since then */
-    float shift_m[3];  /* of the surface, by which the finger is felt: that of the modes at: */
-    float alpha[3];
-    uint16_t patch; /* of the last contact; HAPTABLE_NONE: there was none */
+/* What drives the modes in a tick. */
+struct haptable_modes_load {
+    float compliance[HAPTABLE_ROWS][HAPTABLE_ROWS]; /* C of the contacts, its lower half; changed */
+    float load_n[HAPTABLE_ROWS];                    /* on the body as the hands have felt it; then that of the tick */
+    float moved_m[HAPTABLE_ROWS];                   /* how far the fingers went, as C is to feel it */
+    unsigned presses;                               /* bits: which of them do */
 };
 
-/* What one finger leaves of a body that rings. The caller owns it; haptable_modes_init makes it valid. */
-struct haptable_modes_state {
-    struct haptable_swings swings;
-    struct haptable_met met;
-    float stored_j; /* in the modes and in the contact, then; and what the shift may cost the contact next */
-};
-
+/* No mode has swung, and no contact was. */
 void haptable_modes_init(struct haptable_modes_state* state);
 
-/* One tick: as haptable_step, on a body that rings. out->god_object_m and the nodal forces are those of the rest shape;
- * what is drawn is L_rest of these forces and sum phi q. Bounded work: haptable_step, three energies or forces more,
- * and HAPTABLE_MODES (6 x 3 + 60) multiplications. */
-void haptable_modes_step(const struct haptable_modes* modes, struct haptable_modes_state* state,
-                         struct haptable_servo* servo, const float finger_m[3], uint32_t now_us,
-                         struct haptable_output* out);
+/* A tick of all modes under the load; the surface goes with them at the fingers' last places. */
+void haptable_modes_advance(const struct haptable_modes* modes, const struct haptable_model* model,
+                            struct haptable_modes_state* state, struct haptable_modes_load* load);
+
+/* Brings the shift of a finger to where the modes have the surface at the god-object's place. What that costs the
+ * contact at the most, J, is taken from the credit; where that does not do, it goes a part of the way. Without contact
+ * nothing bears on the surface, and nothing is to be paid. load_n: on the body. */
+void haptable_modes_follow(const struct haptable_modes* modes, const struct haptable_model* model,
+                           struct haptable_modes_state* state, int finger, const struct haptable_contact* contact,
+                           const float load_n[3], float* credit_j);
 
 /* J, of the modes alone. */
-float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_swings* swings);
+float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_modes_state* state);
+
+/* The same as a part of a scene's tick: linked where a scene names it. */
+struct haptable_modes_part {
+    void (*init)(struct haptable_modes_state* state);
+    void (*advance)(const struct haptable_modes* modes, const struct haptable_model* model,
+                    struct haptable_modes_state* state, struct haptable_modes_load* load);
+    void (*follow)(const struct haptable_modes* modes, const struct haptable_model* model,
+                   struct haptable_modes_state* state, int finger, const struct haptable_contact* contact,
+                   const float load_n[3], float* credit_j);
+    float (*energy)(const struct haptable_modes* modes, const struct haptable_modes_state* state);
+};
+
+extern const struct haptable_modes_part haptable_part_modes;
 
 #ifdef __cplusplus
 }

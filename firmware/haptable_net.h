@@ -14,6 +14,8 @@
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
+#include <stddef.h>
+
 /* ---- the polynomial ------------------------------------------------------------------------------------------- */
 
 /* Control blocks in the order of exponents (n - r, r - k, k): block r (r + 1) / 2 + k, r = 0 .. n, k = 0 .. r. */
@@ -42,7 +44,7 @@ static inline void gather(const struct haptable_model* model, const struct hapta
     net->count = HAPTABLE_COMPLIANCE_CONTROLS;
     for (corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
-        const float(*edge)[6] = &c->edge[3 * e[corner]];
+        const float(*edge)[6] = &c->edge[3 * (size_t)e[corner]];
         const uint8_t* at = form->edge[corner];
         net->block[form->vertex[corner]] = c->vertex[v[corner]];
         net->block[at[0]] = edge[forward ? 0 : 2];

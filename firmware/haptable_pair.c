@@ -40,8 +40,8 @@ static void forget_sensitivity(struct haptable_servo* servo) {
 
 /* Of the patch where the finger is: from the blocks that the pair has of both patches. */
 static void put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
-    const int count = tables->law->controls;
-    const int next = finger == 0 ? 9 : 9 * count; /* from one control of the other's to the next */
+    const int count = pair_count(tables->law);
+    const size_t next = finger == 0 ? 9 : 9 * (size_t)count; /* from one control of the other's to the next */
     struct haptable_pair_view* view = &pair->view[finger];
     const struct haptable_pair_net* net =
         pair_net(tables, &pair->net, pair->servo[0].contact.patch, pair->servo[1].contact.patch);

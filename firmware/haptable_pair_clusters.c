@@ -13,7 +13,7 @@
 /* The places that a patch loads. */
 struct loads {
     const uint16_t* place;
-    const int16_t (*share)[6]; /* NULL: each place is a control */
+    const int16_t (*share)[6]; /* where places are not controls, which are `own` */
     uint16_t own[HAPTABLE_PAIR_CONTROLS];
     uint8_t control[HAPTABLE_PAIR_CONTROLS]; /* of own */
     int count;
@@ -33,7 +33,7 @@ static void see_loads(const struct haptable_pair_model* tables, uint16_t patch, 
     to->share = 0;
     to->count = 0;
     pair_controls(tables, patch, control);
-    for (c = 0; c < tables->law->controls; ++c) {
+    for (c = 0; c < pair_count(tables->law); ++c) {
         if (control[c] == HAPTABLE_NONE) continue;
         to->own[to->count] = tables->place[control[c]];
         to->control[to->count++] = (uint8_t)c;
@@ -42,7 +42,7 @@ static void see_loads(const struct haptable_pair_model* tables, uint16_t patch, 
 
 /* How much of a control's load a place takes. */
 static float share_of(const struct loads* loads, int i, int control) {
-    if (!loads->share) return loads->control[i] == control ? 1.0f : 0.0f;
+    if (loads->place == loads->own) return loads->control[i] == control ? 1.0f : 0.0f;
     return PART * (float)loads->share[i][control];
 }
 
@@ -84,9 +84,9 @@ static void add_dense(const struct two* two, int is_twice, float (*y)[9]) {
         for (j = two->of_begin; j < two->of_end; ++j) {
             const uint16_t k = two->at->place[i];
             const uint16_t l = two->of->place[j];
-            const int row = (two->is_transposed ? l : k) % HAPTABLE_PAIR_CLUSTER;
-            const int column = (two->is_transposed ? k : l) % HAPTABLE_PAIR_CLUSTER;
-            const int8_t* core = two->core + (is_twice ? 18 : 9) * (HAPTABLE_PAIR_CLUSTER * row + column);
+            const size_t row = (two->is_transposed ? l : k) % HAPTABLE_PAIR_CLUSTER;
+            const size_t column = (two->is_transposed ? k : l) % HAPTABLE_PAIR_CLUSTER;
+            const int8_t* core = two->core + (is_twice ? 18u : 9u) * (HAPTABLE_PAIR_CLUSTER * row + column);
             const float w = two->v[j] * scale[k] * scale[l] * two->step;
             if (w == 0.0f) continue;
             add_steps(w, core, two->is_transposed, y[i]);
@@ -109,13 +109,13 @@ static void core_product(const struct two* two, int rank, float (*z)[3], float (
 static void add_low_rank(const struct two* two, int rank, float (*z)[3], float (*y)[9]) {
     const struct haptable_pair_model* tables = two->tables;
     float t[HAPTABLE_PAIR_RANK][3];
+    size_t a;
     int i;
-    int a;
     int r;
     core_product(two, rank, z, t);
     for (i = two->at_begin; i < two->at_end; ++i) {
         const uint16_t k = two->at->place[i];
-        const int16_t(*u)[3] = &tables->basis[(uint32_t)k * tables->rank];
+        const int16_t(*u)[3] = &tables->basis[(size_t)k * tables->rank];
         for (r = 0; r < rank; ++r)
             for (a = 0; a < 3; ++a) vec_add_scaled(tables->scale[k] * (float)u[r][a], t[r], &y[i][3 * a]);
     }
@@ -130,7 +130,7 @@ static int project(const struct two* two, float (*z)[3]) {
     for (r = 0; r < tables->rank; ++r) vec_zero(z[r]);
     for (j = two->of_begin; j < two->of_end; ++j) {
         const uint16_t l = two->of->place[j];
-        const int16_t(*u)[3] = &tables->basis[(uint32_t)l * tables->rank];
+        const int16_t(*u)[3] = &tables->basis[(size_t)l * tables->rank];
         const float w = two->v[j] * tables->scale[l];
         if (w == 0.0f) continue;
         any = 1;
@@ -163,15 +163,16 @@ static void add_core(struct two* two, float (*z)[3], float (*y)[9]) {
 static void couple(const struct haptable_pair_model* tables, const struct loads* at, const struct loads* of,
                    const float v[], float (*y)[9]) {
     struct two two = {tables, at, of, v, 0, 0, 0, 0, 0, 0, 0.0f};
+    const int count = at->count;
     float z[HAPTABLE_PAIR_RANK][3];
     int i;
     int a;
-    for (i = 0; i < at->count; ++i)
+    for (i = 0; i < count; ++i)
         for (a = 0; a < 9; ++a) y[i][a] = 0.0f;
     for (two.of_begin = 0; two.of_begin < of->count; two.of_begin = two.of_end) {
         two.of_end = end_of_run(of, two.of_begin);
         if (!project(&two, z)) continue;
-        for (two.at_begin = 0; two.at_begin < at->count; two.at_begin = two.at_end) {
+        for (two.at_begin = 0; two.at_begin < count; two.at_begin = two.at_end) {
             two.at_end = end_of_run(at, two.at_begin);
             add_core(&two, z, y);
         }
@@ -201,15 +202,15 @@ void haptable_pair_cross_clusters(const struct haptable_pair_view* view, uint16_
     see_loads(tables, view->place.patch, &of);
     for (i = 0; i < of.count; ++i) {
         v[i] = 0.0f;
-        for (c = 0; c < tables->law->controls; ++c) v[i] += view->place.weight[c] * share_of(&of, i, c);
+        for (c = 0; c < pair_count(tables->law); ++c) v[i] += view->place.weight[c] * share_of(&of, i, c);
     }
     couple(tables, &at, &of, v, y);
-    for (c = 0; c < tables->law->controls; ++c) gather_control(&at, y, c, x[c]);
+    for (c = 0; c < pair_count(tables->law); ++c) gather_control(&at, y, c, x[c]);
 }
 
 void haptable_pair_blocks_clusters(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                    float (*block)[9]) {
-    const int count = tables->law->controls;
+    const int count = pair_count(tables->law);
     struct loads at;
     struct loads of;
     float v[HAPTABLE_PAIR_PLACES];

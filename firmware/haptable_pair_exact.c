@@ -33,7 +33,7 @@ static void add_row(const struct haptable_pair_view* view, uint32_t k, int count
 }
 
 void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
-    const int count = view->tables->law->controls;
+    const int count = pair_count(view->tables->law);
     uint16_t control[HAPTABLE_PAIR_CONTROLS];
     int i;
     pair_controls(view->tables, patch, control);
@@ -59,7 +59,7 @@ static void put_block(const float (*all)[9], uint16_t k, uint16_t l, float block
 
 void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                 float (*block)[9]) {
-    const int count = tables->law->controls;
+    const int count = pair_count(tables->law);
     uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     int i;
     int j;

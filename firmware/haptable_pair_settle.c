@@ -185,7 +185,7 @@ static inline float mixed_by(const float p[9], const float x[9]) {
 }
 
 static void put_mixed_of_controls(struct both* both, const struct haptable_pair_net* net) {
-    const int count = both->tables->law->controls;
+    const int count = pair_count(both->tables->law);
     const float* one = both->system.v[0];
     const float* two = both->system.v[1];
     const float p[9] = {one[0] * two[0], one[0] * two[1], one[0] * two[2], one[1] * two[0], one[1] * two[1],
@@ -200,7 +200,7 @@ static void put_mixed_of_controls(struct both* both, const struct haptable_pair_
 /* Both fingers' controls. */
 static void press(const struct both* both, const struct haptable_pair_net* net,
                   struct pressed pressed[HAPTABLE_FINGERS]) {
-    const int count = both->tables->law->controls;
+    const int count = pair_count(both->tables->law);
     const float* one = both->system.v[0];
     const float* two = both->system.v[1];
     int k;
@@ -289,7 +289,7 @@ static void couple_meeting(const struct both* both, int f, float x_v[2][3], floa
 
 /* Takes what the coupling has off one finger's slope. back: what its coordinates do to the other's equations. */
 static void couple(struct both* both, const struct pressed* pressed, int f, float back[2][3]) {
-    const struct haptable_pair_law* law = both->tables->law;
+    const int count = pair_count(both->tables->law);
     const float* v = both->system.v[f];
     struct place* here = &both->place[f];
     struct haptable_pair_slope* slope = &here->slope;
@@ -297,11 +297,11 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
     float x_v[2][3];
     int b;
     for (b = 0; b < 2; ++b) {
-        slope_of(here, b, (const float(*)[3])pressed->by_other, law->controls, x_v[b]);
-        slope_of(here, b, (const float(*)[3])pressed->back, law->controls, back[b]);
+        slope_of(here, b, (const float(*)[3])pressed->by_other, count, x_v[b]);
+        slope_of(here, b, (const float(*)[3])pressed->back, count, back[b]);
         here->raw_j[b] = vec_dot(v, x_v[b]);
     }
-    if (law->controls == HAPTABLE_PAIR_CONTROLS) {
+    if (count == HAPTABLE_PAIR_CONTROLS) {
         float q[HAPTABLE_PAIR_CONTROLS];
         int k;
         for (k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) q[k] = vec_dot(v, pressed->by_other[k]);
@@ -347,10 +347,11 @@ static void put_raw_mixed(const struct both* both, float mixed[2][2]) {
 
 /* X of both places, and what the controls of the first have of it. */
 static void put_rows(struct both* both, const struct haptable_pair_net* net) {
-    const int count = both->tables->law->controls;
+    const int count = pair_count(both->tables->law);
     const float* block = net->block[0];
     int k;
-    for (k = 0; k < count; ++k, block += 9 * count) pair_sum(count, both->place[1].weight, block, 9, both->row[k]);
+    for (k = 0; k < count; ++k, block += 9 * (size_t)count)
+        pair_sum(count, both->place[1].weight, block, 9, both->row[k]);
     pair_sum(count, both->place[0].weight, both->row[0], 9, both->x);
     if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
 }
@@ -364,7 +365,7 @@ static int solve_points(struct both* both, struct haptable_pair_net* net) {
     int f;
     put_meeting(both);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        pair_weights(tables, here[f].at.alpha, here[f].weight);
+        pair_weights(pair_count(tables->law), here[f].at.alpha, here[f].weight);
         vec_copy(here[f].point.u, u[f]);
     }
     put_rows(both, pair_net(tables, net, here[0].at.patch, here[1].at.patch));
@@ -602,22 +603,22 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
         if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
     tables->bend->open(tables->model, &at, both->x_m[f], &point);
     tables->bend->slope(tables->model, &at, &point, v, &slope);
-    for (k = 0; k < tables->law->controls; ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
+    for (k = 0; k < pair_count(tables->law); ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
     if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
         float weight[2][HAPTABLE_PAIR_CONTROLS];
         put_slope_weights(at.alpha, weight);
         coupled[0] = pair_six(weight[0], q, 1);
         coupled[1] = pair_six(weight[1], q, 1);
     } else {
-        coupled[0] = q[1] - q[0]; /* cppcheck-suppress uninitvar ; 3 controls at least */
+        coupled[0] = q[1] - q[0];
         coupled[1] = q[2] - q[0];
     }
     for (b = 0; b < 2; ++b) gradient_j[b] = slope.first_j[b] - both->meeting.share * coupled[b];
     if (both->meeting.is_near) {
         float whole = 0.0f;
         float shared[HAPTABLE_PAIR_CONTROLS];
-        pair_weights(tables, at.alpha, shared);
-        for (k = 0; k < tables->law->controls; ++k) whole += shared[k] * q[k];
+        pair_weights(pair_count(tables->law), at.alpha, shared);
+        for (k = 0; k < pair_count(tables->law); ++k) whole += shared[k] * q[k];
         for (b = 0; b < 2; ++b) gradient_j[b] -= whole * meeting_slope(both, f, point.e[b]);
     }
     vec_copy(at.alpha, alpha);
@@ -887,7 +888,7 @@ static inline float coupled_slope(const struct place* here, int b, int count, co
 /* The gradient of both within their patches, apart from each other, with its sign turned. */
 static void put_descent(const struct both* both, float step[MOST_FREE]) {
     const struct place* here = both->place;
-    const int count = both->tables->law->controls;
+    const int count = pair_count(both->tables->law);
     float q[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     int k;
     int b;
@@ -1046,7 +1047,7 @@ static int curve_alone(const struct place* here, const float hessian_j[3], float
     if (here->free == 1)
         h[0][0] =
             way[0] * way[0] * hessian_j[0] + 2.0f * way[0] * way[1] * hessian_j[1] + way[1] * way[1] * hessian_j[2];
-    return factor_curvature(h, here->free);
+    return factor_curvature(h, here->free == 1 ? 1 : 2);
 }
 
 /* -H^-1 b of the ways, b by alpha_1 and alpha_2, as a change of these. */

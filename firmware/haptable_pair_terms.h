@@ -105,17 +105,17 @@ static inline void pair_reduce(const float a[6], const float x[9], const float m
 /* ---- sums of blocks -------------------------------------------------------------------------------------------- */
 
 /* One number of three or six weighted blocks in a row, each `stride` numbers after the one before. */
-static inline float pair_three(const float w[3], const float* x, int stride) {
+static inline float pair_three(const float w[3], const float* x, size_t stride) {
     return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride];
 }
 
-static inline float pair_six(const float w[6], const float* x, int stride) {
+static inline float pair_six(const float w[6], const float* x, size_t stride) {
     return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride] + w[3] * x[3 * stride] + w[4] * x[4 * stride] +
            w[5] * x[5 * stride];
 }
 
 /* Whole blocks, with every number a statement of its own: so the weights stay in registers. */
-static inline void pair_sum_three(const float w[3], const float* x, int stride, float* restrict to) {
+static inline void pair_sum_three(const float w[3], const float* x, size_t stride, float* restrict to) {
     to[0] = pair_three(w, &x[0], stride);
     to[1] = pair_three(w, &x[1], stride);
     to[2] = pair_three(w, &x[2], stride);
@@ -127,7 +127,7 @@ static inline void pair_sum_three(const float w[3], const float* x, int stride, 
     to[8] = pair_three(w, &x[8], stride);
 }
 
-static inline void pair_sum_six(const float w[6], const float* x, int stride, float* restrict to) {
+static inline void pair_sum_six(const float w[6], const float* x, size_t stride, float* restrict to) {
     to[0] = pair_six(w, &x[0], stride);
     to[1] = pair_six(w, &x[1], stride);
     to[2] = pair_six(w, &x[2], stride);
@@ -139,7 +139,7 @@ static inline void pair_sum_six(const float w[6], const float* x, int stride, fl
     to[8] = pair_six(w, &x[8], stride);
 }
 
-static inline void pair_sum(int count, const float w[], const float* x, int stride, float* restrict to) {
+static inline void pair_sum(int count, const float w[], const float* x, size_t stride, float* restrict to) {
     if (count == HAPTABLE_PAIR_CONTROLS)
         pair_sum_six(w, x, stride, to);
     else
@@ -149,7 +149,7 @@ static inline void pair_sum(int count, const float w[], const float* x, int stri
 /* Over k, of blocks C_kl of so many controls each by k and then l; x is the first of the column. */
 static inline void pair_sum_column(int count, const float w[], const float* x, float* restrict to) {
     if (count == HAPTABLE_PAIR_CONTROLS)
-        pair_sum_six(w, x, 9 * HAPTABLE_PAIR_CONTROLS, to);
+        pair_sum_six(w, x, (size_t)9 * HAPTABLE_PAIR_CONTROLS, to);
     else
         pair_sum_three(w, x, 27, to);
 }
@@ -167,6 +167,11 @@ struct haptable_pair_point {
     uint8_t steps;      /* 1: the lift may begin or end here, and with it the load's slope steps */
 };
 
+/* How many controls a patch has. */
+static inline int pair_count(const struct haptable_pair_law* law) {
+    return law->controls == HAPTABLE_PAIR_CONTROLS ? HAPTABLE_PAIR_CONTROLS : 3;
+}
+
 /* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
 static inline void pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]) {
     const struct haptable_model* model = tables->model;
@@ -179,10 +184,10 @@ static inline void pair_controls(const struct haptable_pair_model* tables, uint1
     }
 }
 
-static inline void pair_weights(const struct haptable_pair_model* tables, const float alpha[3], float weight[]) {
+static inline void pair_weights(int count, const float alpha[3], float weight[]) {
     int c;
     vec_copy(alpha, weight);
-    if (tables->law->controls != HAPTABLE_PAIR_CONTROLS) return;
+    if (count != HAPTABLE_PAIR_CONTROLS) return;
     for (c = 0; c < 3; ++c) {
         weight[c] = alpha[c] * alpha[c];
         weight[3 + c] = 2.0f * alpha[next_corner(c)] * alpha[previous_corner(c)];
@@ -259,7 +264,7 @@ static inline void pair_look(const struct haptable_pair_model* tables, const str
     vec_copy(contact->god_object_m, view->at_m);
     view->place.patch = contact->patch;
     pair_controls(tables, contact->patch, view->place.control);
-    pair_weights(tables, contact->alpha, view->place.weight);
+    pair_weights(pair_count(tables->law), contact->alpha, view->place.weight);
     pair_forget(view);
 }
 
@@ -268,9 +273,10 @@ static inline void pair_cross(const struct haptable_pair_view* view, const struc
                               float x[9]) {
     const struct haptable_pair_rows* rows = pair_gather(view, contact->patch);
     const float share = pair_share(view, contact->god_object_m);
+    const int count = pair_count(view->tables->law);
     float weight[HAPTABLE_PAIR_CONTROLS];
-    pair_weights(view->tables, contact->alpha, weight);
-    pair_sum(view->tables->law->controls, weight, rows->x[0], 9, x);
+    pair_weights(count, contact->alpha, weight);
+    pair_sum(count, weight, rows->x[0], 9, x);
     if (share < 1.0f) pair_set(share, x, x);
 }
 
@@ -301,16 +307,16 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
                                float e[2][3], struct pair_coupling* to) {
     const float* alpha = contact->alpha;
     float weight[HAPTABLE_PAIR_CONTROLS];
-    const int is_mask = view->tables->law->controls == HAPTABLE_PAIR_CONTROLS;
+    const int count = pair_count(view->tables->law);
     float raw[9];
     int b;
     to->control = (const float(*)[9])pair_gather(view, contact->patch)->x;
-    pair_weights(view->tables, alpha, weight);
+    pair_weights(count, alpha, weight);
     to->meeting = pair_meet(view, contact->god_object_m, e);
-    pair_sum(view->tables->law->controls, weight, to->control[0], 9, raw);
+    pair_sum(count, weight, to->control[0], 9, raw);
     pair_set(to->meeting.share, raw, to->x);
     for (b = 0; b < 2; ++b) {
-        if (is_mask) {
+        if (count == HAPTABLE_PAIR_CONTROLS) {
             pair_slope(to->control, alpha, b + 1, 1.0f, to->first[b]);
             pair_slope(to->control, alpha, 0, -1.0f, to->first[b]);
         } else {
@@ -449,9 +455,8 @@ struct pair_system {
 };
 
 /* X of two contacts, apart or meeting. */
-static inline void pair_cross_net(const struct haptable_pair_model* tables, const struct haptable_pair_net* net,
-                                  const float first[], const float second[], float x[9]) {
-    const int count = tables->law->controls;
+static inline void pair_cross_net(int count, const struct haptable_pair_net* net, const float first[],
+                                  const float second[], float x[9]) {
     const float* block = net->block[0];
     int k = 0;
     do {
@@ -461,7 +466,7 @@ static inline void pair_cross_net(const struct haptable_pair_model* tables, cons
             pair_set(first[0], row, x);
         else
             pair_add(first[k], row, x);
-        block += 9 * count;
+        block += 9 * (size_t)count;
     } while (++k < count);
 }
 
@@ -479,11 +484,13 @@ static inline const struct haptable_pair_net* pair_net(const struct haptable_pai
 static inline void pair_cross_contacts(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                                        const struct haptable_contact* first, const struct haptable_contact* second,
                                        float x[9]) {
+    const int count = pair_count(tables->law);
+    const struct haptable_pair_net* net = pair_net(tables, &pair->net, first->patch, second->patch);
     const float near = 1.0f - gap2(first->god_object_m, second->god_object_m) / (tables->meeting_m * tables->meeting_m);
     float weight[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
-    pair_weights(tables, first->alpha, weight[0]);
-    pair_weights(tables, second->alpha, weight[1]);
-    pair_cross_net(tables, pair_net(tables, &pair->net, first->patch, second->patch), weight[0], weight[1], x);
+    pair_weights(count, first->alpha, weight[0]);
+    pair_weights(count, second->alpha, weight[1]);
+    pair_cross_net(count, net, weight[0], weight[1], x);
     if (near > 0.0f) pair_set(1.0f - HAPTABLE_PAIR_MEETING * near * near, x, x);
 }
 

@@ -13,11 +13,6 @@ name=$1 scene=$2 target=$3
 folder=$BUILD/$name/loop
 images=$BUILD/$name/firmware/$target
 log=$folder/session.lcmlog
-# A body that rings, or that nothing holds, has images of its own, and so have two fingers on the latter.
-loop=
-[ ! -e "$BUILD/$name/modes.json" ] || loop=_modes
-[ ! -e "$BUILD/$name/body.json" ] || loop=_body
-[ ! -e "$images/loop${loop}_pair.elf" ] || [ "$loop" != _body ] || loop=${loop}_pair
 . scripts/session.sh
 
 # bridge OPTION...: in the background, until the device has been silent for a second.
@@ -33,11 +28,11 @@ start_bridge() {
     pipes)
         rm -f "$folder/to" "$folder/from"
         mkfifo "$folder/to" "$folder/from"
-        QEMU_SECONDS=0 sh scripts/qemu.sh "$target" "$images/loop$loop.elf" "$folder/to" "$folder/from" &
+        QEMU_SECONDS=0 sh scripts/qemu.sh "$target" "$images/loop.elf" "$folder/to" "$folder/from" &
         children="$children $!"
         bridge --pipes "$folder/to" "$folder/from"
         ;;
-    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $images/uart$loop.elf" ;;
+    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $images/uart.elf" ;;
     *) bridge --port "$LINE" --baud "$BAUD" ;;
     esac
 }

@@ -48,6 +48,6 @@ row "code of the servo" $code
     while read -r table bytes; do row "table $table" "$((bytes))"; done
 row "whole image" "$flash" "of $flash_has: $((flash_has - flash)) spare"
 echo "RAM, bytes"
-row "the servo's state" "$(awk 'NF == 4 && $4 == "servo_state" { print "0x" $2 }' "$symbols" | xargs printf '%d')"
-row "stack of haptable_step, worst case" "$stack" "by the call graph"
+row "the servo's state" "$(awk 'NF == 4 && $4 == "scene_state" { print "0x" $2 }' "$symbols" | xargs printf '%d')"
+row "stack of a step, worst case" "$stack" "by the call graph"
 row "whole image with its stack" "$ram" "of $ram_has: $((ram_has - ram)) spare"

@@ -1,47 +1,71 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 #
-# stack.sh FOLDER MODEL: worst-case stack of haptable_step, bytes: the deepest path through the call graph that gcc wrote
-# beside each object of the folder, for the functions that the tables in MODEL (an object) name. CROSS is the prefix of
-# the compiler's tools.
+# stack.sh FOLDER MODEL: worst-case stack of haptable_scene_step, bytes: the deepest path through the call graph that gcc
+# wrote beside each object of the folder, for the functions that the scene in MODEL (an object) names, itself or through
+# a struct of functions. CROSS is the prefix of the compiler's tools.
 set -eu
 folder=$1
 
-# A call through a pointer is one of the functions that the tables name, none of which is already on the path; out of a
-# force, an energy or a compliance it is one that unpacks blocks.
+# What each const struct of functions points to: "struct function", a static function by its file.
+pointed=$(for object in "$folder"/*.o; do
+    [ "$object" -ef "$2" ] || { "${CROSS}nm" "$object" && "${CROSS}objdump" -r "$object"; } |
+        awk -v file="firmware/$(basename "$object" .o).c:" '
+            NF == 3 && $2 == "t" { is_static[$3] = 1 }
+            /^RELOCATION RECORDS/ { from = $4; sub(/^\[\.(s?rodata|data\.rel\.ro)\./, "", from); sub(/\]:$/, "", from); is_data = from !~ /^\[/ }
+            is_data && $2 ~ /^R_/ { to = $3; sub(/[-+]0x.*/, "", to); sub(/^\.text\./, "", to); print from, (to in is_static ? file : "") to }'
+done)
 named=$("${CROSS}nm" "$2" | awk '$1 == "U" { print $2 }' | tr '\n' ' ')
-stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
-    function bare(title) { sub(/^.*:/, "", title); return title }
+for _ in 1 2; do
+    named="$named $(echo "$pointed" | awk -v named="$named" '
+        BEGIN { n = split(named, list, " "); for (i = 1; i <= n; ++i) is[list[i]] = 1 }
+        is[$1] && !is[$2] { print $2 }' | sort -u | tr '\n' ' ')"
+done
+
+# A call through a pointer is one of the functions that are named, none of which is already on the path, and none of a
+# rank above the caller's: what moves calls contacts, contacts call laws, laws unpack blocks.
+stack=$(cat "$folder"/*.ci | awk -v root=haptable_scene_step -v named="$named" '
+    function rank(name) {
+        if (name ~ /^haptable_(init|check|scene)_/ || name ~ /_crc$/) return 0
+        if (name == "haptable_moving" || name ~ /^haptable_step_/) return 1
+        if (name ~ /^haptable_(contacts?|rows)_of_/ || name ~ /^haptable_(body|modes)_/) return 2
+        if (name ~ /^haptable_(pair_)?step$/) return 3
+        if (name ~ /^haptable_pair_/) return 5
+        if (name ~ /^haptable_(force|energy|compliance)_/) return 7
+        if (name ~ /^haptable_unpack_/) return 8
+        if (name ~ /haptable_pair[a-z_]*\.c:/) return 6
+        return 4
+    }
     /^node:/ {
-        split($0, part, "\""); name = bare(part[2])
+        split($0, part, "\""); name = part[2]
         if (match(part[4], /[0-9]+ bytes/)) bytes[name] = substr(part[4], RSTART, RLENGTH) + 0
         if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
     }
-    /^edge:/ { split($0, part, "\""); edges[bare(part[2])] = edges[bare(part[2])] " " bare(part[4]) }
-    function reached_from(name,   list, n, i, names) {
-        if (name !~ /^haptable_(force|energy|compliance)_/) return named
-        n = split(named, list, " ")
-        for (i = 1; i <= n; ++i) if (list[i] ~ /^haptable_unpack_/) names = names " " list[i]
-        return names
-    }
-    function deepest(names, direct, caller,   list, n, i, d, most) {
+    /^edge:/ { split($0, part, "\""); edges[part[2]] = edges[part[2]] " " part[4] }
+    function deepest(names, level, is_direct,   list, n, i, d, most) {
         n = split(names, list, " ")
         most = 0
         for (i = 1; i <= n; ++i) {
-            if (!direct && on_path[list[i]]) continue
-            d = list[i] == "__indirect_call" ? deepest(reached_from(caller), 0) : depth(list[i])
+            if (!is_direct && (on_path[list[i]] || rank(list[i]) < level || (rank(list[i]) == level && level != 4 && level != 5))) continue
+            d = list[i] == "__indirect_call" ? deepest(named, level, 0) : depth(list[i], level)
             if (d > most) most = d
         }
         return most
     }
-    function depth(name,   most) {
+    function depth(name, level,   most) {
         if (on_path[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
         on_path[name] = 1
-        most = deepest(edges[name], 1, name)
+        if ((is_named[name] || rank(name) == 3) && rank(name) > level) level = rank(name)
+        most = deepest(edges[name], level, 1)
         on_path[name] = 0
         return most + bytes[name]
     }
-    END { if (failed) exit 1; print depth(root) }')
+    END {
+        if (failed) exit 1
+        n = split(named, list, " ")
+        for (i = 1; i <= n; ++i) is_named[list[i]] = 1
+        print depth(root, 0)
+    }')
 
 [ "${stack:-0}" -gt 0 ] || {
     echo "stack.sh: no call graph beside the objects in $folder (a compiler cache leaves it out): build without one" >&2

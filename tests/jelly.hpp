@@ -44,7 +44,7 @@ public:
         tables.static_friction = tables.kinetic_friction = friction;
         return model_in_memory(tables, servo_);
     }
-    haptable_modes modes(const haptable_model& model) const { return vibration_in_memory(vibration_, model); }
+    haptable_modes modes() const { return vibration_in_memory(vibration_); }
     /// Of a scene with two fingers; model: of the same god-object and friction.
     haptable_pair_model pair(const haptable_model& model, GodObject god_object = GodObject::kNearest) const {
         Tables tables = tables_;

@@ -6,13 +6,7 @@
 #include "haptable_port.h"
 #include "haptable_semihosting.h"
 
-/* From the linker script. */
-extern uint32_t haptable_port_stack_end[];
-extern uint32_t haptable_port_data_begin[];
-extern uint32_t haptable_port_data_end[];
-extern const uint32_t haptable_port_data_flash[];
-extern uint32_t haptable_port_bss_begin[];
-extern uint32_t haptable_port_bss_end[];
+extern uint32_t haptable_port_stack_end[]; /* from the linker script */
 
 #define CPACR (*(volatile uint32_t*)0xE000ED88u)
 #define SYST_CSR (*(volatile uint32_t*)0xE000E010u)
@@ -36,13 +30,9 @@ static void stop(void) {
 }
 
 static void reset(void) {
-    const uint32_t* from = haptable_port_data_flash;
-    uint32_t* to;
     CPACR |= 0xFu << 20; /* the floating-point unit, for all code; before the first floating-point instruction */
     __asm volatile("dsb\n\tisb" ::: "memory");
-    for (to = haptable_port_data_begin; to < haptable_port_data_end; ++to) *to = *from++;
-    for (to = haptable_port_bss_begin; to < haptable_port_bss_end; ++to) *to = 0;
-    haptable_semihosting_exit(haptable_port_main());
+    haptable_port_begin();
     stop();
 }
 
@@ -77,6 +67,3 @@ uint32_t haptable_semihosting_call(uint32_t operation, const void* block) {
     __asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
     return r0;
 }
-
-__attribute__((noinline)) void haptable_port_count_begin(void) { __asm volatile("" ::: "memory"); }
-__attribute__((noinline)) void haptable_port_count_end(void) { __asm volatile("" ::: "memory"); }

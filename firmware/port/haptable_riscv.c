@@ -1,16 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * rv32imafc: memory at reset, and the machine timer as the tick source (RISC-V Privileged Architecture, 3.2.1).
+ * rv32imafc: the machine timer as the tick source (RISC-V Privileged Architecture, 3.2.1).
  */
 #include "haptable_port.h"
-#include "haptable_semihosting.h"
-
-/* From the linker script. */
-extern uint32_t haptable_port_data_begin[];
-extern uint32_t haptable_port_data_end[];
-extern const uint32_t haptable_port_data_flash[];
-extern uint32_t haptable_port_bss_begin[];
-extern uint32_t haptable_port_bss_end[];
 
 #ifndef HAPTABLE_PORT_MTIME
 #define HAPTABLE_PORT_MTIME 0x0200BFF8u /* of QEMU's virt board and SiFive's CLINT; set it to your part's */
@@ -36,16 +28,3 @@ static uint32_t timer_us(void) {
 void haptable_port_init(void) { begin_us = timer_us(); }
 
 uint32_t haptable_port_now_us(void) { return timer_us() - begin_us; }
-
-/* Called by haptable_riscv_start.S with a stack and nothing else. */
-void haptable_port_begin(void);
-void haptable_port_begin(void) {
-    const uint32_t* from = haptable_port_data_flash;
-    uint32_t* to;
-    for (to = haptable_port_data_begin; to < haptable_port_data_end; ++to) *to = *from++;
-    for (to = haptable_port_bss_begin; to < haptable_port_bss_end; ++to) *to = 0;
-    haptable_semihosting_exit(haptable_port_main());
-}
-
-__attribute__((noinline)) void haptable_port_count_begin(void) { __asm volatile("" ::: "memory"); }
-__attribute__((noinline)) void haptable_port_count_end(void) { __asm volatile("" ::: "memory"); }

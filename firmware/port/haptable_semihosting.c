@@ -46,6 +46,21 @@ uint32_t haptable_semihosting_write(int file, const void* bytes, uint32_t count)
     return haptable_semihosting_call(SYS_WRITE, block);
 }
 
+/* From the linker script. */
+extern uint32_t haptable_port_data_begin[];
+extern uint32_t haptable_port_data_end[];
+extern const uint32_t haptable_port_data_flash[];
+extern uint32_t haptable_port_bss_begin[];
+extern uint32_t haptable_port_bss_end[];
+
+void haptable_port_begin(void) {
+    const uint32_t* from = haptable_port_data_flash;
+    uint32_t* to;
+    for (to = haptable_port_data_begin; to < haptable_port_data_end; ++to) *to = *from++;
+    for (to = haptable_port_bss_begin; to < haptable_port_bss_end; ++to) *to = 0;
+    haptable_semihosting_exit(haptable_port_main());
+}
+
 void haptable_semihosting_exit(int status) {
     uint32_t block[2];
     block[0] = APPLICATION_EXIT;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What replay.c and measure.c share: a servo stepped through a path, and a tick as text.
+ * What replay.c and measure.c share: a scene stepped through a path.
  */
 #include "haptable_ticks.h"
 
@@ -8,70 +8,72 @@
 #include "haptable_semihosting.h"
 
 #define POSITIONS 32 /* read at once: a call to the debugger costs more than a tick */
+#define RECORD_WORDS (11u * HAPTABLE_FINGERS + 7u + HAPTABLE_MODES)
 
-/* Text on its way out. */
+/* Records on their way out. */
 static struct {
     int file;
-    uint32_t length;
-    char text[1024];
-} out_file;
+    uint32_t count;
+    union {
+        uint32_t bits;
+        float number;
+    } word[256];
+} records;
 
 static void flush(void) {
-    haptable_semihosting_write(out_file.file, out_file.text, out_file.length);
-    out_file.length = 0;
+    haptable_semihosting_write(records.file, records.word, records.count * (uint32_t)sizeof records.word[0]);
+    records.count = 0;
 }
 
-static void put_hex(uint32_t bits, char after) {
-    int shift;
-    for (shift = 28; shift >= 0; shift -= 4)
-        out_file.text[out_file.length++] = "0123456789abcdef"[(bits >> shift) & 15u];
-    out_file.text[out_file.length++] = after;
+static void put_floats(const float* values, uint32_t count) {
+    uint32_t i;
+    for (i = 0; i < count; ++i) records.word[records.count++].number = values[i];
 }
 
-static uint32_t bits_of(float number) {
-    union {
-        float number;
-        uint32_t bits;
-    } both;
-    both.number = number;
-    return both.bits;
+static void put_tick(const struct haptable_scene* scene, void* state, const struct haptable_output out[]) {
+    int f;
+    if (records.count + RECORD_WORDS > sizeof records.word / sizeof records.word[0]) flush();
+    for (f = 0; f < haptable_scene_fingers(scene); ++f) {
+        records.word[records.count++].bits = out[f].state;
+        records.word[records.count++].bits = out[f].patch;
+        put_floats(out[f].alpha, 3);
+        put_floats(out[f].god_object_m, 3);
+        put_floats(out[f].force_n, 3);
+    }
+    if (scene->body) {
+        put_floats(haptable_scene_body(scene, state)->position_m, 3);
+        put_floats(haptable_scene_body(scene, state)->turn, 4);
+    }
+    if (scene->modes) put_floats(haptable_scene_modes(scene, state)->q, scene->modes->count);
 }
 
-static void put_floats(const float values[3], char last) {
-    put_hex(bits_of(values[0]), ' ');
-    put_hex(bits_of(values[1]), ' ');
-    put_hex(bits_of(values[2]), last);
-}
+__attribute__((noinline)) void haptable_port_count_begin(void) { __asm volatile("" ::: "memory"); }
+__attribute__((noinline)) void haptable_port_count_end(void) { __asm volatile("" ::: "memory"); }
 
-#define LINE_CHARS (13u * 9u)
-
-static void put_tick(const struct haptable_output* out) {
-    int corner;
-    if (out_file.length + LINE_CHARS > sizeof out_file.text) flush();
-    put_hex(out->state, ' ');
-    for (corner = 0; corner < 3; ++corner) put_hex(out->vertex[corner], ' ');
-    put_floats(out->alpha, ' ');
-    put_floats(out->god_object_m, ' ');
-    put_floats(out->force_n, '\n');
-}
-
-static struct haptable_servo servo_state;
-
-void haptable_ticks_replay(const struct haptable_model* model, int in, int out) {
+void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int in, int out) {
+    const uint32_t fingers = (uint32_t)haptable_scene_fingers(scene);
     float position_m[POSITIONS][3];
     uint32_t now_us = 0;
     uint32_t bytes;
-    out_file.file = out;
-    haptable_init(&servo_state);
-    haptable_check(model, &servo_state, HAPTABLE_CHECK_ALL);
+    records.file = out;
+    haptable_scene_init(scene, state);
+    haptable_scene_check(scene, state, HAPTABLE_CHECK_ALL);
     while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
         uint32_t i;
-        for (i = 0; i < bytes / sizeof position_m[0]; ++i, now_us += HAPTABLE_TICK_US) {
-            struct haptable_output tick;
+        for (i = 0; i < bytes / sizeof position_m[0]; i += fingers, now_us += HAPTABLE_TICK_US) {
+            struct haptable_input finger[HAPTABLE_FINGERS];
+            struct haptable_output tick[HAPTABLE_FINGERS];
+            uint32_t f;
+            for (f = 0; f < fingers; ++f) {
+                int c;
+                for (c = 0; c < 3; ++c) finger[f].finger_m[c] = position_m[i + f][c];
+                finger[f].buttons = 0;
+                finger[f].is_there = 1;
+            }
             haptable_port_count_begin();
-            haptable_step(model, &servo_state, position_m[i], now_us, &tick);
+            haptable_scene_step(scene, state, finger, now_us, tick);
             haptable_port_count_end();
-            put_tick(&tick);
+            put_tick(scene, state, tick);
         }
     }
     flush();

@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * positions (float32[3], raw) -> haptable_step, a millisecond apart -> one line of bits a tick
+ * positions (float32[fingers][3], raw) -> haptable_scene_step, a millisecond apart -> a record a tick
  *
- * A line: state, three vertices, then the bits of alpha, god-object and force, all in hexadecimal, blanks between.
+ * A record, in words: of each finger state, patch, alpha[3], god_object_m[3], force_n[3]; where nothing holds the body
+ * position_m[3] and turn[4] after the tick; where it rings q of each mode.
  */
 #ifndef HAPTABLE_TICKS_H
 #define HAPTABLE_TICKS_H
 
-#include "haptable.h"
+#include "haptable_scene.h"
 
-/* Steps a fresh servo through what is left of file `in`, between the marks of haptable_port.h, and writes the lines to
- * `out`. */
-void haptable_ticks_replay(const struct haptable_model* model, int in, int out);
+/* Steps a fresh state through what is left of file `in`, between the marks of haptable_port.h, and writes the records
+ * to `out`. before: state has scene->bytes. */
+void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int in, int out);
 
 #endif

@@ -6,7 +6,7 @@
  * instead keeps the emulated UART from its lock. Registers: Arm, Cortex-M System Design Kit Technical Reference Manual
  * (DDI 0479), 4.3; Armv7-M Architecture Reference Manual (DDI 0403), B3.4.
  */
-#include "haptable_line.h"
+#include "haptable_port.h"
 
 #define REGISTER(offset) (*(volatile uint32_t*)(HAPTABLE_PORT_UART + (offset)))
 #define DATA REGISTER(0x00u)
@@ -26,7 +26,7 @@
 #define CTRL_RX_INTERRUPT 8u
 #define INTERRUPT_RX 2u
 
-int haptable_line_open(void) {
+int haptable_serial_open(void) {
     BAUDDIV = 25u; /* 25 MHz: 1 Mbaud; QEMU does not look */
     CTRL = CTRL_TX_RX | CTRL_RX_INTERRUPT;
     __asm__ volatile("cpsid i" ::: "memory");
@@ -34,7 +34,7 @@ int haptable_line_open(void) {
     return 0;
 }
 
-int haptable_line_read(uint8_t* byte) {
+int haptable_serial_read(uint8_t* byte) {
     while ((STATE & STATE_RX_FULL) == 0u) { /* a byte that comes here leaves its interrupt pending: no sleep */
         __asm__ volatile("wfi" ::: "memory");
         INTERRUPT = INTERRUPT_RX;
@@ -44,7 +44,7 @@ int haptable_line_read(uint8_t* byte) {
     return 1;
 }
 
-void haptable_line_write(const uint8_t* bytes, uint32_t count) {
+void haptable_serial_write(const uint8_t* bytes, uint32_t count) {
     uint32_t i;
     for (i = 0; i < count; ++i) {
         while ((STATE & STATE_TX_FULL) != 0u) {

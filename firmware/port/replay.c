@@ -8,11 +8,13 @@
 #include "haptable_ticks.h"
 #include "model.h"
 
+static HAPTABLE_MODEL_STATE scene_state;
+
 int haptable_port_main(void) {
     int in;
     int out;
     const int status = haptable_semihosting_files(&in, &out);
     if (status != 0) return status;
-    haptable_ticks_replay(&HAPTABLE_MODEL, in, out);
+    haptable_ticks_replay(&HAPTABLE_MODEL_SCENE, &scene_state, in, out);
     return 0;
 }

@@ -71,18 +71,21 @@ struct BuiltScene {
             built_pair = build_pair(*files, tables, built);
             pair = pair_in_memory(built_pair, tables, model);
         }
-        if (body || has_two_fingers()) refuse_vibration(folder, "a bridge's target under two fingers, or that moves");
         if (const std::optional<VibrationTables> files = read_vibration(folder)) {
             vibration = build_vibration(*files, tables, built);
-            modes = vibration_in_memory(vibration, model);
+            modes = vibration_in_memory(vibration);
         }
     }
     BuiltScene(const BuiltScene&) = delete;
     BuiltScene& operator=(const BuiltScene&) = delete;
     bool has_two_fingers() const { return pair.model != nullptr; }
     ServoScene servo() const {
-        return {&model, node.data(), tables.name.c_str(), has_two_fingers() ? &pair : nullptr,
-                modes.count > 0 ? &modes : nullptr};
+        return {&model,
+                node.data(),
+                tables.name.c_str(),
+                has_two_fingers() ? &pair : nullptr,
+                modes.count > 0 ? &modes : nullptr,
+                body ? &*body : nullptr};
     }
 
     Tables tables;
@@ -153,10 +156,10 @@ void run(Options& o) {
     std::optional<ServoRecord> record;
     if (!o.csv.empty())
         record.emplace(scene.servo(), o.csv, scene.has_two_fingers() ? 2 : 1, scene.body.has_value()).keep();
-    SerialTarget target(open_line(o));
+    SerialTarget target(open_line(o), scene.servo());
     Connection connection;
     BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr,
-                          teller("haptable-bridge", o.quiet), scene.body ? &*scene.body : nullptr);
+                          teller("haptable-bridge", o.quiet));
     if (!o.quiet)
         fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
                    target.line().name(), priority);

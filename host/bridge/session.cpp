@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// state -> the other finger's, too? -> frames -> target -> frames -> checked -> forces published -> contacts published
-// -> counted and recorded
+// state -> the other finger's, too? -> frame -> target -> frame -> checked -> forces published -> contacts published ->
+// counted and recorded
 #include "host/bridge/session.hpp"
 
 #include <fmt/format.h>
@@ -18,11 +18,6 @@ namespace haptable {
 
 namespace {
 
-/// Of the question for a second finger: a tick's frames begin with 1.
-constexpr std::uint32_t kAskSequence = 0;
-/// A target that answers, but not this question for so long, knows one finger.
-constexpr double kNoSecond_s = 1.0;
-
 Clock::duration seconds(double s) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
@@ -34,21 +29,29 @@ haptable_output silent() {
     return output;
 }
 
+bool is_same_scene(const TargetHello& a, const TargetHello& b) {
+    return a.fingers == b.fingers && a.modes == b.modes &&
+           (a.flags & HAPTABLE_LINE_FREE) == (b.flags & HAPTABLE_LINE_FREE);
+}
+
+std::string in_words(const TargetHello& of) {
+    return fmt::format("{} of {} with {} modes", of.fingers == 1 ? "one finger" : fmt::format("{} fingers", of.fingers),
+                       (of.flags & HAPTABLE_LINE_FREE) != 0 ? "a body that nothing holds" : "a body that is held",
+                       of.modes);
+}
+
 }  // namespace
 
 BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target,
-                             const BridgeOptions& options, ServoRecord* record, LiveState::Tell tell,
-                             const haptable_body* body)
+                             const BridgeOptions& options, ServoRecord* record, LiveState::Tell tell)
     : scene_(scene),
       connection_(connection),
       target_(target),
       options_(options),
       record_(record),
       answer_(scene, connection),
-      body_(body),
       live_(std::move(tell)) {
-    if (body != nullptr) haptable_body_init(body, &pose_);
-    next_pose_ = pose_;
+    if (scene.body != nullptr) haptable_body_init(scene.body, &pose_);
     const std::size_t count = scene.pair != nullptr ? kFingers : 1;
     for (std::size_t finger = 0; finger < count; ++finger) {
         side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
@@ -72,7 +75,6 @@ void BridgeSession::on_state(std::size_t finger, const device_state& state, std:
     Side& side = side_[finger];
     const bool waited = side.waits;
     const Clock::time_point now = Clock::now();
-    if (finger == 1 && !knows_second_) return ask_for_second(now);
     if (is_of_other_time(finger, state)) return side.gate.count_odd();
     switch (side.gate.judge(state, received_utime, now)) {
         case StateIs::refused:
@@ -99,18 +101,6 @@ void BridgeSession::on_state(std::size_t finger, const device_state& state, std:
     side.waits = true;
     side.is_late = false;
     if (is_simulated(state)) ask_if_ready();
-}
-
-/// Nobody speaks for it until the target has: its device sends the state again.
-void BridgeSession::ask_for_second(Clock::time_point now) {
-    const bool is_first = last_ask_ == Clock::time_point{};
-    if (is_first) asks_since_ = now;
-    if (is_first || now - last_ask_ >= options_.retry) {
-        last_ask_ = now;
-        target_.ask(kAskSequence);
-    }
-    const double patience_s = has_answered_ ? std::min(kNoSecond_s, options_.patience_s) : options_.patience_s;
-    if (now - asks_since_ >= seconds(patience_s)) side_[1].gate.count_absent_finger();
 }
 
 /// One finger in lockstep and the other in real time have no tick in common.
@@ -148,7 +138,7 @@ void BridgeSession::ask_if_ready() {
 void BridgeSession::ask(Clock::time_point now) {
     if (!waiting_) deaf_since_ = now;
     take_states(now);
-    make_frames(time_of_tick(now));
+    make_frame(time_of_tick(now));
     end_asking();
     waiting_ = true;
     ++number_;
@@ -167,7 +157,6 @@ void BridgeSession::take_states(Clock::time_point now) {
             side.state = side.gate.state();
             side.is_asked = true;
         }
-        side.has_come = false;
         side.is_asked &= there;
         in_[finger].reset();
         if (!there) continue;
@@ -194,20 +183,18 @@ void BridgeSession::set_time(std::int64_t utime) {
 }
 
 /// Who begins beside one that goes on says so by a bit: a gap in time would end the other's contact, too.
-void BridgeSession::make_frames(std::uint32_t time_us) {
+void BridgeSession::make_frame(std::uint32_t time_us) {
     const bool goes_on = std::any_of(in_.begin(), in_.end(), [](const auto& in) { return in && !in->begins; });
-    const bool of_both = in_[0] && in_[1];
     sent_us_ = time_us;
+    frame_ = {};
+    frame_.time_us = time_us;
     for (std::size_t finger = 0; finger < kFingers; ++finger) {
-        frames_[finger].reset();
         if (!in_[finger]) continue;
-        haptable_frame_state& state = frames_[finger].emplace();
-        state.time_us = time_us;
-        std::copy(in_[finger]->at_m.begin(), in_[finger]->at_m.end(), state.position_m);
-        state.buttons = in_[finger]->buttons;
-        if (!of_both) continue;
-        state.buttons &= ~HAPTABLE_FRAME_BEGINS;
-        if (goes_on && in_[finger]->begins) state.buttons |= HAPTABLE_FRAME_BEGINS;
+        haptable_input& to = frame_.in[finger];
+        to.is_there = 1;
+        std::copy(in_[finger]->at_m.begin(), in_[finger]->at_m.end(), to.finger_m);
+        to.buttons = in_[finger]->buttons;
+        if (goes_on && in_[finger]->begins) frame_.begins |= static_cast<std::uint8_t>(1U << finger);
     }
 }
 
@@ -222,69 +209,54 @@ void BridgeSession::end_asking() {
 
 void BridgeSession::send() {
     last_sent_ = Clock::now();
-    target_.send(number_, frames_);
+    if (!is_known_) return target_.ask();
+    target_.send(number_, frame_);
 }
 
 // ---- target -> device ----------------------------------------------------------------------------------------------
 
 void BridgeSession::take_answers() {
-    while (const std::optional<TargetForce> force = target_.take()) take(*force);
+    while (const auto frame = target_.take()) std::visit([this](const auto& said) { take(said); }, *frame);
 }
 
-void BridgeSession::take(const TargetForce& force) {
-    if (force.model_hash != scene_.model->hash)
+/// It comes when it is asked for, and when the target begins anew.
+void BridgeSession::take(const TargetHello& hello) {
+    const TargetHello& own = target_.expected();
+    const std::string& line = target_.line().name();
+    if (hello.version != own.version)
+        throw Error(fmt::format(
+            "{}: the target speaks version {} of the line, this program version {}: build and flash it again", line,
+            hello.version, own.version));
+    if (hello.hash != own.hash)
         throw Error(
             fmt::format("{}: the target runs the tables {:016x}, the folder's are {:016x}: build and flash it again",
-                        target_.line().name(), force.model_hash, scene_.model->hash));
-    has_answered_ = true;
-    knows_second_ |= force.finger == 1;
-    if (!waiting_ || force.sequence != number_ || !in_[force.finger]) {
-        if (force.finger == 0 || force.sequence != kAskSequence) ++side_[0].report.stale_answers;
+                        line, hello.hash, own.hash));
+    if (!is_same_scene(hello, own))
+        throw Error(fmt::format("{}: the target knows {}, the folder's scene has {}: build and flash it again", line,
+                                in_words(hello), in_words(own)));
+    // A target that heard another version once has heard ours since: this is its answer to it, or one to come.
+    if (std::exchange(is_known_, true) || !waiting_) return;
+    send();
+}
+
+void BridgeSession::take(const TargetAnswer& answer) {
+    if (!waiting_ || answer.sequence != number_) {
+        ++side_[0].report.stale_answers;
         return;
     }
-    require_motion(force);
-    if (!has_motion(force)) return;  // it was damaged on its way: all is sent again
-    if (!is_possible(force)) {
+    if (!is_possible(answer)) {
         ++side_[0].report.rejected_forces;
         return;
     }
-    if (force.body) next_pose_ = *force.body;
-    if (force.swings) next_swings_ = *force.swings;
-    side_[force.finger].next = force.output;
-    side_[force.finger].has_come = true;
-    if (has_all()) finish();
+    finish(answer);
 }
 
-/// Where the body is that nothing holds, and how far one that rings has swung.
-bool BridgeSession::has_motion(const TargetForce& force) const {
-    if (body_ != nullptr && !force.body) return false;
-    return scene_.modes == nullptr || (force.swings && force.modes == scene_.modes->count);
-}
-
-/// An image of the same tables that holds the body still says nothing of that.
-void BridgeSession::require_motion(const TargetForce& force) {
-    constexpr int kDamaged = 20;  // in a row, by noise
-    knows_motion_ |= has_motion(force);
-    if (!knows_motion_ && ++without_motion_ > kDamaged)
-        throw Error(fmt::format("{}: the target holds a body still that {}: flash the scene's {} image (make firmware)",
-                                target_.line().name(), body_ != nullptr ? "moves" : "rings",
-                                body_ == nullptr    ? "loop_modes or uart_modes"
-                                : side_.size() == 1 ? "loop_body or uart_body"
-                                                    : "loop_body_pair or uart_body_pair"));
-}
-
-bool BridgeSession::has_all() const {
-    for (std::size_t finger = 0; finger < side_.size(); ++finger)
-        if (in_[finger] && !side_[finger].has_come) return false;
-    return true;
-}
-
-void BridgeSession::finish() {
+void BridgeSession::finish(const TargetAnswer& answer) {
     waiting_ = false;
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
-        side_[finger].output = in_[finger] ? side_[finger].next : silent();
-    pose_ = next_pose_;
-    swings_ = next_swings_;
+        side_[finger].output = in_[finger] ? answer.output[finger] : silent();
+    pose_ = answer.body;
+    modes_ = answer.modes;
     publish_forces();
     publish_motion();
     note(Clock::now());
@@ -315,22 +287,22 @@ void BridgeSession::publish_motion() {
     const auto of = [&](auto message) {
         return addressed(message, lead->state, tick_utime_, answer_.servo(), *scene_.model);
     };
-    if (body_ != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*body_, pose_)));
-    if (scene_.modes != nullptr) connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, swings_)));
+    if (scene_.body != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*scene_.body, pose_)));
+    if (scene_.modes != nullptr) connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, modes_)));
 }
 
 /// A world position in the frame of the last tick.
 std::array<float, 3> BridgeSession::inside(const std::array<float, 3>& world_m) const {
     std::array<float, 3> inside_m = world_m;
-    if (body_ != nullptr) haptable_body_from_world(body_, &pose_, world_m.data(), inside_m.data());
+    if (scene_.body != nullptr) haptable_body_from_world(scene_.body, &pose_, world_m.data(), inside_m.data());
     return inside_m;
 }
 
 void BridgeSession::record() {
     if (record_ == nullptr) return;
     if (side_.size() == 1)
-        return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output, pose(), &swings_);
-    record_->add(tick_number_, in_, {side_[0].output, side_[1].output}, pose());
+        return record_->add(side_[0].state.seq, in_[0]->at_m, in_[0]->buttons, side_[0].output, pose(), modes());
+    record_->add(tick_number_, in_, {side_[0].output, side_[1].output}, pose(), modes());
 }
 
 /// What reaches the device is what a servo of these tables can have said, whatever the frame's CRC: a state that there
@@ -350,12 +322,11 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     return fades || size_n <= 0.0;
 }
 
-bool BridgeSession::is_possible(const TargetForce& force) const {
-    if (force.body && !is_possible(*force.body)) return false;
-    if (force.swings &&
-        !std::all_of(force.swings->q, force.swings->q + HAPTABLE_MODES, [](float q) { return std::isfinite(q); }))
-        return false;
-    return is_possible(force.output);
+bool BridgeSession::is_possible(const TargetAnswer& answer) const {
+    for (std::size_t finger = 0; finger < side_.size(); ++finger)
+        if (in_[finger] && !is_possible(answer.output[finger])) return false;
+    return (scene_.body == nullptr || is_possible(answer.body)) &&
+           std::all_of(answer.modes.q, answer.modes.q + HAPTABLE_MODES, [](float q) { return std::isfinite(q); });
 }
 
 /// Finite, and a turn.
@@ -431,12 +402,13 @@ void BridgeSession::watch(Clock::time_point now) {
     if (waiting_ && now - deaf_since_ >= seconds(options_.patience_s))
         throw Error(
             fmt::format("{}: the target has not answered for {} s ({} bytes of garbage came): is it running, "
-                        "and is --baud its own?",
+                        "of this version (make firmware), and is --baud its own?",
                         target_.line().name(), options_.patience_s, target_.skipped_bytes()));
     for (std::size_t finger = 0; finger < side_.size(); ++finger) watch(finger, now);
     if (is_ready(now)) return ask(now);
     if (!waiting_ || now < last_sent_ + options_.retry) return;
     ++side_[0].report.resent_frames;
+    if (is_known_) target_.ask();  // it may have begun anew, with other tables
     send();
 }
 
@@ -489,14 +461,7 @@ std::string BridgeSession::who(std::size_t finger) const {
 void BridgeSession::tell(std::size_t finger, Clock::time_point now) {
     const Side& side = side_[finger];
     const std::string of = who(finger);
-    StateCounters counters = side.gate.counters();
-    if (finger == 1)
-        live_.look(of + "absent", std::exchange(counters.absent_finger_states, 0), now, [&] {
-            return of +
-                   "the target knows one finger, and its device gets no force: flash the scene's loop_pair or "
-                   "uart_pair image (make firmware), or leave out the device";
-        });
-    tell_of_states(counters, now, live_, of);
+    tell_of_states(side.gate.counters(), now, live_, of);
     live_.look(of + "rejected", side.rejected, now, [&] { return of + why_rejected(*scene_.model, side.rejected_m); });
 }
 

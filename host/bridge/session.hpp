@@ -40,19 +40,17 @@ struct BridgeReport : ForceReport, BridgeCounters {
 };
 
 /// Takes states as ServoSession does, and is single-threaded like it: everything happens within connection.handle_until
-/// and the calls below. Of two fingers a tick is both: it waits for the other's state as ServoSession does, and sends
-/// the target both. A target that does not know a second finger is asked, told of, and goes on with the first.
+/// and the calls below. Before the first tick the target says what it is. Of two fingers a tick is both: it waits for
+/// the other's state as ServoSession does, and sends the target both.
 class BridgeSession {
 public:
-    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there. body: null where
-    /// it is held.
+    /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
     BridgeSession(const ServoScene& scene, Connection& connection, SerialTarget& target, const BridgeOptions& options,
-                  ServoRecord* record, LiveState::Tell tell = {}, const haptable_body* body = nullptr);
+                  ServoRecord* record, LiveState::Tell tell = {});
     BridgeSession(const BridgeSession&) = delete;
     BridgeSession& operator=(const BridgeSession&) = delete;
 
-    /// Takes what the line has brought. Throws Error when the target runs other tables, or holds a body still that
-    /// moves or rings.
+    /// Takes what the line has brought. Throws Error when the target runs another scene, or speaks another version.
     void take_answers();
     /// Asks again for an answer that has not come, asks for who has waited for the other finger, publishes zero force
     /// once when a device has fallen silent. Throws Error when the target has not answered for patience_s.
@@ -78,13 +76,11 @@ private:
         bool begins = false;                ///< it, or one that it overtook, is a session's first
         bool is_late = false;               ///< the other has waited for it in vain: it is not waited for again
         bool is_asked = false;              ///< `state` is to be answered
-        bool has_come = false;              ///< its force of the tick under way
         Clock::time_point waits_since{};    ///< since the first that it stands for
         device_state state{};               ///< the last one that the target was asked
         std::int64_t clock_us = 0;          ///< simulated: the servo's time less the device's
         std::int64_t answered_utime = 0;    ///< of the last answer
         haptable_output output{};           ///< of the last tick
-        haptable_output next{};             ///< of the tick under way
         std::int64_t rejected = 0;          ///< positions that the target does not take
         std::array<float, 3> rejected_m{};  ///< the last one
         BridgeReport report;
@@ -92,7 +88,6 @@ private:
 
     void subscribe(std::size_t finger);
     void on_state(std::size_t finger, const device_state& state, std::int64_t received_utime);
-    void ask_for_second(Clock::time_point now);
     bool is_of_other_time(std::size_t finger, const device_state& state) const;
     bool is_there(std::size_t finger, Clock::time_point now) const;
     bool is_ready(Clock::time_point now) const;
@@ -101,21 +96,20 @@ private:
     void set_time(std::int64_t utime);
     void take_states(Clock::time_point now);
     std::uint32_t time_of_tick(Clock::time_point now);
-    void make_frames(std::uint32_t time_us);
+    void make_frame(std::uint32_t time_us);
     void end_asking();
     void send();
-    void take(const TargetForce& force);
-    bool has_all() const;
-    void finish();
+    void take(const TargetHello& hello);
+    void take(const TargetAnswer& answer);
+    void finish(const TargetAnswer& answer);
     void publish_forces();
     void publish_motion();
-    bool has_motion(const TargetForce& force) const;
-    void require_motion(const TargetForce& force);
-    const haptable_body_state* pose() const { return body_ != nullptr ? &pose_ : nullptr; }
+    const haptable_body_state* pose() const { return scene_.body != nullptr ? &pose_ : nullptr; }
+    const haptable_modes_state* modes() const { return scene_.modes != nullptr ? &modes_ : nullptr; }
     std::array<float, 3> inside(const std::array<float, 3>& world_m) const;
     void record();
     bool is_possible(const haptable_output& output) const;
-    bool is_possible(const TargetForce& force) const;
+    bool is_possible(const TargetAnswer& answer) const;
     static bool is_possible(const haptable_body_state& body);
     bool is_on_a_patch(const haptable_output& output) const;
     void note(Clock::time_point now);
@@ -132,14 +126,11 @@ private:
     BridgeOptions options_;
     ServoRecord* record_;
     Answer answer_;
-    const haptable_body* body_;
-    haptable_body_state pose_{}, next_pose_{};  ///< of the last tick, as the line has it; of the one under way
-    haptable_swings swings_{}, next_swings_{};  ///< the same of a body that rings
-    bool knows_motion_ = false;                 ///< the target has said how the body moves
-    int without_motion_ = 0;                    ///< forces, before
+    haptable_body_state pose_{};    ///< of the last tick, as the line has it
+    haptable_modes_state modes_{};  ///< likewise
     std::vector<Side> side_;
     FingerInputs in_;                           ///< the tick under way, or the last one
-    TargetStates frames_;                       ///< as the target gets it
+    haptable_line_state frame_{};               ///< as the target gets it
     TickNumbers numbers_;                       ///< of two fingers' ticks, in the record
     std::int64_t tick_number_ = 0;              ///< the same, of that tick
     std::int64_t tick_utime_ = 0;               ///< of its answers
@@ -149,9 +140,7 @@ private:
     bool waiting_ = false;                      ///< for its answer
     Clock::time_point first_sent_, last_sent_;  ///< its frames
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
-    bool has_answered_ = false;                 ///< the target, anything
-    bool knows_second_ = false;                 ///< the target has answered for a second finger
-    Clock::time_point asks_since_{}, last_ask_{};
+    bool is_known_ = false;                     ///< the target has said what it is
     double longest_us_ = 0.0, most_given_j_ = 0.0;
     LiveState live_;
 };

@@ -76,83 +76,37 @@ std::span<const std::uint32_t> rows_of(const LoadedObject& loaded, const std::ui
     return row == nullptr ? std::span<const std::uint32_t>() : std::span(row, count);
 }
 
-/// A finger that is away: no contact, no force.
-void release(haptable_fingers& fingers, int finger, haptable_output& out) {
-    haptable_servo& servo = fingers.pair.servo[finger];
-    haptable_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out);
-    fingers.energy[static_cast<std::size_t>(finger)].add({}, out);
-}
-
-/// A world position in the frame of the last tick.
-std::array<float, 3> inside(const MovingBody& moving, const float world_m[3]) {
-    std::array<float, 3> inside_m{world_m[0], world_m[1], world_m[2]};
-    if (moving.body != nullptr) haptable_body_from_world(moving.body, &moving.touched, world_m, inside_m.data());
-    return inside_m;
-}
-
-haptable_pose to_pose(const MovingBody& moving) {
+haptable_pose to_pose(const SceneState& state) {
     haptable_pose pose{};
     pose.turn[0] = 1.0F;
-    if (moving.body == nullptr) return pose;
-    std::copy_n(moving.body->centre_m, 3, pose.rest_centre_m);
-    std::copy_n(moving.touched.position_m, 3, pose.centre_m);
-    std::copy_n(moving.touched.turn, 4, pose.turn);
-    std::copy_n(moving.touched.velocity_m_per_s, 3, pose.velocity_m_per_s);
-    std::copy_n(moving.touched.spin_rad_per_s, 3, pose.spin_rad_per_s);
-    pose.on_floor = moving.touched.on_floor;
+    const haptable_body_state* const at = state.touched();
+    if (at == nullptr) return pose;
+    std::copy_n(state.scene().body->centre_m, 3, pose.rest_centre_m);
+    std::copy_n(at->position_m, 3, pose.centre_m);
+    std::copy_n(at->turn, 4, pose.turn);
+    std::copy_n(at->velocity_m_per_s, 3, pose.velocity_m_per_s);
+    std::copy_n(at->spin_rad_per_s, 3, pose.spin_rad_per_s);
+    pose.on_floor = at->on_floor;
     return pose;
 }
 
-void copy_swung(const MovingBody& moving, const haptable_swings& swings, float* swung) {
-    std::copy_n(swings.q, moving.modes.count, swung);
+void copy_swung(const SceneState& state, float* swung) {
+    if (state.modes() != nullptr) std::copy_n(state.modes()->q, state.scene().modes->count, swung);
 }
 
-/// One tick of the finger of a scene with one.
-void step(haptable_finger& finger, const float at_m[3], std::uint32_t now_us, haptable_output& out) {
-    MovingBody& moving = finger.body;
-    haptable_servo& servo = finger.servo;
-    moving.touched = moving.state;
-    if (moving.rings() && moving.body == nullptr)
-        return haptable_modes_step(&moving.modes, &moving.of_one, &servo, at_m, now_us, &out);
-    if (moving.rings())
-        return haptable_body_modes_step(&moving.modes, moving.body, &moving.state, &moving.of_one, &servo, at_m, now_us,
-                                        &out);
-    if (moving.body == nullptr) return haptable_step(&finger.model, &servo, at_m, now_us, &out);
-    haptable_body_step_finger(&finger.model, moving.body, &moving.state, &servo, 0, at_m, now_us, &out);
+/// The finger at that position, with the buttons that are held down; null: it is away.
+haptable_input input_of(const float* position_m, std::uint32_t buttons) {
+    haptable_input in{{0.0F, 0.0F, 0.0F}, buttons, 0};
+    if (position_m == nullptr) return in;
+    std::copy_n(position_m, 3, in.finger_m);
+    in.is_there = 1;
+    return in;
 }
 
-/// One tick of finger `number` of two, the other one being away.
-void step_alone(haptable_fingers& fingers, int number, const float at_m[3], std::uint32_t now_us,
-                haptable_output& out) {
-    MovingBody& moving = fingers.body;
-    const haptable_model& model = fingers.alone;
-    haptable_servo& servo = fingers.pair.servo[number];
-    moving.touched = moving.state;
-    if (moving.rings() && moving.body != nullptr)
-        return haptable_body_modes_pair_step_finger(&moving.modes, fingers.loaded->pair(), moving.body, &moving.state,
-                                                    &moving.of_both, &fingers.pair, number, at_m, now_us, &out);
-    if (moving.rings())
-        return haptable_modes_pair_step_finger(&moving.modes, fingers.loaded->pair(), &moving.of_both, &fingers.pair,
-                                               number, at_m, now_us, &out);
-    if (moving.body == nullptr) return haptable_step(&model, &servo, at_m, now_us, &out);
-    haptable_body_step_finger(&model, moving.body, &moving.state, &servo, number, at_m, now_us, &out);
-}
-
-void step_both(haptable_fingers& fingers, const float first_m[3], const float second_m[3], std::uint32_t now_us,
-               haptable_output out[2]) {
-    const haptable_pair_model* tables = fingers.loaded->pair();
-    MovingBody& moving = fingers.body;
-    moving.touched = moving.state;
-    float at_m[HAPTABLE_FINGERS][3];
-    std::copy_n(first_m, 3, at_m[0]);
-    std::copy_n(second_m, 3, at_m[1]);
-    if (moving.rings() && moving.body != nullptr)
-        return haptable_body_modes_pair_step(&moving.modes, tables, moving.body, &moving.state, &moving.of_both,
-                                             &fingers.pair, at_m, now_us, out);
-    if (moving.rings())
-        return haptable_modes_pair_step(&moving.modes, tables, &moving.of_both, &fingers.pair, at_m, now_us, out);
-    if (moving.body == nullptr) return haptable_pair_step(tables, &fingers.pair, first_m, second_m, now_us, out);
-    haptable_body_pair_step(tables, moving.body, &moving.state, &fingers.pair, at_m, now_us, out);
+void note(const SceneState& state, const float* position_m, const haptable_output& out, EnergyAccount& energy) {
+    if (position_m == nullptr) return energy.add({}, out);
+    const std::array<float, 3> at_m{position_m[0], position_m[1], position_m[2]};
+    energy.add(at_m, out, state.inside(at_m));
 }
 
 haptable_touch_energy to_energy(const EnergyAccount& energy) {
@@ -233,13 +187,13 @@ int haptable_object_swing(const haptable_object* object, const float* swung, con
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
+        const haptable::LoadedObject& loaded = *object->loaded;
         auto* finger = new haptable_finger{
-            object->loaded, haptable::MovingBody(*object->loaded), {}, {}, object->loaded->model(), {}, {}};
+            object->loaded, loaded.model(), {}, {}, {loaded.model(), nullptr, loaded.body(), loaded.modes()}, {}};
         if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
         if (finger->model.freed != nullptr) finger->model.freed = &finger->freed;
-        finger->body.modes.model = &finger->model;
-        haptable_init(&finger->servo);
-        haptable_check(&finger->model, &finger->servo, HAPTABLE_CHECK_ALL);
+        finger->state = {finger->model, nullptr, loaded.body(), loaded.modes()};
+        finger->state.check(HAPTABLE_CHECK_ALL);
         return finger;
     });
 }
@@ -248,23 +202,22 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
+    const haptable_input in = haptable::input_of(position_m, finger->buttons);
     haptable_output out;
-    haptable::step(*finger, position_m, now_us, out);
-    finger->energy.add({position_m[0], position_m[1], position_m[2]}, out, haptable::inside(finger->body, position_m));
+    finger->state.step(&in, now_us, &out);
+    haptable::note(finger->state, position_m, out, finger->energy);
     *touch = haptable::to_touch(*finger->loaded, out);
 }
 
 int haptable_finger_watch(haptable_finger* finger, std::uint32_t now_us, haptable_touch* touch) {
     haptable_output out;
-    if (haptable_watch(&finger->servo, now_us, &out) == 0) return 0;
+    if (haptable_watch(&finger->state.servo(0), now_us, &out) == 0) return 0;
     finger->energy.add({}, out);
     *touch = haptable::to_touch(*finger->loaded, out);
     return 1;
 }
 
-void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) {
-    haptable_buttons(&finger->servo, buttons);
-}
+void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) { finger->buttons = buttons; }
 
 void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3], std::size_t count,
                             std::uint32_t begin_us, haptable_touch* touch) {
@@ -277,11 +230,9 @@ haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
     return haptable::to_energy(finger->energy);
 }
 
-void haptable_finger_swung(const haptable_finger* finger, float* swung) {
-    haptable::copy_swung(finger->body, finger->body.of_one.swings, swung);
-}
+void haptable_finger_swung(const haptable_finger* finger, float* swung) { haptable::copy_swung(finger->state, swung); }
 
-haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->body); }
+haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->state); }
 
 int haptable_object_is_free(const haptable_object* object) { return object->loaded->body() != nullptr ? 1 : 0; }
 
@@ -294,14 +245,15 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
+        const haptable::LoadedObject& loaded = *object->loaded;
         auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
-            object->loaded, haptable::MovingBody(*object->loaded), object->loaded->model(), {}, {}, {}});
-        fingers->body.modes.model = &fingers->alone;
-        haptable_pair_init(object->loaded->pair(), &fingers->pair);
+            object->loaded, loaded.model(), {}, {loaded.model(), loaded.pair(), loaded.body(), loaded.modes()}, {}});
         if (fingers->alone.freed != nullptr) fingers->alone.freed = fingers->freed.data();
-        if (object->loaded->model().freed != nullptr)
-            for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) fingers->pair.view[f].model.freed = &fingers->freed[f];
-        haptable_pair_check(object->loaded->pair(), &fingers->pair, HAPTABLE_CHECK_ALL);
+        fingers->state = {fingers->alone, loaded.pair(), loaded.body(), loaded.modes()};
+        if (fingers->alone.freed != nullptr)
+            for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f)
+                fingers->state.pair()->view[f].model.freed = &fingers->freed[f];
+        fingers->state.check(HAPTABLE_CHECK_ALL);
         return fingers.release();
     });
 }
@@ -310,28 +262,19 @@ void haptable_fingers_free(haptable_fingers* fingers) { delete fingers; }
 
 void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], const float second_m[3],
                            std::uint32_t now_us, haptable_touch touch[2]) {
-    const haptable::LoadedObject& loaded = *fingers->loaded;
     const float* position_m[HAPTABLE_FINGERS] = {first_m, second_m};
+    haptable_input in[HAPTABLE_FINGERS];
     haptable_output out[HAPTABLE_FINGERS];
-    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        if (position_m[finger] == nullptr) haptable::release(*fingers, finger, out[finger]);
-    if (first_m != nullptr && second_m != nullptr) {
-        haptable::step_both(*fingers, first_m, second_m, now_us, out);
-    } else {
-        for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-            if (position_m[finger] != nullptr)
-                haptable::step_alone(*fingers, finger, position_m[finger], now_us, out[finger]);
-    }
-    for (std::size_t finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        const float* x_m = position_m[finger];
-        if (x_m != nullptr)
-            fingers->energy[finger].add({x_m[0], x_m[1], x_m[2]}, out[finger], haptable::inside(fingers->body, x_m));
-        touch[finger] = haptable::to_touch(loaded, out[finger]);
+    for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) in[f] = haptable::input_of(position_m[f], fingers->buttons[f]);
+    fingers->state.step(in, now_us, out);
+    for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) {
+        haptable::note(fingers->state, position_m[f], out[f], fingers->energy[f]);
+        touch[f] = haptable::to_touch(*fingers->loaded, out[f]);
     }
 }
 
 void haptable_fingers_buttons(haptable_fingers* fingers, std::uint32_t finger, std::uint32_t buttons) {
-    if (finger < HAPTABLE_FINGERS) haptable_buttons(&fingers->pair.servo[finger], buttons);
+    if (finger < HAPTABLE_FINGERS) fingers->buttons[finger] = buttons;
 }
 
 void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3], const float (*second_m)[3],
@@ -346,13 +289,13 @@ haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, s
 }
 
 void haptable_fingers_swung(const haptable_fingers* fingers, float* swung) {
-    haptable::copy_swung(fingers->body, fingers->body.of_both.swings, swung);
+    haptable::copy_swung(fingers->state, swung);
 }
 
-haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) { return haptable::to_pose(fingers->body); }
+haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) { return haptable::to_pose(fingers->state); }
 
 std::uint32_t haptable_fingers_counter(const haptable_fingers* fingers, std::uint32_t finger, std::uint32_t counter) {
-    return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->pair.servo[finger].counters, counter) : 0;
+    return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->state.servo(finger).counters, counter) : 0;
 }
 
 std::uint32_t haptable_library_counters(void) { return static_cast<std::uint32_t>(std::size(haptable::kCounter)); }
@@ -362,5 +305,5 @@ const char* haptable_library_counter_name(std::uint32_t counter) {
 }
 
 std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32_t counter) {
-    return haptable::counter_of(finger->servo.counters, counter);
+    return haptable::counter_of(finger->state.servo(0).counters, counter);
 }

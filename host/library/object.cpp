@@ -59,7 +59,7 @@ LoadedObject::LoadedObject(const fs::path& folder, std::uint64_t wanted) {
     body_ = read_rigid_body(folder);
     if ((vibration_ = read_vibration(folder))) {
         servo_vibration_ = build_vibration(*vibration_, tables_, servo_);
-        modes_ = vibration_in_memory(servo_vibration_, model_);
+        modes_ = vibration_in_memory(servo_vibration_);
         if (rows() > 0 && vibration_->row.size() != rows() * vibration_->modes())
             throw Error((folder / "mode_rows.npy").string() + ": does not fit row_id.npy: make the tables again");
     }

@@ -94,7 +94,7 @@ void run(Options& o) {
     check(o);
     catch_interrupts();
     const Scene scene = read_scene(o.run.scene_file);
-    const Places places = find_places(o.run.scene_file, scene.name, scene.contact.fingers, o.run.target, o.run.quiet);
+    const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
     make_folder(o);
     if (o.fingers == 0) o.fingers = scene.contact.fingers;
     o.run.device = device_words(o);

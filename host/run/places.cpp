@@ -74,16 +74,9 @@ void require(const fs::path& file, const fs::path& scene_file, const fs::path& b
     if (!fs::exists(file)) throw Error(file.string() + ": make did not make it");
 }
 
-/// What of a scene's images knows its fingers, and moves the body where nothing holds it, or it rings.
-std::string image_of(const fs::path& scene, int fingers) {
-    const char* moving = fs::exists(scene / "body.json") ? "_body" : fs::exists(scene / "modes.json") ? "_modes" : "";
-    return fmt::format("loop{}{}.elf", moving, fingers == 2 ? "_pair" : "");
-}
-
 }  // namespace
 
-Places find_places(const fs::path& scene_file, const std::string& name, int fingers, const std::string& target,
-                   bool quiet) {
+Places find_places(const fs::path& scene_file, const std::string& name, const std::string& target, bool quiet) {
     Places places;
     places.programs = program_folder();
     const bool installed = is_installed();
@@ -100,7 +93,7 @@ Places find_places(const fs::path& scene_file, const std::string& name, int fing
     if (target.empty()) return places;
     if (std::find(kTargets.begin(), kTargets.end(), target) == kTargets.end())
         throw Error(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
-    places.image = places.scene / "firmware" / target / image_of(places.scene, fingers);
+    places.image = places.scene / "firmware" / target / "loop.elf";
     require(places.image, scene_file, places.build, {"firmware", scene, "TARGET=" + target}, quiet);
     if (!is_project_here())
         throw Error("--target: QEMU is started by haptable's scripts: run this in haptable's folder");

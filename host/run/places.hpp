@@ -14,10 +14,10 @@ struct Places {
     std::filesystem::path image;     ///< of the servo on a target; empty: on the host
 };
 
-/// Those of a scene's session; `fingers` of the scene, `target` may be empty. What is missing, or older than the
+/// Those of a scene's session; `target` may be empty. What is missing, or older than the
 /// scene's file, is made, in sight unless `quiet`: with `make` where the current folder is haptable's, with
 /// haptable-build, in build/ here, where the programs are installed; elsewhere an Error says the command.
-Places find_places(const std::filesystem::path& scene_file, const std::string& name, int fingers,
-                   const std::string& target, bool quiet);
+Places find_places(const std::filesystem::path& scene_file, const std::string& name, const std::string& target,
+                   bool quiet);
 
 }  // namespace haptable

@@ -76,7 +76,8 @@ void Recorder::take(const contact& touched, Side& side) const {
 
 void Recorder::take(const servo_status& status) {
     for (std::size_t i = 0; i < status.name.size(); ++i)
-        if (is_fault(status.name[i])) faults_[status.name[i]] = status.value[i];
+        if (is_fault(status.name[i]) && (faults_.size() < kMostFaults || faults_.contains(status.name[i])))
+            faults_[status.name[i]] = status.value[i];
 }
 
 std::string Recorder::grown_faults() {

@@ -37,6 +37,8 @@ public:
 private:
     // Times of states that wait for their answer: an answer that is later yet has no latency.
     static constexpr std::size_t kWaiting = 64;
+    // Counters of a servo are some tens; names that somebody else invents take no more memory than so many.
+    static constexpr std::size_t kMostFaults = 256;
 
     /// What is heard of one finger and its device.
     struct Side {

@@ -4,7 +4,7 @@
 #include "model.h"
 
 int main(int argc, char** argv) {
+    const haptable_scene& scene = HAPTABLE_MODEL_SCENE;
     return haptable::servo_main(
-        argc, argv,
-        {&HAPTABLE_MODEL, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, HAPTABLE_MODEL_PAIR, HAPTABLE_MODEL_MODES});
+        argc, argv, {scene.model, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, scene.pair, scene.modes, scene.body});
 }

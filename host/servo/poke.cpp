@@ -75,11 +75,8 @@ std::string where_it_is(const haptable_model& model) {
 Poked poke(const ServoScene& scene, const Poke& poke) {
     const Vector3d in = poke.direction.normalized();
     if (!in.allFinite() || !(in.norm() > 0.5)) throw Error("--direction: give a direction that has a length");
-    haptable_servo servo;
-    haptable_init(&servo);
-    require_whole_tables(scene, servo);
-    haptable_modes_state swings;
-    haptable_modes_init(&swings);
+    SceneState state(*scene.model, nullptr, nullptr, scene.modes);  // one finger, on a body that does not give way
+    require_whole_tables(scene, state);
     const int hold_ticks = scene.modes != nullptr ? kRing_ticks : kHold_ticks;
     haptable_output out{};
     Vector3d finger_m;
@@ -87,12 +84,9 @@ Poked poke(const ServoScene& scene, const Poke& poke) {
     for (int tick = 0; tick <= ways + hold_ticks; ++tick) {
         const double share = std::min(1.0, static_cast<double>(tick) / ways);
         finger_m = poke.at_m + ((kClearance_m + poke.depth_m) * share - kClearance_m) * in;
-        const std::array<float, 3> finger = to_finger(finger_m.data());
-        const auto now_us = static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US;
-        if (scene.modes != nullptr)
-            haptable_modes_step(scene.modes, &swings, &servo, finger.data(), now_us, &out);
-        else
-            haptable_step(scene.model, &servo, finger.data(), now_us, &out);
+        const std::array<float, 3> at_m = to_finger(finger_m.data());
+        const haptable_input finger{{at_m[0], at_m[1], at_m[2]}, 0, 1};
+        state.step(&finger, static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US, &out);
     }
     if (haptable_touches(out.state) == 0)
         throw Error(fmt::format(

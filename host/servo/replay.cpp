@@ -44,9 +44,9 @@ ServoScene scene_for(ServoScene scene, const Recording& recording) {
 /// As the servo of the session does.
 class Replay {
 public:
-    Replay(const ServoScene& scene, const haptable_body* body, const std::filesystem::path& out, bool is_log)
-        : fingers_(scene, body), is_numbered_(scene.pair == nullptr || !is_log) {
-        if (!out.empty()) record_.emplace(scene, out, static_cast<int>(fingers_.count()), body != nullptr);
+    Replay(const ServoScene& scene, const std::filesystem::path& out, bool is_log)
+        : fingers_(scene), is_numbered_(scene.pair == nullptr || !is_log) {
+        if (!out.empty()) record_.emplace(scene, out, static_cast<int>(fingers_.count()), scene.body != nullptr);
     }
 
     void add(const RecordedTick& tick) {
@@ -56,8 +56,8 @@ public:
         compare(tick, fingers_, report_);
         if (!record_) return;
         if (fingers_.count() == 2) return record_->add(number, in, fingers_);
-        record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state(),
-                     fingers_.body().swings());
+        record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.state().touched(),
+                     fingers_.state().modes());
     }
 
     ReplayReport finish() {
@@ -78,11 +78,10 @@ private:
 
 }  // namespace
 
-ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet,
-                    const haptable_body* body) {
+ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet) {
     Progress progress(quiet);
     progress.stage("replay");
-    Replay run(scene_for(scene, recording), body, out, recording.is_log);
+    Replay run(scene_for(scene, recording), out, recording.is_log);
     for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
         run.add(recording.ticks[i]);
         if (i % kProgressEvery_ticks == 0)
@@ -92,8 +91,8 @@ ReplayReport replay(const ServoScene& scene, const Recording& recording, const s
 }
 
 ReplayReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
-                    bool quiet, const haptable_body* body) {
-    return replay(scene, read_recording(in), out, quiet, body);
+                    bool quiet) {
+    return replay(scene, read_recording(in), out, quiet);
 }
 
 }  // namespace haptable

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <optional>
 
-#include "firmware/haptable_body.h"
 #include "host/servo/recording.hpp"
 #include "host/session/fingers.hpp"
 #include "host/session/scene.hpp"
@@ -21,11 +20,10 @@ struct ReplayReport : ServoReport {
 };
 
 /// Steps the servo through a recording and writes its CSV to `out`, whole or not at all; nothing where `out` is empty.
-ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet,
-                    const haptable_body* body = nullptr);
+ReplayReport replay(const ServoScene& scene, const Recording& recording, const std::filesystem::path& out, bool quiet);
 
 /// The same with what `in` holds.
 ReplayReport replay(const ServoScene& scene, const std::filesystem::path& in, const std::filesystem::path& out,
-                    bool quiet, const haptable_body* body = nullptr);
+                    bool quiet);
 
 }  // namespace haptable

@@ -128,12 +128,12 @@ void tell_no_contact(const ServoScene& scene, const Options& o, std::uint32_t im
     fmt::print(stderr, "servo: note: {} never meets the body: {}{}\n", o.in, where_it_is(*scene.model), leaps);
 }
 
-void run_replay(const ServoScene& scene, const haptable_body* body, const Options& o) {
+void run_replay(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     require_places(o);
     const Recording recording = read_recording(o.in);
     require_tables(scene, o, recording.tables_hash);
-    const ReplayReport report = replay(scene, recording, o.out, o.quiet, body);
+    const ReplayReport report = replay(scene, recording, o.out, o.quiet);
     if (report.counters.contact_ticks == 0 && !o.quiet) tell_no_contact(scene, o, report.counters.implausible);
     SummaryLines summary = head(scene);
     add_report(report, "", summary);
@@ -166,13 +166,13 @@ void run_poke(const ServoScene& scene, Options o) {
     summary.print(o.json, o.quiet);
 }
 
-void run_lcm(const ServoScene& scene, const haptable_body* body, const Options& o) {
+void run_lcm(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene, o.csv, scene.pair != nullptr ? 2 : 1, body != nullptr).keep();
+    if (!o.csv.empty()) record.emplace(scene, o.csv, scene.pair != nullptr ? 2 : 1, scene.body != nullptr).keep();
     Connection connection;
-    ServoSession session(scene, connection, record ? &*record : nullptr, teller("servo", o.quiet), body);
+    ServoSession session(scene, connection, record ? &*record : nullptr, teller("servo", o.quiet));
     const bool locked = !o.no_realtime && lock_memory();
     if (!o.quiet)
         fmt::print(stderr, "servo: {} on {}, {}, memory {}\n", scene.name, connection.url(), priority,
@@ -191,7 +191,7 @@ void run_lcm(const ServoScene& scene, const haptable_body* body, const Options& 
 
 }  // namespace
 
-int servo_main(int argc, char** argv, const ServoScene& scene, const haptable_body* body) {
+int servo_main(int argc, char** argv, const ServoScene& scene) {
     CommandLine app(fmt::format("The servo of the scene \"{}\": feels a finger at 1 kHz.", scene.name), "servo");
     Options options;
     add_options(app, options);
@@ -201,9 +201,9 @@ int servo_main(int argc, char** argv, const ServoScene& scene, const haptable_bo
         if (!options.poke.empty())
             run_poke(scene, options);
         else if (options.lcm)
-            run_lcm(scene, body, options);
+            run_lcm(scene, options);
         else
-            run_replay(scene, body, options);
+            run_replay(scene, options);
     });
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "host/session/pose_message.hpp"
 #include "host/session/status.hpp"
 #include "host/session/tell.hpp"
 
@@ -22,13 +23,12 @@ static_assert(kFingers == HAPTABLE_FINGERS);
 
 }  // namespace
 
-ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell,
-                           const haptable_body* body)
+ServoSession::ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell)
     : scene_(scene),
       connection_(connection),
       record_(record),
       answer_(scene, connection),
-      fingers_(scene, body),
+      fingers_(scene),
       live_(std::move(tell)) {
     for (std::size_t finger = 0; finger < fingers_.count(); ++finger)
         side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
@@ -163,12 +163,13 @@ void ServoSession::answer(std::size_t lead) {
         side.link.latency.add(latency_us);
         if (latency_us > static_cast<double>(kTick.count())) ++side.link.late_ticks;
     }
-    if (fingers_.body().state() != nullptr)
-        connection_.publish(kBodyChannel,
-                            fingers_.body().message(side_[lead].gate.state(), tick_utime_, answer_.servo()));
-    if (fingers_.body().swings() != nullptr)
-        connection_.publish(kModesChannel,
-                            fingers_.body().modes_message(side_[lead].gate.state(), tick_utime_, answer_.servo()));
+    const SceneState& state = fingers_.state();
+    const auto of = [&](auto message) {
+        return addressed(message, side_[lead].gate.state(), tick_utime_, answer_.servo(), *scene_.model);
+    };
+    if (scene_.body != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*scene_.body, *state.touched())));
+    if (scene_.modes != nullptr)
+        connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, *state.modes())));
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         if (side_[finger].waits) answer_.publish_contact(side_[finger].gate.state(), fingers_.output(finger), finger);
 }
@@ -176,8 +177,8 @@ void ServoSession::answer(std::size_t lead) {
 void ServoSession::record(const FingerInputs& in, std::int64_t number) {
     if (record_ == nullptr) return;
     if (side_.size() == 1)
-        return record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.body().state(),
-                            fingers_.body().swings());
+        return record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.state().touched(),
+                            fingers_.state().modes());
     record_->add(number, in, fingers_);
 }
 

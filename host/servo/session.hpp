@@ -33,8 +33,7 @@ struct LinkReport : LinkCounters {
 class ServoSession {
 public:
     /// Subscribes to states. `record` may be null. `tell` gets a line for each event, if it is there.
-    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell = {},
-                 const haptable_body* body = nullptr);
+    ServoSession(const ServoScene& scene, Connection& connection, ServoRecord* record, LiveState::Tell tell = {});
     ServoSession(const ServoSession&) = delete;
     ServoSession& operator=(const ServoSession&) = delete;
 

@@ -6,10 +6,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "firmware/haptable_pair.h"
 #include "host/link/channels.hpp"
 #include "host/link/statistics.hpp"
-#include "host/session/body_motion.hpp"
 #include "host/session/energy.hpp"
 #include "host/session/scene.hpp"
 
@@ -31,14 +29,13 @@ struct FingerInput {
 /// By finger; none: it has no device, or that is silent.
 using FingerInputs = std::array<std::optional<FingerInput>, kFingers>;
 
-/// A finger that is alone is stepped by haptable_step, as in a scene with one; two by haptable_pair_step.
 class Fingers {
 public:
-    /// Checks the tables: throws Error where they are damaged. body: null where it is held.
-    Fingers(const ServoScene& scene, const haptable_body* body);
+    /// Checks the tables: throws Error where they are damaged.
+    explicit Fingers(const ServoScene& scene);
 
     /// Of the scene: 1 or 2.
-    std::size_t count() const { return scene_.pair != nullptr ? 2 : 1; }
+    std::size_t count() const { return state_.fingers(); }
     /// None of these was there before.
     bool is_anew(const FingerInputs& in) const;
     /// One tick of those that are there; the others are released.
@@ -49,8 +46,8 @@ public:
     void check(std::uint32_t bytes);
 
     const haptable_output& output(std::size_t finger) const { return out_[finger]; }
-    const haptable_servo& servo(std::size_t finger) const { return pair_.servo[finger]; }
-    const BodyMotion& body() const { return body_; }
+    const haptable_servo& servo(std::size_t finger) const { return state_.servo(finger); }
+    const SceneState& state() const { return state_; }
     ServoReport report(std::size_t finger) const;
     /// The last tick's step.
     double step_us() const { return step_us_; }
@@ -58,13 +55,9 @@ public:
     double most_given_j() const { return most_given_j_; }
 
 private:
-    void begin(std::size_t finger, const FingerInput& in, std::uint32_t now_us);
-    void step(const FingerInputs& in, std::uint32_t now_us);
     void note(const FingerInputs& in);
 
-    ServoScene scene_;
-    BodyMotion body_;
-    haptable_pair pair_{};
+    SceneState state_;
     std::array<haptable_output, kFingers> out_{};
     std::array<ServoReport, kFingers> report_;
     double step_us_ = 0.0, most_given_j_ = 0.0;

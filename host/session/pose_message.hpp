@@ -24,7 +24,7 @@ inline body_pose to_pose_message(const haptable_body& body, const haptable_body_
 }
 
 /// Likewise.
-inline body_modes to_modes_message(const haptable_modes& modes, const haptable_swings& swings) {
+inline body_modes to_modes_message(const haptable_modes& modes, const haptable_modes_state& swings) {
     static_assert(std::size(decltype(body_modes::swung){}) == HAPTABLE_MODES);
     body_modes message{};
     message.count = modes.count;

@@ -46,14 +46,14 @@ ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& p
 }
 
 void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
-                      const haptable_output& out, const haptable_body_state* body, const haptable_swings* swings) {
+                      const haptable_output& out, const haptable_body_state* body, const haptable_modes_state* swings) {
     line_ = std::to_string(tick);
     append(finger_m, buttons, out);
     end_line(body, swings);
 }
 
-void ServoRecord::end_line(const haptable_body_state* body, const haptable_swings* swings) {
-    static constexpr haptable_swings kStill{};
+void ServoRecord::end_line(const haptable_body_state* body, const haptable_modes_state* swings) {
+    static constexpr haptable_modes_state kStill{};
     if (scene_.modes != nullptr)
         append_floats(std::span(swings != nullptr ? swings->q : kStill.q).first(scene_.modes->count), line_);
     if (body != nullptr) {
@@ -66,14 +66,14 @@ void ServoRecord::end_line(const haptable_body_state* body, const haptable_swing
 void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers) {
     line_ = std::to_string(tick);
     for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], fingers.output(finger));
-    end_line(fingers.body().state(), fingers.body().swings());
+    end_line(fingers.state().touched(), fingers.state().modes());
 }
 
 void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
-                      const haptable_body_state* body) {
+                      const haptable_body_state* body, const haptable_modes_state* swings) {
     line_ = std::to_string(tick);
     for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], out[finger]);
-    end_line(body);
+    end_line(body, swings);
 }
 
 void ServoRecord::append(const std::optional<FingerInput>& input, const haptable_output& out) {

@@ -25,13 +25,13 @@ public:
     /// One line. Floats have 9 digits, so that reading them back gives the same bits. body: with has_pose, where it was
     /// in the tick; contact and god-object are in its coordinates.
     void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
-             const haptable_body_state* body = nullptr, const haptable_swings* swings = nullptr);
+             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
     /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
     /// nowhere (nan), and silent.
     void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
     /// The same with outputs that another servo gave: by finger.
     void add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
-             const haptable_body_state* body = nullptr);
+             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -39,7 +39,7 @@ public:
     void finish() { file_.finish(); }
 
 private:
-    void end_line(const haptable_body_state* body, const haptable_swings* swings = nullptr);
+    void end_line(const haptable_body_state* body, const haptable_modes_state* swings);
     void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
     void append(const std::optional<FingerInput>& input, const haptable_output& out);
 

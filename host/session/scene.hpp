@@ -7,9 +7,8 @@
 #include <string>
 
 #include "firmware/haptable.h"
-#include "firmware/haptable_modes.h"
-#include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
+#include "host/session/scene_state.hpp"
 
 namespace haptable {
 
@@ -18,7 +17,8 @@ struct ServoScene {
     const std::uint32_t* node;                  ///< [model->vertex_count] mesh node of every vertex of the model
     const char* name;                           ///< of the scene
     const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
-    const haptable_modes* modes = nullptr;      ///< of a body that rings; null: it follows at once
+    const haptable_modes* modes = nullptr;      ///< its vibration modes; null: it follows at once
+    const haptable_body* body = nullptr;        ///< of one that nothing holds; null: it is held
 };
 
 /// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which
@@ -27,18 +27,13 @@ inline std::array<float, 3> to_finger(const double position_m[3]) {
     return {static_cast<float>(position_m[0]), static_cast<float>(position_m[1]), static_cast<float>(position_m[2])};
 }
 
-/// The check before the first force. Throws Error where the tables are not what codegen wrote.
-inline void require_whole_tables(const ServoScene& scene, haptable_servo& servo) {
-    haptable_check(scene.model, &servo, HAPTABLE_CHECK_ALL);
-    if ((servo.faults & HAPTABLE_FAULT_TABLES) != 0)
-        throw Error(std::string("the tables of ") + scene.name +
-                    " are damaged (their CRC is wrong): build this servo again");
-}
+/// A state that knows no finger yet.
+inline SceneState state_of(const ServoScene& scene) { return {*scene.model, scene.pair, scene.body, scene.modes}; }
 
-/// The same of two fingers.
-inline void require_whole_tables(const ServoScene& scene, haptable_pair& pair) {
-    haptable_pair_check(scene.pair, &pair, HAPTABLE_CHECK_ALL);
-    if ((pair.servo[0].faults & HAPTABLE_FAULT_TABLES) != 0)
+/// The check before the first force. Throws Error where the tables are not what codegen wrote.
+inline void require_whole_tables(const ServoScene& scene, SceneState& state) {
+    state.check(HAPTABLE_CHECK_ALL);
+    if ((state.servo(0).faults & HAPTABLE_FAULT_TABLES) != 0)
         throw Error(std::string("the tables of ") + scene.name +
                     " are damaged (their CRC is wrong): build this servo again");
 }

@@ -26,7 +26,8 @@ struct TickCounts {
     Counts jump;  ///< farther than HAPTABLE_FAST_SEGMENT_M, as no hand moves, and begun or ended without contact
 };
 
-/// The ticks are those of the path, [ticks, 3] in metres.
-TickCounts count_ticks(const std::vector<std::array<float, 3>>& path_m, const std::vector<TargetTick>& ticks);
+/// The ticks are those of the path. Contact is that of all its fingers, a jump that of any.
+template <std::size_t size>
+TickCounts count_ticks(const TargetPath<size>& path_m, const std::vector<TargetTick>& ticks);
 
 }  // namespace haptable

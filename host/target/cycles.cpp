@@ -85,7 +85,8 @@ std::optional<std::uint64_t> total_cycles(const std::string& report) {
 
 }  // namespace
 
-std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const std::vector<std::array<float, 3>>& path_m,
+template <std::size_t size>
+std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<size>& path_m,
                                              std::size_t tick) {
     if (image.target() != "cortex-m4" && image.target() != "cortex-m7") return std::nullopt;
     const std::map<std::uint64_t, std::string> text = disassemble(image);
@@ -103,5 +104,10 @@ std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const std
     return total_cycles(output_of(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 '{}'",
                                               image.target(), file.string())));
 }
+
+template std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<3>& path_m,
+                                                      std::size_t tick);
+template std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<6>& path_m,
+                                                      std::size_t tick);
 
 }  // namespace haptable

@@ -13,7 +13,8 @@ namespace haptable {
 /// llvm-mca's cycles for the instructions of one tick, in the order in which they ran, as if flash answered at once and
 /// every branch was foreseen: an estimate, from below. Nothing where LLVM has no model of the core, or is not
 /// installed.
-std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const std::vector<std::array<float, 3>>& path_m,
+template <std::size_t size>
+std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<size>& path_m,
                                              std::size_t tick);
 
 }  // namespace haptable

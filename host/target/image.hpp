@@ -9,37 +9,40 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/haptable.h"
-#include "firmware/haptable_pair.h"
+#include "codegen/vibration.hpp"
+#include "firmware/haptable_scene.h"
 
 namespace haptable {
 
 /// The targets that `make firmware` knows.
 inline constexpr std::array kTargets{"cortex-m4", "cortex-m7", "cortex-m33", "rv32"};
 
-/// One tick as the image prints it.
+/// One tick as an image writes it.
 struct TargetTick {
-    std::uint32_t state = 0;
-    std::array<std::uint32_t, 3> vertex{};
-    std::array<float, 3> alpha{}, god_object_m{}, force_n{};
-    std::uint64_t instructions = 0;  ///< of haptable_step and its call; 0 when not counted
-};
-
-/// One tick of two fingers, as their image writes it.
-struct PairTargetTick {
     struct Finger {
         std::uint32_t state = 0, patch = 0;
         std::array<float, 3> alpha{}, god_object_m{}, force_n{};
     };
-    std::array<Finger, 2> finger;
-    std::uint64_t instructions = 0;  ///< of haptable_pair_step and its call
+    std::array<Finger, HAPTABLE_FINGERS> finger{};  ///< of one finger the first
+    std::array<float, 3> position_m{};              ///< after the tick; of a body that nothing holds
+    std::array<float, 4> turn{};                    ///< likewise
+    std::array<float, HAPTABLE_MODES> q{};          ///< after the tick; of the scene's modes, others 0
+    std::uint64_t instructions = 0;                 ///< of haptable_scene_step and its call; 0 when not counted
+
+    /// Whether each of so many fingers is in contact.
+    bool touches(std::size_t fingers = 1) const;
 };
 
-/// One tick of an image that writes plain numbers.
+/// Positions of a tick's fingers, one after the other, in metres: [3], or [6] of two.
 template <std::size_t size>
-struct NumbersTick {
-    std::array<float, size> value{};
-    std::uint64_t instructions = 0;  ///< of the tick's one function and its call
+using TargetPath = std::vector<std::array<float, size>>;
+
+/// What an image reads that is not linked with a scene: null where the scene has none.
+struct TargetScene {
+    const haptable_model& model;
+    const haptable_pair_model* pair = nullptr;
+    const haptable_body* body = nullptr;
+    const ServoVibration* vibration = nullptr;
 };
 
 /// A built image: build/<name>/firmware/<target>.
@@ -51,40 +54,39 @@ public:
     std::filesystem::path elf() const { return folder_ / "replay.elf"; }
     /// Why it cannot run here, in one line; empty when it can.
     std::string missing() const;
-    /// Steps the servo of the image through the path, a millisecond a position. Throws Error when the image stops.
-    std::vector<TargetTick> replay(const std::vector<std::array<float, 3>>& path_m) const;
-    /// The same for any model, by the image that reads it instead of being linked with it (firmware/port/measure.c).
-    std::vector<TargetTick> measure(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m) const;
-    /// The same for two fingers (firmware/port/measure_pair.c); both positions of a tick stand in a row.
-    std::vector<PairTargetTick> measure_pair(const haptable_pair_model& pair,
-                                             const std::vector<std::array<float, 6>>& path_m) const;
+    /// Steps the scene of the image through the path, a millisecond a tick. Throws Error when the image stops.
+    template <std::size_t size>
+    std::vector<TargetTick> replay(const TargetPath<size>& path_m) const {
+        return count("replay", "", bytes_of(path_m), size / 3, path_m.size(), is_free_);
+    }
+    /// The same for any scene, by the image that reads it instead of being linked with it (firmware/port/measure.c).
+    template <std::size_t size>
+    std::vector<TargetTick> measure(const TargetScene& scene, const TargetPath<size>& path_m) const {
+        return count("measure", bytes_of(scene), bytes_of(path_m), size / 3, path_m.size(), scene.body != nullptr);
+    }
     /// The addresses of the instructions of one tick of the path, in their order.
-    std::vector<std::uint64_t> trace(const std::vector<std::array<float, 3>>& path_m, std::size_t tick) const;
+    template <std::size_t size>
+    std::vector<std::uint64_t> trace(const TargetPath<size>& path_m, std::size_t tick) const {
+        return trace(bytes_of(path_m).substr(0, (tick + 1) * sizeof path_m[0]), tick);
+    }
     /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
-    std::vector<std::array<float, 3>> deform(const std::vector<std::array<float, 3>>& path_m) const;
-    /// Force, centre and turn of a body that nothing holds, [ticks], by the image that moves it.
-    std::vector<NumbersTick<10>> move_body(const std::vector<std::array<float, 3>>& path_m) const;
-    /// Both forces, centre and turn of such a body under two fingers, [ticks].
-    std::vector<NumbersTick<13>> move_body_by_two(const std::vector<std::array<float, 6>>& path_m) const;
-    /// Force and shift of the surface of a body that rings, [ticks], by the image that steps it.
-    std::vector<NumbersTick<6>> ring(const std::vector<std::array<float, 3>>& path_m) const;
-    /// Both forces and shifts of such a body under two fingers, [ticks].
-    std::vector<NumbersTick<12>> ring_by_two(const std::vector<std::array<float, 6>>& path_m) const;
-    /// As move_body_by_two, of one that rings.
-    std::vector<NumbersTick<13>> move_ringing_body_by_two(const std::vector<std::array<float, 6>>& path_m) const;
+    std::vector<std::array<float, 3>> deform(const TargetPath<3>& path_m) const;
     /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
     std::string loop(std::string_view bytes) const;
 
 private:
+    template <std::size_t size>
+    static std::string_view bytes_of(const TargetPath<size>& path_m) {
+        return {reinterpret_cast<const char*>(path_m.data()), path_m.size() * sizeof path_m[0]};
+    }
+    static std::string bytes_of(const TargetScene& scene);
+    std::vector<std::uint64_t> trace(std::string_view path, std::size_t tick) const;
     /// What an image writes for what it reads.
     std::string run(const std::string& image, std::string_view bytes) const;
     std::string address_of(const std::string& image, const std::string& symbol) const;
-    /// The ticks that an image makes of `bytes`, with their counts.
-    std::vector<TargetTick> count(const std::string& image, std::string_view bytes, std::size_t ticks) const;
-    /// What an image that writes `size` numbers a tick makes of a path, with their counts.
-    template <std::size_t size, std::size_t path_size>
-    std::vector<NumbersTick<size>> numbers(const std::string& image,
-                                           const std::vector<std::array<float, path_size>>& path_m) const;
+    /// The ticks that an image makes of a scene's bytes and a path, with their counts.
+    std::vector<TargetTick> count(const std::string& image, const std::string& scene, std::string_view path,
+                                  std::size_t fingers, std::size_t ticks, bool is_free) const;
     /// Runs it under the plugin; what the plugin wrote, and in `out` what the image did.
     std::string run_counted(const std::string& image, std::string_view bytes, const std::string& more_of_plugin,
                             std::string& out) const;
@@ -92,6 +94,7 @@ private:
     std::filesystem::path build_;
     std::string target_;
     std::filesystem::path folder_;
+    bool is_free_;  ///< the scene's body
 };
 
 }  // namespace haptable

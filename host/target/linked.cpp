@@ -25,18 +25,23 @@ constexpr const char* kFlags =
 
 constexpr const char* kMain =
     "#include \"model.h\"\n"
-    "@include@"
-    "static struct haptable_servo servo;\n"
-    "static struct haptable_output out;\n"
+    "static HAPTABLE_MODEL_STATE state;\n"
+    "static struct haptable_input in[HAPTABLE_MODEL_FINGERS];\n"
+    "static struct haptable_output out[HAPTABLE_MODEL_FINGERS];\n"
     "static volatile float device[3];\n"
     "@display@"
     "void _start(void) {\n"
-    "    haptable_init(&servo);\n"
-    "    @init@\n"
+    "    haptable_scene_init(&HAPTABLE_MODEL_SCENE, &state);\n"
     "    for (;;) {\n"
-    "        const float finger_m[1][3] = {{device[0], device[1], device[2]}};\n"
-    "        @step@\n"
-    "        device[0] = out.force_n[0];\n"
+    "        int f;\n"
+    "        for (f = 0; f < HAPTABLE_MODEL_FINGERS; ++f) {\n"
+    "            in[f].is_there = 1;\n"
+    "            in[f].finger_m[0] = device[0];\n"
+    "            in[f].finger_m[1] = device[1];\n"
+    "            in[f].finger_m[2] = device[2];\n"
+    "        }\n"
+    "        haptable_scene_step(&HAPTABLE_MODEL_SCENE, &state, in, 0, out);\n"
+    "        device[0] = out[0].force_n[0];\n"
     "        @deform@\n"
     "    }\n"
     "}\n";
@@ -45,40 +50,11 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(text.find(what), what.size(), by);
 }
 
-/// How a tick of a body is asked for that is held or not, and rings or not.
-struct Step {
-    std::string include, init, step;
-};
-
-Step step_of(bool is_free, bool rings) {
-    constexpr const char* kBody = "static struct haptable_body_state body;\n";
-    constexpr const char* kBodyInit = "haptable_body_init(&HAPTABLE_MODEL_BODY, &body);";
-    constexpr const char* kModes = "static struct haptable_modes_state swings;\n";
-    constexpr const char* kModesInit = "haptable_modes_init(&swings);";
-    if (is_free && rings)
-        return {std::string("#include \"haptable_body_modes.h\"\n") + kBody + kModes,
-                std::string(kBodyInit) + kModesInit,
-                "haptable_body_modes_step(HAPTABLE_MODEL_MODES, &HAPTABLE_MODEL_BODY, &body, &swings, &servo, "
-                "finger_m[0], 0, &out);"};
-    if (is_free)
-        return {kBody, kBodyInit,
-                "haptable_body_step(&HAPTABLE_MODEL, &HAPTABLE_MODEL_BODY, &body, &servo, 1, finger_m, 0, &out);"};
-    if (rings)
-        return {kModes, kModesInit,
-                "haptable_modes_step(HAPTABLE_MODEL_MODES, &swings, &servo, finger_m[0], 0, &out);"};
-    return {"", "", "haptable_step(&HAPTABLE_MODEL, &servo, finger_m[0], 0, &out);"};
-}
-
 std::string main_text(const fs::path& tables) {
     const bool display = fs::exists(tables / "display.c");
-    const Step step = step_of(fs::exists(tables / "body.json"), fs::exists(tables / "modes.json"));
     const std::string rows = "#include \"display.h\"\nstatic float displacement_m[HAPTABLE_DISPLAY_ROWS][3];\n";
-    std::string text = kMain;
-    text = replaced(text, "@include@", step.include);
-    text = replaced(text, "@init@", step.init);
-    text = replaced(text, "@step@", step.step);
-    text = replaced(text, "@display@", display ? rows : "");
-    return replaced(text, "@deform@", display ? "haptable_deform(&HAPTABLE_DISPLAY, &out, displacement_m);" : "");
+    const std::string text = replaced(kMain, "@display@", display ? rows : "");
+    return replaced(text, "@deform@", display ? "haptable_deform(&HAPTABLE_DISPLAY, out, displacement_m);" : "");
 }
 
 /// What a command of the shell prints. Throws Error with its last line where it fails.
@@ -120,7 +96,7 @@ private:
 std::string missing_for_link(const fs::path& objects) {
     if (std::system("command -v arm-none-eabi-gcc >/dev/null 2>&1") != 0)
         return "arm-none-eabi-gcc is not installed: sh scripts/setup.sh cross";
-    if (!fs::exists(objects / "haptable_servo.o")) return objects.string() + " holds no servo: make images";
+    if (!fs::exists(objects / "haptable_scene.o")) return objects.string() + " holds no servo: make images";
     return "";
 }
 

@@ -8,11 +8,11 @@
 
 namespace haptable {
 
-/// A program for a Cortex-M7 that steps the servo, of one finger and the body that the tables say (and deforms the
-/// display's rows, where the scene has some) for ever, without a board's start-up code.
+/// A program for a Cortex-M7 that steps the scene (and deforms the display's rows, where it has some) for ever, without
+/// a board's start-up code.
 struct LinkedServo {
-    std::size_t flash = 0;          ///< bytes: code, tables, and the model that names them
-    std::size_t ram = 0;            ///< bytes without the stack: the servo's state, a tick's output, displacements
+    std::size_t flash = 0;  ///< bytes: code, tables, and the model that names them
+    std::size_t ram = 0;    ///< bytes without the stack: the scene's state, a tick's input and output, displacements
     std::set<std::string> symbols;  ///< that begin with haptable_
     std::string image;              ///< its bytes, as they are written into flash
 };

@@ -6,11 +6,14 @@
 #include <filesystem>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
+#include "host/tables/pair.hpp"
 #include "host/tables/vibration.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
@@ -24,11 +27,11 @@ constexpr int kStrokes = 250;                        // 10,000 ticks
 constexpr double kInstructionsAMillisecond = 168e3;  // 168 MHz, one instruction a clock
 
 /// The sliding ticks with the median and the greatest count.
-std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, const Counts& sliding) {
+std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, std::size_t fingers,
+                                                     const Counts& sliding) {
     std::size_t median = 0, worst = 0;
     for (std::size_t i = 1; i < ticks.size(); ++i) {
-        if (haptable_touches(static_cast<int>(ticks[i].state)) == 0) continue;
-        if (haptable_touches(static_cast<int>(ticks[i - 1].state)) == 0) continue;
+        if (!ticks[i].touches(fingers) || !ticks[i - 1].touches(fingers)) continue;
         if (ticks[i].instructions == sliding.median) median = i;
         if (ticks[i].instructions == sliding.worst) worst = i;
     }
@@ -46,26 +49,58 @@ Number of_a_millisecond(std::uint64_t instructions) {
     return number(fraction, fmt::format("{:.1f} %", 100.0 * fraction));
 }
 
-/// What one scene's ticks take on every target.
+/// Strokes of one finger; of two each has its own.
+template <std::size_t size>
+TargetPath<size> strokes_of(const Tables& tables);
+template <>
+TargetPath<3> strokes_of(const Tables& tables) {
+    return stroke_path(tables, kStrokes);
+}
+template <>
+TargetPath<6> strokes_of(const Tables& tables) {
+    return of_two(stroke_path(tables, kStrokes), kStrokes);
+}
+
+/// The scene of a folder without the device's limits: the body's own force, at any jump.
+struct Unlimited {
+    Unlimited(const std::filesystem::path& folder, const Tables& of) : tables(of), body(read_rigid_body(folder)) {
+        tables.limits = {};
+        servo = build_model(tables);
+        model = model_in_memory(tables, servo);
+        if (const auto files = read_pair(folder)) {
+            built_pair = build_pair(*files, tables, servo);
+            pair = pair_in_memory(built_pair, tables, model);
+        }
+        if (const auto files = read_vibration(folder)) vibration = build_vibration(*files, tables, servo);
+    }
+    TargetScene scene() const {
+        return {model, pair ? &*pair : nullptr, body ? &*body : nullptr, vibration ? &*vibration : nullptr};
+    }
+
+    Tables tables;
+    ServoModel servo;
+    haptable_model model{};
+    ServoPair built_pair;
+    std::optional<haptable_pair_model> pair;
+    std::optional<haptable_body> body;
+    std::optional<ServoVibration> vibration;
+};
+
+/// What one scene's ticks take on every target, of fingers that have `size` coordinates.
+template <std::size_t size>
 class SceneCounts {
 public:
     explicit SceneCounts(const std::filesystem::path& folder)
-        : tables_(read_tables(folder)), path_m_(walked(stroke_path(tables_, kStrokes))) {
-        // What replay.elf steps.
-        refuse_vibration(folder, "haptable-count");
-        refuse_free_body(folder, "haptable-count");
-        Tables unlimited = tables_;
-        unlimited.limits = {};  // the body's own force, at any jump
-        const ServoModel servo = build_model(unlimited);
-        const haptable_model model = model_in_memory(unlimited, servo);
-        const auto jumping_m = stroke_path(tables_, kStrokes);
+        : tables_(read_tables(folder)), path_m_(walked(strokes_of<size>(tables_))) {
+        const Unlimited unlimited(folder, tables_);
+        const auto jumping_m = strokes_of<size>(tables_);
         for (const char* target : kTargets) {
             const TargetImage image(folder.parent_path(), folder.filename(), target);
             const TargetImage measuring(folder.parent_path(), "cube", target);
             if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
             ticks_.push_back(image.replay(path_m_));
             limited_.push_back(count_ticks(path_m_, ticks_.back()));
-            counts_.push_back(count_ticks(jumping_m, measuring.measure(model, jumping_m)));
+            counts_.push_back(count_ticks(jumping_m, measuring.measure(unlimited.scene(), jumping_m)));
             image_.push_back(image);
         }
     }
@@ -84,7 +119,7 @@ public:
     /// What the sliding ticks would take in cycles, by LLVM's model; no rows where it has none.
     void add_estimates(NumberTable& table) const {
         for (std::size_t k = 0; k < image_.size(); ++k) {
-            const auto [median, worst] = median_and_worst(ticks_[k], limited_[k].sliding);
+            const auto [median, worst] = median_and_worst(ticks_[k], size / 3, limited_[k].sliding);
             const auto cycles = estimate_cycles(image_[k], path_m_, median);
             const auto most = estimate_cycles(image_[k], path_m_, worst);
             if (cycles && most)
@@ -106,12 +141,19 @@ private:
     }
 
     Tables tables_;
-    std::vector<std::array<float, 3>> path_m_;
+    TargetPath<size> path_m_;
     std::vector<TargetImage> image_;
     std::vector<std::vector<TargetTick>> ticks_;  // [targets], of the scene's image along path_m_
     std::vector<TickCounts> limited_;             // [targets], of these
     std::vector<TickCounts> counts_;              // [targets], without limits, along a path that jumps
 };
+
+template <std::size_t size>
+void add(const std::string& folder, NumberTable& counted, NumberTable& estimated) {
+    const SceneCounts<size> scene(folder);
+    scene.add_counts(counted);
+    scene.add_estimates(estimated);
+}
 
 }  // namespace
 
@@ -128,11 +170,8 @@ int main(int argc, char** argv) {
         NumberTable counted{{"tick"}, {}}, estimated{{"sliding", "median", "worst"}, {}};
         for (const char* target : kTargets) counted.columns.emplace_back(target);
         counted.columns.emplace_back("worst, of 1 ms at 168 MHz");
-        for (const std::string& folder : folders) {
-            const SceneCounts scene(folder);
-            scene.add_counts(counted);
-            scene.add_estimates(estimated);
-        }
+        for (const std::string& folder : folders)
+            read_pair(folder) ? add<6>(folder, counted, estimated) : add<3>(folder, counted, estimated);
         Numbers numbers("make instructions");
         numbers.add("instructions", counted);
         if (!estimated.rows.empty()) numbers.add("cycles", estimated);

@@ -83,21 +83,6 @@ std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes)
     return path;
 }
 
-std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m, float longest_m) {
-    std::vector<std::array<float, 3>> path;
-    for (const auto& at_m : path_m) {
-        const Eigen::Vector3f to(at_m.data());
-        const Eigen::Vector3f from = path.empty() ? to : Eigen::Vector3f(path.back().data());
-        const int steps = static_cast<int>(std::ceil((to - from).norm() / longest_m));
-        for (int i = 1; i < steps; ++i) {
-            const Eigen::Vector3f x = from + static_cast<float>(i) / static_cast<float>(steps) * (to - from);
-            path.push_back({x[0], x[1], x[2]});
-        }
-        path.push_back(at_m);
-    }
-    return path;
-}
-
 std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     std::vector<std::array<float, 3>> path;
@@ -122,8 +107,7 @@ std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes) {
     return path;
 }
 
-std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes) {
-    const std::vector<std::array<float, 3>> path_m = hard_path(tables, strokes);
+std::vector<std::array<float, 6>> of_two(const std::vector<std::array<float, 3>>& path_m, int strokes) {
     const std::size_t apart = path_m.size() / static_cast<std::size_t>(strokes) * static_cast<std::size_t>(strokes / 2);
     std::vector<std::array<float, 6>> both;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
@@ -131,6 +115,10 @@ std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int str
         both.push_back({a[0], a[1], a[2], b[0], b[1], b[2]});
     }
     return both;
+}
+
+std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes) {
+    return of_two(hard_path(tables, strokes), strokes);
 }
 
 std::vector<std::array<float, 3>> tip_path() {

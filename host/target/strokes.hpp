@@ -2,7 +2,9 @@
 // A finger path that visits a whole body: the fixed path of the instruction counts, and what a target replays.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "host/tables/tables.hpp"
@@ -14,8 +16,32 @@ namespace haptable {
 /// strokes the finger jumps, so some first contacts' segments cross the whole body. The same for the same tables.
 std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes);
 
-/// A path with ticks between its own, so that no motion is longer; 4 mm: what a servo with max_speed believes.
-std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>& path_m, float longest_m = 0.004F);
+/// A path with ticks between its own, so that no finger's motion is longer; 4 mm: what a servo with max_speed believes.
+template <std::size_t size>
+std::vector<std::array<float, size>> walked(const std::vector<std::array<float, size>>& path_m,
+                                            float longest_m = 0.004F) {
+    std::vector<std::array<float, size>> path;
+    for (const auto& to_m : path_m) {
+        const std::array<float, size> from_m = path.empty() ? to_m : path.back();
+        float way_m = 0.0F;
+        for (std::size_t f = 0; f < size; f += 3)
+            way_m = std::max(way_m,
+                             std::hypot(to_m[f] - from_m[f], to_m[f + 1] - from_m[f + 1], to_m[f + 2] - from_m[f + 2]));
+        const int steps = static_cast<int>(std::ceil(way_m / longest_m));
+        for (int i = 1; i < steps; ++i) {
+            std::array<float, size> at_m;
+            for (std::size_t c = 0; c < size; ++c)
+                at_m[c] = from_m[c] + static_cast<float>(i) / static_cast<float>(steps) * (to_m[c] - from_m[c]);
+            path.push_back(at_m);
+        }
+        path.push_back(to_m);
+    }
+    return path;
+}
+
+/// Strokes of two fingers: the second's are those of the first in another order, so that both are always in the same
+/// part of a stroke.
+std::vector<std::array<float, 6>> of_two(const std::vector<std::array<float, 3>>& path_m, int strokes);
 
 /// The strokes of the contact tests, [20 strokes, 3] in metres: a position that is none (the servo forgets the finger),
 /// then from just outside of a random patch straight inwards for 10 ticks, then for 9 aside, at 0.01 to 5 m/s, whatever
@@ -23,8 +49,7 @@ std::vector<std::array<float, 3>> walked(const std::vector<std::array<float, 3>>
 /// 5 mm.
 std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes);
 
-/// Two fingers' such strokes, [20 strokes, 6]: the second's are those of the first in another order, so that both are
-/// always in the same part of a stroke.
+/// Two fingers' such strokes, [20 strokes, 6].
 std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes);
 
 /// Sessions of a cube of 30 mm that stands on a floor or is held there, a corner at the origin, in metres.

@@ -18,6 +18,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 _TYPES = {"HAPTABLE_STATE": "device_state", "HAPTABLE_FORCE": "servo_force", "HAPTABLE_CONTACT": "contact",
           "HAPTABLE_STATUS": "servo_status"}
 _SYNC = 0xEDA1DA01
+_LONGEST_CHANNEL = 63
 _HEADER = struct.Struct(">IqqII")
 
 
@@ -37,7 +38,7 @@ def precompute(scene: PathLike, folder: Optional[PathLike] = None, program: str 
 
 def read_csv(file: PathLike) -> NDArray[Any]:
     """A CSV of servo, bridge, device or haptable-run as a structured array, a field a column: int64 where every value
-    is whole, otherwise float64.
+    is a whole number that float64 holds exactly (up to 2^53), otherwise float64. Raises ValueError where it is none.
 
     >>> import io, tempfile
     >>> with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
@@ -56,7 +57,8 @@ def read_csv(file: PathLike) -> NDArray[Any]:
         values = values.reshape(0, len(names))
     if values.shape[1] != len(names):
         raise ValueError(f"{os.fspath(file)}: {values.shape[1]} columns under {len(names)} names")
-    whole = [bool(len(values)) and bool(np.all(column == np.floor(column))) for column in values.T]
+    whole = [bool(len(values)) and bool(np.all((np.abs(column) <= 2.0**53) & (column == np.floor(column))))
+             for column in values.T]
     table = np.empty(len(values), [(name, np.int64 if w else np.float64) for name, w in zip(names, whole)])
     for name, column in zip(names, values.T):
         table[name] = column
@@ -77,17 +79,27 @@ class LogEvent(NamedTuple):
 
 def read_log(file: PathLike) -> Iterator[LogEvent]:
     """The events of an LCM log as lcm-logger and haptable-run write it, in its order. haptable's messages are decoded.
-    Raises ValueError where the file is none, and for a message of another version of its type; what a crash cut off at
-    the end is left out."""
+    Raises ValueError, which names the byte, where the file is none, and for a message that is damaged or of another
+    version of its type; what a crash cut off at the end is left out."""
     with open(file, "rb") as stream:
+        size = os.fstat(stream.fileno()).st_size
         while len(header := stream.read(_HEADER.size)) == _HEADER.size:
             sync, _, utime, channel_length, length = _HEADER.unpack(header)
+            begin = stream.tell()
+            where = f"{os.fspath(file)}: byte {begin - _HEADER.size}"
             if sync != _SYNC:
-                raise ValueError(f"{os.fspath(file)}: byte {stream.tell() - _HEADER.size} is no event of an LCM log")
-            channel, data = stream.read(channel_length).decode(), stream.read(length)
-            if len(data) < length:
+                raise ValueError(f"{where} is no event of an LCM log")
+            if channel_length > _LONGEST_CHANNEL:
+                raise ValueError(f"{where} names a channel of {channel_length} characters: is the log damaged?")
+            if begin + channel_length + length > size:
                 return
-            yield LogEvent(utime, channel, _decode(channel, data))
+            name, data = stream.read(channel_length), stream.read(length)
+            try:
+                channel = name.decode()
+                message = _decode(channel, data)
+            except (ValueError, struct.error, OverflowError, MemoryError) as error:
+                raise ValueError(f"{where}: no whole message of this version: is the log damaged? ({error})") from None
+            yield LogEvent(utime, channel, message)
 
 
 def _decode(channel: str, data: bytes) -> Any:

@@ -242,16 +242,17 @@ class Pair:
         return q
 
     def buttons(self, finger: int, grab: bool = False, acknowledge: bool = False) -> None:
-        """Held down from the next tick on by finger 0 or 1."""
-        lib.haptable_fingers_buttons(self._fingers, finger, 2 * bool(grab) + 4 * bool(acknowledge))
+        """Held down from the next tick on by finger 0 or 1. Raises IndexError for another."""
+        lib.haptable_fingers_buttons(self._fingers, _finger(finger), 2 * bool(grab) + 4 * bool(acknowledge))
 
     def counters(self, finger: int) -> Dict[str, int]:
-        """What the servo has counted of finger 0 or 1, by name."""
+        """What the servo has counted of finger 0 or 1, by name. Raises IndexError for another."""
+        finger = _finger(finger)
         return {name: lib.haptable_fingers_counter(self._fingers, finger, i) for i, name in enumerate(_COUNTERS)}
 
     def energy(self, finger: int) -> Dict[str, float]:
-        """J, of finger 0 or 1: stored_j, most_stored_j, given_j, most_given_j."""
-        energy = lib.haptable_fingers_energy(self._fingers, finger)
+        """J, of finger 0 or 1: stored_j, most_stored_j, given_j, most_given_j. Raises IndexError for another."""
+        energy = lib.haptable_fingers_energy(self._fingers, _finger(finger))
         return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
 
 
@@ -302,17 +303,19 @@ class Body:
                swung: Optional[ArrayLike] = None) -> NDArray[np.float32]:
         """Displacements [rows, 3] in m under a contact's load (equation 8): of all rows, in the order of row_nodes, or
         of those numbered in `rows`. contact: of step, or one element of what replay gives. swung: what Servo.swung was
-        in that tick, of a body that rings."""
+        in that tick, of a body that rings. rows: [k] whole numbers. out: [k, 3] float32, contiguous and writeable.
+        Raises ValueError for arrays of other shapes, TypeError for rows that are no whole numbers, HaptableError for
+        rows that there are not, and where the tables have no columns."""
         q = np.ascontiguousarray([] if swung is None else swung, np.float32)
         if q.shape != (self.modes,):
             raise ValueError(f"swung: [{self.modes}], as Servo.swung has it")
         touch = contact._touch if isinstance(contact, Contact) else _touch_of(contact)
-        chosen = None if rows is None else np.ascontiguousarray(rows, np.uint32)
+        chosen = None if rows is None else _rows(rows)
         count = len(self.row_nodes) if chosen is None else len(chosen)
         if out is None:
             out = np.empty((count, 3), np.float32)
-        if out.dtype != np.float32 or out.shape != (count, 3) or not out.flags.c_contiguous:
-            raise ValueError(f"out: [{count}, 3] float32, contiguous")
+        if out.dtype != np.float32 or out.shape != (count, 3) or not out.flags.c_contiguous or not out.flags.writeable:
+            raise ValueError(f"out: [{count}, 3] float32, contiguous and writeable")
         row = ffi.NULL if chosen is None else ffi.cast("uint32_t*", chosen.ctypes.data)
         u = ffi.cast("float(*)[3]", out.ctypes.data)
         if lib.haptable_object_deform(self._object, touch, row, count, u) != 0:
@@ -336,6 +339,23 @@ def _position(position: ArrayLike) -> NDArray[np.float32]:
     if x.shape != (3,):
         raise ValueError(f"position: [3] in m, not {list(x.shape)}")
     return x
+
+
+def _finger(number: int) -> int:
+    if number not in (0, 1):
+        raise IndexError(f"finger: 0 or 1, not {number}")
+    return int(number)
+
+
+def _rows(rows: Sequence[int]) -> NDArray[np.uint32]:
+    chosen = np.asarray(rows)
+    if chosen.ndim != 1:
+        raise ValueError(f"rows: [k] numbers of rows, not {list(chosen.shape)}")
+    if len(chosen) and chosen.dtype.kind not in "iu":
+        raise TypeError("rows: whole numbers")
+    if len(chosen) and (chosen.min() < 0 or chosen.max() > 0xFFFFFFFF):
+        raise ValueError("rows: numbers of rows, from 0")
+    return np.ascontiguousarray(chosen, np.uint32)
 
 
 def _contact_of(touch: Any) -> Contact:

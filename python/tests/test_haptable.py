@@ -5,6 +5,7 @@ HAPTABLE_LOG: a log of our own writer with known messages (tests/packaging/pytho
 import doctest
 import os
 import pathlib
+import struct
 import subprocess
 import tempfile
 import threading
@@ -109,6 +110,58 @@ class Package(unittest.TestCase):
         with self.assertRaises(ValueError):
             self.body.servo().replay(press(), np.empty(59, haptable.CONTACT))
 
+    def test_arrays_that_do_not_fit_are_refused(self):
+        felt = self.body.servo().replay(press())[-1]
+        out = np.empty((len(self.body.row_nodes), 3), np.float32)
+        out.flags.writeable = False
+        with self.assertRaisesRegex(ValueError, "writeable"):
+            self.body.deform(felt, out=out)
+        with self.assertRaisesRegex(ValueError, r"rows: \[k\]"):
+            self.body.deform(felt, rows=[[0, 1]])
+        with self.assertRaisesRegex(TypeError, "whole"):
+            self.body.deform(felt, rows=[0.5])
+        for rows in ([-1], [2**32]):
+            with self.assertRaisesRegex(ValueError, "from 0"):
+                self.body.deform(felt, rows=rows)
+        self.assertEqual(self.body.deform(felt, rows=[]).shape, (0, 3))
+
+    def test_csv_of_large_numbers_stays_float(self):
+        file = self.path / "large.csv"
+        file.write_text("a,b,c,d\n1e400,1e300,36028797018963968,3\n-1e400,1,0,4\n")
+        table = haptable.read_csv(file)
+        self.assertEqual([table.dtype[name].kind for name in "abcd"], ["f", "f", "f", "i"])
+        self.assertEqual(table["a"].tolist(), [np.inf, -np.inf])
+        self.assertEqual(table["b"].tolist(), [1e300, 1.0])
+
+    def test_logs_that_are_damaged_are_told(self):
+        def event(channel, data, channel_length=None, length=None):
+            header = (0xEDA1DA01, 0, 1, len(channel) if channel_length is None else channel_length,
+                      len(data) if length is None else length)
+            return struct.pack(">IqqII", *header) + channel + data
+        log = self.path / "a.lcmlog"
+
+        def read(*events):
+            log.write_bytes(b"".join(events))
+            return list(haptable.read_log(log))
+        good = event(b"OTHER", b"bytes")
+        self.assertEqual(len(read(good, good)), 2)
+        # Cut off: 2^32 - 1 bytes are neither read nor made room for.
+        self.assertEqual(len(read(good, event(b"OTHER", b"bytes", length=0xFFFFFFFF))), 1)
+        for bad in (event(b"OTHER", b"", channel_length=0xFFFFFFFF), event(b"\xff\xfe", b"")):
+            with self.assertRaisesRegex(ValueError, "byte 38"):
+                read(good, bad)
+        from haptable.messages.contact import contact
+        from haptable.messages.servo_status import servo_status
+        for channel, message in ((b"HAPTABLE_CONTACT", contact()), (b"HAPTABLE_STATUS", servo_status())):
+            data = message.encode()
+            self.assertEqual(len(read(event(channel, data))), 1)
+            for count in (0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 5):
+                with self.assertRaisesRegex(ValueError, "byte 0: no whole message"):
+                    read(event(channel, data[:-4] + struct.pack(">I", count)))
+            for end in range(len(data)):
+                with self.assertRaisesRegex(ValueError, "byte 0: no whole message"):
+                    read(event(channel, data[:end]))
+
     def test_a_replay_lets_other_threads_run(self):
         positions = np.tile(press(), (30000, 1))
         servo, when = self.body.servo(), []
@@ -141,6 +194,10 @@ class Package(unittest.TestCase):
                 self.assertTrue(np.array_equal(contact.force, one["force"]))
         self.assertEqual(felt["state"][-1].tolist(), [2, 2])
         self.assertEqual(pair.counters(1)["ticks"], 60)
+        for call in (pair.counters, pair.energy, pair.buttons):
+            for finger in (2, -1):
+                with self.assertRaisesRegex(IndexError, "0 or 1"):
+                    call(finger)
         self.assertGreater(pair.energy(0)["stored_j"], 0.0)
         # The other's dent takes the surface away; who is away makes none.
         alone, half = body.servo().replay(first), body.pair()

@@ -66,9 +66,9 @@ protected:
 
 INSTANTIATE_TEST_SUITE_P(Modes, ModeOnTarget, testing::ValuesIn(cases()), name_of);
 
-bool same(const TargetTick& a, const haptable_output& b) {
-    return a.state == b.state && std::equal(a.vertex.begin(), a.vertex.end(), b.vertex) &&
-           std::memcmp(a.alpha.data(), b.alpha, sizeof b.alpha) == 0 &&
+bool same(const TargetTick& tick, const haptable_output& b) {
+    const TargetTick::Finger& a = tick.finger[0];
+    return a.state == b.state && a.patch == b.patch && std::memcmp(a.alpha.data(), b.alpha, sizeof b.alpha) == 0 &&
            std::memcmp(a.god_object_m.data(), b.god_object_m, sizeof b.god_object_m) == 0 &&
            std::memcmp(a.force_n.data(), b.force_n, sizeof b.force_n) == 0;
 }
@@ -104,7 +104,7 @@ TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
             for (const char* target : kTargets) {
                 const TargetImage image(build_folder(), "cube", target);
                 if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-                const std::vector<TargetTick> ticks = image.measure(model, path_m);
+                const std::vector<TargetTick> ticks = image.measure({model}, path_m);
                 haptable_servo servo;
                 haptable_init(&servo);
                 for (std::size_t i = 0; i < path_m.size(); ++i)
@@ -136,7 +136,7 @@ private:
 std::uint64_t relaxing_tick(const TargetImage& image, const RelaxingBody& body,
                             const std::vector<std::array<float, 3>>& path_m) {
     const haptable_model model = body.model();
-    const std::vector<TargetTick> ticks = image.measure(model, path_m);
+    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
     haptable_servo servo;
     haptable_init(&servo);
     std::size_t behind = 0;
@@ -231,12 +231,12 @@ TEST(MaterialsOnTarget, WhatABodyIsMadeOfCostsNoByteAndNoInstruction) {
     for (const char* target : kTargets) {
         const TargetImage image(build_folder(), "cube", target);
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-        const auto ticks = image.measure(model_in_memory(plain, plain_servo), path_m);
-        const auto others = image.measure(model_in_memory(other, other_servo), path_m);
+        const auto ticks = image.measure({model_in_memory(plain, plain_servo)}, path_m);
+        const auto others = image.measure({model_in_memory(other, other_servo)}, path_m);
         std::size_t felt = 0;
         for (std::size_t i = 0; i < ticks.size(); ++i) {
             ASSERT_EQ(ticks[i].instructions, others[i].instructions) << target << " tick " << i;
-            felt += ticks[i].force_n != others[i].force_n;
+            felt += ticks[i].finger[0].force_n != others[i].finger[0].force_n;
         }
         EXPECT_GT(felt, path_m.size() / 3) << "another force";
     }
@@ -260,7 +260,7 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
             haptable_freed freed{};
             const haptable_model model = in_mode(*tip.get(), mode, &freed);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
-            const std::vector<TargetTick> ticks = image.measure(model, path_m);
+            const std::vector<TargetTick> ticks = image.measure({model}, path_m);
             haptable_servo servo;
             haptable_init(&servo);
             for (std::size_t i = 0; i < path_m.size(); ++i) {
@@ -292,7 +292,7 @@ TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     haptable_freed freed{};
     const haptable_model model = in_mode(touched.model(), one.mode, &freed);
     const auto path_m = hard_path(touched.tables(), 60);
-    const std::vector<TargetTick> ticks = image.measure(model, path_m);
+    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(one.mode, fan);
     haptable_servo servo;

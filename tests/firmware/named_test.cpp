@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <set>
 
-#include "firmware/haptable_body.h"
-#include "firmware/haptable_modes.h"
+#include "firmware/haptable_scene.h"
 #include "host/precompute/precompute.hpp"
 #include "host/target/linked.hpp"
 #include "tests/bodies.hpp"
@@ -49,12 +49,13 @@ const Feature kFeatures[] = {
          s.free_body = FreeBody{};
          s.free_body->density_kg_per_m3 = 1000.0;
      },
-     "haptable_body_step"},
+     "haptable_part_rigid"},
     {"modes",
      [](Scene& s) {
          s.vibration = Vibration{4, 0.05, 1000.0, 0.0, 1};
      },
-     "haptable_modes_step"},
+     "haptable_part_modes"},
+    {"a second finger", [](Scene& s) { s.contact.fingers = 2; }, "haptable_contacts_of_two"},
     {"display rows",
      [](Scene& s) {
          s.tables.columns = ColumnRows::kSurface;
@@ -81,6 +82,11 @@ protected:
     int made = 0;
 };
 
+/// A list for the shell: what the linker is offered, but files with one of these words in their names.
+std::string offered_without(const std::string& words) {
+    return words.empty() ? "haptable_*.o" : "$(ls haptable_*.o | grep -vE '" + words + "')";
+}
+
 // The image of the paper's mode is the same when all else is not even there to be linked.
 TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
@@ -89,36 +95,79 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     const LinkedServo alone =
         link(nothing,
              "haptable_contact.o haptable_entry.o haptable_force.o haptable_force_interpolated.o haptable_hinge.o "
-             "haptable_patch.o haptable_servo.o haptable_surface.o");
+             "haptable_patch.o haptable_scene.o haptable_scene_one.o haptable_servo.o "
+             "haptable_surface.o");
     EXPECT_EQ(plain.flash, alone.flash);
     EXPECT_EQ(plain.ram, alone.ram);
     EXPECT_EQ(plain.symbols, alone.symbols);
     EXPECT_TRUE(plain.image == alone.image) << "byte for byte";
-    EXPECT_EQ(plain.ram, sizeof(haptable_servo) + sizeof(haptable_output) + 12) << "the caller's own";
+    const std::size_t ticks = sizeof(haptable_input) + sizeof(haptable_output) + 12;
+    EXPECT_EQ(plain.ram, sizeof(haptable_servo) + ticks) << "the caller's own";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
     for (const Feature& feature : kFeatures) {
         SCOPED_TRACE(feature.name);
         EXPECT_FALSE(plain.symbols.contains(feature.symbol));
         const LinkedServo with = link(feature.ask);
+        const std::string name = feature.name;
         EXPECT_TRUE(with.symbols.contains(feature.symbol)) << "the test knows its name";
-        EXPECT_FALSE(with.symbols.contains("haptable_modes_pair_step")) << "brings a second finger";
         for (const Feature& other : kFeatures) {
-            if (std::string(other.name) == feature.name) continue;
+            if (other.name == name) continue;
             EXPECT_FALSE(with.symbols.contains(other.symbol)) << "brings " << other.name;
         }
-        if (std::string(feature.name) == "display rows")
+        if (name == "display rows")
             EXPECT_EQ(with.ram, plain.ram + 12) << "three floats a row";
-        else if (std::string(feature.name) == "relaxation")
+        else if (name == "relaxation")
             EXPECT_EQ(with.ram, plain.ram + 132 + HAPTABLE_TERMS * 24) << "what the body remembers";
-        else if (std::string(feature.name) == "a body that nothing holds")
-            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state)) << "where it is and how it moves";
-        else if (std::string(feature.name) == "friction")
+        else if (name == "a body that nothing holds")
+            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state) + sizeof(haptable_account))
+                << "where it is and how it moves";
+        else if (name == "friction")
             EXPECT_EQ(with.ram, plain.ram + 56) << "where the god-object would be without";
-        else if (std::string(feature.name) == "modes")
-            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state)) << "how far they have swung";
+        else if (name == "modes")
+            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state) + sizeof(haptable_account))
+                << "how far they have swung";
+        else if (name == "a second finger")
+            EXPECT_EQ(with.ram, sizeof(haptable_pair) + 2 * ticks - 12);
         else
             EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
     }
+}
+
+// Each of the eight combinations holds what its parts are made of, and is byte for byte the image that is linked where
+// the files of the other parts are not even there: they cost no byte, and no instruction.
+TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
+    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
+    std::set<std::string> all;
+    for (const bool two : {false, true})
+        for (const bool is_free : {false, true})
+            for (const bool rings : {false, true}) {
+                SCOPED_TRACE(std::string(two ? "two fingers" : "one finger") + (is_free ? ", free" : ", held") +
+                             (rings ? ", with modes" : ""));
+                const auto ask = [&](Scene& s) {
+                    for (const Feature& feature : kFeatures) {
+                        const std::string name = feature.name;
+                        if ((name == "a second finger" && two) || (name == "a body that nothing holds" && is_free) ||
+                            (name == "modes" && rings))
+                            feature.ask(s);
+                    }
+                    if (is_free && rings) s.vibration->density_kg_per_m3 = 0.0;
+                };
+                std::string without = two ? "none" : "pair";
+                if (!is_free) without += "|body";
+                if (!rings) without += "|modes|rows";
+                if (!is_free && !rings) without += "|moving";
+                const LinkedServo whole = link(ask), alone = link(ask, offered_without(without));
+                EXPECT_EQ(whole.symbols, alone.symbols);
+                EXPECT_TRUE(whole.image == alone.image) << "byte for byte";
+                EXPECT_EQ(whole.symbols.contains("haptable_contacts_of_two"), two);
+                EXPECT_EQ(whole.symbols.contains("haptable_contact_of_one"), !two);
+                EXPECT_EQ(whole.symbols.contains("haptable_part_rigid"), is_free);
+                EXPECT_EQ(whole.symbols.contains("haptable_part_modes"), rings);
+                EXPECT_EQ(whole.symbols.contains("haptable_moving"), is_free || rings);
+                EXPECT_EQ(whole.symbols.contains("haptable_rows_of_two"), two && rings);
+                all.insert(whole.image);
+            }
+    EXPECT_EQ(all.size(), 8U);
 }
 
 // One patch touched: the same code, and the tables of three nodes.

@@ -90,7 +90,7 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);
     ASSERT_EQ(pair_model.place_count > 0, one.coupling_bytes != kAll);
     const auto path_m = hard_path_of_two(tables, 30);
-    const std::vector<PairTargetTick> ticks = image.measure_pair(pair_model, path_m);
+    const std::vector<TargetTick> ticks = image.measure({model, &pair_model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const PairTickCost each = pair_cost_of(one.mode, fan);
     haptable_pair pair;
@@ -105,7 +105,7 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
         }
         haptable_pair_step(&pair_model, &pair, &path_m[i][0], &path_m[i][3], std::uint32_t(i * 1000), out);
         for (std::size_t f = 0; f < 2; ++f) {
-            const PairTargetTick::Finger& got = ticks[i].finger[f];
+            const TargetTick::Finger& got = ticks[i].finger[f];
             ASSERT_EQ(got.state, out[f].state) << "tick " << i << " finger " << f;
             ASSERT_EQ(std::memcmp(got.alpha.data(), out[f].alpha, sizeof out[f].alpha), 0) << "tick " << i;
             ASSERT_EQ(std::memcmp(got.god_object_m.data(), out[f].god_object_m, sizeof out[f].god_object_m), 0);

@@ -12,7 +12,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "firmware/haptable_bounds.h"
-#include "firmware/haptable_frame.h"
+#include "firmware/haptable_line.h"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
@@ -36,7 +36,7 @@ protected:
         Tables bare = tables();
         bare.limits = {};
         const ServoModel built = build_model(bare);
-        return TargetImage(build_folder(), "cube", target).measure(model_in_memory(bare, built), path_m);
+        return TargetImage(build_folder(), "cube", target).measure({model_in_memory(bare, built)}, path_m);
     }
 };
 
@@ -81,11 +81,12 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out;
         haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-        ASSERT_EQ(ticks[i].state, out.state) << "tick " << i;
-        for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(ticks[i].vertex[c], out.vertex[c]) << "tick " << i;
-        ASSERT_TRUE(same_bits(ticks[i].alpha, out.alpha)) << "tick " << i;
-        ASSERT_TRUE(same_bits(ticks[i].god_object_m, out.god_object_m)) << "tick " << i;
-        ASSERT_TRUE(same_bits(ticks[i].force_n, out.force_n)) << "tick " << i;
+        const TargetTick::Finger& got = ticks[i].finger[0];
+        ASSERT_EQ(got.state, out.state) << "tick " << i;
+        ASSERT_EQ(got.patch, out.patch) << "tick " << i;
+        ASSERT_TRUE(same_bits(got.alpha, out.alpha)) << "tick " << i;
+        ASSERT_TRUE(same_bits(got.god_object_m, out.god_object_m)) << "tick " << i;
+        ASSERT_TRUE(same_bits(got.force_n, out.force_n)) << "tick " << i;
     }
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
     EXPECT_EQ(servo.counters.rejected_positions, 3U);
@@ -98,12 +99,20 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const Tables host_tables = tables();
     const auto path_m = walked(stroke_path(host_tables, 20));
+    const ServoModel built = build_model(host_tables);
+    const haptable_model model = model_in_memory(host_tables, built);
+    haptable_scene whole{};
+    haptable_scene_make(&model, nullptr, nullptr, nullptr, &whole);
+    haptable_line_hello own{}, hello{};
+    haptable_line_describe(&whole, &own);
     std::mt19937 random(1);
     std::string line;
-    std::uint8_t bytes[HAPTABLE_FRAME_BYTES];
+    std::uint8_t bytes[HAPTABLE_LINE_STATE_BYTES];
     const auto send = [&](std::uint32_t i) {
-        haptable_frame_state state{i * 1000, {path_m[i][0], path_m[i][1], path_m[i][2]}, 0};
-        line.append(reinterpret_cast<const char*>(bytes), haptable_frame_write_state(i, &state, bytes));
+        haptable_line_state state{i * 1000, 0, {}};
+        std::copy_n(path_m[i].begin(), 3, state.in[0].finger_m);
+        state.in[0].is_there = 1;
+        line.append(reinterpret_cast<const char*>(bytes), haptable_line_write_state(i, &own, state, bytes));
     };
     for (std::uint32_t i = 0; i < path_m.size(); ++i) {
         if (i % 8 == 3) {  // a damaged copy, and noise
@@ -114,31 +123,32 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
         send(i);
         if (i % 16 == 5) send(i);  // asked again
     }
-    line.append(HAPTABLE_FRAME_BYTES, '\0');  // an end that a false begin cannot cover
-    const ServoModel built = build_model(host_tables);
-    const haptable_model model = model_in_memory(host_tables, built);
+    line.append(HAPTABLE_LINE_STATE_BYTES, '\0');  // an end that a false begin cannot cover
     haptable_servo servo = checked(model);
     haptable_output out{};
-    haptable_frame_reader reader;
-    haptable_frame_reader_init(&reader);
-    std::uint32_t next = 0, contacts = 0;
+    std::uint8_t room[HAPTABLE_LINE_ANSWER_BYTES];
+    haptable_line_reader reader;
+    haptable_line_reader_init(room, sizeof room, &reader);
+    std::uint32_t next = 0, contacts = 0, hellos = 0;
     for (const char byte : image.loop(line)) {
-        haptable_frame answer{};
-        haptable_output got{};
-        std::uint64_t hash = 0;
-        if (haptable_frame_read(&reader, static_cast<std::uint8_t>(byte), &answer) == 0) continue;
-        ASSERT_EQ(haptable_frame_take_force(&answer, &hash, &got), 1);
-        EXPECT_EQ(hash, model.hash);
-        if (answer.sequence == next) {
+        haptable_line_frame frame{};
+        haptable_line_answer answer{};
+        if (haptable_line_read(&reader, static_cast<std::uint8_t>(byte), &frame) == 0) continue;
+        if (haptable_line_take_hello(&frame, &hello) != 0 && ++hellos == 1) continue;
+        ASSERT_EQ(haptable_line_take_answer(&frame, &own, &answer), 1);
+        if (frame.sequence == next) {
             haptable_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
             ++next;
         }
-        ASSERT_EQ(answer.sequence + 1, next);
+        const haptable_output& got = answer.out[0];
+        ASSERT_EQ(frame.sequence + 1, next);
         ASSERT_EQ(got.state, out.state);
-        ASSERT_EQ(std::memcmp(got.force_n, out.force_n, sizeof out.force_n), 0) << "tick " << answer.sequence;
+        ASSERT_EQ(std::memcmp(got.force_n, out.force_n, sizeof out.force_n), 0) << "tick " << frame.sequence;
         ASSERT_EQ(std::memcmp(got.nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0);
         contacts += haptable_touches(out.state);
     }
+    EXPECT_EQ(hellos, 1U);
+    EXPECT_EQ(std::memcmp(&hello, &own, sizeof own), 0);
     EXPECT_EQ(next, path_m.size());
     EXPECT_EQ(reader.skipped_bytes, 0U);
     EXPECT_GT(contacts, path_m.size() / 3);
@@ -246,14 +256,14 @@ TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
         host_tables.static_friction = host_tables.kinetic_friction = friction ? 0.3 : 0.0;
         const ServoModel built = build_model(host_tables);
         const haptable_model model = model_in_memory(host_tables, built);
-        const std::vector<TargetTick> ticks = TargetImage(build_folder(), "cube", target).measure(model, path_m);
+        const std::vector<TargetTick> ticks = TargetImage(build_folder(), "cube", target).measure({model}, path_m);
         haptable_servo servo;
         haptable_init(&servo);
         std::size_t behind = 0;
         for (std::size_t i = 0; i < path_m.size(); ++i) {
             haptable_output out;
             haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-            EXPECT_TRUE(same_bits(ticks[i].force_n, out.force_n)) << "tick " << i;
+            EXPECT_TRUE(same_bits(ticks[i].finger[0].force_n, out.force_n)) << "tick " << i;
             if (testing::Test::HasFailure()) break;
             behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
         }

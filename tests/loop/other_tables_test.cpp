@@ -97,9 +97,8 @@ TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
 TEST_F(OtherTables, ABridgeRefusesATargetOfTheOther) {
     Connection connection("memq://");
     Pipes pipes;
-    SerialTarget line(pipes.line());
-    FakeTarget<Pipes> target(ours.scene().model, pipes);
-    target.hash = theirs.model.hash;
+    SerialTarget line(pipes.line(), ours.scene());
+    FakeTarget<Pipes> target(theirs.scene(), pipes);
     BridgeSession session(ours.scene(), connection, line, {}, nullptr);
     connection.publish(kStateChannel, simulated_state(0, 0));
     handle_all(connection);

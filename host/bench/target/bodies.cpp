@@ -20,25 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kForce = 3;  // numbers of a finger's, first in a tick
-
-/// Whether each of so many fingers is pushed back.
-template <std::size_t size>
-bool touches(const NumbersTick<size>& tick, std::size_t fingers) {
-    const auto pushes = [](float f) { return f != 0.0F; };
-    for (std::size_t i = 0; i < fingers; ++i)
-        if (std::none_of(&tick.value[kForce * i], &tick.value[kForce * i] + kForce, pushes)) return false;
-    return true;
-}
-
 /// "median / worst"; `worst` is the worst so far.
-template <std::size_t size>
-Number cell(const std::vector<NumbersTick<size>>& ticks, std::size_t fingers, std::uint64_t& worst) {
+Number cell(const std::vector<TargetTick>& ticks, std::size_t fingers, std::uint64_t& worst) {
     std::vector<std::uint64_t> touching;
     std::uint64_t most = 0;
     for (std::size_t i = 1; i < ticks.size(); ++i) {
         most = std::max(most, ticks[i].instructions);
-        if (touches(ticks[i - 1], fingers) && touches(ticks[i], fingers)) touching.push_back(ticks[i].instructions);
+        if (ticks[i - 1].touches(fingers) && ticks[i].touches(fingers)) touching.push_back(ticks[i].instructions);
     }
     if (touching.empty()) throw Error("the bench's fingers touched no body: no instructions were counted");
     std::sort(touching.begin(), touching.end());
@@ -61,14 +49,13 @@ Bounded bounded(const fs::path& folder) {
             most_patches_around_a_vertex(model_in_memory(tables, servo))};
 }
 
-/// session: the counted ticks of an image.
-template <typename Session>
-std::vector<Cell> row(const std::string& what, const fs::path& build, const char* scene, std::size_t fingers,
-                      std::uint64_t bound, const Session& session) {
+template <std::size_t size>
+std::vector<Cell> row(const std::string& what, const fs::path& build, const char* scene, std::uint64_t bound,
+                      const TargetPath<size>& path_m) {
     std::vector<Cell> cells{what};
     std::uint64_t worst = 0;
     for (const char* target : kTargets)
-        cells.emplace_back(cell(session(TargetImage(build, scene, target)), fingers, worst));
+        cells.emplace_back(cell(TargetImage(build, scene, target).replay(path_m), size / 3, worst));
     if (worst > bound) throw Error(what + ": a tick is above its bound in host/target/modes.cpp");
     cells.emplace_back(count(bound));
     cells.emplace_back(parts_in_time(bound, worst));
@@ -84,23 +71,20 @@ NumberTable body_costs(const fs::path& build) {
     const std::uint64_t points = read_rigid_body(build / "free-cube")->point_count;
     const std::uint64_t modes = read_vibration(build / "ringing")->modes();
     NumberTable table{{"a tick of", "Cortex-M4F", "Cortex-M7", "Cortex-M33", "rv32imafc", "bound", "in 0.9 ms"}, {}};
-    table.rows.push_back(row("a cube that nothing holds", build, "free-cube", 1,
-                             most_cost(one.mode, one.fan) + most_body_cost(points, 1),
-                             [](const TargetImage& image) { return image.move_body(tip_path()); }));
-    table.rows.push_back(row("the same, two fingers", build, "grasped", 2,
-                             most_pair_cost(two.mode, two.fan) + most_body_cost(points, 2),
-                             [](const TargetImage& image) { return image.move_body_by_two(grasp_path()); }));
-    table.rows.push_back(row(fmt::format("a jelly, {} modes", modes), build, "ringing", 1,
-                             most_cost(rings.mode, rings.fan) + most_vibration_cost(rings.mode, modes),
-                             [](const TargetImage& image) { return image.ring(knock_path()); }));
-    table.rows.push_back(row("the same, two fingers", build, "squeezed", 2,
+    table.rows.push_back(row("a cube that nothing holds", build, "free-cube",
+                             most_cost(one.mode, one.fan) + most_body_cost(points, 1), tip_path()));
+    table.rows.push_back(row("the same, two fingers", build, "grasped",
+                             most_pair_cost(two.mode, two.fan) + most_body_cost(points, 2), grasp_path()));
+    table.rows.push_back(row(fmt::format("a jelly, {} modes", modes), build, "ringing",
+                             most_cost(rings.mode, rings.fan) + most_vibration_cost(rings.mode, modes), knock_path()));
+    table.rows.push_back(row("the same, two fingers", build, "squeezed",
                              most_pair_cost(squeezed.mode, squeezed.fan) +
                                  most_vibration_pair_cost(squeezed.mode, read_vibration(build / "squeezed")->modes()),
-                             [](const TargetImage& image) { return image.ring_by_two(squeeze_path()); }));
-    table.rows.push_back(row("the same, two fingers, that nothing holds", build, "wobbling", 2,
+                             squeeze_path()));
+    table.rows.push_back(row("the same, two fingers, that nothing holds", build, "wobbling",
                              most_pair_cost(wobbles.mode, wobbles.fan) + most_body_cost(points, 2) +
                                  most_vibration_pair_cost(wobbles.mode, read_vibration(build / "wobbling")->modes()),
-                             [](const TargetImage& image) { return image.move_ringing_body_by_two(grasp_path()); }));
+                             grasp_path()));
     return table;
 }
 

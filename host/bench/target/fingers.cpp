@@ -62,12 +62,11 @@ struct Ticks {
     std::uint64_t worst = 0;
 };
 
-template <typename Tick, typename Touches>
-Ticks of(const std::vector<Tick>& ticks, const Touches& touches) {
+Ticks of(const std::vector<TargetTick>& ticks, std::size_t fingers) {
     Ticks to;
     for (std::size_t i = 1; i < ticks.size(); ++i) {
         to.worst = std::max(to.worst, ticks[i].instructions);
-        if (touches(ticks[i - 1]) && touches(ticks[i])) to.sliding.push_back(ticks[i].instructions);
+        if (ticks[i - 1].touches(fingers) && ticks[i].touches(fingers)) to.sliding.push_back(ticks[i].instructions);
     }
     if (to.sliding.empty()) throw Error("the bench's fingers touched nothing: no instructions were counted");
     std::sort(to.sliding.begin(), to.sliding.end());
@@ -80,13 +79,9 @@ std::uint64_t quantile(const Ticks& ticks, double fraction) {
 
 void add_costs(const Mode& mode, const Top& top, const TargetImage& image, FingerCosts& to) {
     const haptable_model model = top.model(mode);
-    const Ticks one = of(image.measure(model, hard_path(top.tables(), kStrokes)),
-                         [](const TargetTick& tick) { return haptable_touches(static_cast<int>(tick.state)) != 0; });
-    const Ticks two =
-        of(image.measure_pair(top.pair(model), hard_path_of_two(top.tables(), kStrokes)), [](const PairTargetTick& t) {
-            return haptable_touches(static_cast<int>(t.finger[0].state)) != 0 &&
-                   haptable_touches(static_cast<int>(t.finger[1].state)) != 0;
-        });
+    const haptable_pair_model pair = top.pair(model);
+    const Ticks one = of(image.measure({model}, hard_path(top.tables(), kStrokes)), 1);
+    const Ticks two = of(image.measure({model, &pair}, hard_path_of_two(top.tables(), kStrokes)), 2);
     const std::uint64_t median = quantile(one, 0.5), medians = quantile(two, 0.5);
     const std::uint64_t bound = most_pair_cost(mode, most_patches_around_a_vertex(model));
     const double ratio = static_cast<double>(medians) / static_cast<double>(median);

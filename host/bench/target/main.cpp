@@ -57,10 +57,10 @@ struct Ticks {
 
     void add(const std::vector<TargetTick>& ticks) {
         for (std::size_t i = 1; i < ticks.size(); ++i) {
-            if (ticks[i].state == HAPTABLE_REJECTED) continue;
+            const std::uint32_t before = ticks[i - 1].finger[0].state, after = ticks[i].finger[0].state;
+            if (after == HAPTABLE_REJECTED) continue;
             all.push_back(ticks[i].instructions);
-            if (ticks[i].state == HAPTABLE_CONTACT && ticks[i - 1].state == HAPTABLE_CONTACT)
-                sliding.push_back(ticks[i].instructions);
+            if (after == HAPTABLE_CONTACT && before == HAPTABLE_CONTACT) sliding.push_back(ticks[i].instructions);
         }
     }
     std::uint64_t worst() const { return *std::max_element(all.begin(), all.end()); }
@@ -99,7 +99,7 @@ Counted count_all(const fs::path& build, std::uint64_t& fan) {
                 if (mode.force != force) continue;
                 for (const char* target : kTargets)
                     counted[target][mode.name()][body.name].add(
-                        TargetImage(build, "cube", target).measure(in_mode(touched->model(), mode), path_m));
+                        TargetImage(build, "cube", target).measure({in_mode(touched->model(), mode)}, path_m));
             }
         }
     return counted;

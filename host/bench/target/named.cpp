@@ -116,8 +116,8 @@ std::vector<Named> named_of_any_mesh() {
 /// The median and the greatest of the ticks in contact.
 Number instructions(const TargetImage& image, const haptable_model& model, const Tables& tables) {
     std::vector<std::uint64_t> counts;
-    for (const TargetTick& tick : image.measure(model, stroke_path(tables, kStrokes)))
-        if (haptable_touches(tick.state) != 0) counts.push_back(tick.instructions);
+    for (const TargetTick& tick : image.measure({model}, stroke_path(tables, kStrokes)))
+        if (tick.touches()) counts.push_back(tick.instructions);
     if (counts.empty()) throw Error("the bench's finger touched nothing: no instructions were counted");
     std::sort(counts.begin(), counts.end());
     const std::uint64_t median = counts[counts.size() / 2], worst = counts.back();

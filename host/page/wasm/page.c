@@ -6,12 +6,7 @@
  */
 #include "deform.h"
 #include "hand.h"
-#include "haptable_body_modes.h"
-#include "haptable_body_modes_pair.h"
-#include "haptable_body_pair.h"
-#include "haptable_model_reader.h"
-#include "haptable_modes_pair.h"
-#include "haptable_pair_reader.h"
+#include "haptable_scene_reader.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
@@ -37,14 +32,11 @@ struct page_pose {
 extern unsigned char __heap_base;
 
 static uintptr_t used_up;
-static struct haptable_pair pair; /* of one finger its first servo */
+static struct haptable_scene scene;
+static void* state; /* of the scene */
 static struct haptable_body body;
-static struct haptable_body_state now, touched; /* touched: in the last tick */
-static int is_free;                             /* nothing holds the body */
-static const struct haptable_modes* ringing;    /* of this session; 0: the body follows at once */
-static struct haptable_modes_state swings;      /* of a scene with one finger */
-static struct haptable_modes_pair of_both;      /* of a scene with two */
-static const struct haptable_swings* swung_by;  /* of this session */
+static float begun_m[3], begun_turn[4]; /* where the body was in the last tick */
+static int is_free;                     /* nothing holds the body */
 static struct page_hand hand[HAPTABLE_FINGERS];
 static struct page_columns columns;
 static struct page_spread spread;
@@ -81,18 +73,25 @@ static uint32_t read_bytes(void* from, void* to, uint32_t count) {
     return count;
 }
 
+/* A reader of these bytes, which outlives what it reads; 0: the browser gives no more room. */
+static struct haptable_scene_reader* reader_of(struct bytes* bytes) {
+    struct haptable_scene_reader* reader = page_reserve(sizeof *reader);
+    if (!reader) return 0;
+    reader->read = read_bytes;
+    reader->from = bytes;
+    reader->words = bytes->left / 4u + 64u;
+    reader->used_words = 0;
+    reader->is_whole = 1;
+    reader->room = page_reserve(4u * reader->words);
+    return reader->room ? reader : 0;
+}
+
 /* The model of these bytes; 0 where they are none, or there is no room. */
 EXPORT(page_model) const struct haptable_model* page_model(const unsigned char* model_bytes, uint32_t count) {
     struct bytes bytes = {model_bytes, count};
-    struct haptable_model_reader* reader = page_reserve(sizeof *reader);
-    struct haptable_model* model = page_reserve(sizeof *model);
-    if (!reader || !model) return 0;
-    reader->read = read_bytes;
-    reader->from = &bytes;
-    reader->words = count / 4u + 64u;
-    reader->used_words = 0;
-    reader->room = page_reserve(4u * reader->words);
-    return reader->room && haptable_read_model(reader, model) && bytes.left == 0 ? model : 0;
+    struct haptable_scene_reader* reader = reader_of(&bytes);
+    const struct haptable_model* model = reader ? haptable_read_model(reader) : 0;
+    return bytes.left == 0 ? model : 0;
 }
 
 /* What couples two fingers of a model, of these bytes; 0 as page_model. */
@@ -100,35 +99,20 @@ EXPORT(page_coupling)
 const struct haptable_pair_model* page_coupling(const struct haptable_model* model, const unsigned char* coupling_bytes,
                                                 uint32_t count) {
     struct bytes bytes = {coupling_bytes, count};
-    struct haptable_model_reader* reader = page_reserve(sizeof *reader);
-    struct haptable_pair_model* tables = page_reserve(sizeof *tables);
-    if (!reader || !tables) return 0;
-    reader->read = read_bytes;
-    reader->from = &bytes;
-    reader->words = count / 4u + 64u;
-    reader->used_words = 0;
-    reader->is_whole = 1;
-    reader->room = page_reserve(4u * reader->words);
-    return reader->room && haptable_read_pair(reader, model, tables) && bytes.left == 0 ? tables : 0;
+    struct haptable_scene_reader* reader = reader_of(&bytes);
+    const struct haptable_pair_model* tables = reader ? haptable_read_pair(reader, model) : 0;
+    return bytes.left == 0 ? tables : 0;
 }
 
-/* The modes by which the body of a model rings, of these bytes; 0 as page_model. */
+/* The modes of a body, of these bytes; 0 as page_model. */
 EXPORT(page_vibration)
 const struct haptable_modes* page_vibration(const struct haptable_model* model, const unsigned char* mode_bytes,
                                             uint32_t count) {
     struct bytes bytes = {mode_bytes, count};
-    struct haptable_model_reader reader = {read_bytes, &bytes, page_reserve(count), count / 4u, 0, 1, {0}, {0},
-                                           {0},        {0}};
-    struct haptable_modes* modes = page_reserve(sizeof *modes);
-    uint32_t sizes[2] = {0, 0};
-    if (!reader.room || !modes) return 0;
-    haptable_reader_take(&reader, sizes, sizeof sizes);
-    modes->model = model;
-    modes->count = (uint8_t)sizes[0];
-    modes->controls = (uint8_t)sizes[1];
-    modes->mode = haptable_reader_table(&reader, sizeof *modes->mode);
-    modes->shape = haptable_reader_table(&reader, sizeof *modes->shape);
-    return reader.is_whole && bytes.left == 0 && sizes[0] <= HAPTABLE_MODES ? modes : 0;
+    struct haptable_scene_reader* reader = reader_of(&bytes);
+    const struct haptable_modes* modes = reader ? haptable_read_modes(reader) : 0;
+    (void)model; /* as page_coupling is called */
+    return bytes.left == 0 ? modes : 0;
 }
 
 /* What moves, where nothing holds the body: struct haptable_body, which is the same here and on the host. 0: it is not.
@@ -139,20 +123,19 @@ EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count)
     return is_free;
 }
 
-/* A servo that knows no finger, a body that rests where it is made; tables: 0, or those of two; modes: 0, or those by
- * which it rings. */
-EXPORT(page_begin) void page_begin(const struct haptable_pair_model* tables, const struct haptable_modes* modes) {
-    if (tables)
-        haptable_pair_init(tables, &pair);
-    else
-        haptable_init(&pair.servo[0]);
-    if (is_free) haptable_body_init(&body, &now);
-    touched = now;
-    ringing = modes;
-    haptable_modes_init(&swings);
-    haptable_modes_pair_init(&of_both);
-    swung_by = tables ? &of_both.swings : &swings.swings;
+/* Fingers that are not known, a body that rests where it is made; tables: 0, or those of two fingers; modes: 0, or
+ * those of the body. 0: the browser gives no more room. */
+EXPORT(page_begin)
+int page_begin(const struct haptable_model* model, const struct haptable_pair_model* tables,
+               const struct haptable_modes* modes) {
+    const uint32_t had = scene.bytes;
+    haptable_scene_make(model, tables, is_free ? &body : 0, modes, &scene);
+    if (!state || scene.bytes > had) state = page_reserve(scene.bytes);
+    if (!state) return 0;
+    haptable_scene_init(&scene, state);
+    haptable_scene_check(&scene, state, HAPTABLE_CHECK_ALL);
     now_us = 0;
+    return 1;
 }
 
 static void fill(struct page_tick* tick, const float finger_m[3], const struct haptable_output* out) {
@@ -170,107 +153,46 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
     for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
 }
 
-/* A tick of a finger that is alone; tables: of a scene with two, or 0. */
-static void step_alone(const struct haptable_model* model, const struct haptable_pair_model* tables, int finger,
-                       const float finger_m[3], struct haptable_output* out) {
-    struct haptable_servo* servo = &pair.servo[finger];
-    if (ringing && is_free && tables)
-        haptable_body_modes_pair_step_finger(ringing, tables, &body, &now, &of_both, &pair, finger, finger_m, now_us,
-                                             out);
-    else if (ringing && is_free)
-        haptable_body_modes_step(ringing, &body, &now, &swings, servo, finger_m, now_us, out);
-    else if (ringing && tables)
-        haptable_modes_pair_step_finger(ringing, tables, &of_both, &pair, finger, finger_m, now_us, out);
-    else if (ringing)
-        haptable_modes_step(ringing, &swings, servo, finger_m, now_us, out);
-    else if (is_free)
-        haptable_body_step_finger(model, &body, &now, servo, finger, finger_m, now_us, out);
-    else
-        haptable_step(model, servo, finger_m, now_us, out);
-}
-
-/* What follows the fingers' ticks; where the next record begins. */
-static struct page_tick* end_record(struct page_tick* at) {
-    float* swung = (float*)at;
+/* One tick of all fingers, AWAY among the buttons of one that is not there; where the next record begins. */
+static struct page_tick* step(const float (*finger_m)[3], const uint32_t* buttons, struct page_tick* ticks) {
+    static const float nowhere[3] = {__builtin_nanf(""), __builtin_nanf(""), __builtin_nanf("")};
+    const int fingers = haptable_scene_fingers(&scene);
+    struct haptable_output out[HAPTABLE_FINGERS];
+    struct haptable_input in[HAPTABLE_FINGERS];
+    float* swung = (float*)(ticks + fingers);
     struct page_pose* pose;
+    int f;
     int a;
+    for (f = 0; f < fingers; ++f) {
+        in[f].is_there = (buttons[f] & AWAY) == 0u;
+        in[f].buttons = buttons[f] & ~AWAY;
+        for (a = 0; a < 3; ++a) in[f].finger_m[a] = finger_m[f][a];
+    }
+    for (a = 0; is_free && a < 3; ++a) begun_m[a] = haptable_scene_body(&scene, state)->position_m[a];
+    for (a = 0; is_free && a < 4; ++a) begun_turn[a] = haptable_scene_body(&scene, state)->turn[a];
+    haptable_scene_step(&scene, state, in, now_us, out);
     now_us += HAPTABLE_TICK_US;
-    for (a = 0; ringing && a < ringing->count; ++a) *swung++ = swung_by->q[a];
+    for (f = 0; f < fingers; ++f) {
+        fill(&ticks[f], in[f].is_there ? finger_m[f] : nowhere, &out[f]);
+        ticks[f].buttons = in[f].buttons;
+        ticks[f].faults = out[f].faults;
+    }
+    for (a = 0; scene.modes && a < scene.modes->count; ++a) *swung++ = haptable_scene_modes(&scene, state)->q[a];
     pose = (struct page_pose*)swung;
     if (!is_free) return (struct page_tick*)pose;
-    for (a = 0; a < 3; ++a) pose->centre_m[a] = touched.position_m[a];
-    for (a = 0; a < 4; ++a) pose->turn[a] = touched.turn[a];
+    for (a = 0; a < 3; ++a) pose->centre_m[a] = begun_m[a];
+    for (a = 0; a < 4; ++a) pose->turn[a] = begun_turn[a];
     return (struct page_tick*)(pose + 1);
 }
 
-static struct page_tick* step(const struct haptable_model* model, const float finger_m[3], uint32_t buttons,
-                              struct page_tick* tick) {
-    struct haptable_servo* servo = &pair.servo[0];
-    struct haptable_output out;
-    haptable_buttons(servo, buttons);
-    if (servo->counters.ticks == 0) haptable_check(model, servo, HAPTABLE_CHECK_ALL);
-    touched = now;
-    step_alone(model, 0, 0, finger_m, &out);
-    fill(tick, finger_m, &out);
-    tick->buttons = buttons;
-    tick->faults = out.faults;
-    return end_record(tick + 1);
-}
-
-/* As after silence. */
-static void release(int finger, struct haptable_output* out) {
-    struct haptable_servo* servo = &pair.servo[finger];
-    (void)haptable_pair_watch(&pair, finger, servo->position_us + HAPTABLE_SILENCE_US, out);
-}
-
-/* As a session steps them: a finger that is alone as in a scene with one. */
-static struct page_tick* step_both(const struct haptable_pair_model* tables, const float (*finger_m)[3],
-                                   const uint32_t* buttons, struct page_tick* ticks) {
-    struct haptable_output out[HAPTABLE_FINGERS];
-    static const float nowhere[3] = {__builtin_nanf(""), __builtin_nanf(""), __builtin_nanf("")};
-    const int away[HAPTABLE_FINGERS] = {(buttons[0] & AWAY) != 0u, (buttons[1] & AWAY) != 0u};
-    int f;
-    if (now_us == 0) haptable_pair_check(tables, &pair, HAPTABLE_CHECK_ALL);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        if (away[f])
-            release(f, &out[f]);
-        else
-            haptable_buttons(&pair.servo[f], buttons[f]);
-    }
-    touched = now;
-    if (away[0] != away[1])
-        step_alone(tables->model, tables, away[0], finger_m[away[0]], &out[away[0]]);
-    else if (!away[0] && is_free && ringing)
-        haptable_body_modes_pair_step(ringing, tables, &body, &now, &of_both, &pair, finger_m, now_us, out);
-    else if (!away[0] && is_free)
-        haptable_body_pair_step(tables, &body, &now, &pair, finger_m, now_us, out);
-    else if (!away[0] && ringing)
-        haptable_modes_pair_step(ringing, tables, &of_both, &pair, finger_m, now_us, out);
-    else if (!away[0])
-        haptable_pair_step(tables, &pair, finger_m[0], finger_m[1], now_us, out);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        fill(&ticks[f], away[f] ? nowhere : finger_m[f], &out[f]);
-        ticks[f].buttons = buttons[f] & ~AWAY;
-        ticks[f].faults = out[f].faults;
-    }
-    return end_record(ticks + HAPTABLE_FINGERS);
-}
-
-/* `count` ticks: fingers [count, 3] in m, one a millisecond, and the buttons held down [count]; null: none. */
+/* `count` ticks, one a millisecond: positions [count, fingers, 3] in m, and the buttons held down [count, fingers],
+ * AWAY among them; null: none. */
 EXPORT(page_replay)
-void page_replay(const struct haptable_model* model, const float (*finger_m)[3], const uint32_t* buttons,
-                 uint32_t count, struct page_tick* ticks) {
+void page_replay(const float (*finger_m)[3], const uint32_t* buttons, uint32_t count, struct page_tick* ticks) {
+    static const uint32_t none[HAPTABLE_FINGERS];
+    const uint32_t fingers = (uint32_t)haptable_scene_fingers(&scene);
     uint32_t i;
-    for (i = 0; i < count; ++i) ticks = step(model, finger_m[i], buttons ? buttons[i] : 0u, ticks);
-}
-
-/* The same of two fingers: [count, 2, 3], buttons [count, 2], AWAY among them. */
-EXPORT(page_replay_both)
-void page_replay_both(const struct haptable_pair_model* tables, const float (*finger_m)[3], const uint32_t* buttons,
-                      uint32_t count, struct page_tick* ticks) {
-    uint32_t i;
-    for (i = 0; i < HAPTABLE_FINGERS * count; i += HAPTABLE_FINGERS)
-        ticks = step_both(tables, finger_m + i, buttons + i, ticks);
+    for (i = 0; i < fingers * count; i += fingers) ticks = step(finger_m + i, buttons ? buttons + i : none, ticks);
 }
 
 EXPORT(page_hand) struct page_hand* page_hand(int finger) { return &hand[finger]; }
@@ -296,32 +218,20 @@ static void advance(struct page_hand* of, const double from_m[3], const double t
     }
 }
 
-/* `count` ticks in a closed loop: the goal goes evenly from `from` to `to`, the motors give `gain` times the force. */
+/* `count` ticks in a closed loop: each hand's goal goes evenly from `from` to `to` [fingers, 3], the motors give `gain`
+ * times the force. away: [fingers], AWAY for one that is not there. */
 EXPORT(page_feel)
-void page_feel(const struct haptable_model* model, const double from_m[3], const double to_m[3], double gain,
-               uint32_t count, struct page_tick* ticks) {
-    float finger_m[3];
-    uint32_t i;
-    for (i = 0; i < count; ++i) {
-        const struct page_tick* tick = ticks;
-        page_hand_encoders(&hand[0], finger_m);
-        ticks = step(model, finger_m, 0u, ticks);
-        advance(&hand[0], from_m, to_m, i, count, tick->force_n, gain);
-    }
-}
-
-/* The same of two hands: [2, 3], and AWAY for one that is not there. */
-EXPORT(page_feel_both)
-void page_feel_both(const struct haptable_pair_model* tables, const double (*from_m)[3], const double (*to_m)[3],
-                    double gain, const uint32_t* away, uint32_t count, struct page_tick* ticks) {
+void page_feel(const double (*from_m)[3], const double (*to_m)[3], double gain, const uint32_t* away, uint32_t count,
+               struct page_tick* ticks) {
+    const int fingers = haptable_scene_fingers(&scene);
     float finger_m[HAPTABLE_FINGERS][3];
     uint32_t i;
     int f;
     for (i = 0; i < count; ++i) {
         const struct page_tick* tick = ticks;
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) page_hand_encoders(&hand[f], finger_m[f]);
-        ticks = step_both(tables, finger_m, away, ticks);
-        for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        for (f = 0; f < fingers; ++f) page_hand_encoders(&hand[f], finger_m[f]);
+        ticks = step((const float(*)[3])finger_m, away, ticks);
+        for (f = 0; f < fingers; ++f)
             if (away[f] == 0u) advance(&hand[f], from_m[f], to_m[f], i, count, tick[f].force_n, gain);
     }
 }

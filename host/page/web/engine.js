@@ -87,7 +87,7 @@ function haptableEngine(port) {
 
   // A new session: the servo knows no finger, and feels nothing until it comes from outside.
   function begin() {
-    wasm.page_begin(couplings[mode], vibrations[mode]);
+    whole(wasm.page_begin(models[mode], couplings[mode], vibrations[mode]), 'the state of a session');
     tick = dropped = 0;
     samples = [];
     latest = new Uint32Array(stride);
@@ -114,14 +114,13 @@ function haptableEngine(port) {
       doubles(to_at + 24 * f, 3).set(next);
       if (goal[f]) goal_before[f] = next;
     }
-    if (fingers === 1) wasm.page_feel(models[mode], from_at, to_at, gain, due, ticks_at);
-    else wasm.page_feel_both(couplings[mode], from_at, to_at, gain, away(), due, ticks_at);
+    wasm.page_feel(from_at, to_at, gain, away(), due, ticks_at);
     note(words(ticks_at, stride * due), due);
   }
 
   // Of a tick: which hands nobody holds.
   function away() {
-    words(buttons_at, 2).set(goal.map(at => at === null ? AWAY : 0));
+    words(buttons_at, fingers).set(goal.slice(0, fingers).map(at => at === null ? AWAY : 0));
     return buttons_at;
   }
 
@@ -167,15 +166,10 @@ function haptableEngine(port) {
   // The hand is somewhere else at once: the servo gets a tick without a position, so that no way there is felt.
   function place(f, at) {
     wasm.page_place(f, at[0], at[1], at[2]);
-    if (fingers === 1) {
-      floats(path_at, 3).set([NaN, NaN, NaN]);
-      wasm.page_replay(models[mode], path_at, 0, 1, ticks_at);
-    } else {
-      goal[f] = null;
-      const at_now = goal.flatMap((one, other) => Array.from(one ? real(latest.subarray(WORDS * other), FINGER) : [NaN, NaN, NaN]));
-      floats(path_at, 6).set(at_now);
-      wasm.page_replay_both(couplings[mode], path_at, away(), 1, ticks_at);
-    }
+    goal[f] = null;
+    const at_now = goal.slice(0, fingers).flatMap((one, other) => Array.from(one ? real(latest.subarray(WORDS * other), FINGER) : [NaN, NaN, NaN]));
+    floats(path_at, 3 * fingers).set(at_now);
+    wasm.page_replay(path_at, away(), 1, ticks_at);
     goal[f] = goal_before[f] = at;
     note(words(ticks_at, stride), 1);
   }
@@ -214,14 +208,13 @@ function haptableEngine(port) {
   // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
   function run(path, buttons, in_mode) {
     const count = path.length / 3 / fingers, all = new Uint32Array(stride * count);
-    wasm.page_begin(couplings[in_mode], vibrations[in_mode]);
+    whole(wasm.page_begin(models[in_mode], couplings[in_mode], vibrations[in_mode]), 'the state of a session');
     for (let begun = 0; begun < count; begun += ROOM) {
       const now = Math.min(ROOM, count - begun), of = (array, n) => array.subarray(n * begun, n * (begun + now));
       floats(path_at, 3 * fingers * now).set(of(path, 3 * fingers));
       const held = words(buttons_at, fingers * now).fill(0);
       if (buttons) held.set(of(buttons, fingers));
-      if (fingers === 1) wasm.page_replay(models[in_mode], path_at, buttons_at, now, ticks_at);
-      else wasm.page_replay_both(couplings[in_mode], path_at, buttons_at, now, ticks_at);
+      wasm.page_replay(path_at, buttons_at, now, ticks_at);
       all.set(words(ticks_at, stride * now), stride * begun);
     }
     begin();

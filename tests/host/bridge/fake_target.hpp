@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The other end of a line: two named pipes, and a servo that answers frames as firmware/port/loop.c does.
+// The other end of a line: two named pipes or a pty, and a servo that answers frames as firmware/port/loop.c does.
 #pragma once
 
 #include <fcntl.h>
@@ -7,12 +7,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
-#include <functional>
 #include <vector>
 
-#include "firmware/haptable_frame_pair.h"
+#include "firmware/haptable_line.h"
 #include "host/link/line.hpp"
+#include "host/session/scene.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -105,84 +106,58 @@ private:
     std::string name_;
 };
 
-/// Answers states, behind Pipes or a Pty; a repeated one as before.
+/// A scene behind Pipes or a Pty, as firmware/port/loop.c has it.
 template <typename Line>
 class FakeTarget {
 public:
-    FakeTarget(const haptable_model* model, const Line& line) : model_(model), line_(line) {
-        haptable_init(&servo_);
-        haptable_check(model_, &servo_, HAPTABLE_CHECK_ALL);
-        haptable_frame_reader_init(&reader_);
+    /// Says hello.
+    FakeTarget(const ServoScene& scene, const Line& line) : line_(line), state_(state_of(scene)) {
+        state_.check(HAPTABLE_CHECK_ALL);
+        haptable_line_reader_init(room_.data(), HAPTABLE_LINE_ANSWER_BYTES, &reader_);
+        haptable_line_describe(&state_.scene(), &hello);
+        std::uint32_t count = 0;
+        const std::uint8_t* bytes = haptable_line_begin(&state_.scene(), &end_, &count);
+        line_.put(Bytes(bytes, bytes + count));
     }
 
-    /// How many states it has found among the bytes that have come.
-    int answer() {
+    /// Takes what has come and answers it. How many states it has answered.
+    int answer(bool is_lost = false) {
         int states = 0;
         for (const std::uint8_t byte : line_.take()) {
-            haptable_frame whole{};
-            haptable_frame_state state{};
-            if (haptable_frame_read(&reader_, byte, &whole) == 0 || haptable_frame_take_state(&whole, &state) == 0)
-                continue;
-            ++states;
-            if (whole.sequence != last_ || states_ == 0) {
-                haptable_watch(&servo_, state.time_us, &output_);
-                haptable_buttons(&servo_, state.buttons);
-                haptable_step(model_, &servo_, state.position_m, state.time_us, &output_);
-            }
-            ++states_;
-            last_ = whole.sequence;
-            Bytes bytes(HAPTABLE_FRAME_BYTES);
-            bytes.resize(haptable_frame_write_force(whole.sequence, hash, &output_, bytes.data()));
-            line_.put(bytes);
+            std::uint32_t count = 0;
+            const std::uint8_t* bytes = haptable_line(&state_.scene(), &state_.servo(0), &end_, byte, &count);
+            if (count == 0) continue;
+            Bytes said(bytes, bytes + count);
+            if (hear(said)) ++states;
+            if (is_lost) continue;
+            if (damages > 0 && --damages >= 0) said[said.size() / 2] ^= 1;
+            line_.put(said);
         }
         return states;
     }
 
-    std::uint64_t hash = SoftBox::kHash;
-    const haptable_counters& counters() const { return servo_.counters; }
-    haptable_output& output() { return output_; }
+    haptable_line_hello hello{};  ///< what it says of itself
+    int damages = 0;              ///< so many answers are to be damaged on their way
+    /// The last answer.
+    const haptable_line_answer& said() const { return said_; }
+    const haptable_output& output(std::size_t finger = 0) const { return said_.out[finger]; }
+    const haptable_counters& counters(std::size_t finger = 0) const { return state_.servo(finger).counters; }
 
 private:
-    const haptable_model* model_;
-    const Line& line_;
-    haptable_servo servo_{};
-    haptable_output output_{};
-    haptable_frame_reader reader_{};
-    std::uint32_t last_ = 0;
-    int states_ = 0;
-};
-
-/// The same of two fingers, as firmware/port/loop_pair.c does.
-template <typename Line>
-class FakePairTarget {
-public:
-    FakePairTarget(const haptable_pair_model* tables, const Line& line) : tables_(tables), line_(line) {
-        haptable_frame_pair_init(tables_, &end_);
+    /// Whether it is a tick's.
+    bool hear(const Bytes& bytes) {
+        haptable_line_frame frame{};
+        int whole = 0;
+        for (const std::uint8_t byte : bytes) whole += haptable_line_read(&reader_, byte, &frame);
+        return whole == 1 && haptable_line_take_answer(&frame, &hello, &said_) != 0;
     }
 
-    /// Takes what has come, and answers it but for frames of the type that is lost. How many forces it has sent.
-    int answer(std::uint8_t lost_type = 0) {
-        int forces = 0;
-        for (const std::uint8_t byte : line_.take()) {
-            Bytes answer(HAPTABLE_FRAME_PAIR_BYTES);
-            answer.resize(haptable_frame_pair_take(tables_, &end_, byte, answer.data()));
-            for (std::size_t at = 0; at < answer.size(); at += HAPTABLE_FRAME_BYTES) {
-                if (answer[at + 3] == lost_type) continue;
-                line_.put(Bytes(answer.begin() + static_cast<std::ptrdiff_t>(at),
-                                answer.begin() + static_cast<std::ptrdiff_t>(at + HAPTABLE_FRAME_BYTES)));
-                ++forces;
-            }
-        }
-        return forces;
-    }
-
-    const haptable_frame_pair& end() const { return end_; }
-    const haptable_counters& counters(std::size_t finger) const { return end_.pair.servo[finger].counters; }
-
-private:
-    const haptable_pair_model* tables_;
     const Line& line_;
-    haptable_frame_pair end_{};
+    SceneState state_;
+    haptable_line_end end_{};
+    std::array<std::uint8_t, HAPTABLE_LINE_ANSWER_BYTES> room_{};
+    haptable_line_reader reader_{};
+    haptable_line_answer said_{};
 };
 
 }  // namespace haptable::test

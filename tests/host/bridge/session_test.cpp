@@ -30,6 +30,7 @@ protected:
                                       [this](const contact& load, std::int64_t) { loads.push_back(load); });
         connection.subscribe<servo_status>(kStatusChannel,
                                            [this](const servo_status& status, std::int64_t) { last_status = status; });
+        session.take_answers();  // its hello
     }
     static BridgeOptions impatient() {
         BridgeOptions options;
@@ -59,8 +60,8 @@ protected:
     SoftBox box;
     Pipes pipes;
     Connection connection{"memq://"};
-    SerialTarget line{pipes.line()};
-    FakeTarget<Pipes> target{box.scene().model, pipes};
+    SerialTarget line{pipes.line(), box.scene()};
+    FakeTarget<Pipes> target{box.scene(), pipes};
     std::vector<std::string> told;  ///< events, a line each
     BridgeSession session{box.scene(), connection, line,
                           impatient(), nullptr,    [this](const std::string& text) { told.push_back(text); }};
@@ -122,26 +123,66 @@ TEST_F(BridgeSessionTest, AnOvertakenAnswerIsCountedAndNotPublished) {
     EXPECT_EQ(session.report().stale_answers, 1);
 }
 
-TEST_F(BridgeSessionTest, RefusesATargetWithOtherTables) {
-    target.hash = 77;
-    publish(0);
-    target.answer();
-    try {
-        session.take_answers();
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("the tables 000000000000004d, the folder's are 0000000000000001"),
-                  std::string::npos)
-            << error.what();
+// Before any state and after some: a board may be flashed while the bridge runs.
+TEST_F(BridgeSessionTest, RefusesATargetOfAnotherSceneOrVersion) {
+    const auto refused = [this](const std::function<void(haptable_line_hello&)>& change) {
+        haptable_line_hello other = target.hello;
+        change(other);
+        Bytes bytes(HAPTABLE_LINE_HELLO_BYTES);
+        bytes.resize(haptable_line_write_hello(0, other, bytes.data()));
+        pipes.put(bytes);
+        return error_of([&] { session.take_answers(); });
+    };
+    for (int seq = 0; seq < 2; ++seq) {
+        EXPECT_NE(refused([](auto& hello) {
+                      hello.hash = 77;
+                  }).find("the tables 000000000000004d, the folder's are 0000000000000001: build and flash it again"),
+                  std::string::npos);
+        EXPECT_NE(refused([](auto& hello) { hello.version = 9; }).find("version 9 of the line, this program version 2"),
+                  std::string::npos);
+        EXPECT_NE(refused([](auto& hello) { hello.fingers = 2; }).find("the target knows 2 fingers"),
+                  std::string::npos);
+        EXPECT_NE(refused([](auto& hello) { hello.modes = 3; }).find("with 3 modes"), std::string::npos);
+        EXPECT_NE(refused([](auto& hello) { hello.flags |= HAPTABLE_LINE_FREE; }).find("that nothing holds"),
+                  std::string::npos);
+        EXPECT_EQ(refused([](auto&) {}), "");
+        publish(seq);
+        exchange();
+        EXPECT_EQ(forces.size(), std::size_t(seq) + 1);
     }
+}
+
+// Its first hello was lost, and is asked for before any state is sent; a tick waits for it.
+TEST_F(BridgeSessionTest, AsksATargetWhatItIs) {
+    Connection own("memq://");
+    BridgeSession bridge(box.scene(), own, line, impatient(), nullptr);
+    int answers = 0;
+    own.subscribe<servo_force>(kForceChannel, [&](const servo_force&, std::int64_t) { ++answers; });
+    own.publish(kStateChannel, simulated_state(0, 0));
+    handle_all(own);
+    const Bytes asked = pipes.take();
+    Bytes want(HAPTABLE_LINE_HELLO_BYTES);
+    want.resize(haptable_line_write_hello(0, target.hello, want.data()));
+    EXPECT_EQ(asked, want) << "no state";
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    bridge.watch(Clock::now());
+    EXPECT_EQ(target.answer(), 0);
+    bridge.take_answers();
+    EXPECT_EQ(target.answer(), 1);
+    bridge.take_answers();
+    handle_all(own);
+    EXPECT_EQ(answers, 1);
+    EXPECT_EQ(target.counters().ticks, 1U);
 }
 
 // What no servo of these tables says does not reach the device, whatever its CRC says.
 TEST_F(BridgeSessionTest, GatesForces) {
     publish(0);
     const auto says = [this](const haptable_output& output) {
-        Bytes bytes(HAPTABLE_FRAME_BYTES);
-        bytes.resize(haptable_frame_write_force(1, SoftBox::kHash, &output, bytes.data()));
+        haptable_line_answer answer{};
+        answer.out[0] = output;
+        Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
+        bytes.resize(haptable_line_write_answer(1, &target.hello, &answer, bytes.data()));
         pipes.put(bytes);
     };
     haptable_output touch{};
@@ -200,7 +241,7 @@ TEST_F(BridgeSessionTest, ALineThatTakesNothingIsAnError) {
     while (write(full, "0123456789abcdef", 16) == 16) {
     }
     close(full);
-    SerialTarget deaf(stuck.line());
+    SerialTarget deaf(stuck.line(), box.scene());
     Connection own("memq://");
     BridgeSession bridge(box.scene(), own, deaf, impatient(), nullptr);
     own.publish(kStateChannel, simulated_state(0, 0));

@@ -410,7 +410,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
     const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
     const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
     const haptable_body body = read_rigid_body(folder).value();
-    haptable::Fingers session({&model, nullptr, "loose", &pair_model}, &body);
+    haptable::Fingers session({&model, nullptr, "loose", &pair_model, nullptr, &body});
 
     const Fingers fingers(haptable_fingers_new(object.get()));
     ASSERT_NE(fingers, nullptr) << haptable_library_error();
@@ -433,7 +433,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
             ASSERT_EQ(std::memcmp(touch[finger].nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0) << tick;
         }
         const haptable_pose pose = haptable_fingers_pose(fingers.get());
-        ASSERT_NO_FATAL_FAILURE(expect_pose(pose, body, *session.body().state())) << tick;
+        ASSERT_NO_FATAL_FAILURE(expect_pose(pose, body, *session.state().touched())) << tick;
         most_lifted_m = std::max(most_lifted_m, pose.centre_m[2] - pose.rest_centre_m[2]);
     }
     EXPECT_GT(most_lifted_m, 0.01F) << "of 16 mm that the hands rise";
@@ -445,7 +445,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
 
     // One finger pushes it aside; another servo's body is its own.
     const Finger finger(haptable_finger_new(object.get()));
-    haptable::Fingers pushed({&model, nullptr, "loose", nullptr}, &body);
+    haptable::Fingers pushed({&model, nullptr, "loose", nullptr, nullptr, &body});
     for (std::uint32_t tick = 0; tick < 600; ++tick) {
         const float at_m[3] = {1e-5F * static_cast<float>(tick) - 1e-3F, 0.015F, 0.01F};
         haptable_touch touch;
@@ -453,7 +453,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
         pushed.tick({FingerInput{std::to_array(at_m)}}, 1000 * tick);
         ASSERT_EQ(std::memcmp(touch.force_n, pushed.output(0).force_n, sizeof touch.force_n), 0) << tick;
     }
-    ASSERT_NO_FATAL_FAILURE(expect_pose(haptable_finger_pose(finger.get()), body, *pushed.body().state()));
+    ASSERT_NO_FATAL_FAILURE(expect_pose(haptable_finger_pose(finger.get()), body, *pushed.state().touched()));
     EXPECT_GT(haptable_finger_pose(finger.get()).centre_m[0], body.centre_m[0] + 1e-3F);
     EXPECT_EQ(haptable_finger_energy(finger.get()).most_stored_j, pushed.report(0).energy.most_stored_j());
 }
@@ -477,9 +477,9 @@ TEST_F(Library, RingsAsASessionDoes) {
         haptable_model model = model_in_memory(tables, built);
         if (model.freed != nullptr) model.freed = &freed;
         const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
-        const haptable_modes modes = vibration_in_memory(vibration, model);
+        const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::Fingers session({&model, nullptr, "jelly", nullptr, &modes}, body ? &*body : nullptr);
+        haptable::Fingers session({&model, nullptr, "jelly", nullptr, &modes, body ? &*body : nullptr});
         const Finger finger(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
         std::vector<float> swung(4), others(4);
         const auto path = knock_path();
@@ -491,7 +491,7 @@ TEST_F(Library, RingsAsASessionDoes) {
             session.tick({FingerInput{path[i]}}, us);
             ASSERT_EQ(std::memcmp(touch.force_n, session.output(0).force_n, sizeof touch.force_n), 0) << i;
             haptable_finger_swung(finger.get(), swung.data());
-            ASSERT_EQ(std::memcmp(swung.data(), session.body().swings()->q, 4 * sizeof(float)), 0) << i;
+            ASSERT_EQ(std::memcmp(swung.data(), session.state().modes()->q, 4 * sizeof(float)), 0) << i;
         }
         haptable_finger_swung(other.get(), others.data());
         ASSERT_NE(swung, others);
@@ -537,9 +537,9 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
         const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
         const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
         const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
-        const haptable_modes modes = vibration_in_memory(vibration, model);
+        const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::Fingers session({&model, nullptr, "jelly", &pair_model, &modes}, body ? &*body : nullptr);
+        haptable::Fingers session({&model, nullptr, "jelly", &pair_model, &modes, body ? &*body : nullptr});
         const Fingers fingers(haptable_fingers_new(object.get()));
         ASSERT_NE(fingers, nullptr) << haptable_library_error();
         const auto path = knock_path();
@@ -557,7 +557,7 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
             for (std::size_t f = 0; f < 2; ++f)
                 ASSERT_EQ(std::memcmp(touch[f].force_n, session.output(f).force_n, sizeof touch[f].force_n), 0) << i;
             haptable_fingers_swung(fingers.get(), swung.data());
-            ASSERT_EQ(std::memcmp(swung.data(), session.body().swings()->q, 4 * sizeof(float)), 0) << i;
+            ASSERT_EQ(std::memcmp(swung.data(), session.state().modes()->q, 4 * sizeof(float)), 0) << i;
             both += touch[0].state == HAPTABLE_TOUCH_CONTACT && touch[1].state == HAPTABLE_TOUCH_CONTACT;
         }
         EXPECT_GT(both, 100);

@@ -460,7 +460,7 @@ friction = 0.8
     ASSERT_TRUE(browser.wait_until("haptable.saved"));
     const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
     write_file(folder / "felt.csv", csv);
-    replay({&model, nodes.data(), "loose"}, folder / "felt.csv", folder / "again.csv", true, &body);
+    replay({&model, nodes.data(), "loose", nullptr, nullptr, &body}, folder / "felt.csv", folder / "again.csv", true);
     EXPECT_EQ(read_file(folder / "again.csv"), csv);
     browser.command("Input.dispatchKeyEvent", {{"type", "keyDown"}, {"key", "Home"}});
     EXPECT_TRUE(browser.wait_until("haptable.frame().pose.centre[1] === haptable.scene().body.rest_centre[1]"));
@@ -498,7 +498,7 @@ mode_damping = 0.001
         model = model_in_memory(tables, servo);
         nodes.assign(servo.node.begin(), servo.node.end());
         const ServoVibration vibration = build_vibration(*read_vibration(folder / name), tables, servo);
-        const haptable_modes modes = vibration_in_memory(vibration, model);
+        const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder / name);
         Browser& browser = shared_browser();
         open(browser, url());
@@ -515,8 +515,8 @@ mode_damping = 0.001
         ASSERT_TRUE(browser.wait_until("haptable.saved"));
         const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
         write_file(folder / "felt.csv", csv);
-        replay({&model, nodes.data(), "jelly", nullptr, &modes}, folder / "felt.csv", folder / "again.csv", true,
-               body ? &*body : nullptr);
+        replay({&model, nodes.data(), "jelly", nullptr, &modes, body ? &*body : nullptr}, folder / "felt.csv",
+               folder / "again.csv", true);
         EXPECT_EQ(read_file(folder / "again.csv"), csv);
         expect_quiet(browser);
     }

@@ -91,7 +91,7 @@ std::vector<PageTick> in_browser(const haptable_model& model, const std::vector<
                 js_bytes(model_bytes(model)) + ", path = " + js_bytes(bytes_of(path_m)) +
                 ";const m = wasm.page_model(keep(model), model.length), at = keep(path), count = path.length / 12;"
                 "const out = wasm.page_reserve(112 * count);"
-                "wasm.page_begin(); wasm.page_replay(m, at, 0, count, out);"
+                "wasm.page_begin(m, 0, 0); wasm.page_replay(at, 0, count, out);"
                 "return text(new Uint8Array(wasm.memory.buffer, out, 112 * count)); })")
             .get<std::string>());
     static_assert(sizeof(PageTick) == 112);
@@ -200,7 +200,7 @@ std::vector<PageRecord> both_in_browser(const haptable_pair_model& pair, const h
                       "const p = wasm.page_coupling(m, keep(coupling), coupling.length);"
                       "if (body.length) wasm.page_body(keep(body), body.length);"
                       "const out = wasm.page_reserve(size * count);"
-                      "wasm.page_begin(p); wasm.page_replay_both(p, path, held, count, out);"
+                      "wasm.page_begin(m, p, 0); wasm.page_replay(path, held, count, out);"
                       "return text(new Uint8Array(wasm.memory.buffer, out, size * count)); })")
             .get<std::string>());
     std::vector<PageRecord> all(words.size() / size);
@@ -218,7 +218,7 @@ TEST_P(BothInBrowser, GiveTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     constexpr std::uint32_t kAway = 0x80000000U;
     const SoftPair two(0.5);
-    const ServoScene scene = two.scene();
+    ServoScene scene = two.scene();
     haptable_body cube = cube_body();
     add_gravity(cube);
     add_floor(cube, 0.0, 0.5);
@@ -233,7 +233,8 @@ TEST_P(BothInBrowser, GiveTheHostsBits) {
         }
     const std::vector<PageRecord> records = both_in_browser(*scene.pair, body, path_m, buttons);
     ASSERT_EQ(records.size(), first.size());
-    Fingers fingers(scene, body);
+    scene.body = body;
+    Fingers fingers(scene);
     std::size_t both_touch = 0;
     for (std::size_t i = 0; i < records.size(); ++i) {
         FingerInputs in;
@@ -247,8 +248,8 @@ TEST_P(BothInBrowser, GiveTheHostsBits) {
         if (body == nullptr) continue;
         // With nobody there it rests, and the session's is the tick's before.
         if (!in[0] && !in[1]) continue;
-        ASSERT_TRUE(same_bits(records[i].centre_m, fingers.body().state()->position_m)) << i;
-        ASSERT_TRUE(same_bits(records[i].turn, fingers.body().state()->turn)) << i;
+        ASSERT_TRUE(same_bits(records[i].centre_m, fingers.state().touched()->position_m)) << i;
+        ASSERT_TRUE(same_bits(records[i].turn, fingers.state().touched()->turn)) << i;
     }
     EXPECT_GT(both_touch, body != nullptr ? 20U : 500U);
     if (body != nullptr) {

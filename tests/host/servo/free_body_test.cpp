@@ -15,6 +15,11 @@ namespace {
 class FreeBodySession : public testing::Test {
 protected:
     FreeBodySession() { add_gravity(body); }
+    ServoScene scene() const {
+        ServoScene scene = box.scene();
+        scene.body = &body;
+        return scene;
+    }
 
     SoftBox box;
     haptable_body body = cube_body();
@@ -25,7 +30,7 @@ TEST_F(FreeBodySession, AReplayHasItsPose) {
     std::string path = "x,y,z\n";
     for (int tick = 0; tick < 200; ++tick) path += "0.015,0.015,0.1\n";
     write_file(folder / "in.csv", path);
-    replay(box.scene(), folder / "in.csv", folder / "out.csv", true, &body);
+    replay(scene(), folder / "in.csv", folder / "out.csv", true);
     EXPECT_TRUE(lines_of(read_file(folder / "out.csv"))[0].ends_with(
         ",faults,body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z"));
     const auto rows = read_rows(folder / "out.csv");
@@ -44,7 +49,7 @@ TEST_F(FreeBodySession, TheFingerMeetsItWhereItIs) {
     std::string path = "x,y,z\n";
     for (int tick = 0; tick < 400; ++tick) path += "0.0131,0.0112," + std::to_string(0.031 - 2e-5 * tick) + "\n";
     write_file(folder / "in.csv", path);
-    replay(box.scene(), folder / "in.csv", folder / "out.csv", true, &body);
+    replay(scene(), folder / "in.csv", folder / "out.csv", true);
     const auto rows = read_rows(folder / "out.csv");
     double most_n = 0.0;
     for (const auto& row : rows) most_n = std::max(most_n, row[16]);
@@ -55,7 +60,7 @@ TEST_F(FreeBodySession, TheFingerMeetsItWhereItIs) {
 
 TEST_F(FreeBodySession, EachAnswerIsFollowedByItsPose) {
     Connection connection{"memq://"};
-    ServoSession session(box.scene(), connection, nullptr, {}, &body);
+    ServoSession session(scene(), connection, nullptr);
     std::vector<body_pose> poses;
     connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& m, std::int64_t) { poses.push_back(m); });
     for (std::int64_t seq = 0; seq < 100; ++seq) {

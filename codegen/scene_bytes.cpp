@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/scene_bytes.hpp"
+
+#include "codegen/model_bytes.hpp"
+#include "codegen/pair.hpp"
+
+namespace haptable {
+
+std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
+                        const ServoVibration* vibration) {
+    const std::uint32_t parts =
+        (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) | (vibration != nullptr ? 4U : 0U);
+    std::string bytes(reinterpret_cast<const char*>(&parts), sizeof parts);
+    bytes += model_bytes(model);
+    if (pair != nullptr) bytes += coupling_bytes(*pair);
+    if (body != nullptr) bytes.append(reinterpret_cast<const char*>(body), sizeof *body);
+    if (vibration != nullptr) bytes += vibration_bytes(*vibration);
+    return bytes;
+}
+
+}  // namespace haptable

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A scene as one row of bytes: what an image reads that is not linked with one (firmware/port/haptable_scene_reader.h).
+#pragma once
+
+#include <string>
+
+#include "codegen/vibration.hpp"
+#include "firmware/haptable_body.h"
+#include "firmware/haptable_pair.h"
+
+namespace haptable {
+
+/// Which parts there are (32 bits: 1 pair, 2 body, 4 modes), then model_bytes, coupling_bytes, the body's table as it
+/// is, vibration_bytes. pair, body, vibration: null where the scene has none. Throws Error where the model names a
+/// function that is none of the servo's.
+std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair = nullptr,
+                        const haptable_body* body = nullptr, const ServoVibration* vibration = nullptr);
+
+}  // namespace haptable

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The serial line between a servo and a host: docs/SPEC.md describes every byte.
+ *
+ *   A5 5A | length (2) | type (1) | sequence (4) | payload (length) | CRC-32 of all before it but the first two (4)
+ *
+ * Little-endian. A hello says what a scene is; the length of a tick's frames, one each way, follows from it. No
+ * interrupts and no buffers of a driver here: bytes go in one by one, frames come out.
+ *
+ * A board does:
+ *
+ *     static struct haptable_line_end line;
+ *     uint32_t count;
+ *     const uint8_t* bytes = haptable_line_begin(&HAPTABLE_MODEL_SCENE, &line, &count);
+ *     for (;;) {
+ *         ...                                   send `count` bytes, where there are any; wait for a byte
+ *         bytes = haptable_line(&HAPTABLE_MODEL_SCENE, &state, &line, byte, &count);
+ *     }
+ */
+#ifndef HAPTABLE_LINE_H
+#define HAPTABLE_LINE_H
+
+#include "haptable_scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Both ends trust each other only through this number. Version 1 had a type for each combination and no hello. */
+#define HAPTABLE_LINE_VERSION 2
+
+/* Types of frames. Version 1 had 1 to 9. */
+#define HAPTABLE_LINE_HELLO 10  /* either way: struct haptable_line_hello; a host's asks for the target's */
+#define HAPTABLE_LINE_STATE 11  /* to the servo: struct haptable_line_state */
+#define HAPTABLE_LINE_ANSWER 12 /* from the servo: struct haptable_line_answer; its sequence is the state's */
+
+/* Bytes of whole frames: of every scene, and of the scene with the longest. */
+#define HAPTABLE_LINE_FRAME_BYTES(payload) (13 + (payload))
+#define HAPTABLE_LINE_HELLO_BYTES HAPTABLE_LINE_FRAME_BYTES(12)
+#define HAPTABLE_LINE_STATE_PAYLOAD(fingers) (6 + 16 * (fingers))
+#define HAPTABLE_LINE_STATE_BYTES HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_STATE_PAYLOAD(HAPTABLE_FINGERS))
+#define HAPTABLE_LINE_ANSWER_PAYLOAD(fingers, is_free, modes) (80 * (fingers) + ((is_free) ? 53 : 0) + 4 * (modes))
+#define HAPTABLE_LINE_ANSWER_BYTES \
+    HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_ANSWER_PAYLOAD(HAPTABLE_FINGERS, 1, HAPTABLE_MODES))
+
+/* Bits of a hello's flags. */
+enum haptable_line_flag {
+    HAPTABLE_LINE_FREE = 1,           /* nothing holds the body: an answer says where it is */
+    HAPTABLE_LINE_GRABS = 2,          /* HAPTABLE_BUTTON_GRAB holds on to the surface */
+    HAPTABLE_LINE_OTHER_VERSION = 128 /* the target heard a host of another version, and answers none of its ticks */
+};
+
+/* What an end of the line is. Of another version only `version` has a meaning. */
+struct haptable_line_hello {
+    uint8_t version; /* HAPTABLE_LINE_VERSION */
+    uint8_t fingers; /* 1 or 2 */
+    uint8_t modes;   /* <= HAPTABLE_MODES; 0: the body follows at once */
+    uint8_t flags;   /* enum haptable_line_flag */
+    uint64_t hash;   /* of the model's tables */
+};
+
+/* The fingers of a tick. */
+struct haptable_line_state {
+    uint32_t time_us; /* wraps */
+    uint8_t begins;   /* bits: fingers that begin anew, without the contact that they had */
+    struct haptable_input in[HAPTABLE_FINGERS];
+};
+
+/* Where a body is that nothing holds, and how it moves: as struct haptable_body_state. */
+struct haptable_line_pose {
+    float position_m[3];
+    float turn[4];
+    float velocity_m_per_s[3];
+    float spin_rad_per_s[3];
+    uint8_t on_floor;
+};
+
+/* What a tick gives. */
+struct haptable_line_answer {
+    struct haptable_output out[HAPTABLE_FINGERS]; /* all but `patch`; along world axes the force alone */
+    struct haptable_line_pose pose;               /* at the tick's begin: contacts are in its frame */
+    float q[HAPTABLE_MODES];                      /* at its end */
+};
+
+/* The receiving end of a line. */
+struct haptable_line_reader {
+    uint8_t* byte;          /* what has come of a frame, and what came after a false begin */
+    uint16_t room;          /* of it: the longest frame that is one */
+    uint16_t count;         /* bytes in it */
+    uint32_t frames;        /* whole ones */
+    uint32_t skipped_bytes; /* that belonged to none */
+};
+
+/* A whole frame. The payload points into the reader's bytes and is valid until the next one. */
+struct haptable_line_frame {
+    uint8_t type;
+    uint16_t length; /* of the payload */
+    uint32_t sequence;
+    uint8_t* payload;
+};
+
+/* The servo's end. The caller owns it; haptable_line_begin makes it valid. */
+struct haptable_line_end {
+    struct haptable_line_reader reader;
+    uint32_t sequence; /* of the last tick */
+    uint32_t time_us;  /* the same */
+    uint16_t length;   /* of its answer; 0: there was no tick yet */
+    uint8_t is_other;  /* 1: the host is of another version */
+    uint8_t in[HAPTABLE_LINE_STATE_BYTES];
+    uint8_t hello[HAPTABLE_LINE_HELLO_BYTES];
+    uint8_t answer[HAPTABLE_LINE_ANSWER_BYTES];
+};
+
+/* Begins a line that knows no tick. Returns the target's hello, *count bytes to be sent: a host that was there before
+ * learns that the target began anew. */
+const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct haptable_line_end* line, uint32_t* count);
+
+/* Takes one byte. Returns the bytes to be sent, *count of them, which are there until the next call; NULL and 0 but
+ * where the byte completes a hello or a state. A state with sequence and time of the last one is answered again and not
+ * stepped. Between ticks the caller goes on with haptable_scene_check. cost: haptable_line_read's; with a state
+ * haptable_scene_step's, and the CRC of the answer. */
+const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line, uint8_t byte,
+                             uint32_t* count);
+
+/* ---- both ends, and the host's --------------------------------------------------------------------------------- */
+
+/* byte, room: for frames of up to so many bytes; outlives the reader. */
+void haptable_line_reader_init(uint8_t* byte, uint16_t room, struct haptable_line_reader* reader);
+
+/* Takes one byte. Returns 1 when it completed a frame whose length and CRC are right; then frame holds it.
+ * After garbage it finds the next whole frame: a false begin costs only its own first byte, so a frame that begins
+ * inside it is not lost. cost: at most reader->room searches of one CRC each, on average a byte of a CRC. */
+int haptable_line_read(struct haptable_line_reader* reader, uint8_t byte, struct haptable_line_frame* frame);
+
+/* What a scene says of itself. */
+void haptable_line_describe(const struct haptable_scene* scene, struct haptable_line_hello* hello);
+
+/* 1 when the frame is one of that kind, of the scene that hello describes; then the last argument holds it. Of a hello
+ * of another version that is its version alone. */
+int haptable_line_take_hello(const struct haptable_line_frame* frame, struct haptable_line_hello* hello);
+int haptable_line_take_state(const struct haptable_line_frame* frame, const struct haptable_line_hello* hello,
+                             struct haptable_line_state* state);
+int haptable_line_take_answer(const struct haptable_line_frame* frame, const struct haptable_line_hello* hello,
+                              struct haptable_line_answer* answer);
+
+/* Write whole frames to bytes; return their length. */
+uint32_t haptable_line_write_hello(uint32_t sequence, struct haptable_line_hello hello,
+                                   uint8_t bytes[HAPTABLE_LINE_HELLO_BYTES]);
+uint32_t haptable_line_write_state(uint32_t sequence, const struct haptable_line_hello* hello,
+                                   struct haptable_line_state state, uint8_t bytes[HAPTABLE_LINE_STATE_BYTES]);
+uint32_t haptable_line_write_answer(uint32_t sequence, const struct haptable_line_hello* hello,
+                                    struct haptable_line_answer* answer, uint8_t bytes[HAPTABLE_LINE_ANSWER_BYTES]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

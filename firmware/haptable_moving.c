@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: MIT
+ *
+ *   D+ = D + dE - 1/2 (f + f+) . dx - K/2 |dh|^2,   F = (1 - max(0, D+) / E) F_contact
+ *
+ * The tick of a body that moves, rigidly or in its modes or both, under one finger or two. Contacts are as on a body at
+ * rest, in the body's frame and less what its modes have moved the surface. f is the load of the fingers, dx how far
+ * they went in that frame, dh how far the hands did, E what contacts store, dE what contacts and modes have got, K the
+ * stiffest contact.
+ *
+ * Action is reaction: hands and body get the same force for a tick, so that the body's momentum is what it was given.
+ * It is kicked, then it drifts. Such a step keeps the energy of a spring if dE = 1/2 (f + f+) . dx; what contacts make
+ * beyond that (a force without an energy, a finger that enters where the other has bulged the surface) and what the
+ * hand's own sampling does not cover is owed, and lowers the force on both sides until it is paid. Nothing is forgiven:
+ * docs/design/moving.md.
+ */
+#include "haptable_contact.h"
+#include "haptable_scene.h"
+#include "haptable_vector.h"
+
+/* The fingers of a tick, body axes. */
+struct fingers {
+    int count;
+    int is_known[HAPTABLE_FINGERS];     /* 1: by its way since the last tick */
+    float at_m[HAPTABLE_FINGERS][3];    /* where it is */
+    float moved_m[HAPTABLE_FINGERS][3]; /* since the last tick; 0 where that is not known */
+    float felt_m[HAPTABLE_FINGERS][3];  /* at_m, less what the modes have moved the surface */
+    float way_m2[HAPTABLE_FINGERS];     /* of the hand, or in the body's frame where that is less, squared */
+    float share[HAPTABLE_FINGERS];      /* of its force that is given */
+    float stored_j;                     /* by its contacts */
+};
+
+static void scale(float by, float v[3]) {
+    v[0] *= by;
+    v[1] *= by;
+    v[2] *= by;
+}
+
+static void to_body(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
+                    struct fingers* fingers) {
+    const struct haptable_account* account = haptable_scene_account(scene, state);
+    int f;
+    fingers->count = haptable_scene_fingers(scene);
+    for (f = 0; f < fingers->count; ++f) {
+        const struct haptable_past* past = &account->past[f];
+        const float most2 = HAPTABLE_FAST_SEGMENT_M * HAPTABLE_FAST_SEGMENT_M;
+        float hand_m[3];
+        float hand2;
+        float moved2;
+        if (scene->rigid)
+            scene->rigid->from_world(scene->body, haptable_scene_body(scene, state), in[f].finger_m, fingers->at_m[f]);
+        else
+            vec_copy(in[f].finger_m, fingers->at_m[f]);
+        vec_sub(fingers->at_m[f], past->finger_m, fingers->moved_m[f]);
+        vec_sub(in[f].finger_m, past->hand_m, hand_m);
+        hand2 = vec_dot(hand_m, hand_m);
+        moved2 = vec_dot(fingers->moved_m[f], fingers->moved_m[f]);
+        /* What is no number fails, too. */
+        fingers->is_known[f] = in[f].is_there && past->is_known && hand2 <= most2 && moved2 <= 4.0f * most2;
+        if (!fingers->is_known[f]) vec_zero(fingers->moved_m[f]);
+        fingers->way_m2[f] = !fingers->is_known[f] ? 0.0f : hand2 < moved2 ? hand2 : moved2;
+        vec_copy(fingers->at_m[f], fingers->felt_m[f]);
+    }
+}
+
+/* A tick of the modes under what the fingers did since the last one. A hand on a held body is allowed what a wall makes
+ * of its way; on one that drifts the way is halved, as its own step has the other half. */
+static void ring(const struct haptable_scene* scene, void* state, struct fingers* fingers) {
+    const struct haptable_account* account = haptable_scene_account(scene, state);
+    struct haptable_modes_state* modes = haptable_scene_modes(scene, state);
+    static const struct haptable_modes_load none;
+    struct haptable_modes_load load = none;
+    int f;
+    load.presses = scene->rows(scene, state, account->past, load.compliance);
+    for (f = 0; f < fingers->count; ++f) {
+        if ((load.presses >> f & 1u) == 0u) continue;
+        vec_copy(account->past[f].load_n, &load.load_n[3 * f]);
+        vec_add_scaled(scene->rigid ? 0.5f : 1.0f, fingers->moved_m[f], &load.moved_m[3 * f]);
+    }
+    scene->ringing->advance(scene->modes, scene->model, modes, &load);
+    for (f = 0; f < fingers->count; ++f) vec_sub(fingers->at_m[f], modes->met[f].shift_m, fingers->felt_m[f]);
+}
+
+/* How deep a contact is; 0 without one. */
+static void dent_of(const struct fingers* fingers, int f, const struct haptable_output* out, float dent_m[3]) {
+    vec_zero(dent_m);
+    if (haptable_touches(out->state)) vec_sub(fingers->felt_m[f], out->god_object_m, dent_m);
+}
+
+/* What contacts and modes hold, and what of it the contacts do. */
+static float stored_of(const struct haptable_scene* scene, void* state, struct fingers* fingers,
+                       const struct haptable_output out[]) {
+    float work_j = 0.0f;
+    int f;
+    for (f = 0; f < fingers->count; ++f) {
+        float dent_m[3];
+        dent_of(fingers, f, &out[f], dent_m);
+        work_j += vec_dot(out[f].force_n, dent_m);
+    }
+    fingers->stored_j = 0.5f * (work_j < 0.0f ? -work_j : work_j);
+    return fingers->stored_j +
+           (scene->ringing ? scene->ringing->energy(scene->modes, haptable_scene_modes(scene, state)) : 0.0f);
+}
+
+/* A force that falls is given as it will be so many ticks later, as far as finger and body go on as they went: none
+ * where the contact will have ended. Held for the tick as it began, it would throw the body off with more than it came
+ * with; so it is a little less, and what lies between two fingers comes to rest. A force is never more than the
+ * contact's. */
+#define EASE_TICKS 2.0f
+
+static void ease(const struct haptable_scene* scene, struct fingers* fingers, const struct haptable_output out[]) {
+    int f;
+    for (f = 0; f < fingers->count; ++f) {
+        float dent_m[3];
+        float gives_m[3];
+        float load_n[3] = {0.0f, 0.0f, 0.0f};
+        float deep_j;
+        float leaves_j;
+        if (!fingers->is_known[f]) continue;
+        dent_of(fingers, f, &out[f], dent_m);
+        vec_sub(load_n, out[f].force_n, load_n);
+        scene->rigid->give(scene->body, fingers->at_m[f], load_n, gives_m);
+        deep_j = vec_dot(load_n, dent_m);
+        leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
+        if (!(leaves_j > 0.0f)) continue;
+        leaves_j *= EASE_TICKS;
+        fingers->share[f] = leaves_j < deep_j ? 1.0f - leaves_j / deep_j : 0.0f;
+    }
+}
+
+/* Counts what the tick made, and how much of the forces is paid for. */
+static void settle(const struct haptable_scene* scene, void* state, struct fingers* fingers,
+                   const struct haptable_output out[]) {
+    struct haptable_account* account = haptable_scene_account(scene, state);
+    const float stored_j = stored_of(scene, state, fingers, out);
+    const float half = scene->rigid ? 0.5f : 0.0f; /* of the tick's way that goes with its own force */
+    float owed_j = account->owed_j + (stored_j - account->stored_j);
+    float own_j = 0.0f;
+    float paid = 1.0f;
+    int f;
+    for (f = 0; f < fingers->count; ++f) {
+        owed_j -= (1.0f - half) * vec_dot(account->past[f].load_n, fingers->moved_m[f]);
+        if (haptable_touches(out[f].state) || vec_dot(account->past[f].load_n, account->past[f].load_n) > 0.0f)
+            owed_j -= 0.5f * scene->model->stiffness_limit_n_per_m * fingers->way_m2[f];
+        own_j -= half * fingers->share[f] * vec_dot(out[f].force_n, fingers->moved_m[f]);
+    }
+    if (owed_j - own_j > 0.0f)
+        paid = owed_j - own_j < fingers->stored_j ? 1.0f - (owed_j - own_j) / fingers->stored_j : 0.0f;
+    for (f = 0; f < fingers->count; ++f) fingers->share[f] *= paid;
+    owed_j -= paid * own_j;
+    account->owed_j = fingers->stored_j > 0.0f || owed_j > 0.0f ? owed_j : 0.0f;
+    account->stored_j = stored_j;
+}
+
+/* The forces on the hands as they are given, and what the next tick is to know of them. */
+static void give(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
+                 const struct fingers* fingers, struct haptable_output out[]) {
+    struct haptable_account* account = haptable_scene_account(scene, state);
+    int f;
+    int corner;
+    for (f = 0; f < fingers->count; ++f) {
+        struct haptable_servo* servo = haptable_scene_servo(state, f);
+        struct haptable_past* past = &account->past[f];
+        if (fingers->share[f] < 1.0f) {
+            scale(fingers->share[f], out[f].force_n);
+            scale(fingers->share[f], servo->given_n);
+            for (corner = 0; corner < 3; ++corner) scale(fingers->share[f], out[f].nodal_force_n[corner]);
+        }
+        past->is_known = (uint8_t)(in[f].is_there && servo->finger_known);
+        vec_zero(past->load_n);
+        vec_add_scaled(-1.0f, out[f].force_n, past->load_n);
+        if (!past->is_known) continue;
+        vec_copy(in[f].finger_m, past->hand_m);
+        vec_copy(fingers->at_m[f], past->finger_m);
+        if (out[f].state == HAPTABLE_FREE) vec_copy(fingers->at_m[f], out[f].god_object_m);
+    }
+}
+
+/* The surface is met where the modes have it at the god-objects' places, as far as what the hands have paid goes. */
+static void follow(const struct haptable_scene* scene, void* state, const struct fingers* fingers) {
+    const struct haptable_account* account = haptable_scene_account(scene, state);
+    float credit_j = -account->owed_j;
+    int f;
+    for (f = 0; f < fingers->count; ++f)
+        scene->ringing->follow(scene->modes, scene->model, haptable_scene_modes(scene, state), f,
+                               &haptable_scene_servo(state, f)->contact, account->past[f].load_n, &credit_j);
+}
+
+/* Hands and body get the same forces; then the body drifts. */
+static void drift(const struct haptable_scene* scene, void* state, const struct fingers* fingers,
+                  struct haptable_output out[]) {
+    struct haptable_body_state* body = haptable_scene_body(scene, state);
+    int f;
+    for (f = 0; f < fingers->count; ++f) {
+        float force_n[3];
+        float load_n[3] = {0.0f, 0.0f, 0.0f};
+        if (vec_dot(out[f].force_n, out[f].force_n) == 0.0f) continue;
+        scene->rigid->to_world(body, out[f].force_n, force_n);
+        vec_copy(force_n, out[f].force_n);
+        vec_sub(load_n, force_n, load_n);
+        scene->rigid->kick(scene->body, body, fingers->at_m[f], load_n);
+    }
+    scene->rigid->move(scene->body, body);
+}
+
+void haptable_moving(const struct haptable_scene* scene, void* state, const struct haptable_input in[], uint32_t now_us,
+                     struct haptable_output out[]) {
+    struct fingers fingers;
+    int f;
+    haptable_scene_begin(scene, state, in, now_us, out);
+    to_body(scene, state, in, &fingers);
+    if (scene->ringing) ring(scene, state, &fingers);
+    scene->contacts(scene, state, in, (const float(*)[3])fingers.felt_m, now_us, out);
+    for (f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
+    if (scene->rigid) ease(scene, &fingers, out);
+    settle(scene, state, &fingers, out);
+    give(scene, state, in, &fingers, out);
+    if (scene->ringing) follow(scene, state, &fingers);
+    if (scene->rigid) drift(scene, state, &fingers, out);
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * C = S^-1 of a contact, S by columns: what the load grows by with the finger, the god-object staying
+ */
+#include "haptable_rows.h"
+
+#include "haptable_vector.h"
+
+/* No load: N^2. */
+#define NO_LOAD2 1e-24f
+
+/* S u of a contact, whatever the force is made of. */
+static void load_of(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
+                    float load_n[3]) {
+    if (model->energy) {
+        struct haptable_energy energy;
+        model->energy(model, contact, finger_m, HAPTABLE_ENERGY_SLOPE, &energy);
+        vec_copy(energy.load_n, load_n);
+    } else {
+        float nodal_n[3][3];
+        float force_n[3];
+        model->force(model, contact, finger_m, nodal_n, force_n);
+        vec_zero(load_n);
+        vec_add_scaled(-1.0f, force_n, load_n);
+    }
+}
+
+/* How much of the contact's load was given: limits, and what is owed, may have lowered it. */
+static float share_of(const float load_n[3], const float given_n[3]) {
+    const float load2 = vec_dot(load_n, load_n);
+    const float given2 = vec_dot(given_n, given_n);
+    float share2;
+    if (!(load2 > NO_LOAD2 && given2 > NO_LOAD2)) return 0.0f;
+    share2 = given2 / load2;
+    return share2 < 1.0f ? share2 * vec_inverse_root(share2) : 1.0f;
+}
+
+int haptable_rows_alone(const struct haptable_model* model, const struct haptable_servo* servo, int finger,
+                        const float load_n[3], float (*a)[HAPTABLE_ROWS]) {
+    const struct haptable_contact* contact = &servo->contact;
+    const float unit_m = 1e-3f;
+    const int at = 3 * finger;
+    float s[3][3];
+    float across[3][3];
+    float full_n[3];
+    float share = 0.0f;
+    float volume = 0.0f;
+    int i;
+    int j;
+    if (contact->patch != HAPTABLE_NONE) {
+        load_of(model, contact, servo->finger_m, full_n);
+        share = share_of(full_n, load_n);
+    }
+    if (share > 0.0f) {
+        for (i = 0; i < 3; ++i) {
+            float at_m[3];
+            float column_n[3];
+            vec_copy(contact->god_object_m, at_m);
+            at_m[i] += unit_m;
+            load_of(model, contact, at_m, column_n);
+            vec_zero(s[i]);
+            vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* unit_m as it was rounded */
+        }
+        for (i = 0; i < 3; ++i) vec_cross(s[(i + 1) % 3], s[(i + 2) % 3], across[i]);
+        volume = share * vec_dot(s[0], across[0]);
+    }
+    for (i = 0; i < 3; ++i) {
+        for (j = 0; j <= i; ++j)
+            a[at + i][at + j] = volume > 0.0f ? 0.5f * (across[i][j] + across[j][i]) / volume : 0.0f;
+        if (!(volume > 0.0f)) a[at + i][at + i] = 1.0f;
+    }
+    return volume > 0.0f;
+}
+
+unsigned haptable_rows_of_one(const struct haptable_scene* scene, void* state, const struct haptable_past past[],
+                              float (*a)[HAPTABLE_ROWS]) {
+    int i;
+    for (i = 3; i < HAPTABLE_ROWS; ++i) a[i][i] = 1.0f;
+    return (unsigned)haptable_rows_alone(scene->model, haptable_scene_servo(state, 0), 0, past[0].load_n, a);
+}

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Bodies that move on emulated microcontrollers, rigidly, in their modes and both, under one finger and two: the host's
+// bits, under their bound.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
+#include "host/session/scene_state.hpp"
+#include "host/tables/pair.hpp"
+#include "host/target/image.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+#include "tests/process.hpp"
+
+namespace haptable::test {
+namespace {
+
+/// A scene as `make images` leaves it, in memory.
+struct Built {
+    explicit Built(const std::string& name)
+        : folder(build_folder() / name), tables(read_tables(folder)), body(read_rigid_body(folder)) {
+        if (const auto files = read_pair(folder)) {
+            coupling = build_pair(*files, tables, servo);
+            pair = pair_in_memory(coupling, tables, model);
+        }
+        if (const auto files = read_vibration(folder)) {
+            vibration = build_vibration(*files, tables, servo);
+            modes = vibration_in_memory(vibration);
+        }
+    }
+    SceneState state() const {
+        return {model, pair ? &*pair : nullptr, body ? &*body : nullptr, modes ? &*modes : nullptr};
+    }
+    std::size_t fingers() const { return pair ? 2 : 1; }
+    /// What a tick's motion costs at the most beside its fingers' steps.
+    std::uint64_t moves() const {
+        std::uint64_t cost = body ? most_body_cost(body->point_count, fingers()) : 0;
+        if (modes)
+            cost += pair ? most_vibration_pair_cost(mode, modes->count) : most_vibration_cost(mode, modes->count);
+        return cost;
+    }
+    /// The work of the fingers in the last tick, and at the most.
+    std::uint64_t touching(SceneState& state) const {
+        return pair ? pair_cost(pair_cost_of(mode, fan), *state.pair())
+                    : cost(cost_of(mode, fan), state.servo(0).counters);
+    }
+    std::uint64_t most_touching() const { return pair ? most_pair_cost(mode, fan) : most_cost(mode, fan); }
+
+    std::filesystem::path folder;
+    Tables tables;
+    ServoModel servo = build_model(tables);
+    haptable_model model = model_in_memory(tables, servo);
+    ServoPair coupling;
+    std::optional<haptable_pair_model> pair;
+    std::optional<haptable_body> body;
+    ServoVibration vibration;
+    std::optional<haptable_modes> modes;
+    Mode mode{tables.force, tables.god_object, "friction"};
+    std::uint64_t fan = most_patches_around_a_vertex(model);
+};
+
+void forget_work(haptable_counters& of) { of.most_steps = of.most_held_steps = of.most_boxes = of.most_energies = 0; }
+
+template <std::size_t n>
+bool same_bits(const std::array<float, n>& got, const float* want) {
+    return std::memcmp(got.data(), want, sizeof got) == 0;
+}
+
+class MovingTarget : public testing::TestWithParam<const char*> {
+protected:
+    /// Every tick of the path has the host's bits and stays under its bound; gives the ticks and the state after them.
+    /// No test where there is no image.
+    template <std::size_t size>
+    void compare(const char* scene, const TargetPath<size>& path_m, std::vector<TargetTick>& got, SceneState& state,
+                 const Built& built) {
+        const TargetImage image(build_folder(), scene, GetParam());
+        if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+        ASSERT_EQ(built.fingers(), size / 3);
+        got = image.replay(path_m);
+        state.check(HAPTABLE_CHECK_ALL);
+        const std::uint64_t moves = built.moves(), most = built.most_touching();
+        double nearest = 0.0;
+        bool were_free = true;
+        for (std::size_t i = 0; i < path_m.size(); ++i) {
+            haptable_input in[HAPTABLE_FINGERS]{};
+            haptable_output out[HAPTABLE_FINGERS]{};
+            bool are_free = true;
+            for (std::size_t f = 0; f < built.fingers(); ++f) {
+                in[f].is_there = 1;
+                std::copy_n(&path_m[i][3 * f], 3, in[f].finger_m);
+                forget_work(state.servo(f).counters);
+            }
+            state.step(in, static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
+            for (std::size_t f = 0; f < built.fingers(); ++f) {
+                const TargetTick::Finger& finger = got[i].finger[f];
+                ASSERT_EQ(finger.state, out[f].state) << "tick " << i << " finger " << f;
+                ASSERT_EQ(finger.patch, out[f].patch) << "tick " << i << " finger " << f;
+                ASSERT_TRUE(same_bits(finger.alpha, out[f].alpha)) << "tick " << i << " finger " << f;
+                ASSERT_TRUE(same_bits(finger.god_object_m, out[f].god_object_m)) << "tick " << i << " finger " << f;
+                ASSERT_TRUE(same_bits(finger.force_n, out[f].force_n)) << "tick " << i << " finger " << f;
+                are_free &= out[f].state == HAPTABLE_FREE;
+            }
+            if (const haptable_body_state* body = state.body()) {
+                ASSERT_TRUE(same_bits(got[i].position_m, body->position_m)) << "place, tick " << i;
+                ASSERT_TRUE(same_bits(got[i].turn, body->turn)) << "turn, tick " << i;
+            }
+            if (built.modes) {
+                ASSERT_EQ(std::memcmp(got[i].q.data(), state.modes()->q, built.modes->count * sizeof(float)), 0) << i;
+            }
+            const std::uint64_t bound = built.touching(state) + moves;
+            ASSERT_LE(got[i].instructions, bound) << "tick " << i;
+            ASSERT_LT(got[i].instructions, most + moves) << "tick " << i;
+            // Without fingers the tick is the body's motion.
+            if (are_free && were_free) {
+                ASSERT_LE(got[i].instructions, moves) << "tick " << i;
+            }
+            were_free = are_free;
+            nearest = std::max(nearest, double(got[i].instructions) / double(bound));
+        }
+        RecordProperty("of its bound", std::to_string(nearest));
+    }
+
+    static std::size_t touching(const std::vector<TargetTick>& ticks, std::size_t fingers) {
+        return static_cast<std::size_t>(
+            std::count_if(ticks.begin(), ticks.end(), [&](const TargetTick& tick) { return tick.touches(fingers); }));
+    }
+    /// The most that the body was lifted, and how high it is at the end.
+    static std::pair<float, float> heights_m(const std::vector<TargetTick>& ticks, const haptable_body& body) {
+        float most_m = 0.0F;
+        for (const TargetTick& tick : ticks) most_m = std::max(most_m, tick.position_m[2] - body.centre_m[2]);
+        return {most_m, ticks.back().position_m[2] - body.centre_m[2]};
+    }
+};
+
+TEST_P(MovingTarget, ACubeThatNothingHoldsTips) {
+    const Built built("free-cube");
+    SceneState state = built.state();
+    std::vector<TargetTick> ticks;
+    compare("free-cube", tip_path(), ticks, state, built);
+    if (IsSkipped() || HasFatalFailure()) return;
+    EXPECT_GT(touching(ticks, 1), 100U);
+    EXPECT_LT(ticks.back().turn[0], 0.999F);
+}
+
+TEST_P(MovingTarget, AJellyRings) {
+    const Built built("ringing");
+    SceneState state = built.state();
+    std::vector<TargetTick> ticks;
+    compare("ringing", knock_path(), ticks, state, built);
+    if (IsSkipped() || HasFatalFailure()) return;
+    EXPECT_GT(touching(ticks, 1), 100U);
+    EXPECT_NE(ticks.back().q[0], 0.0F);
+}
+
+TEST_P(MovingTarget, AJellyRingsUnderTwoFingers) {
+    const Built built("squeezed");
+    SceneState state = built.state();
+    std::vector<TargetTick> ticks;
+    compare("squeezed", squeeze_path(), ticks, state, built);
+    if (IsSkipped() || HasFatalFailure()) return;
+    EXPECT_GT(touching(ticks, 2), 200U);
+    EXPECT_NE(ticks.back().q[0], 0.0F);
+}
+
+// With modes and without.
+TEST_P(MovingTarget, TwoFingersLiftACubeAndLetItFall) {
+    for (const char* scene : {"grasped", "wobbling"}) {
+        SCOPED_TRACE(scene);
+        const Built built(scene);
+        SceneState state = built.state();
+        std::vector<TargetTick> ticks;
+        compare(scene, grasp_path(), ticks, state, built);
+        if (IsSkipped() || HasFatalFailure()) return;
+        const auto [most_m, last_m] = heights_m(ticks, *built.body);
+        EXPECT_GT(most_m, 0.015F) << "they lifted it";
+        EXPECT_LT(last_m, 0.005F) << "and let it fall";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, MovingTarget, testing::ValuesIn(kTargets), [](const auto& target) {
+    std::string name = target.param;
+    for (char& c : name) c = c == '-' ? '_' : c;
+    return name;
+});
+
+}  // namespace
+}  // namespace haptable::test

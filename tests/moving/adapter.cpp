@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "tests/moving/adapter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "codegen/rigid_body.hpp"
+#include "codegen/vibration.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/session/scene_state.hpp"
+#include "tests/finger.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable::test {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d symmetric(const float a[6]) {
+    Matrix3d full;
+    full << double(a[0]), double(a[3]), double(a[5]), double(a[3]), double(a[1]), double(a[4]), double(a[5]),
+        double(a[4]), double(a[2]);
+    return full;
+}
+
+void put(const Vector3d& from, float to[3]) {
+    for (int c = 0; c < 3; ++c) to[c] = static_cast<float>(from[c]);
+}
+
+Rigid rigid_of(const haptable_body& body) {
+    Rigid rigid{double(body.mass_kg), to_vector(body.centre_m), symmetric(body.inertia_kg_m2), {}};
+    for (std::uint32_t i = 0; i < body.point_count; ++i) rigid.floor_point_m.push_back(to_vector(body.point_m[i]));
+    return rigid;
+}
+
+}  // namespace
+
+struct MovingTables::Firmware {
+    TemporaryFolder folder;
+    std::optional<haptable_body> body;
+    std::optional<ServoPair> pair;
+    ServoVibration vibration;
+};
+
+MovingTables::MovingTables(Scene scene) : scene_(std::move(scene)), firmware_(std::make_unique<Firmware>()) {
+    const auto out = firmware_->folder.path() / "out";
+    Progress quiet(true);
+    scene_.tables.columns = ColumnRows::kNone;
+    precompute(scene_, out, quiet);
+    tables_ = read_tables(out);
+    servo_ = build_model(tables_);
+    firmware_->body = read_rigid_body(out);
+    if (firmware_->body) rigid_ = rigid_of(*firmware_->body);
+    if (const auto pair = read_pair(out)) firmware_->pair = build_pair(*pair, tables_, servo_);
+    vibration_ = read_vibration(out);
+    if (vibration_) firmware_->vibration = build_vibration(*vibration_, tables_, servo_);
+}
+
+MovingTables::~MovingTables() = default;
+
+double MovingTables::stiffness_limit_n_per_m() const { return servo_.stiffness.felt_n_per_m; }
+double MovingTables::size_m() const { return double(servo_.tolerance_m) * 0x1p20; }
+
+struct MovingSession::Firmware {
+    haptable_model model{};
+    haptable_pair_model pair{};
+    haptable_body body{};
+    haptable_modes modes{};
+    std::unique_ptr<SceneState> scene;
+    std::uint32_t now_us = 0;
+
+    const haptable_body_state& state() const { return *scene->body(); }
+};
+
+MovingSession::MovingSession(const MovingTables& tables, const Touching& touching)
+    : tables_(tables), touching_(touching), firmware_(std::make_unique<Firmware>()) {
+    Firmware& f = *firmware_;
+    Tables variant = tables.tables();
+    if (!touching.by_scene) {
+        variant.god_object = touching.god_object;
+        variant.static_friction = variant.kinetic_friction = touching.friction;
+        variant.max_force_n = touching.max_force_n;
+        variant.limits = {};
+        variant.release_n_per_ms = 0.0;
+    }
+    f.model = model_in_memory(variant, tables.servo());
+    const bool for_two = touching.fingers == 2, rings = tables.vibration().has_value();
+    if (for_two) f.pair = pair_in_memory(*tables.firmware_->pair, variant, f.model);
+    if (rings) f.modes = vibration_in_memory(tables.firmware_->vibration);
+    if (tables.is_free()) f.body = *tables.firmware_->body;
+    if (tables.is_free() && !touching.by_scene) {
+        put(touching.gravity_m_per_s2, f.body.gravity_m_per_s2);
+        for (int c = 0; c < 3; ++c) {
+            f.body.stiffness_n_per_m[c] = static_cast<float>(touching.hang_n_per_m);
+            f.body.damping_n_s_per_m[c] = static_cast<float>(touching.hang_n_s_per_m);
+            f.body.turn_stiffness_n_m[c] = static_cast<float>(touching.twist_n_m);
+            f.body.turn_damping_n_m_s[c] = static_cast<float>(touching.twist_n_m_s);
+        }
+        f.body.floor_friction = static_cast<float>(touching.floor_friction);
+        if (!touching.floor) f.body.point_count = 0;
+    }
+    floor_m_ = double(f.body.floor_m);
+    f.scene = std::make_unique<SceneState>(f.model, for_two ? &f.pair : nullptr, tables.is_free() ? &f.body : nullptr,
+                                           rings ? &f.modes : nullptr);
+    f.scene->check(HAPTABLE_CHECK_ALL);
+}
+
+MovingSession::~MovingSession() = default;
+
+void MovingSession::step(const std::array<Vector3d, 2>& finger_m) {
+    Firmware& f = *firmware_;
+    haptable_input in[2] = {};
+    haptable_output out[2] = {};
+    for (int i = 0; i < touching_.fingers; ++i) {
+        put(finger_m[std::size_t(i)], in[i].finger_m);
+        in[i].is_there = 1;
+    }
+    f.now_us += HAPTABLE_TICK_US;
+    f.scene->step(in, f.now_us, out);
+    for (int i = 0; i < touching_.fingers; ++i) {
+        Felt felt;
+        felt.touches = haptable_touches(out[i].state) != 0;
+        felt.at_m = to_vector(in[i].finger_m);
+        felt.force_n = to_vector(out[i].force_n);
+        felt.god_m = to_vector(out[i].god_object_m);
+        felt.inside_m = to_vector(f.scene->servo(std::size_t(i)).finger_m);
+        felt.alpha = to_vector(out[i].alpha);
+        felt.patch = out[i].patch == HAPTABLE_NONE ? -1 : int{out[i].patch};
+        for (const float* nodal : out[i].nodal_force_n) felt.load_n += to_vector(nodal);
+        felt.is_sound = out[i].state != HAPTABLE_REJECTED && out[i].state != HAPTABLE_FAULTED &&
+                        felt.force_n.allFinite() && felt.load_n.allFinite();
+        felt_[std::size_t(i)] = felt;
+    }
+}
+
+Motion MovingSession::motion() const {
+    const haptable_body_state& s = firmware_->state();
+    Motion m;
+    m.centre_m = to_vector(s.position_m) - to_vector(s.position_low_m);
+    m.turn =
+        Eigen::Quaterniond(double(s.turn[0]), double(s.turn[1]), double(s.turn[2]), double(s.turn[3])).normalized();
+    m.momentum = tables_.rigid().mass_kg * (to_vector(s.velocity_m_per_s) - to_vector(s.velocity_low_m_per_s));
+    m.spin_momentum = to_vector(s.momentum_n_m_s) - to_vector(s.momentum_low_n_m_s);
+    m.on_floor = s.on_floor;
+    return m;
+}
+
+void MovingSession::put_motion(const Vector3d& velocity_m_per_s, const Vector3d& spin_rad_per_s) {
+    haptable_body_state& s = *firmware_->scene->body();
+    put(velocity_m_per_s, s.velocity_m_per_s);
+    put(spin_rad_per_s, s.spin_rad_per_s);
+    put(motion().turn * (tables_.rigid().inertia_kg_m2 * spin_rad_per_s), s.momentum_n_m_s);
+}
+
+Vector3d MovingSession::to_body(const Vector3d& world_m) const {
+    if (!tables_.is_free()) return world_m;
+    const Motion m = motion();
+    return m.turn.conjugate() * (world_m - m.centre_m) + tables_.rigid().centre_m;
+}
+
+Vector3d MovingSession::to_world(const Vector3d& body_m) const {
+    if (!tables_.is_free()) return body_m;
+    const Motion m = motion();
+    return m.turn * (body_m - tables_.rigid().centre_m) + m.centre_m;
+}
+
+double MovingSession::motion_j() const {
+    if (!tables_.is_free()) return 0.0;
+    const Motion m = motion();
+    const Rigid& rigid = tables_.rigid();
+    const haptable_body& body = firmware_->body;
+    const Vector3d turning = m.turn.conjugate() * m.spin_momentum, out = m.centre_m - rigid.centre_m;
+    double energy = 0.5 * m.momentum.squaredNorm() / rigid.mass_kg +
+                    0.5 * turning.dot(rigid.inertia_kg_m2.ldlt().solve(turning)) -
+                    rigid.mass_kg * to_vector(body.gravity_m_per_s2).dot(out);
+    for (int c = 0; c < 3; ++c)
+        energy += 0.5 * double(body.stiffness_n_per_m[c]) * out[c] * out[c] +
+                  2.0 * double(body.turn_stiffness_n_m[c]) * m.turn.vec()[c] * m.turn.vec()[c];
+    return energy;
+}
+
+double MovingSession::modes_j() const {
+    double twice = 0.0;
+    for (int k = 0; k < int{firmware_->modes.count}; ++k) {
+        const haptable_modes_state& s = *firmware_->scene->modes();
+        const double q = double(s.q[k]) - double(s.q_low[k]), p = double(s.p[k]) - double(s.p_low[k]);
+        const double omega = tables_.vibration()->omega_rad_per_s[std::size_t(k)];
+        twice += p * p + omega * omega * q * q;
+    }
+    return 0.5 * twice;
+}
+
+double MovingSession::contact_j() const {
+    double stored = 0.0;
+    for (int i = 0; i < touching_.fingers; ++i) stored += felt_[std::size_t(i)].stored_j();
+    return stored;
+}
+
+}  // namespace haptable::test

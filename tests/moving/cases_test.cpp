@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The cases of ../shared/moving: scenes and paths of other people on which momentum, energy or the surface was lost.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "host/base/error.hpp"
+#include "host/link/finger_path.hpp"
+#include "tests/moving/adapter.hpp"
+#include "tests/moving/ledger.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+namespace fs = std::filesystem;
+
+const fs::path kCases = "../shared/moving";
+
+class MovingCase : public testing::Test {
+protected:
+    void SetUp() override {
+        if (!fs::exists(kCases)) GTEST_SKIP() << "no ../shared/moving";
+    }
+
+    /// Reads the scene NAME and the path NAME, or another one.
+    void open(const std::string& name, const std::string& path = "") {
+        tables = std::make_unique<MovingTables>(read_scene(kCases / (name + ".toml")));
+        touching.by_scene = true;
+        touching.fingers = tables->scene().contact.fingers;
+        session = std::make_unique<MovingSession>(*tables, touching);
+        at = read(path.empty() ? name : path);
+    }
+    static std::vector<std::array<Vector3d, 2>> read(const std::string& path) {
+        std::vector<std::array<Vector3d, 2>> fingers;
+        for (const FingerTick& tick : read_finger_ticks(kCases / (path + ".csv"), Positions::any)) {
+            const auto& second = tick.second_m.value_or(std::array<double, 3>{});
+            fingers.push_back({Vector3d(tick.position_m.data()), Vector3d(second.data())});
+        }
+        return fingers;
+    }
+    Motion before() const { return tables->is_free() ? session->motion() : Motion(); }
+    bool touches() const { return session->felt(0).touches || session->felt(1).touches; }
+    Vector3d force() const { return session->felt(0).force_n + session->felt(1).force_n; }
+
+    std::unique_ptr<MovingTables> tables;
+    std::unique_ptr<MovingSession> session;
+    std::vector<std::array<Vector3d, 2>> at;
+    Touching touching;
+};
+
+// The body has what the finger gave: F T, summed.
+TEST_F(MovingCase, PushGivesTheBodyWhatTheHandFelt) {
+    open("push");
+    Vector3d given = Vector3d::Zero();
+    double roundings = 0.0;
+    for (const auto& finger : at) {
+        session->step(finger);
+        given -= kTick_s * force();
+        roundings += kTick_s * force().norm() + session->motion().momentum.norm();
+    }
+    const Vector3d has = session->motion().momentum;
+    EXPECT_WITHIN((has - given).norm(), .count = 16, .epsilon = kFloat, .size = roundings)
+        << "the finger gave " << 1e3 * given.norm() << " mN s, the body has " << 1e3 * has.norm();
+    EXPECT_GT(given.norm(), 1e-3);
+}
+
+// What a finger has flicked moves on.
+TEST_F(MovingCase, FlickedBodyMovesOn) {
+    open("flick");
+    Vector3d given = Vector3d::Zero();
+    double roundings = 0.0;
+    int contact_ticks = 0;
+    for (const auto& finger : at) {
+        session->step(finger);
+        given -= kTick_s * force();
+        roundings += kTick_s * force().norm() + session->motion().momentum.norm();
+        contact_ticks += touches();
+    }
+    const Vector3d has = session->motion().momentum;
+    EXPECT_GT(contact_ticks, 0);
+    EXPECT_GT(has.norm(), 0.0);
+    EXPECT_WITHIN((has - given).norm(), .count = 16, .epsilon = kFloat, .size = roundings)
+        << "given " << 1e3 * given.norm() << " mN s, it has " << 1e3 * has.norm();
+}
+
+// What is carried evenly needs no force along the way: the mean over the last 4 s is what the body's momentum can have
+// changed by, which swings between the fingers, at its most from rest to twice their speed.
+TEST_F(MovingCase, CarriedEvenlyNeedsNoForce) {
+    open("carry");
+    constexpr std::size_t kLast = 4000;
+    double along = 0.0, roundings = 0.0;
+    double from = 0.0;
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        if (tick + kLast == at.size()) from = session->motion().momentum.x();
+        session->step(at[tick]);
+        if (tick + kLast < at.size()) continue;
+        along += force().x();
+        roundings += force().norm() + session->felt(0).force_n.norm() + session->felt(1).force_n.norm();
+        ASSERT_TRUE(session->felt(0).touches && session->felt(1).touches) << "tick " << tick;
+    }
+    const double weight = 9.81 * tables->rigid().mass_kg, speed = 0.1;
+    const double gained = session->motion().momentum.x() - from;
+    EXPECT_WITHIN(std::abs(kTick_s * along + gained), .count = 16, .epsilon = kFloat,
+                  .size = kTick_s * roundings + double(kLast) * tables->rigid().mass_kg * speed);
+    EXPECT_LE(std::abs(along / double(kLast)), 2.0 * tables->rigid().mass_kg * speed / (double(kLast) * kTick_s))
+        << 1e3 * along / double(kLast) << " mN along the way, the weight is " << 1e3 * weight << " mN";
+}
+
+// After the finger has left, nothing changes: momentum to the last bit, energy to 100 roundings.
+TEST_F(MovingCase, TumblesOnAsItWasLeft) {
+    open("tumble");
+    std::size_t last = 0;
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        session->step(at[tick]);
+        if (touches()) last = tick;
+    }
+    session = std::make_unique<MovingSession>(*tables, touching);
+    Motion left;
+    double left_j = 0.0, energy = 0.0, turning = 0.0;
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        session->step(at[tick]);
+        const Motion now = session->motion();
+        if (tick == last + 1) left = now, left_j = session->motion_j();
+        if (tick <= last + 1) continue;
+        ASSERT_EQ(now.momentum, left.momentum) << "tick " << tick;
+        energy = std::max(energy, std::abs(session->motion_j() - left_j));
+        turning = std::max(turning, (now.spin_momentum - left.spin_momentum).norm());
+    }
+    EXPECT_GT(left_j, 0.0);
+    EXPECT_WITHIN(energy, .count = 100, .epsilon = kFloat, .size = left_j);
+    EXPECT_WITHIN(turning, .count = 100, .epsilon = kFloat, .size = left.spin_momentum.norm());
+}
+
+// Contact, modes and hand: no rise beyond rounding and what a wall makes of the hand.
+TEST_F(MovingCase, RingingBodyMakesNoEnergy) {
+    open("ring");
+    Ledger ledger(*tables, touching);
+    int contact_ticks = 0;
+    for (const auto& finger : at) {
+        session->step(finger);
+        ledger.note(*session, {});
+        contact_ticks += touches();
+    }
+    EXPECT_GT(contact_ticks, 10);
+    EXPECT_LE(ledger.risen_j(), 64 * kFloat * ledger.largest_j() + ledger.rounded_j())
+        << "made beyond a wall's, of at most " << 1e3 * ledger.largest_j() << " mJ, at tick " << ledger.risen_tick();
+}
+
+// A mass of next to nothing is refused by name, or moves and is felt as numbers.
+TEST_F(MovingCase, MassOfNextToNothingMakesNoNaN) {
+    try {
+        open("mass");
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("mass"), std::string::npos) << error.what();
+        return;
+    }
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        session->step(at[tick]);
+        ASSERT_TRUE(force().allFinite() && session->motion().centre_m.allFinite() &&
+                    session->motion().turn.coeffs().allFinite())
+            << "tick " << tick;
+    }
+}
+
+}  // namespace
+}  // namespace haptable::test

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Newton's first law and Galileo's: what nothing touches does not change, what is carried evenly needs no force, and a
+// finger gives a body that it pushes at most twice its own speed.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "tests/hand.hpp"
+#include "tests/moving/adapter.hpp"
+#include "tests/moving/bodies.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+const TemporaryFolder& folder() {
+    static const TemporaryFolder one;
+    return one;
+}
+
+/// A free body for two fingers, consistent.
+std::unique_ptr<MovingTables> tables_of(const Shaped& shaped, double mass_kg = 0.0, int fingers = 2) {
+    Scene scene = scene_of(shaped, true, 0, ForceLaw::kConsistent, fingers,
+                           folder().path() / (shaped.name + std::to_string(mass_kg)));
+    scene.free_body->mass_kg = mass_kg;
+    return std::make_unique<MovingTables>(scene);
+}
+
+// An hour without a touch, at rest and in spins about a general axis: linear momentum to the last bit, angular momentum
+// and energy to 100 roundings; what rounds the turn changes the energy by as much as moments of inertia differ. The
+// rod, of which they differ most, for an hour; the others for six minutes, or all for HAPTABLE_SECONDS.
+TEST(Inertia, NothingTouchesItNothingChanges) {
+    for (const Shaped& shaped : {block(), plate(), rod()}) {
+        const auto tables = tables_of(shaped, 0.0, 1);
+        const Vector3d moments = tables->rigid().inertia_kg_m2.selfadjointView<Eigen::Lower>().eigenvalues();
+        const int seconds = asked("HAPTABLE_SECONDS", shaped.name == "rod" ? 3600 : 360);
+        for (const double spin : {0.0, 1.0, 10.0}) {
+            Touching touching;
+            MovingSession session(*tables, touching);
+            session.put_motion({0.02, -0.01, 0.005}, spin * Vector3d(2.0, -1.0, 2.0) / 3.0);
+            const Motion begun = session.motion();
+            const double begun_j = session.motion_j();
+            const Vector3d away = Vector3d::Constant(1.0);
+            double energy = 0.0, turning = 0.0, linear = 0.0;
+            for (int tick = 0; tick < 1000 * seconds; ++tick) {
+                session.step({away, away});
+                if (tick % 100 != 0) continue;
+                const Motion now = session.motion();
+                linear = std::max(linear, (now.momentum - begun.momentum).norm());
+                turning = std::max(turning, (now.spin_momentum - begun.spin_momentum).norm());
+                energy = std::max(energy, std::abs(session.motion_j() - begun_j));
+            }
+            EXPECT_EQ(linear, 0.0) << shaped.name << " at " << spin << " rad/s";
+            EXPECT_WITHIN(turning, .count = 100, .epsilon = kFloat, .size = begun.spin_momentum.norm())
+                << shaped.name << " at " << spin << " rad/s";
+            EXPECT_WITHIN(energy, .count = 100, .epsilon = kFloat, .condition = moments.maxCoeff() / moments.minCoeff(),
+                          .size = begun_j)
+                << shaped.name << " at " << spin << " rad/s";
+        }
+    }
+}
+
+/// Two fingers that hold the block by its sides, `in` deep.
+std::array<Vector3d, 2> grip(double in) { return {Vector3d(0.015, in, 0.014), Vector3d(0.015, 0.03 - in, 0.016)}; }
+
+/// What moves evenly with body and hands feels what is felt at rest, to the roundings of places in each tick, each a
+/// force: they add up, as nothing here loses energy.
+void expect_same_forces(const MovingTables& tables, const Touching& touching, const Vector3d& velocity,
+                        const std::function<std::array<Vector3d, 2>(int tick)>& path) {
+    constexpr int kTicks = 1000;
+    MovingSession still(tables, touching), moving(tables, touching);
+    moving.put_motion(velocity, Vector3d::Zero());
+    double worst = 0.0, farthest = 0.0;
+    int contact_ticks = 0;
+    for (int tick = 0; tick < kTicks; ++tick) {
+        const auto at = path(tick);
+        const Vector3d gone = kTick_s * tick * velocity;
+        still.step(at);
+        moving.step({at[0] + gone, at[1] + gone});
+        contact_ticks += still.felt(0).touches;
+        farthest = std::max(farthest, gone.norm() + at[0].norm());
+        for (int f = 0; f < touching.fingers; ++f)
+            worst = std::max(worst, (still.felt(f).force_n - moving.felt(f).force_n).norm());
+    }
+    EXPECT_GT(contact_ticks, 20);
+    EXPECT_WITHIN(worst, .count = 16 * std::sqrt(double(kTicks)), .epsilon = kFloat,
+                  .size = tables.stiffness_limit_n_per_m() * farthest)
+        << velocity.transpose() << " m/s";
+}
+
+TEST(Inertia, EvenMotionIsNotFelt) {
+    const auto tables = tables_of(block());
+    for (const Vector3d& velocity : {Vector3d(0.1, 0.0, 0.0), Vector3d(0.03, -0.2, 0.06)}) {
+        Touching touching;  // one finger pushes, and is left behind
+        expect_same_forces(*tables, touching, velocity, [](int tick) {
+            return std::array<Vector3d, 2>{Vector3d(0.0153, -0.001 + 1e-4 * std::min(tick, 100), 0.0149), {}};
+        });
+        touching.fingers = 2;
+        touching.friction = 0.8;
+        expect_same_forces(*tables, touching, velocity,
+                           [](int tick) { return grip(std::min(0.003, -0.001 + 2e-5 * tick)); });
+    }
+}
+
+// A grip that begins to move and then goes on evenly: over 2 s the mean force is what the body's momentum can have
+// changed by meanwhile, as it swings between the fingers.
+TEST(Inertia, CarriedEvenlyNeedsNoForce) {
+    const auto tables = tables_of(block());
+    const double speed = 0.1, mass = tables->rigid().mass_kg;
+    Touching touching;
+    touching.fingers = 2;
+    touching.friction = 0.8;
+    MovingSession session(*tables, touching);
+    double along = 0.0;
+    for (int tick = 0; tick < 4000; ++tick) {
+        auto at = grip(std::min(0.003, -0.001 + 2e-5 * tick));
+        for (Vector3d& one : at) one.x() += speed * kTick_s * std::max(0, tick - 1000);
+        session.step(at);
+        if (tick < 2000) continue;
+        ASSERT_TRUE(session.felt(0).touches && session.felt(1).touches) << "tick " << tick;
+        along += (session.felt(0).force_n.x() + session.felt(1).force_n.x()) / 2000.0;
+    }
+    EXPECT_LE(std::abs(along), 2.0 * mass * speed / 2.0) << 1e3 * along << " mN along the way";
+    EXPECT_NEAR(session.motion().centre_m.x(), tables->rigid().centre_m.x() + 0.3, 0.005);
+}
+
+/// What a push through the middle came to.
+struct Push {
+    Vector3d given = Vector3d::Zero(), has = Vector3d::Zero();  ///< N s
+    double roundings = 0.0, deepest_m = 0.0;
+};
+
+/// A finger that goes on evenly until the body has left it; in its first tick it is at that fraction of its way.
+Push push(const MovingTables& tables, double speed, double fraction) {
+    MovingSession session(tables, {});
+    Vector3d finger(-0.001 - fraction * speed * kTick_s, 0.015, 0.015);
+    Push push;
+    bool has_touched = false;
+    for (int tick = 0; tick < 20000 && !(has_touched && !session.felt(0).touches); ++tick) {
+        finger.x() += speed * kTick_s;
+        push.deepest_m = std::max(push.deepest_m, session.to_body(finger).x());
+        session.step({finger, finger});
+        push.given -= kTick_s * session.felt(0).force_n;
+        push.roundings += kTick_s * session.felt(0).force_n.norm() + session.motion().momentum.norm();
+        has_touched |= session.felt(0).touches;
+    }
+    EXPECT_TRUE(has_touched);
+    push.has = session.motion().momentum;
+    return push;
+}
+
+// A finger that pushes a free body and is left behind gives it at most twice its own speed, which is an elastic blow by
+// a wall; and the body has what the finger felt. Where in a tick the contact begins and ends makes up to k (v T)^2 / 8
+// of energy, which is 1 + k T^2 / 4 m of the blow's.
+TEST(Inertia, APushGivesAtMostTwiceItsSpeed) {
+    int pushes = 0;
+    for (const double mass : {0.0027, 0.027, 0.27}) {
+        const auto tables = tables_of(block(), mass, 1);
+        const double sampled = tables->stiffness_limit_n_per_m() * kTick_s * kTick_s / (4.0 * mass);
+        for (const double speed : {0.01, 0.03, 0.1, 0.3, 1.0}) {
+            for (const double fraction : {0.0, 0.25, 0.5, 0.75}) {
+                const Push pushed = push(*tables, speed, fraction);
+                EXPECT_WITHIN((pushed.has - pushed.given).norm(), .count = 16, .epsilon = kFloat,
+                              .size = pushed.roundings)
+                    << mass << " kg at " << speed << " m/s";
+                if (pushed.deepest_m > 0.01) continue;  // a third of the block: it comes out at another side
+                ++pushes;
+                EXPECT_LE(pushed.has.norm() / mass, speed * (1.0 + std::sqrt(1.0 + sampled)) * (1.0 + 1e-5))
+                    << mass << " kg at " << speed << " m/s";
+                EXPECT_GT(pushed.has.x() / mass, 1.5 * speed) << mass << " kg at " << speed << " m/s";
+            }
+        }
+    }
+    EXPECT_GE(pushes, 40);
+}
+
+}  // namespace
+}  // namespace haptable::test
