@@ -37,6 +37,12 @@ function haptableEngine(port) {
     return at;
   }
 
+  // What the servo made of tables; 0 where it refused them.
+  function whole(at, name) {
+    if (at === 0) throw new Error('the tables of ' + name + ' are damaged: make the page again');
+    return at;
+  }
+
   async function open(message) {
     const module = await WebAssembly.instantiate(message.wasm, {});
     wasm = module.instance.exports;
@@ -50,10 +56,6 @@ function haptableEngine(port) {
     from_at = reserve(24 * fingers);
     to_at = reserve(24 * fingers);
     const table = scene.tables, data = message.data;
-    const whole = (at, name) => {
-      if (at === 0) throw new Error('the tables of ' + name + ' are damaged: make the page again');
-      return at;
-    };
     for (const one of scene.modes) {
       const model = whole(wasm.page_model(keep(data, table[one.model]), table[one.model].bytes), one.model);
       models.push(model);
@@ -118,9 +120,9 @@ function haptableEngine(port) {
     note(words(ticks_at, stride * due), due);
   }
 
-  // Of a tick: which hands nobody holds.
+  // Of a tick: which of two hands nobody holds. One that is alone is there, and may have no position.
   function away() {
-    words(buttons_at, fingers).set(goal.slice(0, fingers).map(at => at === null ? AWAY : 0));
+    words(buttons_at, fingers).set(goal.slice(0, fingers).map(at => fingers === 2 && at === null ? AWAY : 0));
     return buttons_at;
   }
 
