@@ -23,9 +23,14 @@ for _ in 1 2; do
 done
 
 # A call through a pointer is one of the functions that are named, none of which is already on the path, and none of a
-# rank above the caller's: what moves calls contacts, contacts call laws, laws unpack blocks.
+# rank above the caller's: what moves calls contacts, contacts call laws, laws unpack blocks. So what is deepest below a
+# function depends on its level and on the named ones of ranks 4 and 5 on the path, and is found once for each.
 stack=$(cat "$folder"/*.ci | awk -v root=haptable_scene_step -v named="$named" '
     function rank(name) {
+        if (!(name in ranks)) ranks[name] = rank_of(name)
+        return ranks[name]
+    }
+    function rank_of(name) {
         if (name ~ /^haptable_(init|check|scene)_/ || name ~ /_crc$/) return 0
         if (name == "haptable_moving" || name ~ /^haptable_step_/) return 1
         if (name ~ /^haptable_(contacts?|rows)_of_/ || name ~ /^haptable_(body|modes)_/) return 2
@@ -52,18 +57,24 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_scene_step -v named="$named" '
         }
         return most
     }
-    function depth(name, level,   most) {
+    function depth(name, level,   key) {
         if (on_path[name]) { print "recursion through " name > "/dev/stderr"; failed = 1; exit 1 }
         on_path[name] = 1
+        if (name in bit) path[rank(name)] += bit[name]
         if ((is_named[name] || rank(name) == 3) && rank(name) > level) level = rank(name)
-        most = deepest(edges[name], level, 1)
+        key = name " " level " " (level <= 4 ? path[4] : 0) " " (level <= 5 ? path[5] : 0)
+        if (!(key in below)) below[key] = deepest(edges[name], level, 1)
+        if (name in bit) path[rank(name)] -= bit[name]
         on_path[name] = 0
-        return most + bytes[name]
+        return below[key] + bytes[name]
     }
     END {
         if (failed) exit 1
         n = split(named, list, " ")
-        for (i = 1; i <= n; ++i) is_named[list[i]] = 1
+        for (i = 1; i <= n; ++i) {
+            is_named[list[i]] = 1
+            if (!(list[i] in bit) && rank(list[i]) ~ /^[45]$/) bit[list[i]] = 2 ^ count[rank(list[i])]++
+        }
         print depth(root, 0)
     }')
 

@@ -215,18 +215,20 @@ class Package(unittest.TestCase):
         program = BUILD / "bin" / "haptable-precompute"
         body = haptable.load(haptable.precompute("meshes/grasp-cube.toml", self.path / "grasp", program=program))
         self.assertTrue(body.free)
-        pair = body.pair()
-        for tick in range(1500):  # squeezed from two sides, lifted by 16 mm, and held
+        pair, held = body.pair(), 0.0
+        for tick in range(2500):  # squeezed from two sides, lifted by 16 mm, and held
             inwards, up = 4e-6 * min(tick, 400) - 1e-4, 2e-5 * min(max(tick - 500, 0), 800)
             felt = pair.step((inwards, 0.015, 0.015 + up), (0.03 - inwards, 0.015, 0.015 + up))
+            held -= (felt[0].force[2] + felt[1].force[2]) * (tick >= 1500)
         pose = pair.pose
         self.assertGreater(pose.centre[2] - pose.rest_centre[2], 0.01)
         self.assertTrue(np.allclose(pose.matrix @ pose.matrix.T, np.eye(3), atol=1e-5))
         # God-objects are the body's, a millimetre and a half from the fingers, which are the world's.
         for contact, x in zip(felt, (inwards, 0.03 - inwards)):
             self.assertLess(np.linalg.norm(pose.to_world(contact.god_object) - (x, 0.015, 0.015 + up)), 0.003)
+        # It swings between them: held in the mean, as its momentum changes by no more than that of 16 mm in 0.8 s.
         weight = 9.81 * 27e-3
-        self.assertLess(abs(-felt[0].force[2] - felt[1].force[2] - weight), 0.1 * weight)
+        self.assertLess(abs(held / 1000 - weight), 2 * 27e-3 * 0.02 / 1.0)
 
     def test_a_body_that_rings(self):
         self.assertEqual(self.body.modes, 0)
