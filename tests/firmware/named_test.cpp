@@ -127,7 +127,9 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
             EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state) + sizeof(haptable_account))
                 << "how far they have swung";
         else if (name == "a second finger")
-            EXPECT_EQ(with.ram, sizeof(haptable_pair) + 2 * ticks - 12);
+            EXPECT_TRUE(2 * (sizeof(haptable_servo) + ticks) < with.ram &&
+                        with.ram <= sizeof(haptable_pair) + 2 * ticks)
+                << with.ram << ": two servos and what couples them, whose pointers take half of the host's";
         else
             EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
     }
