@@ -309,10 +309,11 @@ public:
     }
     std::uint32_t ticks(int finger = 0) { return behind_.servo(finger).counters.ticks; }
 
-    /// Two sides of the top, deeper with every tick, down to 2 mm.
+    /// Two sides of the top, deeper with every tick, down to 2 mm; once more from outside, after both were away.
     haptable_line_state state(std::uint32_t tick, unsigned there = 3) const {
         haptable_line_state state{tick * 1000, 0, {}};
-        const float z_m = 0.0305F - std::min(2.5e-3F, 1e-4F * static_cast<float>(tick));
+        constexpr std::uint32_t kAgain = 115;
+        const float z_m = 0.0305F - std::min(2.5e-3F, 1e-4F * static_cast<float>(tick < kAgain ? tick : tick - kAgain));
         for (int f = 0; f < hello.fingers; ++f)
             state.in[f] = {{f == 0 ? 0.0102F : 0.0197F, 0.0143F, z_m}, 0, static_cast<std::uint8_t>(there >> f & 1)};
         return state;

@@ -157,12 +157,14 @@ Push push(const MovingTables& tables, double speed, double fraction) {
 
 // A finger that pushes a free body and is left behind gives it at most twice its own speed, which is an elastic blow by
 // a wall; and the body has what the finger felt. Where in a tick the contact begins and ends makes up to k (v T)^2 / 8
-// of energy, which is 1 + k T^2 / 4 m of the blow's.
+// of energy, which is 1 + k T^2 / 4 m of the blow's. A force that falls is given as it is two ticks later: that leaves
+// 2 T sqrt(k / m) of the finger's speed out.
 TEST(Inertia, APushGivesAtMostTwiceItsSpeed) {
     int pushes = 0;
     for (const double mass : {0.0027, 0.027, 0.27}) {
         const auto tables = tables_of(block(), mass, 1);
         const double sampled = tables->stiffness_limit_n_per_m() * kTick_s * kTick_s / (4.0 * mass);
+        const double least = std::min(1.5, 2.0 - 4.0 * std::sqrt(sampled));
         for (const double speed : {0.01, 0.03, 0.1, 0.3, 1.0}) {
             for (const double fraction : {0.0, 0.25, 0.5, 0.75}) {
                 const Push pushed = push(*tables, speed, fraction);
@@ -173,7 +175,7 @@ TEST(Inertia, APushGivesAtMostTwiceItsSpeed) {
                 ++pushes;
                 EXPECT_LE(pushed.has.norm() / mass, speed * (1.0 + std::sqrt(1.0 + sampled)) * (1.0 + 1e-5))
                     << mass << " kg at " << speed << " m/s";
-                EXPECT_GT(pushed.has.x() / mass, 1.5 * speed) << mass << " kg at " << speed << " m/s";
+                EXPECT_GT(pushed.has.x() / mass, least * speed) << mass << " kg at " << speed << " m/s";
             }
         }
     }

@@ -73,19 +73,20 @@ INSTANTIATE_TEST_SUITE_P(Scenes, BridgeOfEveryScene, testing::ValuesIn(every_com
 
 // It is where the host's servo has it; an answer that is damaged is none, and is asked for again.
 TEST_P(BridgeOfEveryScene, IsWhatTheHostHas) {
-    constexpr std::int64_t kTicks = 250;
-    for (std::int64_t seq = 0; seq < kTicks; ++seq) {
+    constexpr std::int64_t kStates = 250;
+    const std::int64_t ticks = kStates + GetParam().fingers - 1;  // who begins first waits for nobody
+    for (std::int64_t seq = 0; seq < kStates; ++seq) {
         if (seq == 50) target.damages = 3;
         ASSERT_NO_FATAL_FAILURE(ask(seq));
     }
-    EXPECT_EQ(target.counters().ticks, std::uint32_t(kTicks)) << "stepped once";
+    EXPECT_EQ(target.counters().ticks, std::uint32_t(ticks)) << "stepped once";
     EXPECT_GT(session.report().contact_ticks, 20);
-    EXPECT_GE(session.report().resent_frames, 3);
+    EXPECT_GE(session.report().resent_frames, 2) << "one of the damaged answers was a hello";
     EXPECT_EQ(session.report().rejected_forces, 0);
-    ASSERT_EQ(poses.size(), GetParam().is_free ? std::size_t(kTicks) : 0U);
-    ASSERT_EQ(swung.size(), GetParam().rings ? std::size_t(kTicks) : 0U);
+    ASSERT_EQ(poses.size(), GetParam().is_free ? std::size_t(ticks) : 0U);
+    ASSERT_EQ(swung.size(), GetParam().rings ? std::size_t(ticks) : 0U);
     if (GetParam().is_free) {
-        EXPECT_EQ(poses.back().seq, kTicks - 1);
+        EXPECT_EQ(poses.back().seq, kStates - 1);
         EXPECT_EQ(poses.back().session, kSession);
         EXPECT_EQ(poses.back().rest_centre_m[2], double{scene.body->centre_m[2]});
         EXPECT_EQ(poses.back().centre_m[0], double{target.said().pose.position_m[0]});
@@ -93,7 +94,7 @@ TEST_P(BridgeOfEveryScene, IsWhatTheHostHas) {
     }
     if (GetParam().rings) {
         EXPECT_EQ(swung.back().count, 2);
-        EXPECT_EQ(swung.back().seq, kTicks - 1);
+        EXPECT_EQ(swung.back().seq, kStates - 1);
         EXPECT_EQ(swung.back().swung[1], target.said().q[1]);
         EXPECT_NE(swung.back().swung[0], 0.0F);
     }
@@ -115,9 +116,10 @@ TEST_P(BridgeOfEveryScene, WhatIsNoPoseOrNoModeIsRejected) {
         faults.emplace_back([](haptable_line_answer& a) { a.pose.spin_rad_per_s[1] = std::nanf(""); });
     }
     if (GetParam().rings) faults.emplace_back([](haptable_line_answer& a) { a.q[1] = std::nanf(""); });
-    const auto says = [this](haptable_line_answer answer) {
+    const auto sequence = static_cast<std::uint32_t>(1 + fingers);  // who begins first waits for nobody
+    const auto says = [this, sequence](haptable_line_answer answer) {
         Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
-        bytes.resize(haptable_line_write_answer(2, &target.hello, &answer, bytes.data()));
+        bytes.resize(haptable_line_write_answer(sequence, &target.hello, &answer, bytes.data()));
         port.put(bytes);
         for (int tries = 0; tries < 100; ++tries) session.take_answers();
         handle_all(connection);
