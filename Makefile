@@ -6,9 +6,19 @@
 # `make help` lists what can be made.
 
 BUILD ?= build
+# Files' names may hold anything. make expands nothing in those that people give, and a recipe has them as
+# "$$HAPTABLE_SCENE"; BUILD, TARGET and NAME stand in rules too, and hold nothing that make or a shell reads otherwise.
+as_given = $(eval unexport $(1))$(eval export HAPTABLE_$(1) := $$(value $(1)))
+letters = a b c d e f g h i j k l m n o p q r s t u v w x y z A B C D E F G H I J K L M N O P Q R S T U V W X Y Z \
+    0 1 2 3 4 5 6 7 8 9 . _ - + @ / ~ ,
+without = $(if $(2),$(call without,$(subst $(firstword $(2)),,$(1)),$(wordlist 2,99,$(2))),$(1))
+plain = $(if $(call without,$(value $(1)),$(letters)),$(error $(1)=$(value $(1)): give letters, digits and . _ - + @ / ~ ,),$(value $(1)))
+override BUILD := $(call plain,BUILD)
 # One name a folder, from here where it lies here: dependencies are read by the names that they were written with.
 override BUILD := $(patsubst $(CURDIR)/%,%,$(abspath $(BUILD)))
+override NAME := $(call plain,NAME)
 SCENE ?= meshes/cube.toml
+$(call as_given,SCENE)
 
 CC = gcc
 CXX = g++
@@ -142,8 +152,8 @@ demo-tried: | $(BUILD)/setup-package.stamp
 # touch: one page that lets a pointer touch a scene's body, in any browser (make touch SCENE=meshes/mouse.toml)
 .PHONY: touch
 touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS) $(BUILD)/lib/haptable-gmsh.so
-	@$(MAKE) --no-print-directory scene-alone SCENE_MAKES=summary.json
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
+	@$(MAKE) --no-print-directory scene-alone SCENE_MAKES=
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name -- "$$HAPTABLE_SCENE") && \
 	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
 	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
 
@@ -203,15 +213,15 @@ bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-preco
 scene: all
 	@$(MAKE) --no-print-directory scene-alone
 
-# The same, without the programs that it does not run; what of the scene is made.
+# The same, without the programs that it does not run; what is made of the scene besides its tables. What of them is
+# still true haptable-precompute knows best.
 SCENE_MAKES ?= servo
 .PHONY: scene-alone
 scene-alone: $(BUILD)/bin/haptable-precompute
-	@[ -n '$(SCENE)' ] || { echo "make: name a scene, as in make scene SCENE=meshes/cube.toml" >&2; exit 1; }
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
-	mkdir -p $(BUILD)/$$name && \
-	{ echo '$(SCENE)' | cmp -s - $(BUILD)/$$name/scene.path || echo '$(SCENE)' >$(BUILD)/$$name/scene.path; } && \
-	$(MAKE) --no-print-directory $(BUILD)/$$name/$(SCENE_MAKES) NAME=$$name
+	@[ -n "$$HAPTABLE_SCENE" ] || { echo "make: name a scene, as in make scene SCENE=meshes/cube.toml" >&2; exit 1; }
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name -- "$$HAPTABLE_SCENE") && \
+	$(BUILD)/bin/haptable-precompute -o $(BUILD)/$$name -- "$$HAPTABLE_SCENE" && \
+	{ [ -z "$(SCENE_MAKES)" ] || $(MAKE) --no-print-directory $(BUILD)/$$name/$(SCENE_MAKES) NAME=$$name; }
 
 # mpi: haptable-precompute for several machines, with Open MPI and MUMPS
 .PHONY: mpi
@@ -322,7 +332,7 @@ clean:
 # distclean: remove everything that was made, tables too
 .PHONY: distclean
 distclean:
-	rm -rf $(BUILD)
+	@sh scripts/clean.sh $(BUILD) all
 
 # help: this list
 .PHONY: help
@@ -505,13 +515,11 @@ $(BUILD)/tests/touch_picture/touch-picture: $(patsubst %,$(BUILD)/tests/%.cpp.o,
 	$(link) -lgtest $(LIBS_BASE)
 
 # One scene: `make scene` calls make again with its NAME.
-ifdef NAME
+ifneq ($(NAME),)
 HERE = $(BUILD)/$(NAME)
 
-# Blanks in a scene's path, as make reads them in a list of files.
-blank := $() $()
-$(HERE)/summary.json: $(subst $(blank),\$(blank),$(SCENE)) $(HERE)/scene.path $(BUILD)/bin/haptable-precompute
-	$(Q)$(BUILD)/bin/haptable-precompute '$(SCENE)' -o $(HERE) --depfile $(HERE)/scene.d
+$(HERE)/summary.json:
+	@echo "make: $@ is missing: make scene SCENE=... makes it" >&2; exit 1
 
 $(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
 	$(say) C $(HERE)/model.c
@@ -524,11 +532,10 @@ $(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json firmware/haptable.h | 
 $(HERE)/servo: $(HERE)/servo.o $(HERE)/model.c.o $(SERVO)
 	$(link) $(LIBS_LINK)
 
--include $(HERE)/scene.d
 endif
 
 include firmware/firmware.mk
 include packaging/install.mk
 
-# Not of the folders in it that are builds of their own.
+# What compilers wrote, but not in the folders that are builds of their own.
 -include $(shell find $(BUILD) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)

@@ -118,7 +118,7 @@ void export_servo(const fs::path& tables, const std::string& kind, const fs::pat
     const ServoSources files = servo_sources(require_part("firmware"), tables);
     const std::map<std::string, std::string> values = values_of(tables, files);
     const fs::path templates = require_part("boards") / kind;
-    Beside beside(out);
+    Beside beside(out, BesideIs::folder);
     fs::create_directories(beside.path() / "src");
     copy_into(beside.path() / "src", files.sources);
     copy_into(beside.path() / "src", files.headers);

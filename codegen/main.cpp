@@ -4,7 +4,9 @@
 
 #include "codegen/codegen.hpp"
 #include "codegen/export.hpp"
+#include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
+#include "host/tables/own_tables.hpp"
 
 int main(int argc, char** argv) {
     haptable::CommandLine app(
@@ -20,7 +22,11 @@ int main(int argc, char** argv) {
     exported.needs(to);
     to.needs(exported);
     return haptable::run_program(app, argc, argv, [&] {
-        haptable::generate_model(folder);
+        {
+            haptable::OwnFolder own(folder, haptable::kTables, haptable::own_tables_in(folder));
+            for (const char* file : {"model.h", "model.c", "display.h", "display.c"}) own.file(file);
+            haptable::generate_model(folder);
+        }
         if (!kind.empty()) haptable::export_servo(folder, kind, out);
     });
 }

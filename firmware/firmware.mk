@@ -4,6 +4,7 @@
 
 TARGET ?= cortex-m7
 TARGETS = cortex-m4 cortex-m7 cortex-m33 rv32
+override TARGET := $(or $(filter $(TARGETS),$(call plain,TARGET)),$(error TARGET=$(TARGET) is none of: $(TARGETS)))
 # What the part has; by default what a scene takes, as its files say. The linker stops where the image does not fit.
 HAS_TWO = $(wildcard $(BUILD)/$(NAME)/coupling*.npy)
 MOVES = $(wildcard $(BUILD)/$(NAME)/body.json $(BUILD)/$(NAME)/modes.json)
@@ -63,17 +64,17 @@ TARGET_LDFLAGS = $(CORE_$(TARGET)) -nostdlib -nostartfiles -Wl,--gc-sections -Wl
 # firmware: the servo of one scene for a microcontroller, with its size (make firmware SCENE=... TARGET=cortex-m7)
 .PHONY: firmware
 firmware: $(BUILD)/setup-cross.stamp
-	@$(if $(CORE_$(TARGET)),,echo "TARGET=$(TARGET) is none of: $(TARGETS)" >&2; exit 1)
 	@$(MAKE) --no-print-directory scene
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name -- "$$HAPTABLE_SCENE") && \
 	$(MAKE) --no-print-directory $(BUILD)/$$name/firmware/$(TARGET)/size.txt NAME=$$name && \
 	cat $(BUILD)/$$name/firmware/$(TARGET)/size.txt
 
 # firmware-diff: what the image's code, tables, state and stack grew by against main (make firmware-diff AGAINST=v0.1.0 TARGET=rv32)
 AGAINST ?= main
+$(call as_given,AGAINST)
 .PHONY: firmware-diff
 firmware-diff: firmware
-	@sh scripts/firmware-against.sh $(AGAINST) $(BUILD) '$(MAKE)' 'SCENE=$(SCENE)' TARGET=$(TARGET) TARGET_OPT=$(TARGET_OPT)
+	@sh scripts/firmware-against.sh "$$HAPTABLE_AGAINST" $(BUILD) '$(MAKE)' "SCENE=$$HAPTABLE_SCENE" TARGET=$(TARGET) TARGET_OPT=$(TARGET_OPT)
 
 # misra: where firmware/*.c deviates from MISRA C:2012, by cppcheck's addon; firmware/misra.txt says why
 .PHONY: misra
@@ -82,13 +83,15 @@ misra: $(BUILD)/setup-lint.stamp
 
 # loop: the servo on a microcontroller in a closed loop over LCM (make loop TARGET=cortex-m7; LINE=uart or LINE=/dev/ttyACM0)
 LINE ?= pipes
+$(call as_given,LINE)
+$(call as_given,DEVICE_OPTIONS)
 BAUD ?= 1000000
 LOOP_SECONDS ?= 10
 .PHONY: loop
 loop: firmware
-	@name=$$($(BUILD)/bin/haptable-precompute --print-name '$(SCENE)') && \
-	BUILD=$(BUILD) LINE=$(LINE) BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS='$(DEVICE_OPTIONS)' \
-	sh scripts/loop.sh $$name '$(SCENE)' $(TARGET)
+	@name=$$($(BUILD)/bin/haptable-precompute --print-name -- "$$HAPTABLE_SCENE") && \
+	BUILD=$(BUILD) LINE="$$HAPTABLE_LINE" BAUD=$(BAUD) SECONDS_=$(LOOP_SECONDS) LOCKSTEP=$(LOCKSTEP) DEVICE_OPTIONS="$$HAPTABLE_DEVICE_OPTIONS" \
+	sh scripts/loop.sh $$name "$$HAPTABLE_SCENE" $(TARGET)
 
 # The images that the tests run: scenes of every combination on every target, the cube in 64 KiB; without cross
 # compilers, none
@@ -101,7 +104,7 @@ images: $(BUILD)/host/target/count.so
 	@for scene in $(IMAGE_SCENES); do $(MAKE) --no-print-directory scene SCENE=$$scene || exit 1; done
 	@if sh scripts/setup.sh cross; then \
 	for scene in $(IMAGE_SCENES); do \
-	name=$$($(BUILD)/bin/haptable-precompute --print-name $$scene) && \
+	name=$$($(BUILD)/bin/haptable-precompute --print-name -- $$scene) && \
 	for target in $(TARGETS); do \
 	$(MAKE) --no-print-directory scene-images NAME=$$name SCENE=$$scene TARGET=$$target || exit 1; \
 	done || exit 1; done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
@@ -120,7 +123,7 @@ $(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c11 -O2 -Wall -Wextra $(WERROR) -shared -fPIC $< -o $@
 
-ifdef NAME
+ifneq ($(NAME),)
 IMAGE = $(BUILD)/$(NAME)/firmware/$(TARGET)
 SERVO_TARGET = $(patsubst firmware/%.c,$(IMAGE)/%.o,$(wildcard firmware/*.c))
 PORT_TARGET = $(addprefix $(IMAGE)/port/,$(addsuffix .o,$(basename $(PORT_$(TARGET)) haptable_semihosting haptable_memory haptable_ticks)))

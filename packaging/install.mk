@@ -5,7 +5,10 @@
 PREFIX ?= /usr/local
 DESTDIR ?=
 # Of libraries that others link: Debian's packages have it elsewhere.
-LIBDIR ?= $(PREFIX)/lib
+LIBDIR ?=
+$(call as_given,PREFIX)
+$(call as_given,DESTDIR)
+$(call as_given,LIBDIR)
 # What haptable-codegen --export takes: one list of files for every kind of project.
 BOARD_PARTS = $(patsubst firmware/%,$(BUILD)/lib/firmware/%,$(wildcard firmware/*.[ch])) \
     $(patsubst packaging/%,$(BUILD)/lib/%,$(shell find packaging/boards -type f))
@@ -16,12 +19,12 @@ MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUIL
 # install: programs, manuals, libraries and sources into DESTDIR/PREFIX (make install PREFIX=$HOME/.local)
 .PHONY: install
 install: $(INSTALLED) $(MODULES) $(PAGE_PARTS) $(BUILD)/lib/libhaptable-servo.a $(LIBRARY) $(MANUAL)
-	@BUILD=$(BUILD) sh packaging/install.sh '$(DESTDIR)' '$(PREFIX)' '$(LIBDIR)'
+	@BUILD=$(BUILD) sh packaging/install.sh "$$HAPTABLE_DESTDIR" "$$HAPTABLE_PREFIX" "$${HAPTABLE_LIBDIR:-$$HAPTABLE_PREFIX/lib}"
 
 # uninstall: remove what make install put there
 .PHONY: uninstall
 uninstall:
-	@sh packaging/uninstall.sh '$(DESTDIR)' '$(PREFIX)'
+	@sh packaging/uninstall.sh "$$HAPTABLE_DESTDIR" "$$HAPTABLE_PREFIX"
 
 $(BUILD)/bin/haptable-codegen: | $(BOARD_PARTS)
 

@@ -6,6 +6,7 @@
 set -eu
 destdir=$1 prefix=$2 libdir=$3
 case $prefix$libdir in
+*[!A-Za-z0-9/._+@~,-]*) echo "install: PREFIX=$prefix: give letters, digits and / . _ + @ ~ , -" >&2 && exit 1 ;;
 /*) ;;
 *) echo "install: PREFIX=$prefix: give it from the root, as in PREFIX=\$HOME/.local" >&2 && exit 1 ;;
 esac

@@ -13,7 +13,8 @@ set -eu
 BUILD=${BUILD:-build}
 part=$1 out=$2
 folder=$BUILD/large
-mkdir -p "$folder"
+. scripts/own.sh
+own "$folder" measurements
 
 # cube NODES_A_SIDE COLUMNS: prints the scene file of a cube of 30 mm, its base held, touchable everywhere.
 cube() {

@@ -8,6 +8,7 @@ set -eu
 
 BUILD=${BUILD:-build}
 demo=$BUILD/demo
+. scripts/own.sh
 
 # ---- the paper's figures: a scripted finger path through the servo, and its last tick drawn ------------------------
 
@@ -72,7 +73,7 @@ loop() {
 
 # --------------------------------------------------------------------------------------------------------------------
 
-mkdir -p "$demo"
+own "$demo" demo
 figures
 [ "${1:-}" != --figures ] || exit 0
 echo "The cube at 1 kHz over LCM (poke, drag, circle), then a picture of every 0.1 s:"

@@ -7,7 +7,9 @@ set -eu
 BUILD=${BUILD:-build}
 work=$BUILD/figures
 pictures=docs/pictures
-mkdir -p "$work"
+. scripts/own.sh
+plain "$BUILD"
+own "$work" figures
 
 # plot NAME [DEFINITIONS]: docs/figures/NAME.gp draws NAME.svg.
 plot() {

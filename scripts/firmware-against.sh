@@ -22,5 +22,5 @@ echo "building $(git log -1 --format='%h %s' "$commit")"
 $make --no-print-directory -C "$tree" BUILD=build "$@" firmware >"$tree.log" 2>&1 || { tail -n 5 "$tree.log" >&2; exit 1; }
 scene=$(printf '%s\n' "$@" | sed -n 's/^SCENE=//p')
 target=$(printf '%s\n' "$@" | sed -n 's/^TARGET=//p')
-name=$("$build/bin/haptable-precompute" --print-name "$scene")
+name=$("$build/bin/haptable-precompute" --print-name -- "$scene")
 sh scripts/firmware-diff.sh "$tree/build/$name/firmware/$target/size.txt" "$build/$name/firmware/$target/size.txt"

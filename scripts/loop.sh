@@ -14,6 +14,10 @@ folder=$BUILD/$name/loop
 images=$BUILD/$name/firmware/$target
 log=$folder/session.lcmlog
 . scripts/session.sh
+. scripts/own.sh
+
+# quoted WORD: for a shell.
+quoted() { printf "'%s'" "$(printf '%s' "$1" | sed "s/'/'\\\\''/g")"; }
 
 # bridge OPTION...: in the background, until the device has been silent for a second.
 bridge() {
@@ -32,7 +36,7 @@ start_bridge() {
         children="$children $!"
         bridge --pipes "$folder/to" "$folder/from"
         ;;
-    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $images/uart.elf" ;;
+    uart) bridge --run "env QEMU_SERIAL=stdio QEMU_SECONDS=0 sh scripts/qemu.sh $target $(quoted "$images/uart.elf")" ;;
     *) bridge --port "$LINE" --baud "$BAUD" ;;
     esac
 }
@@ -43,8 +47,8 @@ run_loop() {
     lockstep=""
     [ "${LOCKSTEP:-0}" = 0 ] || lockstep=--lockstep
     # shellcheck disable=SC2086 # options with their values
-    "$BUILD/bin/haptable-device" "$scene" --path poke,drag,circle --seconds "$SECONDS_" $lockstep ${DEVICE_OPTIONS:-} \
-        --csv "$folder/device.csv" --quiet --json >"$folder/device.json"
+    "$BUILD/bin/haptable-device" --path poke,drag,circle --seconds "$SECONDS_" $lockstep ${DEVICE_OPTIONS:-} \
+        --csv "$folder/device.csv" --quiet --json -- "$scene" >"$folder/device.json"
     wait "$bridge"
     stop_logger "$log" "$folder/logger.txt"
 }
@@ -90,8 +94,9 @@ if [ "${4:-}" = --inside ]; then
     run_loop
     exit 0
 fi
+own "$folder" loop
 rm -rf "$folder"
-mkdir -p "$folder"
+own "$folder" loop
 sh scripts/loopback.sh sh "$0" "$name" "$scene" "$target" --inside
 compare
 "$BUILD/bin/haptable-view" "$BUILD/$name" --quiet --log "$log" --every 100 -o "$folder/pictures"

@@ -7,6 +7,8 @@ set -eu
 BUILD=${BUILD:-build}
 numbers=$1
 out=$2
+. scripts/own.sh
+plain "$BUILD" "$out"
 
 data_of() { "$BUILD/bin/haptable-report" --numbers "$numbers" --plot "$1" >"$out/$1.dat"; }
 # draw NAME SCRIPT DATA [DEFINITIONS]

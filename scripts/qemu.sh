@@ -4,7 +4,7 @@
 # qemu.sh TARGET ELF WORD...: runs an image on an emulated board; the words are its command line, by semihosting.
 # QEMU_EXTRA holds more options of QEMU; QEMU_SERIAL=stdio: the board's UART is our standard input and output;
 # QEMU_SECONDS: how long it may run, 0 for ever. Exit status: the image's own, or 124 after a minute. 77: no QEMU for it.
-set -eu
+set -euf
 target=$1
 elf=$2
 shift 2

@@ -7,6 +7,8 @@ set -eu
 BUILD=${BUILD:-build}
 docs=$1
 out=$2
+. scripts/own.sh
+plain "$docs" "$out"
 pages="ACCURACY REFERENCES design/small-strain HARD CONFIGURATIONS design/elements design/elsewhere design/locking CONTACT FEEL STROKES design/speed design/proxies INSTRUCTIONS COSTS MICROCONTROLLER LATENCY DEVICES STABILITY TOUCH TIME LIVER PRECOMPUTE design/masks design/meshes SCALE INSTALL PYTHON"
 
 for page in $(cd "$docs" && grep -lE '^<!-- [a-z-]+ -->$' *.md design/*.md | sed 's/\.md$//'); do

@@ -17,11 +17,15 @@ std::string read_text(const std::filesystem::path& path);
 /// Writes `bytes` to `path`, whole or not at all. Throws Error that names the path.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// A file or folder under construction, beside its final place. Unless commit() is called it is removed.
+enum class BesideIs { file, folder };
+
+/// A file or folder under construction, beside its final place: NAME.haptable-PROCESS, which it holds locked. Unless
+/// commit() is called it is removed; where the process was killed, the next one that writes into its folder removes it.
 class Beside {
 public:
-    /// A link's target is what will be replaced. Throws Error for a device or a pipe.
-    explicit Beside(std::filesystem::path final_path);
+    /// Makes it, empty. A link's target is what will be replaced. Throws Error for a device or a pipe, and where it
+    /// cannot be made.
+    explicit Beside(std::filesystem::path final_path, BesideIs is = BesideIs::file);
     ~Beside();
     Beside(const Beside&) = delete;
     Beside& operator=(const Beside&) = delete;
@@ -32,8 +36,19 @@ public:
     void commit();
 
 private:
+    void make(BesideIs is);
+    void close();
+
     std::filesystem::path final_;
     std::filesystem::path temporary_;
+    int descriptor_ = -1;
 };
+
+/// Whether the path, itself no link, names the open file.
+bool names_open(const std::filesystem::path& path, int descriptor);
+
+/// Removes what killed processes left under construction in a folder: every NAME.haptable-PROCESS there that is this
+/// user's and that nobody holds locked.
+void remove_leftovers(const std::filesystem::path& folder);
 
 }  // namespace haptable

@@ -24,7 +24,7 @@ std::string data_of(const char* name, const std::vector<double>& time_s, const s
 }
 
 constexpr const char* kPlot =
-    "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output '{}'\n"
+    "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output 'fit.svg'\n"
     "set multiplot layout 2,1\nset grid lc rgb '#d0d0d0'\nset lmargin 10\nset rmargin 3\nset ylabel 'N'\n"
     "plot $measured with points pt 7 ps 0.3 lc rgb '#808080' title 'measured', $fitted with lines lw 1.5 lc rgb "
     "'#1f4e9c' title "
@@ -64,17 +64,16 @@ std::string scene_lines(const Scene& scene, double factor, const PronyFit& fit) 
 void plot_fit(const ForceRecord& record, const PronyFit& fit, const std::filesystem::path& svg) {
     std::vector<double> misfit_n(fit.force_n);
     for (std::size_t i = 0; i < misfit_n.size(); ++i) misfit_n[i] -= record.force_n[i];
-    const std::filesystem::path script = svg.string() + ".gnuplot", beside = svg.string() + ".new";
-    write_file(script, data_of("measured", record.time_s, record.force_n) +
-                           data_of("fitted", record.time_s, fit.force_n) + data_of("misfit", record.time_s, misfit_n) +
-                           fmt::format(kPlot, beside.string()));
-    Child gnuplot("gnuplot", {"gnuplot", script.string()});
+    const Beside scratch(svg.string() + ".plot", BesideIs::folder);
+    write_file(scratch.path() / "fit.gnuplot", data_of("measured", record.time_s, record.force_n) +
+                                                   data_of("fitted", record.time_s, fit.force_n) +
+                                                   data_of("misfit", record.time_s, misfit_n) + kPlot);
+    Child gnuplot("gnuplot", {"gnuplot", "fit.gnuplot"}, scratch.path().string());
     gnuplot.wait(kPatience);
-    std::filesystem::remove(script);
     if (!gnuplot.is_well())
         throw Error(fmt::format("{}: gnuplot (Debian: gnuplot-nox) does not draw it: {}", svg.string(),
                                 gnuplot.how_it_ended()));
-    std::filesystem::rename(beside, svg);
+    write_file(svg, read_file(scratch.path() / "fit.svg"));
 }
 
 }  // namespace haptable

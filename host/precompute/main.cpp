@@ -2,11 +2,14 @@
 // haptable-precompute: mesh and material in, tables out.
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cstdio>
+#include <string_view>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/mesh/audit.hpp"
@@ -16,6 +19,8 @@
 #include "host/precompute/locking.hpp"
 #include "host/precompute/tell.hpp"
 #include "host/precompute/under_constrained.hpp"
+#include "host/precompute/write_tables.hpp"
+#include "host/tables/own_tables.hpp"
 
 namespace {
 
@@ -37,12 +42,20 @@ fs::path folder_of(const Options& options, const Scene& scene) {
     return options.folder.empty() ? fs::path("build") / scene.name : options.folder;
 }
 
-/// A path as make reads it.
+/// A path as make reads it. Throws Error for a character that make would take for another thing in any case.
 std::string make_path(const fs::path& path) {
+    constexpr std::string_view kPlain = "._-+@/~,", kEscaped = " #:";
     std::string escaped;
-    for (char c : path.string()) {
-        if (c == ' ' || c == '#' || c == '\\') escaped += '\\';
-        if (c == '$') escaped += '$';
+    for (const char c : path.string()) {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool is_plain = byte >= 0x80 || std::isalnum(byte) != 0 || kPlain.find(c) != kPlain.npos;
+        if (kEscaped.find(c) != kEscaped.npos)
+            escaped += '\\';
+        else if (c == '$')
+            escaped += '$';
+        else if (!is_plain)
+            throw Error(
+                fmt::format("--depfile: {}: make reads no name with \"{}\" in it: rename it", path.string(), c));
         escaped += c;
     }
     return escaped;
@@ -83,15 +96,15 @@ GravityFacts weigh(const Scene& scene, const Body& body) {
 
 void draw_check(const Scene& scene, const Body& body, const Audit& audit,
                 const std::vector<std::int32_t>& under_constrained, const Options& options) {
-    const fs::path page = folder_of(options, scene) / "check.html";
-    std::error_code failed;
-    fs::create_directories(page.parent_path(), failed);
+    const fs::path folder = folder_of(options, scene);
     try {
-        write_file(page, check_page(scene, body, audit, under_constrained));
+        OwnFolder own(folder, kTables, own_tables_in(folder));
+        write_file(own.file("check.html"), check_page(scene, body, audit, under_constrained));
     } catch (const Error& error) {  // what was found is worth more than its picture
         return say(options.telling, "warning", {error.what()});
     }
-    if (!options.telling.quiet && !options.telling.json) fmt::print("  drawn in {}\n", page.string());
+    if (!options.telling.quiet && !options.telling.json)
+        fmt::print("  drawn in {}\n", (folder / "check.html").string());
 }
 
 /// The mesh is judged and, but for a body's weight, nothing is computed: the table first, then the first reason to
@@ -149,7 +162,10 @@ void run(const Options& options) {
     how.memory_bytes *= 1e9;
     const Result result = compute(scene, folder, progress, how);
     // 3. What make must know to do it again.
-    if (!options.depfile.empty()) write_file(options.depfile, dependencies(scene, folder));
+    if (!options.depfile.empty()) {
+        if (result.unchanged) touch_summary(folder);
+        write_file(options.depfile, dependencies(scene, folder));
+    }
     // 4. What people and scripts want to know.
     tell(options.telling, scene, folder, result);
 }

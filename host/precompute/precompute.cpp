@@ -11,7 +11,6 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/base/folder_lock.hpp"
 #include "host/base/hash.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
@@ -24,6 +23,7 @@
 #include "host/precompute/vibration.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/solve/factor_file.hpp"
+#include "host/tables/own_tables.hpp"
 
 namespace haptable {
 
@@ -355,7 +355,7 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
 
 }  // namespace
 
-fs::path work_folder(const fs::path& folder) { return plain_folder(folder).concat(".columns"); }
+fs::path work_folder(const fs::path& folder) { return plain_folder(folder) / "columns.unfinished"; }
 
 Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress, const PrecomputeOptions& options) {
     const fs::path folder = plain_folder(folder_in);
@@ -376,15 +376,11 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,
                         name_of(drawing)};
     unchanged = !options.force && is_current(folder, scene, summary.identity);
-    if (unchanged) {
-        touch_summary(folder);
-        return result;
-    }
-    // 2. A folder beside, for files that come into their place together. One writer at a time.
-    const FolderLock lock(folder);
-    remove_leftovers(folder);
-    const Beside beside(folder);
-    make_folder(beside.path(), folder);
+    if (unchanged) return result;
+    // 2. A folder of ours, and one in it for files that come into their place together. One writer at a time.
+    OwnFolder own(folder, kTables, own_tables_in(folder));
+    own.file(work_folder(folder).filename());
+    const Beside beside(folder / "tables", BesideIs::folder);
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");
@@ -416,7 +412,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     const Matrices stiffness_n_per_m = plan.is_complete() ? take_over(run, summary) : compute(run, summary);
     // 8. All tables, as C too, and the summary; then into their place.
     write(run, stiffness_n_per_m, rigid, summary);
-    publish(beside.path(), folder);
+    publish(beside.path(), own);
     progress.clear();
     return result;
 }

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/precompute/vtu.hpp"
-#include "host/solve/factor_file.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -60,39 +60,6 @@ void write_mask_weights(const Masks& masks, const fs::path& folder) {
     write_npy<std::int32_t>(folder / "spread_begin.npy", {begin.size()}, begin);
     write_npy<std::int32_t>(folder / "spread_node.npy", {node.size()}, node);
     write_npy<float>(folder / "spread_weight.npy", {weight.size()}, weight);
-}
-
-/// Files that a scene may do without; old ones must go.
-std::vector<std::string> optional_files() {
-    std::vector<std::string> files{"columns.npy",
-                                   "row_id.npy",
-                                   "edge_id.npy",
-                                   "edge_compliance.npy",
-                                   "vertex_id.npy",
-                                   "vertex_compliance.npy",
-                                   "patch_compliance.npy",
-                                   "spread_begin.npy",
-                                   "spread_node.npy",
-                                   "spread_weight.npy",
-                                   "display.h",
-                                   "display.c",
-                                   "sag.npy",
-                                   "coupling.npy",
-                                   "coupling_scale.npy",
-                                   "coupling_basis.npy",
-                                   "coupling_step.npy",
-                                   "coupling_form.npy",
-                                   "coupling_core.npy",
-                                   "coupling_place.npy",
-                                   "coupling_load_begin.npy",
-                                   "coupling_load_place.npy",
-                                   "coupling_load_share.npy",
-                                   "body.json",
-                                   "modes.json",
-                                   "mode_shape.npy",
-                                   "mode_rows.npy"};
-    for (const char* name : kFactorFiles) files.emplace_back(name);
-    return files;
 }
 
 }  // namespace
@@ -152,16 +119,17 @@ std::vector<fs::path> files_in(const fs::path& folder) {
     return files;
 }
 
-void publish(const fs::path& beside, const fs::path& folder) {
+void publish(const fs::path& beside, OwnFolder& folder) {
+    std::set<std::string> names{"check.html"};
+    for (const fs::path& file : files_in(beside)) names.insert(folder.file(file.filename()).filename());
+    const fs::path summary = folder.file("summary.json");
+    folder.remove("summary.json");
+    folder.clear(names);
     try {
-        fs::create_directories(folder);
-        fs::remove(folder / "summary.json");
-        for (const std::string& optional : optional_files())
-            if (!fs::exists(beside / optional)) fs::remove(folder / optional);
-        for (const fs::path& file : files_in(beside)) fs::rename(file, folder / file.filename());
-        fs::rename(beside / "summary.json", folder / "summary.json");
+        for (const fs::path& file : files_in(beside)) fs::rename(file, folder.path() / file.filename());
+        fs::rename(beside / "summary.json", summary);
     } catch (const fs::filesystem_error& error) {
-        throw Error(fmt::format("{}: cannot be written: {}", folder.string(), error.code().message()));
+        throw Error(fmt::format("{}: cannot be written: {}", folder.path().string(), error.code().message()));
     }
 }
 
@@ -178,14 +146,6 @@ void require_room(const char* file, double needed_bytes, const fs::path& folder)
             fmt::format("{}: {} needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
                         "smaller region or set columns = \"none\" in [tables]",
                         folder.string(), file, needed_bytes / 1e9, static_cast<double>(space.available) / 1e9));
-}
-
-void make_folder(const fs::path& beside, const fs::path& folder) {
-    std::error_code failed;
-    if (fs::exists(folder, failed) && !fs::is_directory(folder, failed))
-        throw Error(folder.string() + ": is a file, and a folder is to be written; give another -o");
-    fs::create_directories(beside, failed);
-    if (failed) throw Error(fmt::format("{}: cannot be written: {}", folder.string(), failed.message()));
 }
 
 void touch_summary(const fs::path& folder) {

@@ -2,6 +2,7 @@
 // The tables' files, and the folder that they come into: all of them or none. docs/SPEC.md describes them.
 #pragma once
 
+#include "host/base/own_folder.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/point_compliance.hpp"
 
@@ -29,15 +30,12 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 /// An absolute path without a slash at its end has a parent and a name, which "." and "out/" have not.
 std::filesystem::path plain_folder(const std::filesystem::path& given);
 
-/// Makes the folder beside `folder` in which the files are written first.
-void make_folder(const std::filesystem::path& beside, const std::filesystem::path& folder);
-
 /// Throws Error where the disk has not that much left for a file.
 void require_room(const char* file, double needed_bytes, const std::filesystem::path& folder);
 
-/// Renames every file from the folder beside into its place, summary.json last: who finds it finds all. Tables that
-/// this scene does without go; files of other names stay.
-void publish(const std::filesystem::path& beside, const std::filesystem::path& folder);
+/// Renames every file from the folder beside into its place, summary.json last: who finds it finds all. What earlier
+/// runs made and this scene does without goes; what haptable did not make stays, or is an Error where it is in the way.
+void publish(const std::filesystem::path& beside, OwnFolder& folder);
 
 /// What make looks at: the tables are as new as their inputs.
 void touch_summary(const std::filesystem::path& folder);

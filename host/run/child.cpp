@@ -32,12 +32,13 @@ std::array<int, 2> make_pipe(const std::string& name) {
 }
 
 /// Returns 0 or the error number.
-int spawn(const std::vector<std::string>& command, int out, int err, pid_t& id) {
+int spawn(const std::vector<std::string>& command, const std::string& folder, int out, int err, pid_t& id) {
     std::vector<char*> argv;
     for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
+    if (!folder.empty()) posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_adddup2(&files, out, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&files, err, STDERR_FILENO);
@@ -69,12 +70,13 @@ bool is_from_outside(int status) {
 
 }  // namespace
 
-Child::Child(std::string name, const std::vector<std::string>& command) : name_(std::move(name)) {
+Child::Child(std::string name, const std::vector<std::string>& command, const std::string& folder)
+    : name_(std::move(name)) {
     // posix_spawn cannot ask the kernel for a signal at our death; setpriv (util-linux) can, and becomes the program.
     std::vector<std::string> words{"setpriv", "--pdeathsig", "TERM", "--"};
     words.insert(words.end(), command.begin(), command.end());
     std::array<int, 2> out = make_pipe(name_), err = make_pipe(name_);
-    const int failed = spawn(words, out[1], err[1], id_);
+    const int failed = spawn(words, folder, out[1], err[1], id_);
     close(out[1]);
     close(err[1]);
     out_.fd = out[0];

@@ -14,8 +14,9 @@ namespace haptable {
 class Child {
 public:
     /// Starts it, in a process group of its own: a terminal's Ctrl-C reaches us alone, and we end it. The kernel ends
-    /// it where we are killed. `name` is for messages. Throws Error where it cannot be started.
-    Child(std::string name, const std::vector<std::string>& command);
+    /// it where we are killed. `name` is for messages; it runs in `folder`, here where that is empty. Throws Error
+    /// where it cannot be started.
+    Child(std::string name, const std::vector<std::string>& command, const std::string& folder = {});
     /// Killed, with all that it started, where it still runs.
     ~Child();
     Child(const Child&) = delete;

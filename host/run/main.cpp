@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
+#include "host/base/shell.hpp"
 #include "host/link/summary.hpp"
 #include "host/link/text_file.hpp"
 #include "host/run/page.hpp"
@@ -34,7 +35,8 @@ struct Options {
 
 void add_options(CommandLine& app, Options& o) {
     app.option("SCENE", o.run.scene_file, "the scene file; its servo is made where it is missing").required();
-    app.option("-o,--out", o.run.folder, "folder of log, CSV, pictures and report; older ones in it are replaced")
+    app.option("-o,--out", o.run.folder,
+               "folder of log, CSV, pictures and report: new, empty, or of an earlier session, which is replaced")
         .required();
     app.option("DEVICE_OPTIONS", o.more, "more options of haptable-device, after --: -- --at 0,0,0.03 --depth 0.01");
     app.option("--seconds", o.seconds, "how long [once along the path]").positive();
@@ -76,26 +78,28 @@ void check(const Options& o) {
     throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
 }
 
-constexpr std::array kWritten{"session.lcmlog", "servo.csv",    "device.csv", "device_2.csv", "session.csv",
-                              "report.html",    "summary.json", "servo.json", "device.json",  "session.mp4"};
+constexpr std::array kWritten{"session.lcmlog", "servo.csv",   "device.csv",   "device_2.csv",
+                              "session.csv",    "report.html", "summary.json", "servo.json",
+                              "device.json",    "session.mp4", "to-target",    "from-target"};
 
-void make_folder(const Options& o) {
-    const std::filesystem::path& folder = o.run.folder;
-    for (const char* written : kWritten)
-        if (!o.path.empty()) require_other_file(folder / written, o.path, "--path");
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
-    if (failed) throw Error(folder.string() + ": is no folder and cannot be made: " + failed.message());
-    for (const char* old : kWritten) std::filesystem::remove(folder / old);
-    std::filesystem::remove_all(folder / "pictures");
+/// What earlier sessions left goes; the folder's own pictures are the viewer's.
+void clear(OwnFolder& folder) {
+    const std::filesystem::path pictures = folder.path() / "pictures";
+    if (std::filesystem::exists(pictures)) OwnFolder(pictures, kPictures).clear();
+    for (const char* written : kWritten) folder.file(written);
+    folder.clear();
 }
 
 void run(Options& o) {
     check(o);
     catch_interrupts();
+    o.run.scene_file = no_option(o.run.scene_file);
     const Scene scene = read_scene(o.run.scene_file);
+    for (const char* written : kWritten)
+        if (!o.path.empty()) require_other_file(o.run.folder / written, o.path, "--path");
+    OwnFolder folder(o.run.folder, kSession);
     const Places places = find_places(o.run.scene_file, scene.name, o.run.target, o.run.quiet);
-    make_folder(o);
+    clear(folder);
     if (o.fingers == 0) o.fingers = scene.contact.fingers;
     o.run.device = device_words(o);
     o.run.live = o.draw == "live";

@@ -194,11 +194,11 @@ std::vector<std::array<double, 2>> thinned(const std::vector<std::array<double, 
 std::vector<Plot> draw_plots(const Timeline& timeline, const std::filesystem::path& scratch) {
     const std::vector<Figure> all = figures(timeline);
     const double end_s = timeline.ticks.empty() ? 1.0 : std::max(timeline.ticks.back().time_s, 1e-3);
-    std::string script = fmt::format("cd '{}'\n{}set xrange [0:{:.6g}]\n", scratch.string(), kStyle, end_s);
+    std::string script = fmt::format("{}set xrange [0:{:.6g}]\n", kStyle, end_s);
     script += bands_of(timeline, end_s);
     for (const Figure& figure : all) script += script_of(figure);
     write_file(scratch / "plots.gp", script);
-    Child gnuplot("gnuplot", {"gnuplot", (scratch / "plots.gp").string()});
+    Child gnuplot("gnuplot", {"gnuplot", "plots.gp"}, scratch.string());
     gnuplot.wait(kPatience);
     if (!gnuplot.is_well()) throw Error(gnuplot.how_it_ended() + "; for plots: apt-get install gnuplot-nox");
     std::vector<Plot> plots;

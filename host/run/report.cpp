@@ -73,8 +73,7 @@ private:
     }
 
     std::vector<Plot> draw_in_scratch(const Timeline& timeline) const {
-        const Beside scratch(o_.folder / "plots");
-        fs::create_directories(scratch.path());
+        const Beside scratch(o_.folder / "plots", BesideIs::folder);
         return draw_plots(timeline, scratch.path());
     }
 

@@ -60,10 +60,8 @@ private:
 
     void start_target() {
         const std::string to = in(o_.folder, "to-target"), from = in(o_.folder, "from-target");
-        for (const std::string& pipe : {to, from}) {
-            std::filesystem::remove(pipe);
+        for (const std::string& pipe : {to, from})
             if (mkfifo(pipe.c_str(), 0600) != 0) throw Error(pipe + ": no named pipe: " + std::strerror(errno));
-        }
         start("QEMU", {"env", "QEMU_SECONDS=0", "sh", "scripts/qemu.sh", o_.target, places_.image.string(), to, from});
         servo_ = &start("bridge", {(places_.programs / "haptable-bridge").string(), places_.scene.string(), "--pipes",
                                    to, from, "--csv", in(o_.folder, "servo.csv"), "--json"});

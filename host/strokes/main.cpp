@@ -12,6 +12,7 @@
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
+#include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
 #include "host/strokes/pair.hpp"
@@ -131,6 +132,8 @@ CampaignResult stroke_all(const Options& options) try {
 }
 
 void run(const Options& options) {
+    OwnFolder own(options.campaign.folder, kStrokes);
+    for (const char* part : {"meshes", "tables", "counts", "faults", "judged", "pairs"}) own.file(part);
     if (!options.stroke.empty()) return judge_one(options);
     if (options.fingers == 2) return stroke_by_two(options);
     const auto begin = std::chrono::steady_clock::now();

@@ -12,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/shell.hpp"
 
 namespace haptable {
 
@@ -65,7 +66,7 @@ private:
 std::map<std::uint64_t, std::string> disassemble(const TargetImage& image) {
     std::map<std::uint64_t, std::string> text;
     std::istringstream lines(output_of(
-        fmt::format("llvm-objdump -d --no-show-raw-insn --mcpu={} '{}'", image.target(), image.elf().string())));
+        fmt::format("llvm-objdump -d --no-show-raw-insn --mcpu={} {}", image.target(), shell_quoted(image.elf()))));
     for (std::string line; std::getline(lines, line);) {
         const std::size_t tab = line.find('\t'), colon = line.find(':');
         // An instruction's line begins with its address; the file's name may hold a colon too.
@@ -101,8 +102,8 @@ std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const Tar
     }
     const std::filesystem::path file = image.elf().parent_path() / "tick.s";
     write_file(file, executed);
-    return total_cycles(output_of(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 '{}'",
-                                              image.target(), file.string())));
+    return total_cycles(output_of(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 {}",
+                                              image.target(), shell_quoted(file))));
 }
 
 template std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<3>& path_m,

@@ -12,6 +12,7 @@
 #include "codegen/scene_bytes.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/shell.hpp"
 
 namespace haptable {
 
@@ -86,8 +87,8 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
                     address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"),
                     (scratch / "counts").string(), more_of_plugin);
     const std::string command =
-        fmt::format("QEMU_EXTRA='{}' sh scripts/qemu.sh {} '{}' {} {}", plugin, target_,
-                    (folder_ / (image + ".elf")).string(), (scratch / "in").string(), (scratch / "out").string());
+        fmt::format("QEMU_EXTRA={} sh scripts/qemu.sh {} {} {} {}", shell_quoted(plugin), target_,
+                    shell_quoted(folder_ / (image + ".elf")), (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
     out = read_file(scratch / "out");
@@ -142,7 +143,7 @@ std::string TargetImage::run(const std::string& image, std::string_view bytes) c
     const Scratch scratch;
     write_file(scratch / "in", bytes);
     const std::string command =
-        fmt::format("sh scripts/qemu.sh {} '{}' {} {}", target_, (folder_ / (image + ".elf")).string(),
+        fmt::format("sh scripts/qemu.sh {} {} {} {}", target_, shell_quoted(folder_ / (image + ".elf")),
                     (scratch / "in").string(), (scratch / "out").string());
     const int status = std::system(command.c_str());
     if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));

@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/shell.hpp"
 
 namespace haptable {
 
@@ -71,25 +72,13 @@ std::string output_of(const std::string& command) {
 
 /// model.c of the tables as an object in `work`.
 void compile(const fs::path& tables, const fs::path& work, const std::string& file) {
-    output_of(fmt::format("{}gcc {} {} -I'{}' -c '{}' -o '{}.o'", kCross, kCore, kFlags, tables.string(), file,
-                          (work / fs::path(file).stem()).string()));
+    const fs::path object = work / (fs::path(file).stem().string() + ".o");
+    output_of(fmt::format("{}gcc {} {} -I{} -c {} -o {}", kCross, kCore, kFlags, shell_quoted(tables),
+                          shell_quoted(file), shell_quoted(object)));
 }
 
-/// Objects in a folder beside the tables, gone with this object.
-class Work {
-public:
-    explicit Work(const fs::path& tables) : path_(fs::absolute(tables / "linked")) { fs::create_directories(path_); }
-    ~Work() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    Work(const Work&) = delete;
-    Work& operator=(const Work&) = delete;
-    const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-};
+/// Of the objects, beside the tables. The linker gets it by a path from elsewhere.
+Beside work_folder(const fs::path& tables) { return Beside(fs::absolute(tables / "linked"), BesideIs::folder); }
 
 }  // namespace
 
@@ -101,7 +90,7 @@ std::string missing_for_link(const fs::path& objects) {
 }
 
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
-    const Work work(tables);
+    const Beside work = work_folder(tables);
     const bool display = fs::exists(tables / "display.c");
     write_file(work.path() / "main.c", main_text(tables));
     compile(tables, work.path(), (work.path() / "main.c").string());
@@ -109,11 +98,11 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
     if (display) compile(tables, work.path(), (tables / "display.c").string());
     const std::string elf = (work.path() / "servo.elf").string();
     output_of(
-        fmt::format("cd '{}' && set -- {} && {}gcc {} "
-                    "-nostdlib -Wl,--gc-sections -o '{}' '{}'/*.o \"$@\" port/haptable_memory.o -lgcc",
-                    objects.string(), offered, kCross, kCore, elf, work.path().string()));
+        fmt::format("cd {} && set -- {} && {}gcc {} "
+                    "-nostdlib -Wl,--gc-sections -o {} {}/*.o \"$@\" port/haptable_memory.o -lgcc",
+                    shell_quoted(objects), offered, kCross, kCore, shell_quoted(elf), shell_quoted(work.path())));
     LinkedServo linked;
-    std::istringstream sizes(output_of(fmt::format("{}size -A '{}'", kCross, elf)));
+    std::istringstream sizes(output_of(fmt::format("{}size -A {}", kCross, shell_quoted(elf))));
     for (std::string line; std::getline(sizes, line);) {
         std::istringstream words(line);
         std::string section;
@@ -122,19 +111,19 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
         if (section == ".text" || section == ".rodata" || section == ".data") linked.flash += bytes;
         if (section == ".data" || section == ".bss") linked.ram += bytes;
     }
-    output_of(fmt::format("{0}objcopy -O binary '{1}' '{1}.bin'", kCross, elf));
+    output_of(fmt::format("{}objcopy -O binary {} {}", kCross, shell_quoted(elf), shell_quoted(elf + ".bin")));
     linked.image = read_file(elf + ".bin");
-    std::istringstream names(output_of(fmt::format("{}nm --defined-only '{}'", kCross, elf)));
+    std::istringstream names(output_of(fmt::format("{}nm --defined-only {}", kCross, shell_quoted(elf))));
     for (std::string address, kind, name; names >> address >> kind >> name;)
         if (name.starts_with("haptable_")) linked.symbols.insert(name);
     return linked;
 }
 
 std::size_t stack_of(const fs::path& tables, const fs::path& objects) {
-    const Work work(tables);
+    const Beside work = work_folder(tables);
     compile(tables, work.path(), (tables / "model.c").string());
-    return std::stoul(output_of(fmt::format("CROSS={} sh scripts/stack.sh '{}' '{}'", kCross, objects.string(),
-                                            (work.path() / "model.o").string())));
+    return std::stoul(output_of(fmt::format("CROSS={} sh scripts/stack.sh {} {}", kCross, shell_quoted(objects),
+                                            shell_quoted(work.path() / "model.o"))));
 }
 
 }  // namespace haptable

@@ -169,9 +169,7 @@ private:
         vtu_.emplace(*output_->folder());
     }
 
-    void add_vtu(const ContactFrame& frame) {
-        for (const fs::path& file : vtu_->add(painter_.surface(), frame)) output_->note_file(file);
-    }
+    void add_vtu(const ContactFrame& frame) { vtu_->add(painter_.surface(), frame); }
 
     template <typename Paint>
     void finish(const Paint& paint) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <regex>
 #include <string>
 
 #include "host/base/error.hpp"
@@ -25,52 +24,38 @@ bool is_foreign(const fs::path& path) {
     return std::find(std::begin(known), std::end(known), path.extension()) != std::end(known);
 }
 
-void clear_frames(const fs::path& folder) {
-    static const std::regex ours("(frame|contact)_[0-9]{6}\\.(png|vtu)|frames\\.pvd");
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) throw Error(folder.string() + ": cannot be made a folder: " + failed.message());
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        if (std::regex_match(entry.path().filename().string(), ours)) fs::remove(entry.path());
-}
-
 }  // namespace
 
 Output::Output(const fs::path& path, int width, int height, double frame_ms) : path_(path), kind_(Kind::folder) {
-    if (fs::is_directory(path)) {
-        clear_frames(path);
-    } else if (path.extension() == ".png") {
+    if (!fs::is_directory(path) && path.extension() == ".png") {
         kind_ = Kind::picture;
-    } else if (is_film(path)) {
+    } else if (!fs::is_directory(path) && is_film(path)) {
         kind_ = Kind::film;
         film_ = std::make_unique<Film>(path, width, height, frame_ms);
-    } else if (is_foreign(path)) {
+    } else if (!fs::is_directory(path) && is_foreign(path)) {
         throw Error(path.string() +
                     ": pictures are written as .png, .svg, .pdf, .mp4, .gif or into a folder: give one of these");
     } else {
-        clear_frames(path);
-        made_ = true;
+        folder_ = std::make_unique<OwnFolder>(path, kPictures);
+        folder_->clear();
     }
 }
 
 Output::~Output() {
     if (pending_.valid()) pending_.wait();
-    std::error_code ignored;
-    if (!closed_)
-        for (const fs::path& file : files_) fs::remove(file, ignored);
-    if (!closed_ && frames_ > 0 && !single())
+    if (closed_) return;
+    if (folder_) folder_->clear();
+    if (frames_ > 0 && !single())
         fmt::print(stderr, "haptable-view: {} was broken off after {} pictures: nothing of it is left\n",
                    path_.string(), frames_);
-    if (made_ && (frames_ == 0 || !closed_)) fs::remove(path_, ignored);  // only if it is empty
 }
 
 void Output::add(const Image& image) {
     if (single() && frames_ > 0) throw Error(path_.string() + ": holds one picture only: give a folder");
     if (pending_.valid()) pending_.get();
     writing_ = image;
-    const fs::path file = single() ? path_ : path_ / (frame_name(frames_) + ".png");
+    const fs::path file = folder_ ? folder_->file(frame_name(frames_) + ".png") : path_;
     ++frames_;
-    if (kind_ == Kind::folder) note_file(file);
     pending_ = std::async(std::launch::async, [this, file] {
         if (film_)
             film_->add(writing_);

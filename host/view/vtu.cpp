@@ -75,13 +75,11 @@ std::string contact_text(const ContactFrame& frame) {
     return out.finish();
 }
 
-std::array<std::filesystem::path, 2> VtuSeries::add(const DrawnSurface& surface, const ContactFrame& frame) {
+void VtuSeries::add(const DrawnSurface& surface, const ContactFrame& frame) {
     const std::size_t number = time_s_.size();
-    const std::array files{folder_ / (frame_name(number) + ".vtu"), folder_ / (contact_name(number) + ".vtu")};
-    write_file(files[0], vtu_text(surface, frame.loads));
-    write_file(files[1], contact_text(frame));
+    write_file(folder_.file(frame_name(number) + ".vtu"), vtu_text(surface, frame.loads));
+    write_file(folder_.file(contact_name(number) + ".vtu"), contact_text(frame));
     time_s_.push_back(frame.time_s);
-    return files;
 }
 
 void VtuSeries::close() const {
@@ -92,7 +90,7 @@ void VtuSeries::close() const {
         for (const auto& [part, name] : {std::pair(0, frame_name(frame)), {1, contact_name(frame)}})
             text +=
                 fmt::format("<DataSet timestep=\"{:.6f}\" part=\"{}\" file=\"{}.vtu\"/>\n", time_s_[frame], part, name);
-    write_file(folder_ / "frames.pvd", text + "</Collection>\n</VTKFile>\n");
+    write_file(folder_.file("frames.pvd"), text + "</Collection>\n</VTKFile>\n");
 }
 
 std::string frame_name(std::size_t frame) { return fmt::format("frame_{:06}", frame); }

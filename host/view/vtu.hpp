@@ -2,13 +2,12 @@
 // The deformed surfaces for ParaView.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "host/base/own_folder.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/frame.hpp"
 #include "host/view/surface.hpp"
@@ -29,14 +28,13 @@ std::string contact_text(const ContactFrame& frame);
 /// A series of both in a folder, and the .pvd file that gives ParaView their times.
 class VtuSeries {
 public:
-    explicit VtuSeries(std::filesystem::path folder) : folder_(std::move(folder)) {}
-    /// Returns the files that it wrote.
-    std::array<std::filesystem::path, 2> add(const DrawnSurface& surface, const ContactFrame& frame);
+    explicit VtuSeries(OwnFolder& folder) : folder_(folder) {}
+    void add(const DrawnSurface& surface, const ContactFrame& frame);
     /// Writes `folder`/frames.pvd.
     void close() const;
 
 private:
-    std::filesystem::path folder_;
+    OwnFolder& folder_;
     std::vector<double> time_s_;
 };
 

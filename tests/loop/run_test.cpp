@@ -256,6 +256,54 @@ TEST_F(Run, KilledItLeavesNoProgramAndAValidLog) {
     EXPECT_EQ(log.damaged(), 0);
 }
 
+// One that was killed leaves no lock, and what it left is replaced.
+TEST_F(Run, AfterAKilledOneTheFolderIsWrittenAgain) {
+    {
+        const Process killed(command({"--seconds", "60", "--draw", "nothing", "--quiet"}), place());
+        ASSERT_TRUE(wait_for_record()) << said();
+        ::kill(killed.id(), SIGKILL);
+    }
+    write_file(folder / "out/servo.csv.haptable-999999999", "half");
+    Process again(command({"--seconds", "0.3", "--lockstep", "--draw", "nothing", "--quiet"}), place());
+    ASSERT_EQ(again.wait_for_exit(), 0) << said();
+    EXPECT_EQ(summary()["ticks"], 300);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/servo.csv.haptable-999999999"));
+}
+
+TEST_F(Run, TheSecondIntoAFolderIsTold) {
+    Process first(command({"--seconds", "60", "--draw", "nothing", "--quiet"}), place());
+    ASSERT_TRUE(wait_for_record()) << said();
+    const std::string second = run + " meshes/cube.toml --seconds 0.1 --draw nothing -o " + (folder / "out").string();
+    const Outcome outcome = haptable::test::run(second);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("out: process " + std::to_string(first.id()) + " is writing it"), std::string::npos)
+        << outcome.err;
+    first.kill(SIGINT);
+    EXPECT_EQ(first.wait_for_exit(), 130) << said();
+    expect_whole_record();
+}
+
+// A folder of pages with pictures, and one of tables: neither is a session's.
+TEST_F(Run, FilesOfOthersStay) {
+    std::filesystem::create_directories(folder / "out/pictures");
+    write_file(folder / "out/pictures/a.png", "the user's");
+    const auto refused = [&](const std::string& out) {
+        return haptable::test::run(run + " meshes/cube.toml --seconds 0.1 --draw nothing -o " + out);
+    };
+    Outcome outcome = refused((folder / "out").string());
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("out: holds files that haptable did not write"), std::string::npos) << outcome.err;
+    EXPECT_EQ(read_file(folder / "out/pictures/a.png"), "the user's");
+    const std::string tables = (folder / "tables").string();
+    ASSERT_EQ(
+        haptable::test::run(program("haptable-precompute").string() + " meshes/cube.toml --quiet -o " + tables).status,
+        0);
+    const std::string before = read_file(folder / "tables/summary.json");
+    outcome = refused(tables);
+    EXPECT_NE(outcome.err.find("tables: holds haptable's tables, not session"), std::string::npos) << outcome.err;
+    EXPECT_EQ(read_file(folder / "tables/summary.json"), before);
+}
+
 TEST_F(Run, ServesATargetInQemu) {
     const std::string missing = TargetImage(build_folder(), "cube", "cortex-m7").missing();
     if (!missing.empty()) GTEST_SKIP() << missing;

@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/shell.hpp"
 
 namespace haptable {
 
@@ -103,7 +104,7 @@ int run_ccx(const std::string& text, const fs::path& folder) {
     fs::create_directories(folder);
     write_file(folder / "job.inp", text);
     fs::remove(folder / "job.dat");
-    const std::string command = fmt::format("cd '{}' && ccx -i job >job.log 2>&1", folder.string());
+    const std::string command = fmt::format("cd {} && ccx -i job >job.log 2>&1", shell_quoted(folder));
     return std::system(command.c_str());  // NOLINT: the folder is the bench's own
 }
 

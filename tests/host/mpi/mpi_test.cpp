@@ -207,17 +207,19 @@ TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
     large.replace(large.find("side = 5"), 8, "side = 12");  // 584 touchable nodes, 10 groups
     ASSERT_EQ(run(large), 0) << read_file(folder_.path() / "many.txt");
     fs::rename(folder_.path() / "many", folder_.path() / "whole");
-    // Rank 0 is killed, whose number is in the lock; mpirun ends the others.
+    // Rank 0 is killed, whose number is in a folder's name; mpirun ends the others.
     (void)system_of("( " + start() +
-                    " & for i in $(seq 3000); do [ \"$(cat many.columns/journal 2>/dev/null | wc -l)\" "
-                    "-gt 3 ] && break; sleep 0.01; done; kill -9 $(cut -d' ' -f2 many.lock); wait ) >killed.txt 2>&1");
-    ASSERT_TRUE(fs::exists(folder_.path() / "many.columns" / "journal")) << "it ended before it was stopped";
+                    " & for i in $(seq 3000); do [ \"$(cat many/columns.unfinished/journal 2>/dev/null | wc -l)\" "
+                    "-gt 3 ] && break; sleep 0.01; done; kill -9 $(ls many | sed -n 's/tables.haptable-//p'); wait ) "
+                    ">killed.txt 2>&1");
+    ASSERT_TRUE(fs::exists(folder_.path() / "many" / "columns.unfinished" / "journal"))
+        << "it ended before it was stopped";
     ASSERT_EQ(system_of(start() + " 2>many.txt"), 0) << read_file(folder_.path() / "many.txt");
     EXPECT_GE(parse_json(read_file(many("summary.json"))).at("resumed_columns"), 3 * 64);
     // MUMPS on several ranks adds in the order in which messages come: the bits are not those of the other run.
     EXPECT_WITHIN(difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), kFloats);
     EXPECT_WITHIN(difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"), blocks(12));
-    EXPECT_FALSE(fs::exists(folder_.path() / "many.columns"));
+    EXPECT_FALSE(fs::exists(folder_.path() / "many" / "columns.unfinished"));
 }
 
 TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {

@@ -14,7 +14,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/base/folder_lock.hpp"
+#include "host/base/own_folder.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/solve/blas_core.hpp"
 #include "host/tables/npy.hpp"
@@ -51,10 +51,12 @@ Result run(const Scene& scene, const fs::path& folder, double column_tolerance =
     return precompute(scene, folder, progress, options);
 }
 
+/// Without the mark.
 std::map<std::string, std::string> contents(const fs::path& folder) {
     std::map<std::string, std::string> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        files[entry.path().filename()] = entry.is_directory() ? "" : read_file(entry.path());
+        if (entry.path().filename() != ".haptable")
+            files[entry.path().filename()] = entry.is_directory() ? "" : read_file(entry.path());
     return files;
 }
 
@@ -711,38 +713,65 @@ TEST_F(PrecomputeRun, ASecondRunIntoTheFolderIsToldWhoIsWritingIt) {
     run(scene, out_);
     const auto before = contents(out_);
     {
-        const FolderLock first(out_);
+        const OwnFolder first(out_, kTables);
         EXPECT_TRUE(run(scene, out_).unchanged) << "only reads";
         scene.material.poisson = 0.3;
         try {
             run(scene, out_);
             FAIL() << "no error";
         } catch (const Error& error) {
-            const std::string holder = "out: process " + std::to_string(getpid()) + " on ";
+            const std::string holder = "out: process " + std::to_string(getpid()) + " is writing it";
             EXPECT_NE(std::string(error.what()).find(holder), std::string::npos) << error.what();
         }
         EXPECT_NO_THROW(run(scene, temporary_.path() / "other"));
     }
     EXPECT_TRUE(contents(out_) == before);
     EXPECT_FALSE(run(scene, out_).unchanged);
-    EXPECT_EQ(contents(temporary_.path()).size(), 2U) << "a lock was left";
 }
 
-TEST_F(PrecomputeRun, LeftoversOfDeadProcessesGo) {
+// Nothing beside the folder is written or removed, and nothing in it that is not haptable's.
+TEST_F(PrecomputeRun, OnlyItsOwnFolderIsWritten) {
     const auto beside = [&](const char* what) { return temporary_.path() / (std::string("out") + what); };
-    for (const char* name : {".partial-999999999", ".partial-1", ".partial-x", "er.partial-999999999"})
-        fs::create_directories(beside(name));
-    const fs::path own = beside(".partial-") += std::to_string(getpid());
-    fs::create_directories(own);
-    write_file(own / "columns.npy", "of another process that had this number");
-    write_file(beside(".lock"), "process 999999999 on a machine that went down");
+    write_file(temporary_.path() / "victim", "kept");
+    fs::create_symlink(temporary_.path() / "victim", beside(".lock"));
+    write_file(beside(".columns"), "the user's");
+    fs::create_directories(beside(".partial-999999999"));
     Scene scene = cube_scene(3);
+    run(scene, out_);
+    fs::create_directories(out_ / "tables.haptable-999999999" / "half");
+    write_file(out_ / "notes", "the user's");
+    write_file(out_ / "display.c", "the user's");
     scene.tables.columns = ColumnRows::kNone;
     run(scene, out_);
-    EXPECT_FALSE(fs::exists(out_ / "columns.npy"));
-    EXPECT_FALSE(fs::exists(beside(".partial-999999999")) || fs::exists(own) || fs::exists(beside(".lock")));
-    EXPECT_TRUE(fs::exists(beside(".partial-1"))) << "init runs";
-    EXPECT_TRUE(fs::exists(beside(".partial-x")) && fs::exists(beside("er.partial-999999999"))) << "foreign";
+    EXPECT_FALSE(fs::exists(out_ / "columns.npy")) << "of the earlier tables";
+    EXPECT_FALSE(fs::exists(out_ / "tables.haptable-999999999")) << "of a run that was killed";
+    for (const fs::path& kept : {out_ / "notes", out_ / "display.c", beside(".columns")})
+        EXPECT_EQ(read_file(kept), "the user's") << kept;
+    EXPECT_TRUE(fs::is_symlink(beside(".lock")) && fs::exists(beside(".partial-999999999")));
+    EXPECT_EQ(read_file(temporary_.path() / "victim"), "kept");
+}
+
+TEST_F(PrecomputeRun, AFileOfItsNameThatIsNotOursStopsIt) {
+    fs::create_directories(out_);
+    write_file(out_ / "model.c", "the user's");
+    EXPECT_THROW(run(cube_scene(3), out_), Error);
+    EXPECT_EQ(contents(out_).size(), 1U);
+    EXPECT_EQ(read_file(out_ / "model.c"), "the user's");
+}
+
+// Tables that were written without a mark are known by the hashes that their summary.json has.
+TEST_F(PrecomputeRun, TablesWithoutAMarkAreKnownByTheirHashes) {
+    Scene scene = cube_scene(3);
+    run(scene, out_);
+    fs::remove(out_ / ".haptable");
+    const auto before = contents(out_);
+    scene.material.poisson = 0.3;
+    write_file(out_ / "model.c", "the user's");
+    EXPECT_THROW(run(scene, out_), Error);
+    EXPECT_EQ(read_file(out_ / "model.c"), "the user's");
+    write_file(out_ / "model.c", before.at("model.c"));
+    EXPECT_FALSE(run(scene, out_).unchanged);
+    EXPECT_TRUE(fs::exists(out_ / ".haptable"));
 }
 
 TEST_F(PrecomputeRun, AnOutputThatIsAFileIsAnError) {

@@ -185,12 +185,37 @@ TEST_F(PrecomputeProgram, AKilledRunLeavesNothingThatTheNextOneKeeps) {
                large.replace(large.find("side = 3"), 8, "side = 24"));  // seconds of work
     const std::string script = "{ '" + program_.string() +
                                "' large.toml -o a --quiet & } && for i in $(seq 1000); do "
-                               "[ -e a.partial-$! ] && break; sleep 0.01; done; kill -9 $!; wait";
+                               "[ -e a/tables.haptable-$! ] && break; sleep 0.01; done; kill -9 $!; wait";
     test::run(script, folder_.path());
-    ASSERT_EQ(file_count(), 4U) << "two scenes, what was half done and its lock";
+    ASSERT_EQ(file_count(), 3U) << "two scenes and a folder";
+    ASSERT_FALSE(fs::exists(folder_.path() / "a/summary.json"));
     const test::Outcome outcome = run("scene.toml -o a --quiet");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(file_count(), 3U) << "two scenes and the tables";
+    for (const auto& entry : fs::directory_iterator(folder_.path() / "a"))
+        EXPECT_EQ(entry.path().filename().string().find("tables.haptable-"), std::string::npos) << entry.path();
+}
+
+// A build system's lock file, a folder of pages, a link: each stays as it is, and the error says what to do.
+TEST_F(PrecomputeProgram, FilesOfOthersStay) {
+    write_file(folder_.path() / "Cargo.lock", "the user's");
+    write_file(folder_.path() / "victim", "the user's");
+    fs::create_symlink("victim", folder_.path() / "out.lock");
+    fs::create_directories(folder_.path() / "docs");
+    write_file(folder_.path() / "docs/summary.json", "the user's");
+    EXPECT_EQ(run("scene.toml -o Cargo --quiet").status, 0);
+    EXPECT_EQ(run("scene.toml -o out --quiet").status, 0);
+    for (const char* how : {"-o docs", "-o .", "-o docs --force"}) {
+        const test::Outcome refused = run(std::string("scene.toml ") + how);
+        EXPECT_EQ(refused.status, 1) << how;
+        EXPECT_NE(refused.err.find("holds files that haptable did not write"), std::string::npos) << refused.err;
+        EXPECT_NE(refused.err.find("give a new or an empty folder"), std::string::npos) << refused.err;
+    }
+    const test::Outcome check = run("scene.toml --check -o docs");
+    EXPECT_NE(check.err.find("warning: docs: holds files that haptable did not write"), std::string::npos) << check.err;
+    for (const char* kept : {"Cargo.lock", "victim", "docs/summary.json"})
+        EXPECT_EQ(read_file(folder_.path() / kept), "the user's") << kept;
+    EXPECT_TRUE(fs::is_symlink(folder_.path() / "out.lock"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path() / "docs"), {}), 1);
 }
 
 TEST_F(PrecomputeProgram, AMissingSceneAndABadCommandLineFail) {

@@ -35,33 +35,44 @@ Image grey(int width, int height) {
 TEST(ViewOutput, AFolderHoldsTheFramesOfThisRunOnly) {
     const TestFolder folder;
     const fs::path out = folder.path() / "new" / "pictures";
-    fs::create_directories(out);
-    for (const char* name : {"frame_000005.png", "frame_000001.vtu", "frames.pvd", "notes.txt", "frame_12.png"})
-        write_file(out / name, "old");
-    Output output(out, 8, 8, 33.0);
-    for (int k = 0; k < 3; ++k) output.add(grey(8, 8));
-    output.close();
-    EXPECT_EQ(names(out), (std::set<std::string>{"frame_000000.png", "frame_000001.png", "frame_000002.png",
-                                                 "notes.txt", "frame_12.png"}));
+    for (const int frames : {5, 3}) {
+        Output output(out, 8, 8, 33.0);
+        for (int k = 0; k < frames; ++k) output.add(grey(8, 8));
+        if (frames == 5) write_file(output.folder()->file("frames.pvd"), "of ParaView");
+        output.close();
+        for (const char* name : {"notes.txt", "frame_12.png", "frame_000007.png"}) write_file(out / name, "the user's");
+    }
+    EXPECT_EQ(names(out), (std::set<std::string>{".haptable", "frame_000000.png", "frame_000001.png",
+                                                 "frame_000002.png", "frame_000007.png", "notes.txt", "frame_12.png"}));
+}
+
+TEST(ViewOutput, AFolderOfOthersIsRefused) {
+    const TestFolder folder;
+    write_file(folder.path() / "frame_000000.png", "the user's");
+    EXPECT_THROW(Output(folder.path(), 8, 8, 33.0), Error);
+    EXPECT_EQ(names(folder.path()), std::set<std::string>{"frame_000000.png"});
 }
 
 TEST(ViewOutput, WhatIsBrokenOffLeavesNothingAndSaysSo) {
     const TestFolder folder;
     const fs::path out = folder.path() / "pictures", old = folder.path() / "old";
-    fs::create_directories(old);
+    {
+        Output earlier(old, 8, 8, 33.0);
+        earlier.add(grey(8, 8));
+        earlier.close();
+    }
     write_file(old / "notes.txt", "kept");
     for (const fs::path& place : {out, old}) {
         testing::internal::CaptureStderr();
         {
             Output output(place, 8, 8, 33.0);
             for (int k = 0; k < 3; ++k) output.add(grey(8, 8));
-            write_file(place / "frame_000000.vtu", "beside");
-            output.note_file(place / "frame_000000.vtu");
+            write_file(output.folder()->file("frame_000000.vtu"), "beside");
         }
         EXPECT_NE(testing::internal::GetCapturedStderr().find("broken off after 3 pictures"), std::string::npos);
     }
     EXPECT_EQ(names(folder.path()), std::set<std::string>{"old"});
-    EXPECT_EQ(names(old), std::set<std::string>{"notes.txt"});
+    EXPECT_EQ(names(old), (std::set<std::string>{".haptable", "notes.txt"}));
 }
 
 TEST(ViewOutput, APngHoldsOnePicture) {
@@ -230,19 +241,19 @@ TEST(ViewVtu, ASeriesHasItsTimes) {
     const TestFolder folder;
     write_cube_tables(folder.path() / "tables");
     const DrawnSurface surface(read_tables(folder.path() / "tables"));
-    VtuSeries series(folder.path());
+    OwnFolder out(folder.path() / "series", kPictures);
+    VtuSeries series(out);
     ContactFrame frame;
     series.add(surface, frame);
     frame.time_s = 0.033;
     series.add(surface, frame);
     series.close();
-    const std::string pvd = read_file(folder.path() / "frames.pvd");
+    const std::string pvd = read_file(out.path() / "frames.pvd");
     EXPECT_EQ(parse_xml(pvd).at("DataSet"), 4);
     EXPECT_NE(pvd.find("timestep=\"0.033000\" part=\"0\" file=\"frame_000001.vtu\""), std::string::npos);
     EXPECT_NE(pvd.find("timestep=\"0.033000\" part=\"1\" file=\"contact_000001.vtu\""), std::string::npos);
-    EXPECT_EQ(names(folder.path()),
-              (std::set<std::string>{"contact_000000.vtu", "contact_000001.vtu", "frame_000000.vtu", "frame_000001.vtu",
-                                     "frames.pvd", "tables"}));
+    EXPECT_EQ(names(out.path()), (std::set<std::string>{".haptable", "contact_000000.vtu", "contact_000001.vtu",
+                                                        "frame_000000.vtu", "frame_000001.vtu", "frames.pvd"}));
 }
 
 TEST(ViewVtu, FingerAndGodObjectArePointsAndTheForceIsTheGodObjects) {

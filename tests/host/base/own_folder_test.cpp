@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What haptable made may be written over and removed; nothing else, whatever the folder is called or linked to.
+#include "host/base/own_folder.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "tests/error_of.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace haptable {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class BaseOwnFolder : public testing::Test {
+protected:
+    std::string refusal(const std::string& holds = kSession) const {
+        return test::error_of([&] { const OwnFolder folder(place_, holds); });
+    }
+    std::size_t count(const fs::path& folder) const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+    }
+    /// As a run that wrote two files.
+    void write() const {
+        OwnFolder own(place_, kSession);
+        write_file(own.file("a"), "a");
+        write_file(own.file("b"), "b");
+    }
+
+    const test::TemporaryFolder temporary_;
+    const fs::path place_ = temporary_.path() / "out";
+};
+
+TEST_F(BaseOwnFolder, WhatHaptableMadeGoesAndNothingElse) {
+    write();
+    write_file(place_ / "notes", "the user's");
+    OwnFolder own(place_, kSession);
+    own.clear({"b"});
+    EXPECT_FALSE(fs::exists(place_ / "a"));
+    EXPECT_TRUE(fs::exists(place_ / "b") && fs::exists(place_ / "notes"));
+    own.remove("notes");
+    EXPECT_EQ(read_file(place_ / "notes"), "the user's");
+    EXPECT_NE(test::error_of([&] { own.file("notes"); }).find("notes: is not haptable's"), std::string::npos);
+    EXPECT_NO_THROW(write_file(own.file("a"), "again"));
+}
+
+TEST_F(BaseOwnFolder, AFolderWithoutMarkIsLeftAsItIs) {
+    fs::create_directories(place_ / "pictures");
+    write_file(place_ / "summary.json", "{}");
+    EXPECT_NE(refusal().find("out: holds files that haptable did not write"), std::string::npos) << refusal();
+    write_file(place_ / ".haptable", "");  // an empty one says nothing
+    EXPECT_NE(refusal().find("holds files that haptable did not write"), std::string::npos) << refusal();
+    write_file(place_ / ".haptable", "something else\n");
+    EXPECT_NE(refusal().find("is not haptable's"), std::string::npos) << refusal();
+    EXPECT_EQ(read_file(place_ / ".haptable"), "something else\n");
+    EXPECT_EQ(count(place_), 3U);
+}
+
+TEST_F(BaseOwnFolder, OneOfAnotherKindIsLeftAsItIs) {
+    write();
+    EXPECT_NE(refusal(kTables).find("holds haptable's session, not tables"), std::string::npos)
+        << refusal(kTables);
+    EXPECT_EQ(count(place_), 3U);
+}
+
+TEST_F(BaseOwnFolder, KnownFilesMakeItOurs) {
+    fs::create_directories(place_);
+    write_file(place_ / "old", "haptable's");
+    write_file(place_ / "notes", "the user's");
+    {
+        OwnFolder own(place_, kTables, {"old"});
+        own.clear();
+    }
+    EXPECT_FALSE(fs::exists(place_ / "old"));
+    EXPECT_EQ(read_file(place_ / "notes"), "the user's");
+}
+
+TEST_F(BaseOwnFolder, WhereNothingWasWrittenNothingIsLeft) {
+    { const OwnFolder own(place_ / "new", kTables); }
+    EXPECT_FALSE(fs::exists(place_ / "new"));
+    fs::create_directories(place_ / "users");
+    { const OwnFolder own(place_ / "users", kTables); }
+    EXPECT_EQ(count(place_ / "users"), 0U) << "a folder that was there stays, without a mark";
+    { OwnFolder(place_ / "new", kTables).file("x"); }
+    EXPECT_FALSE(fs::exists(place_ / "new"));
+}
+
+TEST_F(BaseOwnFolder, OneProcessWritesIt) {
+    const OwnFolder own(place_, kSession);
+    const std::string said = refusal();
+    EXPECT_NE(said.find("out: process " + std::to_string(getpid()) + " is writing it"), std::string::npos) << said;
+    EXPECT_NE(refusal(kTables).find("is writing it"), std::string::npos);
+}
+
+TEST_F(BaseOwnFolder, AMarkIsNeverWrittenThroughALink) {
+    fs::create_directories(place_);
+    const fs::path victim = temporary_.path() / "victim";
+    for (const char* text : {"", "haptable session\na\n"}) {
+        write_file(victim, text);
+        fs::remove(place_ / ".haptable");
+        fs::create_symlink(victim, place_ / ".haptable");
+        EXPECT_NE(refusal().find("its .haptable is a link"), std::string::npos) << refusal();
+        EXPECT_EQ(read_file(victim), text);
+    }
+}
+
+TEST_F(BaseOwnFolder, NamesInAMarkStayInTheFolder) {
+    write_file(temporary_.path() / "victim", "kept");
+    fs::create_directories(place_);
+    write_file(place_ / ".haptable",
+               "haptable session\n../victim\n..\n" + (temporary_.path() / "victim").string() + "\n");
+    { OwnFolder(place_, kSession).clear(); }
+    EXPECT_EQ(read_file(temporary_.path() / "victim"), "kept");
+}
+
+// kill -9 at any moment: the lock goes with the process, the mark tells the next run what is haptable's.
+TEST_F(BaseOwnFolder, WhatAKilledProcessLeftGoes) {
+    const pid_t child = fork();
+    if (child == 0) {
+        OwnFolder own(place_, kSession);
+        write_file(own.file("a"), "a");
+        const Beside beside(place_ / "tables", BesideIs::folder);
+        write_file(beside.path() / "half", "half");
+        const Beside file(place_ / "b");
+        kill(getpid(), SIGKILL);
+    }
+    waitpid(child, nullptr, 0);
+    EXPECT_EQ(count(place_), 4U) << "the mark, a, and two under construction";
+    write_file(place_ / "b.haptable-x", "the user's");
+    OwnFolder own(place_, kSession);
+    EXPECT_EQ(count(place_), 3U);
+    own.clear();
+    EXPECT_EQ(count(place_), 2U);
+    EXPECT_TRUE(fs::exists(place_ / "b.haptable-x"));
+}
+
+// What is under construction is locked: another process does not take it for a leftover.
+TEST_F(BaseOwnFolder, WhatIsUnderConstructionStays) {
+    fs::create_directories(place_);
+    Beside one(place_ / "a"), two(place_ / "b", BesideIs::folder);
+    const fs::path held = place_ / "c.haptable-1";
+    write_file(held, "another's");
+    const int file = open(held.c_str(), O_RDONLY | O_CLOEXEC);
+    ASSERT_EQ(flock(file, LOCK_EX), 0);
+    remove_leftovers(place_);
+    EXPECT_EQ(count(place_), 3U);
+    close(file);
+    remove_leftovers(place_);
+    EXPECT_EQ(count(place_), 2U);
+    one.commit();
+    two.commit();
+    EXPECT_TRUE(fs::is_regular_file(place_ / "a") && fs::is_directory(place_ / "b"));
+}
+
+// A link of that name, which another user may have put there, is not followed.
+TEST_F(BaseOwnFolder, WhatIsUnderConstructionIsNeverWrittenThroughALink) {
+    fs::create_directories(place_);
+    write_file(temporary_.path() / "victim", "kept");
+    fs::create_symlink(temporary_.path() / "victim", place_ / ("a.haptable-" + std::to_string(getpid())));
+    EXPECT_THROW(write_file(place_ / "a", "x"), Error);
+    EXPECT_EQ(read_file(temporary_.path() / "victim"), "kept");
+}
+
+}  // namespace
+
+}  // namespace haptable
