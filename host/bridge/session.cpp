@@ -18,6 +18,12 @@ namespace haptable {
 
 namespace {
 
+// A target that takes no longer is waited for; how much longer one takes its answers tell.
+constexpr Clock::duration kLeastHold = 2 * kTick;
+constexpr Clock::duration kMostHold = std::chrono::microseconds(HAPTABLE_SILENCE_US);
+constexpr int kHoldTicks = 16;  // to forget a slow one
+constexpr double kRateRounding = 1.001;
+
 Clock::duration seconds(double s) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
@@ -115,7 +121,8 @@ bool BridgeSession::is_there(std::size_t finger, Clock::time_point now) const {
     return side_[finger].waits || side_[finger].gate.is_owned(now);
 }
 
-/// As ServoSession's; and in lockstep a tick of two fingers does not overtake one that a device waits for.
+/// As ServoSession's. In lockstep a tick of two fingers does not overtake one that a device waits for; in real time
+/// none overtakes one whose answer may still come, so that a slow target has no backlog: it gets the newest states.
 bool BridgeSession::is_ready(Clock::time_point now) const {
     bool waits = false, is_missing = false, has_waited = false, is_lockstep = false;
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
@@ -126,7 +133,7 @@ bool BridgeSession::is_ready(Clock::time_point now) const {
         is_lockstep |= is_simulated(side.gate.state());
         has_waited |= side.begins || (!is_simulated(side.gate.state()) && now - side.waits_since >= kTick);
     }
-    if (side_.size() > 1 && is_lockstep && waiting_) return false;
+    if (waiting_ && (is_lockstep ? side_.size() > 1 : now < first_sent_ + hold_)) return false;
     return has_waited || (waits && !is_missing);
 }
 
@@ -242,6 +249,7 @@ void BridgeSession::take(const TargetHello& hello) {
 void BridgeSession::take(const TargetAnswer& answer) {
     if (!waiting_ || answer.sequence != number_) {
         ++side_[0].report.stale_answers;
+        hold_ = std::min(2 * hold_, kMostHold);
         return;
     }
     if (!is_possible(answer)) {
@@ -253,6 +261,8 @@ void BridgeSession::take(const TargetAnswer& answer) {
 
 void BridgeSession::finish(const TargetAnswer& answer) {
     waiting_ = false;
+    answered_ = answer.sequence;
+    hold_ += (std::clamp(2 * (Clock::now() - first_sent_), kLeastHold, kMostHold) - hold_) / kHoldTicks;
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         side_[finger].output = in_[finger] ? answer.output[finger] : silent();
     pose_ = answer.body;
@@ -265,7 +275,7 @@ void BridgeSession::finish(const TargetAnswer& answer) {
         if (std::exchange(side.is_asked, false)) answer_.publish_contact(side.state, side.output, finger);
     }
     record();
-    if (side_.size() > 1) ask_if_ready();
+    ask_if_ready();
 }
 
 void BridgeSession::publish_forces() {
@@ -322,9 +332,29 @@ bool BridgeSession::is_possible(const haptable_output& output) const {
     return fades || size_n <= 0.0;
 }
 
+/// Within so many newtons of what lies between none and the last force given, as haptable_limit_rate keeps it.
+bool BridgeSession::rises_within(double most_n, const float force_n[3], const float before_n[3]) {
+    double along = 0.0, before2 = 0.0, rise2 = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        along += double{force_n[a]} * double{before_n[a]};
+        before2 += double{before_n[a]} * double{before_n[a]};
+    }
+    const double share = before2 > 0.0 ? std::clamp(along / before2, 0.0, 1.0) : 0.0;
+    for (int a = 0; a < 3; ++a) rise2 += std::pow(double{force_n[a]} - share * double{before_n[a]}, 2);
+    return rise2 <= most_n * most_n;
+}
+
+/// The target has stepped once for each number since the last answer that was published.
 bool BridgeSession::is_possible(const TargetAnswer& answer) const {
-    for (std::size_t finger = 0; finger < side_.size(); ++finger)
-        if (in_[finger] && !is_possible(answer.output[finger])) return false;
+    const haptable_model& model = *scene_.model;
+    const double ticks = answer.sequence - answered_;
+    const double most_n = kRateRounding * ticks * double{model.rate_n} + 1e-6 * double{model.max_force_n};
+    for (std::size_t finger = 0; finger < side_.size(); ++finger) {
+        if (!in_[finger]) continue;
+        if (!is_possible(answer.output[finger])) return false;
+        const float* before_n = side_[finger].output.force_n;
+        if (model.rate != nullptr && !rises_within(most_n, answer.output[finger].force_n, before_n)) return false;
+    }
     return (scene_.body == nullptr || is_possible(answer.body)) &&
            std::all_of(answer.modes.q, answer.modes.q + HAPTABLE_MODES, [](float q) { return std::isfinite(q); });
 }
@@ -392,7 +422,9 @@ Clock::time_point BridgeSession::watch_at() const {
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
         const Side& side = side_[finger];
         at = std::min(at, silent_at(finger));
-        if (side.waits && !is_simulated(side.gate.state())) at = std::min(at, side.waits_since + kTick);
+        if (!side.waits || is_simulated(side.gate.state())) continue;
+        at =
+            std::min(at, waiting_ ? std::max(side.waits_since + kTick, first_sent_ + hold_) : side.waits_since + kTick);
     }
     return at;
 }

@@ -110,6 +110,7 @@ private:
     void record();
     bool is_possible(const haptable_output& output) const;
     bool is_possible(const TargetAnswer& answer) const;
+    static bool rises_within(double most_n, const float force_n[3], const float before_n[3]);
     static bool is_possible(const haptable_body_state& body);
     bool is_on_a_patch(const haptable_output& output) const;
     void note(Clock::time_point now);
@@ -137,7 +138,9 @@ private:
     std::uint32_t sent_us_ = 0;                 ///< its time, for the target
     std::uint32_t clock_us_ = 0;                ///< from a state's time to the target's
     std::uint32_t number_ = 0;                  ///< of its frames; counts on over sessions of devices
+    std::uint32_t answered_ = 0;                ///< the last one that was published
     bool waiting_ = false;                      ///< for its answer
+    Clock::duration hold_ = 2 * kTick;          ///< so long no newer state overtakes it in real time
     Clock::time_point first_sent_, last_sent_;  ///< its frames
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
     bool is_known_ = false;                     ///< the target has said what it is

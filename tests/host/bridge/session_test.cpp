@@ -116,11 +116,93 @@ TEST_F(BridgeSessionTest, AsksAgainAndStepsOnce) {
 TEST_F(BridgeSessionTest, AnOvertakenAnswerIsCountedAndNotPublished) {
     publish(0, kReal);
     publish(1, kReal);
+    session.watch(Clock::now() + std::chrono::milliseconds(10));  // longer than it is waited for at first
     exchange();  // both answers come now
     ASSERT_EQ(forces.size(), 1U);
     EXPECT_EQ(forces.back().seq, 1);
     EXPECT_EQ(session.report().lost_answers, 1);
     EXPECT_EQ(session.report().stale_answers, 1);
+}
+
+// A target that answers each state 1.5 ms late: every answer is of a state that it was asked for last, and is felt.
+TEST_F(BridgeSessionTest, ASlowTargetGetsTheNewestStateAndGivesForce) {
+    publish(0, kReal);
+    std::int64_t seq = 0, answered = 0;
+    for (; seq < 60; ++answered) {
+        publish(++seq, kReal);
+        if (answered % 2 == 1) publish(++seq, kReal);  // three states in two answers' time
+        const Bytes asked = pipes.take();
+        EXPECT_LE(asked.size(), std::size_t{HAPTABLE_LINE_STATE_BYTES}) << "a backlog";
+        pipes.put_to_target(asked);
+        exchange();
+        ASSERT_EQ(forces.size(), static_cast<std::size_t>(answered) + 1);
+        EXPECT_LE(seq - forces.back().seq, 3) << "not the newest";
+    }
+    EXPECT_EQ(session.report().stale_answers + session.report().lost_answers, 0);
+    EXPECT_EQ(session.report().skipped_states, seq - answered);
+    EXPECT_GT(forces.back().force_n[2], 0.0);
+}
+
+// One that takes longer than the bridge waits at first: it learns so, and then waits.
+TEST_F(BridgeSessionTest, ASlowerTargetIsWaitedForOnceItIsKnown) {
+    for (std::int64_t seq = 0; seq < 8; ++seq) {
+        publish(seq, kReal);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        if (seq % 2 == 1) exchange();
+    }
+    EXPECT_GT(session.report().stale_answers, 0);
+    const std::int64_t stale = session.report().stale_answers;
+    const std::size_t before = forces.size();
+    for (std::int64_t seq = 8; seq < 12; ++seq) {
+        publish(seq, kReal);
+        if (seq % 2 == 1) exchange();
+    }
+    EXPECT_EQ(session.report().stale_answers, stale);
+    EXPECT_GT(forces.size(), before);
+}
+
+// A target that says 8.5 N at once: what the limit allows over its ticks is published, and no more.
+TEST_F(BridgeSessionTest, AForceRisesNoFasterThanTheLimit) {
+    haptable_model limited = *box.scene().model;
+    limited.rate = haptable_limit_rate;
+    limited.rate_n = 0.1F * limited.max_force_n;
+    ServoScene scene = box.scene();
+    scene.model = &limited;
+    Pipes own_pipes;
+    Connection own("memq://");
+    SerialTarget own_line(own_pipes.line(), scene);
+    FakeTarget<Pipes> there(box.scene(), own_pipes);
+    BridgeSession bridge(scene, own, own_line, impatient(), nullptr);
+    bridge.take_answers();
+    std::vector<double> felt_n;
+    own.subscribe<servo_force>(kForceChannel,
+                               [&](const servo_force& force, std::int64_t) { felt_n.push_back(force.force_n[2]); });
+    const auto say = [&](std::int64_t seq, float force_n) {
+        own.publish(kStateChannel, simulated_state(seq, seq * 1000));
+        handle_all(own);
+        haptable_line_answer answer{};
+        answer.out[0].state = HAPTABLE_CONTACT;
+        answer.out[0].alpha[0] = 1.0F;
+        for (int c = 0; c < 3; ++c) answer.out[0].vertex[c] = static_cast<std::uint16_t>(c);
+        answer.out[0].force_n[2] = force_n;
+        Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
+        const auto number = static_cast<std::uint32_t>(seq) + 1;
+        bytes.resize(haptable_line_write_answer(number, &there.hello, &answer, bytes.data()));
+        own_pipes.put(bytes);
+        bridge.take_answers();
+        handle_all(own);
+    };
+    say(0, 1.5F * limited.rate_n);
+    EXPECT_TRUE(felt_n.empty());
+    EXPECT_EQ(bridge.report().rejected_forces, 1);
+    say(1, 1.5F * limited.rate_n);  // its second tick
+    ASSERT_EQ(felt_n.size(), 1U);
+    say(2, -limited.rate_n);  // through nothing to the other side, by no more than the limit
+    ASSERT_EQ(felt_n.size(), 2U);
+    say(3, 0.5F * limited.rate_n);
+    ASSERT_EQ(felt_n.size(), 3U);
+    say(4, limited.max_force_n);
+    EXPECT_EQ(felt_n.size(), 3U);
 }
 
 // Before any state and after some: a board may be flashed while the bridge runs.

@@ -164,6 +164,7 @@ TEST_F(BridgeOfTwo, InRealTimeAForceThatIsLostIsOvertaken) {
     EXPECT_EQ(forces[0].size(), answers);
     real(0, 21, 0.0011);
     real(1, 21, 0.0011);
+    session.watch(Clock::now() + std::chrono::milliseconds(10));  // longer than the answer is waited for
     EXPECT_EQ(target.answer(), 1);
     exchange();
     EXPECT_EQ(forces[0].size(), answers + 1);
