@@ -94,6 +94,19 @@ static void fade_contact(struct haptable_servo* servo) {
     servo->segment.unfinished = 0;
 }
 
+/* So often, and in every tick that fades, a contact is looked at whose finger may be far. */
+#define HAPTABLE_FAR_TICKS 16u
+
+/* A finger that went through the body, or leapt, leaves its god-object behind, which would pull it for good. Where it
+ * is farther from it than the body is large, the contact is given up as an undecided one is. */
+static void doubt_far_contact(const struct haptable_model* model, struct haptable_servo* servo) {
+    const float size_m = 1048576.0f * model->tolerance_m;
+    float u[3];
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    if (servo->contact.patch != HAPTABLE_NONE && vec_dot(u, u) > size_m * size_m)
+        servo->undecided_ticks = HAPTABLE_UNDECIDED_TICKS;
+}
+
 static void fade_force(const struct haptable_servo* servo, float force_n[3]) {
     vec_add_scaled(-(float)servo->fade_ticks / (float)HAPTABLE_FADE_TICKS, force_n, force_n);
 }
@@ -156,6 +169,7 @@ static void move(const struct haptable_model* model, struct haptable_servo* serv
         vec_sub(finger_m, servo->finger_known ? servo->finger_m : finger_m, motion_m);
     vec_copy(finger_m, servo->finger_m);
     servo->finger_known = 1;
+    if (servo->fade_ticks != 0 || servo->counters.ticks % HAPTABLE_FAR_TICKS == 0) doubt_far_contact(model, servo);
     if (servo->undecided_ticks != 0 || servo->fade_ticks != 0) fade_contact(servo);
 }
 
@@ -173,8 +187,8 @@ static void put_force(const struct haptable_model* model, struct haptable_servo*
     put_contact(model, servo, out);
     model->force(model, &servo->contact, servo->finger_m, out->nodal_force_n, out->force_n);
     if (model->relax) model->relax(model, servo, out);
-    if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
     gate_force(model, servo, out);
+    if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
 }
 
 #endif

@@ -69,6 +69,55 @@ TEST_F(ServoTest, ForceIsThatOfEquations9To12) {
     }
 }
 
+/// Force of every tick with the finger at x, until there has been none for a while; its contacts that were given up.
+std::vector<double> force_at(const haptable_model& model, haptable_servo& servo, const Vector3d& x,
+                             std::uint32_t now_us) {
+    const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
+    std::vector<double> force_n;
+    haptable_output out;
+    for (int tick = 0; tick < 60; ++tick) {
+        haptable_step(&model, &servo, finger, now_us += 1000, &out);
+        force_n.push_back(to_vector(out.force_n).norm());
+    }
+    return force_n;
+}
+
+// Pushed through the body and out of its other side, which nothing may touch: the god-object is left behind on the top.
+// Where the finger is farther from it than the body's diagonal, its force falls to zero over HAPTABLE_FADE_TICKS.
+TEST_F(ServoTest, AGodObjectThatIsLeftFarBehindLetsGo) {
+    press(0.001);
+    for (int mm = 2; mm < 330; ++mm) step({0.0131, 0.0172, 0.030 - 0.001 * mm});
+    EXPECT_EQ(servo.contact.patch, HAPTABLE_NONE);
+    EXPECT_EQ(servo.counters.given_up, 1U);
+    expect_silent_output();
+    step({0.0131, 0.0172, 0.031});
+    step({0.0131, 0.0172, 0.029});
+    EXPECT_EQ(out.state, HAPTABLE_CONTACT) << "it may touch again";
+}
+
+TEST_F(ServoTest, AGodObjectThatALeapLeavesFarBehindLetsGoByARelease) {
+    press(0.002);
+    const std::vector<double> force_n = force_at(*model.get(), servo, {0.0131, 0.0172, 0.030 - 0.3}, now_us);
+    const double most_n = double(model.get()->max_force_n);
+    EXPECT_WITHIN(std::abs(force_n.front() - most_n), .count = 8, .epsilon = kFloat, .size = most_n);
+    EXPECT_EQ(force_n.back(), 0.0);
+    for (std::size_t i = 1; i < force_n.size(); ++i) {
+        EXPECT_LE(force_n[i], force_n[i - 1]);
+        EXPECT_GE(force_n[i], force_n[i - 1] - 1.01 * most_n / HAPTABLE_FADE_TICKS) << "a jump";
+    }
+    EXPECT_EQ(servo.counters.given_up, 1U);
+}
+
+// Less far than the body is large it stays, and its force with it.
+TEST_F(ServoTest, AGodObjectThatIsNearKeepsItsForce) {
+    press(0.002);
+    const double diagonal_m = std::sqrt(3.0) * 0.03;
+    const std::vector<double> force_n =
+        force_at(*model.get(), servo, {0.0131, 0.0172, 0.030 - 0.99 * diagonal_m}, now_us);
+    EXPECT_EQ(force_n.front(), force_n.back());
+    EXPECT_EQ(servo.counters.given_up, 0U);
+}
+
 TEST_F(ServoTest, AFixedNodeIsRigid) {
     const TestModel half_fixed(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.02);
     const float before[3] = {-0.001F, 0.015F, 0.01F}, in[3] = {0.001F, 0.015F, 0.01F};
