@@ -342,6 +342,7 @@ void run(Options& o) {
     if (o.fingers == 2 && scene.contact.fingers == 1)
         throw Error(scene.file.string() + ": has one finger: write fingers = 2 in [contact], or leave out --fingers");
     const std::optional<Touchable> body = find_body(o, scene);
+    if (body) o.session.model_hash = tables_hash_in(tables_folder(o, scene));
     const std::vector<HandPlan> hands = plan_hands(o, body);
     if (!o.csv.empty()) require_other_file(o.csv, o.path, "--path");
     run_hands(o, scene, device, body, hands).print(o.json, o.quiet);

@@ -76,6 +76,11 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
     state_.session = random_session();
     state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
+    connection.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
+        if (options_.model_hash == 0 || status.model_hash == options_.model_hash) return;
+        ++other_scene_;
+        other_hash_ = status.model_hash;
+    });
     if (options_.faults.any())
         begin_faults();
     else
@@ -364,6 +369,7 @@ void DeviceSession::tell() {
                [] { return "the servo was silent for 20 ms: no force until it answers again"; });
     live_.look("foreign_answers", report_.foreign_answers, now,
                [] { return "a second servo, or one of another scene, is on the channel: it moves nothing here"; });
+    live_.look("other_scene", other_scene_, now, [this] { return of_other_scene(); });
     live_.look("refused_answers", report_.refused_answers, now, [this] {
         return fmt::format("the servo belongs to another device, session {:016x}: no force until that one ends",
                            static_cast<std::uint64_t>(other_owner_));
@@ -378,10 +384,18 @@ void DeviceSession::let_go() {
     state_.model_hash = options_.model_hash;
 }
 
+std::string DeviceSession::of_other_scene() const {
+    return fmt::format(
+        "the servo on the channel runs the tables {:016x}, this scene's are {:016x}: it gives no force "
+        "here; start this scene's servo, or build it again (make scene)",
+        static_cast<std::uint64_t>(other_hash_), static_cast<std::uint64_t>(options_.model_hash));
+}
+
 std::string DeviceSession::why_none() const {
     if (report_.refused_answers > 0)
         return fmt::format("a servo answers, but belongs to the device with session {:016x}: end that one first",
                            static_cast<std::uint64_t>(other_owner_));
+    if (other_scene_ > 0) return of_other_scene();
     if (report_.stale_answers > 0) return fmt::format("{} answers came, but later than 20 ms", report_.stale_answers);
     return fmt::format("{} answers came from servos of other models", report_.foreign_answers);
 }

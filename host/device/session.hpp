@@ -94,6 +94,7 @@ private:
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
     void let_go();
     std::string why_none() const;
+    std::string of_other_scene() const;
     void begin_tick(std::int64_t tick);
     void ask_again(int resends);
     [[noreturn]] void give_up() const;
@@ -129,6 +130,8 @@ private:
     std::vector<Clock::time_point> published_ = std::vector<Clock::time_point>(kKept_ticks);
     Clock::time_point asked_{};     ///< when the state was published that the force answers
     std::int64_t other_owner_ = 0;  ///< session of a device that has the servo which refused us
+    std::int64_t other_scene_ = 0;  ///< times a servo of other tables said what it is
+    std::int64_t other_hash_ = 0;   ///< its tables
     std::int64_t first_ = 0;        ///< whose answer is taken: after silence the next one
     std::int64_t answered_ = -1;    ///< the newest state that has an answer
     bool silent_ = true;            ///< no answer for 20 ms, or none yet

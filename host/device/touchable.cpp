@@ -5,11 +5,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -91,6 +94,15 @@ Touchable read_touchable(const std::filesystem::path& folder) {
     for (const std::int32_t node : patch.values)
         if (node < 0 || static_cast<std::size_t>(node) >= body.position_m.size()) fail("patch.npy");
     return body;
+}
+
+std::int64_t tables_hash_in(const std::filesystem::path& folder) {
+    if (!std::filesystem::exists(folder / "summary.json")) return 0;
+    const auto summary = parse_json_or_discard(read_file(folder / "summary.json"));
+    const std::string text = summary.is_object() ? summary.value("tables_hash", "") : "";
+    std::uint64_t hash = 0;
+    std::from_chars(text.data(), text.data() + text.size(), hash, 16);
+    return static_cast<std::int64_t>(hash);
 }
 
 TouchPlace top_of(const Touchable& body) {

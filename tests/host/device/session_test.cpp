@@ -4,12 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 #include <functional>
 #include <optional>
 
 #include "host/base/error.hpp"
 #include "host/device/simulated_driver.hpp"
+#include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/tolerance.hpp"
 
@@ -66,6 +68,31 @@ SessionOptions lockstep(double patience_s = 5.0) {
     options.lockstep = true;
     options.patience_s = patience_s;
     return options;
+}
+
+// A servo of other tables does not answer it: its status tells the device so, and the device its user.
+TEST_F(DeviceSessionTest, AServoOfAnotherSceneIsTold) {
+    connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t) {
+        EXPECT_EQ(state.model_hash, 0x5eed);
+        servo_status status{};
+        status.model_hash = 0xc0be;
+        connection.publish(kStatusChannel, status);
+    });
+    SessionOptions options;
+    options.seconds = 0.2;
+    options.patience_s = 0.0;
+    options.model_hash = 0x5eed;
+    std::vector<std::string> told;
+    options.tell = [&](const std::string& line) { told.push_back(line); };
+    EXPECT_EQ(run(options).largest_force_n, 0.0);
+    const auto is_it = [](const std::string& line) {
+        return line.find("runs the tables 000000000000c0be, this scene's are 0000000000005eed") != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(told.begin(), told.end(), is_it), 1) << "a line an event";
+    options.lockstep = true;
+    options.patience_s = 0.2;
+    const std::string error = error_of([&] { run(options, "again.csv"); });
+    EXPECT_TRUE(is_it(error)) << error;
 }
 
 TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
