@@ -70,6 +70,9 @@ void run(Options& o) {
     o.where.depth_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
     const double own_n_per_m = stiffness_at_once(read_tables(o.tables), o.place, o.where);
     const PronyFit fit = fit_prony(record, static_cast<std::size_t>(o.terms), 8);
+    if (!o.quiet && fit.relaxation.size() < static_cast<std::size_t>(o.terms))
+        fmt::print(stderr, "haptable-fit: note: the record determines {} terms, not {}\n", fit.relaxation.size(),
+                   o.terms);
     if (!o.plot.empty()) plot_fit(record, fit, o.plot);
     summary_of(scene, record, fit, own_n_per_m).print(o.json, o.quiet);
     if (!o.json && !o.quiet) fmt::print("\n{}", scene_lines(scene, fit.stiffness_n_per_m / own_n_per_m, fit));

@@ -116,6 +116,8 @@ std::vector<Eigen::Index> order_of(const VectorXd& x) {
     return order;
 }
 
+constexpr double kRounding = 1e-7;  // of the largest force: a record has no more digits
+
 /// Of each logarithm, and so of each number as a part of itself.
 VectorXd errors_of(const Residual& residual, const VectorXd& x, double misfit_n) {
     MatrixXd by_x;
@@ -135,7 +137,8 @@ PronyFit fit_of(const ForceRecord& record, const VectorXd& x) {
     PronyFit fit;
     fit.stiffness_n_per_m = x.head(1 + terms).array().exp().sum();
     fit.misfit_n = std::sqrt(difference.squaredNorm() / static_cast<double>(difference.size()));
-    const VectorXd error = errors_of(residual, x, fit.misfit_n);
+    const double rounding_n = kRounding * *std::max_element(record.force_n.begin(), record.force_n.end());
+    const VectorXd error = errors_of(residual, x, std::max(fit.misfit_n, rounding_n));
     fit.stiffness_error =
         x.head(1 + terms).array().exp().matrix().cwiseProduct(error.head(1 + terms)).norm() / fit.stiffness_n_per_m;
     for (const Eigen::Index k : order_of(x)) {
@@ -158,9 +161,16 @@ PronyFit fit_terms(const ForceRecord& record, std::size_t terms) {
     return fit_of(record, x);
 }
 
+/// Each number of a term is known to half of itself: not, where two have one time, or where rounding is fitted.
+bool is_determined(const PronyFit& fit) {
+    constexpr double kMost = 0.5;
+    const auto is_known = [](double error) { return error < kMost; };
+    return std::all_of(fit.share_error.begin(), fit.share_error.end(), is_known) &&
+           std::all_of(fit.time_error.begin(), fit.time_error.end(), is_known);
+}
+
 /// Schwarz's: a term is worth its two numbers only where it explains more than noise, or than rounding.
 double criterion(const PronyFit& fit) {
-    constexpr double kRounding = 1e-7;  // of the largest force: a record has no more digits
     const double least_n = kRounding * *std::max_element(fit.force_n.begin(), fit.force_n.end());
     const auto n = static_cast<double>(fit.force_n.size());
     const auto numbers = static_cast<double>(1 + 2 * fit.relaxation.size());
@@ -178,16 +188,19 @@ std::vector<double> relaxed_force(const ForceRecord& record, double stiffness_n_
 }
 
 PronyFit fit_prony(const ForceRecord& record, std::size_t terms, std::size_t most_terms) {
-    const std::size_t least = terms > 0 ? terms : 0, most = terms > 0 ? terms : most_terms;
-    if (record.time_s.size() < 10 * (1 + least))
+    if (record.time_s.size() < 10 * (1 + terms))
         throw Error(
             fmt::format("{} samples up to where the body lets go are too few for {} terms: give 10 for each "
                         "number that is sought",
-                        record.time_s.size(), least));
-    PronyFit best;
-    for (std::size_t n = least; n <= most && record.time_s.size() >= 10 * (1 + n); ++n) {
+                        record.time_s.size(), terms));
+    if (terms > 0) {
+        PronyFit fit = fit_terms(record, terms);
+        return terms == 1 || is_determined(fit) ? fit : fit_prony(record, terms - 1, most_terms);
+    }
+    PronyFit best = fit_terms(record, 0);
+    for (std::size_t n = 1; n <= most_terms && record.time_s.size() >= 10 * (1 + n); ++n) {
         PronyFit fit = fit_terms(record, n);
-        if (n == least || criterion(fit) < criterion(best)) best = std::move(fit);
+        if (is_determined(fit) && criterion(fit) < criterion(best)) best = std::move(fit);
     }
     return best;
 }

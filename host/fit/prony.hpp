@@ -24,7 +24,8 @@ std::vector<double> relaxed_force(const ForceRecord& record, double stiffness_n_
                                   const std::vector<RelaxationTerm>& relaxation);
 
 /// Least squares over stiffness, shares and times (Levenberg and Marquardt), from times spread evenly over the record's
-/// decades; so many terms, or with 0 those at which Schwarz's criterion is least, up to `most_terms`. Throws Error
+/// decades; so many terms, or with 0 those at which Schwarz's criterion is least, up to `most_terms`; fewer, where the
+/// record does not determine each number of a term to half of itself. Throws Error
 /// where the record has too few samples for its terms.
 PronyFit fit_prony(const ForceRecord& record, std::size_t terms, std::size_t most_terms);
 
