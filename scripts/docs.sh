@@ -32,5 +32,10 @@ for page in $pages; do
             complain "$page: $path has no heading #${link#*#}" ;;
         esac
     done
+    # A label that is a page's name leads to that page.
+    for link in $(grep -oE '\[[A-Za-z/_.-]+\.md\]\([^) ]+\)' "$page" | sort -u); do
+        label=${link%%]*} path=${link#*(}
+        [ "$(basename "${label#?}")" = "$(basename "${path%%[#)]*}")" ] || complain "$page: $link leads to another page"
+    done
 done
 exit $status

@@ -205,6 +205,8 @@ public:
         if (!has(key)) return {};
         const toml::array* list = table_.get_as<toml::array>(key);
         if (list == nullptr) fail(key, "must be a list of mesh nodes, like [0, 12, 57]");
+        if (list->size() > 1000)
+            fail(key, fmt::format("names {} nodes, and a target's display has at most 1000", list->size()));
         std::vector<std::int32_t> nodes;
         for (const toml::node& entry : *list) {
             const std::int64_t node = entry.is_integer() ? entry.as_integer()->get() : -1;
@@ -214,8 +216,6 @@ public:
                 fail(key, fmt::format("names node {} twice", node));
             nodes.push_back(static_cast<std::int32_t>(node));
         }
-        if (nodes.size() > 1000)
-            fail(key, fmt::format("names {} nodes, and a target's display has at most 1000", nodes.size()));
         return nodes;
     }
 

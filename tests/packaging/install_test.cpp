@@ -65,6 +65,23 @@ TEST_F(Installed, BuildsAServoWithTheBitsOfTheSourceTrees) {
     EXPECT_EQ(fs::last_write_time(work_ / "build/cube/servo"), made) << "made twice";
 }
 
+// docs/INSTALL.md says how much is installed: within a twentieth.
+TEST_F(Installed, HasAsManyFilesAsThePageSays) {
+    const std::string page = read_file("docs/INSTALL.md");
+    std::size_t files = 0;
+    double megabytes = 0.0;
+    const std::size_t row = page.find("| `make install`, all built: ");
+    ASSERT_NE(row, std::string::npos);
+    ASSERT_EQ(std::sscanf(page.c_str() + row, "| `make install`, all built: %zu files | %lf MB", &files, &megabytes),
+              2);
+    double bytes = 0.0;
+    for (const auto& entry : fs::recursive_directory_iterator(root_->path()))
+        if (entry.is_regular_file() && !entry.is_symlink()) bytes += static_cast<double>(entry.file_size());
+    const auto count = static_cast<double>(count_files(root_->path()));
+    EXPECT_NEAR(count / static_cast<double>(files), 1.0, 0.05) << "write " << count << " into docs/numbers.json";
+    EXPECT_NEAR(1e-6 * bytes / megabytes, 1.0, 0.05) << "write " << 1e-6 * bytes << " MB into docs/numbers.json";
+}
+
 TEST_F(Installed, FindsItsModulesAndThePartsOfAPage) {
     ASSERT_EQ(
         in_shell("haptable-precompute --check --quiet " + (usr() / "share/haptable/meshes/mouse.toml").string()).status,
@@ -170,16 +187,22 @@ TEST(Clean, KeepsTablesAndFinishedColumns) {
     const fs::path build = folder.path() / "build";
     for (const char* file :
          {"bin/haptable-view", "cube/summary.json", "cube/node_id.npy", "cube/model.c", "cube/servo", "cube/model.c.o",
-          "cube/firmware/rv32/loop.elf", "liver.columns/0.npy", "report/bench.json"}) {
+          "cube/firmware/rv32/loop.elf", "liver/columns.unfinished/columns.npy", "report/bench.json"}) {
         fs::create_directories((build / file).parent_path());
         std::ofstream(build / file) << file;
     }
+    for (const char* how : {"", " all"}) {  // a folder that is not make's
+        EXPECT_EQ(run("sh scripts/clean.sh " + build.string() + how).status, 1);
+        EXPECT_EQ(count_files(build), 9U);
+    }
+    std::ofstream(build / "setup.stamp") << "";
     ASSERT_EQ(run("sh scripts/clean.sh " + build.string()).status, 0);
-    EXPECT_EQ(count_files(build), 4U);
-    for (const char* file : {"cube/summary.json", "cube/node_id.npy", "cube/model.c", "liver.columns/0.npy"})
+    EXPECT_EQ(count_files(build), 5U);
+    for (const char* file : {"cube/summary.json", "cube/node_id.npy", "cube/model.c", "setup.stamp",
+                             "liver/columns.unfinished/columns.npy"})
         EXPECT_TRUE(fs::exists(build / file)) << file;
     fs::remove_all(build / "cube");
-    fs::remove_all(build / "liver.columns");
+    fs::remove_all(build / "liver");
     ASSERT_EQ(run("sh scripts/clean.sh " + build.string()).status, 0);
     EXPECT_FALSE(fs::exists(build));
 }
