@@ -94,6 +94,9 @@ if [ "${4:-}" = --inside ]; then
     run_loop
     exit 0
 fi
+for program in bridge device view; do
+    [ -x "$BUILD/bin/haptable-$program" ] || { echo "loop: $BUILD/bin/haptable-$program is missing: make loop" >&2 && exit 1; }
+done
 own "$folder" loop
 rm -rf "$folder"
 own "$folder" loop

@@ -6,7 +6,11 @@
 children=""
 stop_children() {
     for child in $children; do kill "$child" 2>/dev/null || true; done
-    wait
+    # lcm-logger does not hear a signal that comes before its loop runs.
+    { sleep 2 && for child in $children; do kill -9 "$child" 2>/dev/null || true; done; } &
+    killer=$!
+    for child in $children; do wait "$child" || true; done
+    kill "$killer" 2>/dev/null || true
     children=""
 }
 trap stop_children EXIT
