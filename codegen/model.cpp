@@ -11,6 +11,7 @@
 #include "codegen/precision.hpp"
 #include "firmware/haptable.h"
 #include "host/base/error.hpp"
+#include "host/base/noise.hpp"
 
 namespace haptable {
 
@@ -110,7 +111,11 @@ void add_relaxation(const Tables& tables, ServoModel& model) {
 }  // namespace
 
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what) {
-    const auto mean = [&](std::size_t a, std::size_t b) { return finite(0.5 * (block[a] + block[b]), what); };
+    double size = 0.0;
+    for (const double entry : block) size = std::max(size, std::abs(entry));
+    const auto mean = [&](std::size_t a, std::size_t b) {
+        return finite(without_noise(0.5 * (block[a] + block[b]), size), what);
+    };
     return {mean(0, 0), mean(4, 4), mean(8, 8), mean(1, 3), mean(5, 7), mean(2, 6)};
 }
 

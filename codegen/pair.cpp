@@ -10,6 +10,7 @@
 
 #include "codegen/polynomial.hpp"
 #include "host/base/error.hpp"
+#include "host/base/noise.hpp"
 
 namespace haptable {
 
@@ -51,12 +52,20 @@ private:
 
 using Blocks = std::vector<std::array<float, 9>>;
 
+/// C_kl by its noise, which is that of C_kk and C_ll however far apart k and l lie.
 Blocks scaled_blocks(const PairTables& pair, const Scale& scale) {
     Blocks to;
-    for (std::size_t k = 0, i = 0; k < pair.control_count && i < pair.block.size(); ++k) {
+    std::vector<double> own;  // largest entry of C_kk
+    for (std::size_t k = 0, row = 0; k < pair.control_count && row < pair.block.size(); row += ++k) {
+        own.push_back(Eigen::Map<const Rows>(pair.block[row + k].data()).cwiseAbs().maxCoeff());
         const Matrix3d s_k = scale.of(k);
-        for (std::size_t l = 0; l <= k; ++l, ++i)
-            to.push_back(in_float(s_k * Eigen::Map<const Rows>(pair.block[i].data()) * scale.of(l)));
+        for (std::size_t l = 0; l <= k; ++l) {
+            const double size = std::sqrt(own[k] * own[l]);
+            const Rows c = Eigen::Map<const Rows>(pair.block[row + l].data()).unaryExpr([size](double entry) {
+                return without_noise(entry, size);
+            });
+            to.push_back(in_float(s_k * c * scale.of(l)));
+        }
     }
     return to;
 }

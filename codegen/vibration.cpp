@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "host/base/noise.hpp"
 
 namespace haptable {
 
@@ -49,7 +51,16 @@ ServoVibration build_vibration(const VibrationTables& vibration, const Tables& t
     to.controls = is_mask ? HAPTABLE_MODES_CONTROLS : 3;
     for (const double omega : vibration.omega_rad_per_s)
         to.mode.push_back(tick_of_mode(omega, vibration.damping_ratio));
-    for (const auto& [x, y, z] : vibration.shape) to.shape.push_back({finite(x), finite(y), finite(z)});
+    const std::size_t modes = vibration.modes();
+    std::vector<double> size(modes, 0.0);  // largest entry of each mode
+    for (std::size_t i = 0; i < vibration.shape.size(); ++i)
+        for (const double entry : vibration.shape[i]) size[i % modes] = std::max(size[i % modes], std::abs(entry));
+    for (std::size_t i = 0; i < vibration.shape.size(); ++i) {
+        const auto value = [&](std::size_t axis) {
+            return finite(without_noise(vibration.shape[i][axis], size[i % modes]));
+        };
+        to.shape.push_back({value(0), value(1), value(2)});
+    }
     return to;
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "host/solve/dense.hpp"
 
 namespace haptable {
 
@@ -21,6 +22,8 @@ using Eigen::VectorXd;
 // Of a mode: || omega^2 L M phi - phi ||, both of length 1 in M. What is left of it is rounding.
 constexpr double kLargestResidual = 1e-7;
 constexpr int kMostRestarts = 300;
+// Frequencies that a body's symmetry makes one differ by rounding, 1e-14 of themselves.
+constexpr double kSameFrequency = 1.0 + 1e-9;
 
 /// ARPACK's reverse communication, in its shift-invert mode with the shift 0: where L or M is wanted, it asks.
 class Lanczos {
@@ -91,11 +94,24 @@ private:
     std::array<int, 14> place_{};
 };
 
-/// Length 1 in M, and of the two signs one.
+/// Length 1 in M.
 void normalize(const Eigen::SparseMatrix<double>& mass, Eigen::Ref<VectorXd> phi) {
-    Index largest = 0;
-    phi.cwiseAbs().maxCoeff(&largest);
-    phi *= (phi[largest] < 0.0 ? -1.0 : 1.0) / std::sqrt(phi.dot(mass * phi));
+    phi /= std::sqrt(phi.dot(mass * phi));
+}
+
+/// Modes of one frequency: of all their mixtures, and of both signs, those that no rounding chooses. Phi Q, where
+/// Phi^T M T = Q R of fixed vectors T and R has a positive diagonal.
+void choose_shapes(const Eigen::SparseMatrix<double>& mass, Eigen::Ref<MatrixXd> phi) {
+    MatrixXd fixed(phi.rows(), phi.cols());
+    for (Index k = 0; k < fixed.cols(); ++k)
+        for (Index i = 0; i < fixed.rows(); ++i)
+            fixed(i, k) = std::sin(1.0 + static_cast<double>((7 + k) * i));  // no symmetry
+    const MatrixXd along = phi.transpose() * (mass * fixed);
+    MatrixXd q = orthonormal(along);
+    for (Index k = 0; k < q.cols(); ++k)
+        if (q.col(k).dot(along.col(k)) < 0.0) q.col(k) = -q.col(k);
+    phi = MatrixXd(phi * q);
+    for (Index k = 0; k < phi.cols(); ++k) normalize(mass, phi.col(k));
 }
 
 void require_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, const VibrationModes& modes) {
@@ -131,6 +147,10 @@ VibrationModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<doubl
         modes.omega_rad_per_s[k] = std::sqrt(omega2[from]);
         modes.shape.col(k) = shape.col(from);
         normalize(mass, modes.shape.col(k));
+    }
+    for (Index first = 0, next = 1; first < count; first = next++) {
+        while (next < count && modes.omega_rad_per_s[next] <= kSameFrequency * modes.omega_rad_per_s[next - 1]) ++next;
+        choose_shapes(mass, modes.shape.middleCols(first, next - first));
     }
     require_modes(l, mass, modes);
     return modes;

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "host/base/error.hpp"
+#include "host/base/noise.hpp"
 #include "host/fem/gravity.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/small_strain.hpp"
@@ -56,6 +57,8 @@ double force_change(const Body& body, const NodeWeights& load, const Eigen::Spar
 std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, const LinearSolver& solver) {
     MatrixXd x;
     solver.solve(on_unknowns(body, weight(scene, body)), x);
+    const double largest_m = x.cwiseAbs().maxCoeff();  // positions are made of it
+    x = x.unaryExpr([largest_m](double u) { return without_noise(u, largest_m); }).eval();
     std::vector<Eigen::Vector3d> sag_m(body.unknown.size(), Eigen::Vector3d::Zero());
     for (std::size_t k = 0; k < body.free_node.size(); ++k)
         sag_m[static_cast<std::size_t>(body.free_node[k])] = x.block<3, 1>(3 * static_cast<Index>(k), 0);

@@ -223,6 +223,37 @@ TEST(CalculiXModes, AreThoseOfTheSameMesh) {
         }
 }
 
+/// The same, but for the last bits of what it gives.
+class OtherRounding : public LinearSolver {
+public:
+    explicit OtherRounding(const LinearSolver& solver) : solver_(solver) {}
+    Index size() const override { return solver_.size(); }
+    void solve(const MatrixXd& b, MatrixXd& x) const override {
+        solver_.solve(b, x);
+        x.array() *= 1.0 + 4.0 * test::kDouble * MatrixXd::Random(x.rows(), x.cols()).array();
+    }
+
+private:
+    const LinearSolver& solver_;
+};
+
+// A cube swings along x as fast as along y, and every mixture of the two is a mode.
+TEST(Modes, AreTheSameShapesHoweverSumsAreRounded) {
+    const Ringing ringing(cube(5, Element::kLinear, false));
+    const VibrationModes& modes = ringing.modes();
+    int pairs = 0;
+    for (Index k = 1; k < kModes; ++k)
+        if (modes.omega_rad_per_s[k] - modes.omega_rad_per_s[k - 1] < 1e-12 * modes.omega_rad_per_s[k]) ++pairs;
+    EXPECT_GT(pairs, 0) << "this body has no two modes of one frequency";
+    for (int again = 0; again < 3; ++again) {
+        const VibrationModes others = find_modes(OtherRounding(ringing.cholmod), ringing.mass, kModes);
+        for (Index k = 0; k < kModes; ++k)
+            EXPECT_WITHIN((others.shape.col(k) - modes.shape.col(k)).norm(), .epsilon = 1e-10,
+                          .size = modes.shape.col(k).norm())
+                << "mode " << k;
+    }
+}
+
 TEST(Modes, SayWhereThereAreNone) {
     Scene scene = cube(2, Element::kLinear, false);  // 4 free nodes
     scene.vibration->modes = 4;
