@@ -225,7 +225,7 @@ SCENE_MAKES ?= servo
 scene-alone: $(BUILD)/bin/haptable-precompute
 	@[ -n "$$HAPTABLE_SCENE" ] || { echo "make: name a scene, as in make scene SCENE=meshes/cube.toml" >&2; exit 1; }
 	@name=$$($(BUILD)/bin/haptable-precompute --print-name -- "$$HAPTABLE_SCENE") && \
-	$(BUILD)/bin/haptable-precompute -o $(BUILD)/$$name -- "$$HAPTABLE_SCENE" && \
+	$(BUILD)/bin/haptable-precompute --build $(BUILD) -- "$$HAPTABLE_SCENE" && \
 	{ [ -z "$(SCENE_MAKES)" ] || $(MAKE) --no-print-directory $(BUILD)/$$name/$(SCENE_MAKES) NAME=$$name; }
 
 # mpi: haptable-precompute for several machines, with Open MPI and MUMPS

@@ -237,12 +237,21 @@ Audit audit_mesh(const TetMesh& mesh, const Surface& surface) {
     return audit;
 }
 
-std::vector<std::string> warnings_of(const Audit& audit) {
-    constexpr double kSmall_m = 1e-3, kLarge_m = 10.0;
+std::string doubt_scale(double size_m, double scale_m) {
+    constexpr double kSmall_m = 1e-3, kLarge_m = 3.0;  // a finger's width, and what arms span
+    if (size_m >= kSmall_m && size_m <= kLarge_m) return "";
+    std::string doubt = fmt::format("the body is {:.3g} m long: is mesh.scale (metres per unit) right?", size_m);
+    for (const auto& [unit_m, name] : {std::pair{1e-3, "millimetres"}, {1e-2, "centimetres"}, {1.0, "metres"}})
+        if (const double other_m = size_m / scale_m * unit_m; other_m >= 10.0 * kSmall_m && other_m <= 0.5 * kLarge_m)
+            return doubt + fmt::format(" If its file is in {}, it is {:.3g} m: write scale = {:g} in [mesh]", name,
+                                       other_m, unit_m);
+    return doubt;
+}
+
+std::vector<std::string> warnings_of(const Audit& audit, double scale_m) {
     std::vector<std::string> warnings;
-    const double size_m = audit.box_m.sizes().maxCoeff();
-    if (size_m < kSmall_m || size_m > kLarge_m)
-        warnings.push_back(fmt::format("the body is {:.3g} m long: is mesh.scale (metres per unit) right?", size_m));
+    if (const std::string doubt = doubt_scale(audit.box_m.sizes().maxCoeff(), scale_m); !doubt.empty())
+        warnings.push_back(doubt);
     if (audit.hinge_edges + audit.hinge_nodes > 0)
         warnings.push_back(
             fmt::format("parts hang on hinges: {} edges with more than two patches, {} nodes with more than "

@@ -59,8 +59,12 @@ std::vector<std::size_t> number_bodies(const TetMesh& mesh);
 Audit audit_mesh(const TetMesh& mesh, const Surface& surface);
 inline Audit audit_mesh(const TetMesh& mesh) { return audit_mesh(mesh, find_surface(mesh)); }
 
-/// What does not stop the work, one line each.
-std::vector<std::string> warnings_of(const Audit& audit);
+/// "12 m long: is mesh.scale right? In millimetres it would be 0.012 m: write scale = 0.001 in [mesh]", of a body whose
+/// longest side is size_m at scale_m metres per unit of its file; empty where a finger could touch it.
+std::string doubt_scale(double size_m, double scale_m);
+
+/// What does not stop the work, one line each. scale_m: of mesh.scale.
+std::vector<std::string> warnings_of(const Audit& audit, double scale_m);
 
 std::string to_table(const Audit& audit);
 nlohmann::ordered_json to_json(const Audit& audit);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include "host/mesh/raw_mesh.hpp"
 
@@ -13,6 +14,7 @@ namespace haptable {
 struct FillTarget {
     double edge_length = 0.0;    ///< where the surface is smooth, in units of the file; creases have shorter ones
     std::size_t node_count = 0;  ///< nodes of the body, to 5 % where its shape allows it
+    std::optional<bool> wrap{};  ///< false: never, true: always; none: where the surface cannot be filled as it is
     bool given() const { return edge_length > 0.0 || node_count > 0; }
 };
 
@@ -24,8 +26,11 @@ using WatchFill = std::function<void(std::size_t nodes, std::size_t expected)>;
 /// degrees. Where that misses the count of nodes or the volume, or pinches the body, as the noise of a scan makes it,
 /// it is filled without creases too, and the better one is taken, with a note. Same input, same mesh. Triangles that
 /// are turned inside out are turned, with a note.
-/// Throws Error that counts the bad edges and says where the first is: open or non-manifold ones, or triangles that
-/// intersect; and where the filling has a cavity that the surface does not have.
+/// A surface that is open, not manifold, intersects itself or cannot be filled for its creases is wrapped first: by a
+/// watertight surface that a ball makes that rolls over it (CGAL's Alpha_wrap_3), pulled in by the gap to it. Holes are
+/// closed, inner cavities are lost, a note says how far the body is from the surface, and RawMesh::scan_distance where.
+/// Throws Error where it may not be wrapped, which counts the bad edges and says where the first is, where its
+/// triangles bound no body, and where the filling has a cavity that the surface does not have.
 RawMesh fill_surface(const std::filesystem::path& file, const RawMesh& raw, const FillTarget& target,
                      const WatchFill& watch = {});
 

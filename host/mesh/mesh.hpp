@@ -35,6 +35,8 @@ struct TetMesh {
     std::vector<MiddleNodes> middle;          ///< [T]; empty where tetrahedra have their corners only
     std::map<std::string, MeshGroup> group;
     CellVectors vectors;  ///< those that were asked for
+    /// [N] of a scan that was wrapped to be filled: how far each node of the surface is from it; 0 inside. Else empty.
+    std::vector<double> scan_distance_m;
     Eigen::Vector3d origin_m =
         Eigen::Vector3d::Zero();            ///< of position_m, in the file's frame: not 0 where the body was moved
     std::vector<std::uint64_t> tet_number;  ///< [T] in the file, for errors; empty for a generated mesh

@@ -28,6 +28,16 @@ void haptable_cgal_read(const std::filesystem::path& file, std::string_view text
 void haptable_cgal_fill(const std::filesystem::path& file, const haptable::Soup& soup, const Eigen::Vector3d& centre,
                         const haptable::FillTarget& target, double crease_deg, haptable::ChildCount& count,
                         std::string& packed);
+
+/// lib/haptable-cgal.so: a watertight surface around triangles of any kind, as fine as `target` wants it. Packed: the
+/// radius of the ball, the holes that were closed, coordinates [3 P], corners [3 F]. Throws Error where they bound no
+/// body.
+void haptable_cgal_wrap(const std::filesystem::path& file, const haptable::Soup& soup, const Eigen::Vector3d& centre,
+                        const haptable::FillTarget& target, std::string& packed);
+
+/// lib/haptable-cgal.so: of each point from the nearest triangle. Packed: distances [points].
+void haptable_cgal_distances(const haptable::Soup& soup, const std::vector<Eigen::Vector3d>& points,
+                             const Eigen::Vector3d& centre, std::string& packed);
 }
 
 namespace haptable {

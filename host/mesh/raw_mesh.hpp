@@ -42,7 +42,8 @@ struct RawMesh {
     std::size_t surface_elements = 0;          ///< of any shape
     std::vector<RawOthers> other;              ///< elements of three dimensions that are no tetrahedra
     std::map<std::string, RawGroup, std::less<>> group;
-    CellVectors vectors;  ///< [T] each
+    CellVectors vectors;                ///< [T] each
+    std::vector<double> scan_distance;  ///< [P] as TetMesh::scan_distance_m, in units of the file; empty: not wrapped
     std::vector<std::string> notes;
 
     void add_other(std::string_view type, Tag tag) {

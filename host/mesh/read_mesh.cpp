@@ -13,6 +13,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/mesh/audit.hpp"
 #include "host/mesh/middles.hpp"
 #include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/raw_mesh.hpp"
@@ -109,6 +110,15 @@ bool takes_middles(const RawMesh& raw, const ReadOptions& options) {
     return options.quadratic && !options.linearize && raw.second_order > 0;
 }
 
+/// "; the body is 136 m long ...", where its scale is to be doubted.
+std::string doubt_size(const RawMesh& raw, const ReadOptions& options) {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : raw.position) box.extend(p);
+    if (box.isEmpty()) return "";
+    const std::string doubt = doubt_scale(options.scale_m * box.sizes().maxCoeff(), options.scale_m);
+    return doubt.empty() ? "" : "; " + doubt;
+}
+
 void require_tets(const fs::path& file, const RawMesh& raw, const ReadOptions& options) {
     for (const RawOthers& other : raw.other)
         fail(file, fmt::format("has {} elements of type {} (element {} is the first); only 4-node tetrahedra are "
@@ -117,9 +127,9 @@ void require_tets(const fs::path& file, const RawMesh& raw, const ReadOptions& o
     if (raw.tet.empty() && !raw.triangle.empty()) {
         Soup soup;
         to_soup(raw, soup);
-        fail(file, fmt::format("has no tetrahedra but a surface: {}; give edge_length (metres) or node_count in [mesh] "
-                               "to fill it where it is closed, or a volume mesh",
-                               describe(soup)));
+        fail(file, fmt::format("has no tetrahedra but a surface: {}; to fill it give node_count = 2000 or edge_length "
+                               "(metres) in [mesh]{}",
+                               describe(soup), doubt_size(raw, options)));
     }
     if (raw.tet.empty())
         fail(file, fmt::format("has no tetrahedra ({} surface elements); give a volume mesh", raw.surface_elements));
@@ -244,12 +254,15 @@ void require_different(const fs::path& file, const RawMesh& raw) {
 
 void place_nodes(const fs::path& file, const RawMesh& raw, double scale_m, const NodeMap& map, TetMesh& mesh) {
     mesh.position_m.resize(map.size());
+    mesh.scan_distance_m.resize(raw.scan_distance.empty() ? 0 : map.size());
     for (std::size_t k = 0; k < raw.node_tag.size(); ++k) {
         const std::int32_t node = map.find(raw.node_tag[k]);
         if (node < 0) continue;
         if (!raw.position[k].allFinite() || !(scale_m * raw.position[k]).allFinite())
             fail(file, fmt::format("node {} has no finite position; mend its coordinates", raw.node_tag[k]));
         mesh.position_m[static_cast<std::size_t>(node)] = scale_m * raw.position[k];
+        if (!raw.scan_distance.empty())
+            mesh.scan_distance_m[static_cast<std::size_t>(node)] = scale_m * raw.scan_distance[k];
     }
     mesh.unused_nodes = raw.node_tag.size() - map.size();
     if (mesh.unused_nodes > 0)
@@ -339,6 +352,16 @@ void take_vectors(const fs::path& file, const RawMesh& raw, const ReadOptions& o
     }
 }
 
+/// Of the middles of edges, which were made: the mean of its ends.
+void add_scan_distances(TetMesh& mesh) {
+    if (mesh.scan_distance_m.empty()) return;
+    mesh.scan_distance_m.resize(mesh.position_m.size());
+    const auto of = [&](std::int32_t node) -> double& { return mesh.scan_distance_m[static_cast<std::size_t>(node)]; };
+    for (std::size_t t = 0; t < mesh.tet.size(); ++t)
+        for (std::size_t e = 0; e < 6; ++e)
+            of(mesh.middle[t][e]) = 0.5 * (of(mesh.tet[t][kTetEdges[e][0]]) + of(mesh.tet[t][kTetEdges[e][1]]));
+}
+
 TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOptions& options) {
     require_tets(file, raw, options);
     const bool with_middles = takes_middles(raw, options);
@@ -359,7 +382,10 @@ TetMesh make_tet_mesh(const fs::path& file, const RawMesh& raw, const ReadOption
             fmt::format("{}: took {} second-order tetrahedra by their corners", file.string(), raw.second_order));
     map_groups(raw, map, mesh);
     take_vectors(file, raw, options, mesh);
-    if (options.quadratic && !with_middles) add_middles(mesh);
+    if (options.quadratic && !with_middles) {
+        add_middles(mesh);
+        add_scan_distances(mesh);
+    }
     return mesh;
 }
 
@@ -372,7 +398,13 @@ TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
     if (!raw.tet.empty() || !raw.other.empty())
         fail(file, "is a volume mesh, which is not filled; remove edge_length and node_count from [mesh]");
     if (raw.triangle.empty()) fail(file, "has no triangles to fill; give a closed surface");
-    return make_tet_mesh(file, fill_surface(file, raw, options.fill, options.watch), options);
+    RawMesh filled;
+    try {
+        filled = fill_surface(file, raw, options.fill, options.watch);
+    } catch (const Error& error) {  // which may be due to the size that a wrong scale gives
+        throw Error(error.what() + doubt_size(raw, options));
+    }
+    return make_tet_mesh(file, filled, options);
 }
 
 std::vector<fs::path> mesh_files(const fs::path& file) {

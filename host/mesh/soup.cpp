@@ -128,7 +128,8 @@ BadEdges find_bad_edges(const Soup& soup) {
 std::string describe(const Soup& soup) {
     Sets sets(soup.point.size());
     double six_volumes = 0.0;
-    const Eigen::Vector3d centre = box_of(soup).center();
+    const Eigen::AlignedBox3d box = box_of(soup);
+    const Eigen::Vector3d centre = box.center(), size = box.sizes();
     for (const auto& [a, b, c] : soup.triangle) {
         sets.join(a, b);
         sets.join(a, c);
@@ -140,9 +141,9 @@ std::string describe(const Soup& soup) {
                        static_cast<std::int64_t>(bad.edges);
     return fmt::format(
         "{} vertices, {} triangles, {} parts, {} open, {} non-manifold and {} flipped edges, Euler characteristic {}, "
-        "volume {:.4g} (units of the file)",
+        "{:.4g} x {:.4g} x {:.4g} long, volume {:.4g} (units of the file)",
         soup.point.size(), soup.triangle.size(), part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1,
-        bad.open, bad.non_manifold, bad.flipped, euler, six_volumes / 6.0);
+        bad.open, bad.non_manifold, bad.flipped, euler, size.x(), size.y(), size.z(), six_volumes / 6.0);
 }
 
 }  // namespace haptable

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "host/base/error.hpp"
@@ -49,6 +50,19 @@ void mark_box(const Scene& scene, const Selection& selection, const char* key, c
                          key, extent(mesh)));
 }
 
+/// Nodes of the layer over the outermost one, which it has at the least; rounding of a plane's nodes is none.
+void mark_below(const Below& below, const TetMesh& mesh, Flags& flags) {
+    constexpr double kRounding = 1e-9;  // of the body's height
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    const auto height = [&](std::size_t i) { return (below.is_turned ? -1.0 : 1.0) * mesh.position_m[i][below.axis]; };
+    for (std::size_t i = 0; i < flags.size(); ++i) {
+        lowest = std::min(lowest, height(i));
+        highest = std::max(highest, height(i));
+    }
+    for (std::size_t i = 0; i < flags.size(); ++i)
+        if (height(i) <= lowest + below.depth_m + kRounding * (highest - lowest)) flags[i] = 1;
+}
+
 /// The group that a selection names. Throws Error with all names where it has none of `what`.
 const MeshGroup& group_of(const Scene& scene, const Selection& selection, const char* key, const TetMesh& mesh,
                           const char* what, bool (*has)(const MeshGroup&)) {
@@ -71,7 +85,9 @@ void mark_group(const Scene& scene, const Selection& selection, const char* key,
 Flags mark(const Scene& scene, const std::vector<Selection>& selections, const char* key, const TetMesh& mesh) {
     Flags flags(mesh.position_m.size(), 0);
     for (const Selection& selection : selections)
-        if (selection.box_m)
+        if (selection.below)
+            mark_below(*selection.below, mesh, flags);
+        else if (selection.box_m)
             mark_box(scene, selection, key, mesh, flags);
         else
             mark_group(scene, selection, key, mesh, flags);
@@ -344,13 +360,25 @@ std::string describe(const Eigen::AlignedBox3d& box_m) {
 
 TetMesh make_mesh(const MeshSource& source, const WatchFill& watch) {
     const bool quadratic = source.element == Element::kQuadratic;
-    const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count};
+    const FillTarget fill{source.edge_length_m / source.scale_m, source.node_count, source.wrap};
     if (source.generate != "cube")
         return read_mesh(source.file,
                          ReadOptions{source.scale_m, source.linearize, fill, watch, quadratic, source.directions});
     TetMesh mesh = make_cube(source.nodes_per_side, source.side_m);
     if (quadratic) add_middles(mesh);
     return mesh;
+}
+
+std::vector<std::string> holding_warnings(const Scene& scene, const Body& body) {
+    constexpr double kMuch = 0.3;
+    constexpr std::size_t kCoarse = 64;  // a grid of three nodes a side has a third of them on one side
+    const std::size_t nodes = body.mesh.position_m.size(), held = body.fixed_count();
+    if (nodes < kCoarse || static_cast<double>(held) < kMuch * static_cast<double>(nodes)) return {};
+    return {fmt::format(
+        "{}:{}: fixed: holds {} of {} nodes ({:.0f} %), and nothing gives way there; the body fills the box {}: hold "
+        "less, as by [[fixed]] below = 0.002, metres above its lowest node",
+        scene.file.string(), scene.fixed.empty() ? 1 : scene.fixed.front().line, held, nodes,
+        100.0 * static_cast<double>(held) / static_cast<double>(nodes), extent(body.mesh))};
 }
 
 Body make_body(const Scene& scene, TetMesh mesh) {

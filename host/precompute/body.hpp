@@ -34,6 +34,9 @@ struct Body {
 /// "[xmin, ymin, zmin, xmax, ymax, zmax] m", as a scene writes a box.
 std::string describe(const Eigen::AlignedBox3d& box_m);
 
+/// Where [[fixed]] holds 30 % of the nodes or more: mostly a box that was meant for another place or unit.
+std::vector<std::string> holding_warnings(const Scene& scene, const Body& body);
+
 /// The mesh that the scene names or describes.
 TetMesh make_mesh(const MeshSource& source, const WatchFill& watch = {});
 

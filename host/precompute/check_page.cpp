@@ -34,6 +34,7 @@ canvas { display: block; width: 100vw; height: 100vh; touch-action: none; cursor
 constexpr const char* kScript = R"script(
 const canvas = document.querySelector("canvas"), pen = canvas.getContext("2d");
 const colors = [[240, 217, 174], [172, 160, 143], [218, 220, 223]];
+const far_away = [0, 120, 125];
 const red = "#c81e28", violet = "#8028a0", blue = "#2654a0";
 const mid = [0, 1, 2].map(a => (data.box[a] + data.box[a + 3]) / 2);
 const size = Math.hypot(...[0, 1, 2].map(a => data.box[a + 3] - data.box[a]));
@@ -78,7 +79,9 @@ function draw() {
         const v = [0, 1, 2].map(i => c[i] - a[i]);
         const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
         const light = 0.62 + 0.34 * Math.max(0, dot(n, lamp) / (Math.hypot(...n) * 1.13 || 1));
-        pen.fillStyle = "rgb(" + colors[data.kind[k]].map(x => Math.round(x * light)).join() + ")";
+        const away = data.away ? p.reduce((sum, i) => sum + data.away[i], 0) / 3 / data.farthest : 0;
+        const color = colors[data.kind[k]].map((x, i) => Math.round(light * (x + away * (far_away[i] - x))));
+        pen.fillStyle = "rgb(" + color.join() + ")";
         pen.strokeStyle = data.patch.length > 20000 ? pen.fillStyle : "rgba(40, 40, 46, 0.35)";
         pen.lineWidth = 0.6;
         path(p.map(i => seen[i]), true);
@@ -184,6 +187,12 @@ json point(const Body& body, std::int32_t node) {
     return {shortened(x.x()), shortened(x.y()), shortened(x.z())};
 }
 
+/// The largest of a scan's distances, m; 0 where nothing was wrapped.
+double farthest_m(const Body& body) {
+    const std::vector<double>& away_m = body.mesh.scan_distance_m;
+    return away_m.empty() ? 0.0 : *std::max_element(away_m.begin(), away_m.end());
+}
+
 json points(const Body& body, const std::vector<std::int32_t>& nodes) {
     json list = json::array();
     for (const std::int32_t node : nodes) list.push_back(point(body, node));
@@ -215,6 +224,10 @@ json data_of(const Body& body, const Audit& audit, const std::vector<std::int32_
               {"hinge_edge", json::array()},
               {"worst", json::array()}};
     add_surface(body, data);
+    if (farthest_m(body) > 0.0) {
+        data["farthest"] = farthest_m(body);
+        for (const std::int32_t node : body.surface.node) data["away"].push_back(body.mesh.scan_distance_m[at(node)]);
+    }
     for (const auto& [a, b] : audit.hinge_edge) data["hinge_edge"].push_back({point(body, a), point(body, b)});
     for (const ShapedTet& tet : audit.worst)
         data["worst"].push_back(
@@ -234,6 +247,8 @@ std::string check_page(const Scene& scene, const Body& body, const Audit& audit,
                          sign("#aca08f", fmt::format("held ({} nodes)", body.fixed_count())) +
                          sign("#dadcdf", "neither") + sign("#c81e28", "worst elements (number: radius ratio)");
     if (audit.hinge_edges + audit.hinge_nodes > 0) legend += sign("#8028a0", "hinges");
+    if (farthest_m(body) > 0.0)
+        legend += sign("#00787d", fmt::format("far from the scan (at most {:.3g} mm)", 1e3 * farthest_m(body)));
     if (!under_constrained.empty())
         legend += sign("#2654a0", fmt::format("under-constrained ({} nodes)", under_constrained.size()));
     return fmt::format(

@@ -11,12 +11,11 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
-#include "host/inverse/factor.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
-#include "host/precompute/assembly.hpp"
 #include "host/precompute/check_page.hpp"
-#include "host/precompute/locking.hpp"
+#include "host/precompute/foretell.hpp"
+#include "host/precompute/rigid_body.hpp"
 #include "host/precompute/tell.hpp"
 #include "host/precompute/under_constrained.hpp"
 #include "host/precompute/write_tables.hpp"
@@ -29,17 +28,51 @@ namespace fs = std::filesystem;
 
 struct Options {
     fs::path scene;
-    fs::path folder;
+    fs::path folder, build = "build";
     fs::path depfile;
     PrecomputeOptions how;
     Telling telling{"haptable-precompute"};
     bool print_name = false;
     bool check = false;
-    bool reproducible = true;  ///< always: the number of threads changes no bit
 };
 
+/// What scene.path in the folder says: whose tables they are.
+std::string owner_of(const fs::path& folder) {
+    const fs::path note = folder / "scene.path";
+    if (!fs::exists(note)) return "";
+    std::string owner = read_text(note);
+    while (!owner.empty() && (owner.back() == '\n' || owner.back() == '\r')) owner.pop_back();
+    return owner;
+}
+
+/// Whether another scene file of this name is still there.
+bool is_another(const fs::path& owner, const Scene& scene) {
+    std::error_code failed;
+    if (owner.empty() || !fs::is_regular_file(owner, failed) || fs::equivalent(owner, scene.file, failed)) return false;
+    try {
+        return read_scene(owner).name == scene.name;
+    } catch (const Error&) {
+        return false;  // a scene that cannot be read has no tables to lose
+    }
+}
+
+/// Two scenes of one name would overwrite each other's tables.
+void require_own(const fs::path& folder, const Scene& scene) {
+    const std::string owner = owner_of(folder);
+    if (owner != scene.file.string() && is_another(owner, scene))
+        throw Error(
+            fmt::format("{}: name: \"{}\" is the name of {} too, whose tables are in {}: give one of them "
+                        "another name, or remove that folder",
+                        scene.file.string(), scene.name, owner, folder.string()));
+}
+
+void note_owner(const fs::path& folder, const Scene& scene) {
+    if (owner_of(folder) == scene.file.string()) return;
+    write_file(OwnFolder(folder, kTables).file("scene.path"), scene.file.string() + "\n");
+}
+
 fs::path folder_of(const Options& options, const Scene& scene) {
-    return options.folder.empty() ? fs::path("build") / scene.name : options.folder;
+    return options.folder.empty() ? options.build / scene.name : options.folder;
 }
 
 /// A path as make reads it. Throws Error for a character that make would take for another thing in any case.
@@ -73,7 +106,7 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
     return make_path(folder / "summary.json") + ":" + inputs + "\n" + targets;
 }
 
-void print_check(const Audit& audit, const std::vector<Support>& supports, const Options& options,
+void print_check(const Scene& scene, const Audit& audit, const std::vector<Support>& supports, const Options& options,
                  const std::optional<GravityFacts>& gravity = {}) {
     if (options.telling.json) {
         fmt::print("{}", to_json(audit, supports, gravity));
@@ -83,15 +116,10 @@ void print_check(const Audit& audit, const std::vector<Support>& supports, const
             fmt::print("  body {}: {} nodes, {} tetrahedra; {} nodes fixed, {}{}\n", k + 1, supports[k].nodes,
                        supports[k].tets, supports[k].fixed_nodes,
                        supports[k].bed_faces > 0 ? fmt::format("{} faces on a bed, ", supports[k].bed_faces) : "",
-                       supports[k].is_constrained ? "constrained" : "UNDER-CONSTRAINED");
+                       scene.free_body              ? "free: nothing holds it"
+                       : supports[k].is_constrained ? "constrained"
+                                                    : "UNDER-CONSTRAINED");
     }
-}
-
-/// What the body's own weight does: one factorisation.
-GravityFacts weigh(const Scene& scene, const Body& body) {
-    const Factor factor(assemble_free(scene, body));
-    const std::vector<Eigen::Vector3d> sag_m = find_sag(scene, body, factor);
-    return judge_gravity(scene, body, {}, factor, sag_m, prestress_of(scene, body, sag_m));
 }
 
 void draw_check(const Scene& scene, const Body& body, const Audit& audit,
@@ -107,30 +135,39 @@ void draw_check(const Scene& scene, const Body& body, const Audit& audit,
         fmt::print("  drawn in {}\n", (folder / "check.html").string());
 }
 
-/// The mesh is judged and, but for a body's weight, nothing is computed: the table first, then the first reason to
-/// refuse it.
+/// The mesh is judged, and of the body what one factorisation tells: the table first, then the first reason to refuse
+/// it.
 void check(const Scene& scene, const Options& options) {
     TetMesh mesh = make_mesh(scene.mesh);
     const Audit audit = audit_mesh(mesh);
     say(options.telling, "note", mesh.notes);
-    say(options.telling, "warning", warnings_of(audit));
+    say(options.telling, "warning", warnings_of(audit, scene.mesh.scale_m));
     std::vector<std::int32_t> under_constrained;
     Body body;
     try {
         body = make_body(scene, std::move(mesh));
-        under_constrained = find_under_constrained(body);
+        if (scene.free_body)
+            require_one_body(scene, body);
+        else
+            under_constrained = find_under_constrained(body);
     } catch (const Error&) {
-        print_check(audit, {}, options);
+        print_check(scene, audit, {}, options);
         throw;
     }
-    say(options.telling, "warning", locking_warnings(scene, foresee_locking(scene, body.mesh)));
+    say(options.telling, "warning", holding_warnings(scene, body));
     draw_check(scene, body, audit, under_constrained, options);
-    std::optional<GravityFacts> gravity;
-    if (scene.gravity && under_constrained.empty()) gravity = weigh(scene, body);
-    say(options.telling, "warning", gravity_warnings(scene, gravity));
-    print_check(audit, find_supports(body, under_constrained), options, gravity);
-    if (gravity && !options.telling.json && !options.telling.quiet) fmt::print("{}", describe(scene, *gravity));
-    if (gravity && scene.gravity->prestress) require_unbuckled(scene, *gravity);
+    Foretold told;
+    if (under_constrained.empty()) {
+        Progress progress(options.telling.quiet);
+        told = foretell(scene, body, progress);
+        progress.clear();
+    }
+    say(options.telling, "warning", locking_warnings(scene, told.locking));
+    say(options.telling, "warning", gravity_warnings(scene, told.gravity));
+    print_check(scene, audit, find_supports(body, under_constrained), options, told.gravity);
+    if (told.gravity && !options.telling.json && !options.telling.quiet)
+        fmt::print("{}", describe(scene, *told.gravity));
+    if (told.gravity && scene.gravity->prestress) require_unbuckled(scene, *told.gravity);
     if (!under_constrained.empty())
         throw Error(
             fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(under_constrained, body)));
@@ -156,11 +193,13 @@ void run(const Options& options) {
     }
     if (options.check) return check(scene, options);
     const fs::path folder = folder_of(options, scene);
+    if (options.folder.empty()) require_own(folder, scene);
     // 2. Mesh, stiffness, factor, tables, C.
     Progress progress(options.telling.quiet);
     PrecomputeOptions how = options.how;
     how.memory_bytes *= 1e9;
     const Result result = compute(scene, folder, progress, how);
+    if (options.folder.empty()) note_owner(folder, scene);
     // 3. What make must know to do it again.
     if (!options.depfile.empty()) {
         if (result.unchanged) touch_summary(folder);
@@ -178,7 +217,8 @@ int main(int argc, char** argv) {
         "haptable-precompute");
     Options options;
     app.option("SCENE", options.scene, "the scene file (TOML)").required();
-    app.option("-o", options.folder, "where to write; default build/<name of the scene>");
+    const Option folder = app.option("-o", options.folder, "where to write; default BUILD/<name of the scene>");
+    app.option("--build", options.build, "where folders of scenes are, each by its scene's name").excludes(folder);
     app.option("--depfile", options.depfile, "also write what the tables depend on, as a rule for make");
     app.option("--tolerance", options.how.tolerance,
                "relative error allowed in a stiffness block; 0 (default): double precision; more, 1e-4 say: single "
@@ -194,8 +234,6 @@ int main(int argc, char** argv) {
     app.option("--threads", options.how.threads,
                "default: all processors, one for less than 10,000 nodes; the tables are the same for any number")
         .range(1, 1024);
-    app.flag("--reproducible", options.reproducible,
-             "the same bytes for any number of threads: always so, and accepted for scripts");
     app.flag("--json", options.telling.json, "the summary as JSON on standard output instead of the table");
     app.flag("--quiet", options.telling.quiet, "no table, no notes, no progress bar");
     app.flag("--check", options.check,

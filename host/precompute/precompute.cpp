@@ -256,19 +256,13 @@ void let_go(const Run& run, Stiffness& k) {
     if (run.scene.free_body) k = assemble_free(run.scene, run.body);
 }
 
-/// K, or K_c of a body that is not held.
-Stiffness assemble(const Scene& scene, const Body& body) {
-    Stiffness k = assemble_free(scene, body);
-    return scene.free_body ? assemble_free(scene, body, hold_springs(body, k.diagonal())) : k;
-}
-
 /// What is missing of L. Returns S_i of all nodes; edges, masks and columns go into files.
 Matrices compute(const Run& run, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     Checks& checks = summary.inverse.checks;
     // 4. K of the free nodes, and its factor; again where the body's own weight changes it.
     clock.begin("assembly");
-    Stiffness k = assemble(scene, body);
+    Stiffness k = assemble_held(scene, body);
     factorize(run, k, summary);
     let_go(run, k);
     if (scene.gravity && !scene.free_body) settle(run, k, summary);

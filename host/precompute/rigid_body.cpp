@@ -160,6 +160,11 @@ Eigen::SparseMatrix<double> hold_springs(const Body& body, const Eigen::VectorXd
     return springs;
 }
 
+Stiffness assemble_held(const Scene& scene, const Body& body) {
+    Stiffness k = assemble_free(scene, body);
+    return scene.free_body ? assemble_free(scene, body, hold_springs(body, k.diagonal())) : k;
+}
+
 void require_one_body(const Scene& scene, const Body& body) {
     Body held = body;
     for (const std::int32_t node : find_holds(body)) {

@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 #include <filesystem>
 
+#include "host/inverse/stiffness.hpp"
 #include "host/precompute/body.hpp"
 
 namespace haptable {
@@ -28,6 +29,9 @@ std::array<std::int32_t, 3> find_holds(const Body& body);
 /// the third across the plane of all. As stiff as K is there. A load in equilibrium meets no reaction.
 ///   k  of all nodes
 Eigen::SparseMatrix<double> hold_springs(const Body& body, const Eigen::VectorXd& k_diagonal);
+
+/// K of the free nodes; of a body that nothing holds K_c, with hold_springs().
+Stiffness assemble_held(const Scene& scene, const Body& body);
 
 /// Throws Error where the body does not hang together as one: parts that touch nowhere, or by a hinge.
 void require_one_body(const Scene& scene, const Body& body);

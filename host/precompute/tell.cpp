@@ -6,8 +6,10 @@
 #include <cstdio>
 
 #include "host/base/file.hpp"
+#include "host/base/finger_advice.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/digits.hpp"
+#include "host/precompute/locking.hpp"
 #include "host/precompute/press.hpp"
 
 namespace haptable {
@@ -20,7 +22,8 @@ void say(const Telling& telling, const char* kind, const std::vector<std::string
 void tell(const Telling& telling, const Scene& scene, const std::filesystem::path& folder, const Result& result) {
     const auto& [body, summary, unchanged] = result;
     say(telling, "note", body.mesh.notes);
-    say(telling, "warning", warnings_of(summary.audit));
+    say(telling, "warning", warnings_of(summary.audit, scene.mesh.scale_m));
+    say(telling, "warning", holding_warnings(scene, body));
     say(telling, "warning", unchanged ? kept_warnings(folder) : run_warnings(scene, summary));
     if (telling.json)
         fmt::print("{}", unchanged ? read_file(folder / "summary.json") : to_json(scene, body, summary));
@@ -31,6 +34,8 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
         const PressStiffness press = press_stiffness(scene, folder);
         fmt::print("{}\n{}  written to {}\n", to_table(scene, body, summary, press), describe(press, scene),
                    folder.string());
+        if (scene.contact.force == ForceLaw::kInterpolated && scene.contact.god_object == GodObject::kNearest)
+            fmt::print("{}", finger_advice(pad_radius_m(scene, body.mesh)));
     }
 }
 

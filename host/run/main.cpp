@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/base/finger_advice.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
@@ -106,6 +107,10 @@ void run(Options& o) {
     const RunOutcome outcome = run_session(places, o.run);
     const SummaryLines summary = report(places, o.run, scene.name, outcome, o.draw);
     summary.print(o.json, o.run.quiet);
+    const ContactOptions& contact = scene.contact;
+    if (contact.force == ForceLaw::kInterpolated && contact.god_object == GodObject::kNearest && !o.json &&
+        !o.run.quiet)
+        fmt::print("{}", finger_advice());
     if (!outcome.trouble.empty())
         throw Error(fmt::format("{}; the record up to there is in {}", outcome.trouble, o.run.folder.string()));
     if (outcome.interrupted) throw Interrupted();

@@ -9,6 +9,7 @@
 #define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml(#condition))
 #include <toml++/toml.h>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <map>
@@ -338,7 +339,7 @@ std::string read_name(const Section& root) {
 void read_generator(const Section& mesh, MeshSource& source) {
     source.generate = mesh.choice("generate", {"cube"});
     if (mesh.has("linearize")) mesh.fail("linearize", "belongs to a mesh file; the cube is linear: remove it");
-    for (const char* key : {"edge_length", "node_count"})
+    for (const char* key : {"edge_length", "node_count", "wrap"})
         if (mesh.has(key)) mesh.fail(key, "belongs to a surface file that is filled; give the cube nodes_per_side");
     if (mesh.has("scale")) mesh.fail("scale", "belongs to a mesh file; give the cube's side in metres and remove it");
     const std::int64_t nodes = mesh.integer("nodes_per_side", source.nodes_per_side);
@@ -358,6 +359,9 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
     source.linearize = mesh.flag("linearize", false);
     if (mesh.has("edge_length") && mesh.has("node_count"))
         mesh.fail("node_count", "there is an edge_length too; keep one of them");
+    if (mesh.has("wrap")) source.wrap = mesh.flag("wrap", false);
+    if (source.wrap && !mesh.has("edge_length") && !mesh.has("node_count"))
+        mesh.fail("wrap", "belongs to a surface that is filled; give node_count or edge_length, or remove it");
     if (mesh.has("edge_length")) source.edge_length_m = mesh.positive("edge_length");
     if (!mesh.has("node_count")) return;
     const std::int64_t nodes = mesh.integer("node_count", 0);
@@ -366,10 +370,10 @@ void read_mesh_file(const Section& mesh, const fs::path& scene_file, MeshSource&
 }
 
 MeshSource read_source(const Section& root, const fs::path& scene_file) {
-    const Section mesh = root.section(
-        "mesh",
-        {"element", "generate", "nodes_per_side", "side", "file", "scale", "linearize", "edge_length", "node_count"},
-        true);
+    const Section mesh = root.section("mesh",
+                                      {"element", "generate", "nodes_per_side", "side", "file", "scale", "linearize",
+                                       "edge_length", "node_count", "wrap"},
+                                      true);
     if (mesh.has("generate") && mesh.has("file"))
         mesh.fail("file", "there is a generator too; keep either generate or file");
     if (!mesh.has("generate") && !mesh.has("file"))
@@ -531,10 +535,25 @@ Selection read_selection(const Section& section) {
     return selection;
 }
 
+/// A layer of `below` metres, from the lowest node along `axis` on.
+Selection read_layer(const Section& section) {
+    for (const char* key : {"box", "group"})
+        if (section.has(key)) section.fail(key, "there is below too; keep one of them");
+    const std::string axis = section.choice("axis", {"z", "x", "y", "-x", "-y", "-z"});
+    Selection selection;
+    selection.line = section.line();
+    selection.below = Below{section.not_negative("below", 0.0), axis.back() - 'x', axis.front() == '-'};
+    return selection;
+}
+
 std::vector<Selection> read_fixed(const Section& root) {
     std::vector<Selection> selections;
-    for (const Section& section : root.sections("fixed", {"box", "group"}))
-        selections.push_back(read_selection(section));
+    for (const Section& section : root.sections("fixed", {"box", "group", "below", "axis"})) {
+        if (section.has("axis") && !section.has("below")) section.fail("axis", "belongs to below, metres; give it");
+        if (!section.has("below") && !section.has("box") && !section.has("group"))
+            section.fail("below", "give a box, a group or below");
+        selections.push_back(section.has("below") ? read_layer(section) : read_selection(section));
+    }
     return selections;
 }
 
@@ -669,7 +688,8 @@ std::optional<FreeBody> read_free_body(const Section& root, const std::optional<
     if (!root.has("body")) return {};
     const Section section = body_section(root);
     if (!section.flag("free", false)) {
-        for (const std::string_view key : {"suspension", "suspension_damping", "floor"})
+        for (const std::string_view key :
+             {"suspension", "suspension_damping", "floor", "floor_normal", "floor_friction"})
             if (section.has(key)) section.fail(key, "is of a body that is not held; add free = true");
         for (const std::string_view key : {"density", "mass"})
             if (section.has(key) && !section.has("modes"))
@@ -898,14 +918,16 @@ TableOptions read_table_options(const Section& root, const ContactOptions& conta
     read_coupling_bytes(section, contact, tables);
     tables.display_rows = section.nodes("display_rows");
     tables.display_precision = section.one_of<Storage>("display_precision", {Storage::kFloat32, Storage::kInt16});
+    if (section.has("display_precision") && tables.display_rows.empty())
+        section.fail("display_precision",
+                     "is of display_rows, which the microcontroller computes; give them, or remove "
+                     "it");
     if (!tables.display_rows.empty() && tables.columns == ColumnRows::kNone)
         section.fail("display_rows", "needs columns, and columns = \"none\" leaves them out");
     if (!tables.display_rows.empty() && tables.column_precision != Storage::kFloat32)
         section.fail("display_rows", "needs columns in float32: remove column_precision");
     if (!tables.display_rows.empty() && contact.force == ForceLaw::kPressureMask)
         section.fail("display_rows", "a pressure mask spreads its load over nodes that only the host knows");
-    if (!tables.display_rows.empty() && tables.column_precision != Storage::kFloat32)
-        section.fail("column_precision", "display_rows are taken from columns in float32; remove either line");
     return tables;
 }
 
@@ -966,8 +988,24 @@ void require_letters(const fs::path& file, std::string_view text) {
                     "a character that is not ASCII stands outside of quotes; write keys in letters a to z");
 }
 
+/// A mesh file, by how it begins or by its name: what a stranger tries first.
+bool is_mesh(const fs::path& file, std::string_view text) {
+    for (const char* begin : {"solid", "ply", "OFF", "$MeshFormat", "$NOD", "# vtk", "<?xml", "<VTKFile", "MeshVersion",
+                              "*NODE", "*HEADING", "*VERTICES"})
+        if (text.starts_with(begin)) return true;
+    std::string kind = file.extension().string();
+    for (char& c : kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const Names kinds{".stl", ".ply", ".off", ".obj", ".msh", ".vtk", ".vtu", ".mesh", ".node", ".ele", ".inp", ".veg"};
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
 toml::table parse(const fs::path& file) {
     const std::string text = read_text(file);
+    if (is_mesh(file, text))
+        throw Error(
+            fmt::format("{}: is a mesh, and a scene is asked for: write a file scene.toml with file = \"{}\" in "
+                        "its [mesh], a [material] and what holds it; README.md has one under \"Your own mesh\"",
+                        file.string(), file.filename().string()));
     require_letters(file, text);
     try {
         return toml::parse(text);

@@ -26,15 +26,24 @@ struct MeshSource {
     bool linearize = false;               ///< take second-order tetrahedra by their corners
     double edge_length_m = 0.0;           ///< mean edge that a closed surface is filled with; 0: not given
     std::size_t node_count = 0;           ///< nodes that a closed surface is filled with; 0: not given
+    std::optional<bool> wrap;             ///< a surface before it is filled; none: where nothing else fills it
     std::vector<std::string> directions;  ///< cell vectors of the file that materials are turned by
+};
+
+/// A layer of the body, measured from its outermost node along an axis.
+struct Below {
+    double depth_m = 0.0;
+    int axis = 2;            ///< 0 x, 1 y, 2 z
+    bool is_turned = false;  ///< from the highest node downwards: the axis is -x, -y or -z
 };
 
 /// One [[fixed]], [[touch]] or [[region]] table: a box, or a named group of the mesh file.
 struct Selection {
     std::optional<std::array<double, 6>> box_m;  ///< xmin ymin zmin xmax ymax zmax, borders included
-    std::string group;                           ///< empty where a box is given
+    std::string group;                           ///< empty where a box or a layer is given
     int line = 0;                                ///< of the table in the scene file, for errors
     bool cavities = false;                       ///< [[touch]] only: inner cavities too
+    std::optional<Below> below{};                ///< [[fixed]] only: instead of box and group
 };
 
 /// [[region]]: other tetrahedra than the body's, those of a group or with their centre in a box.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/base/finger_advice.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
@@ -164,6 +165,8 @@ void run_poke(const ServoScene& scene, Options o) {
     summary.add("force_size_n", end.force_n.norm());
     summary.add("stiffness_n_per_m", end.force_n.norm() / end.depth_m);
     summary.print(o.json, o.quiet);
+    const bool is_point = scene.model->compliance == nullptr && scene.model->energy == nullptr;
+    if (is_point && !o.json && !o.quiet) fmt::print("{}", finger_advice());
 }
 
 void run_lcm(const ServoScene& scene, const Options& o) {

@@ -57,6 +57,7 @@ std::vector<fs::path> files_of(const fs::path& place) {
 
 /// A closed surface filled, with shorter edges where its creases are nearer to each other than these.
 TetMesh fill(MeshSource source) {
+    source.wrap = false;  // strokes are judged on the file's own surface
     for (source.node_count = kFillNodes;; source.node_count *= 2) try {
             return make_mesh(source);
         } catch (const Error& error) {
@@ -218,6 +219,9 @@ StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vec
 
 std::string to_toml(const Scene& scene) {
     const auto box = [](const Selection& where) {
+        if (where.below)
+            return fmt::format("below = {:.17g}\naxis = \"{}{}\"", where.below->depth_m,
+                               where.below->is_turned ? "-" : "", "xyz"[where.below->axis]);
         return where.box_m ? fmt::format("box = [{:.17g}]", fmt::join(*where.box_m, ", "))
                            : fmt::format("group = \"{}\"", where.group);
     };
@@ -227,6 +231,7 @@ std::string to_toml(const Scene& scene) {
         text += fmt::format("file = \"{}\"\nscale = {:.17g}\n", fs::absolute(mesh.file).string(), mesh.scale_m);
         if (mesh.linearize) text += "linearize = true\n";
         if (mesh.node_count > 0) text += fmt::format("node_count = {}\n", mesh.node_count);
+        if (mesh.wrap) text += fmt::format("wrap = {}\n", *mesh.wrap);
         if (mesh.edge_length_m > 0.0) text += fmt::format("edge_length = {:.17g}\n", mesh.edge_length_m);
     } else {
         text += fmt::format("generate = \"{}\"\nnodes_per_side = {}\nside = {:.17g}\n", mesh.generate,

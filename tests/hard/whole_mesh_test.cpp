@@ -309,12 +309,18 @@ TEST_P(WholeSurface, IsCountedWhereItCannotBeTaken) {
 INSTANTIATE_TEST_SUITE_P(
     Shared, WholeSurface,
     testing::Values(
-        KnownSurface{"surf_pepper_14980.ply",
-                     "14980 vertices, 29956 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
-                     "characteristic 2, volume 1.354e+05"},
-        KnownSurface{"surf_featuretype_1722.stl",
-                     "1722 vertices, 3476 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
-                     "characteristic -16, volume 11.63"},
+        KnownSurface{
+            "surf_pepper_14980.ply",
+            "14980 vertices, 29956 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
+            "characteristic 2, 60.39 x 135.9 x 51.2 long, volume 1.354e+05 (units of the file); to fill it give "
+            "node_count = 2000 or edge_length (metres) in [mesh]; the body is 136 m long: is mesh.scale (metres per "
+            "unit) right? If its file is in millimetres, it is 0.136 m: write scale = 0.001 in [mesh]"},
+        KnownSurface{
+            "surf_featuretype_1722.stl",
+            "1722 vertices, 3476 triangles, 1 parts, 0 open, 0 non-manifold and 0 flipped edges, Euler "
+            "characteristic -16, 5 x 2.5 x 1.375 long, volume 11.63 (units of the file); to fill it give node_count "
+            "= 2000 or edge_length (metres) in [mesh]; the body is 5 m long: is mesh.scale (metres per unit) right? "
+            "If its file is in centimetres, it is 0.05 m: write scale = 0.01 in [mesh]"},
         KnownSurface{"surf_bunny_open.ply",
                      "8146 vertices, 16301 triangles, 1 parts, 123 open, 150 non-manifold and 298 flipped edges, Euler "
                      "characteristic 84"},

@@ -21,6 +21,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <stdexcept>
 
 #include "host/base/error.hpp"
 #include "host/mesh/modules.hpp"
@@ -43,6 +44,11 @@ using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::C
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
 struct TooManyPoints {};
+
+/// The surface has no inside, which a wrap around it would have.
+struct NoInside : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
 
 /// The domain, counting the points that are put on creases: around noisy ones CGAL puts them without end.
 class CountingDomain : public Domain {
@@ -110,7 +116,7 @@ constexpr double kNodesPerVolume = 1.6;  // of a body of tetrahedra with edges o
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
 
 /// The surface as CGAL has it, about `centre`, its outside outside.
-SurfaceMesh to_surface_mesh(const fs::path& file, const Soup& soup, const Eigen::Vector3d& centre) {
+SurfaceMesh to_surface_mesh(const Soup& soup, const Eigen::Vector3d& centre) {
     std::vector<Point> points;
     for (const Eigen::Vector3d& p : soup.point)
         points.emplace_back(p.x() - centre.x(), p.y() - centre.y(), p.z() - centre.z());
@@ -118,22 +124,24 @@ SurfaceMesh to_surface_mesh(const fs::path& file, const Soup& soup, const Eigen:
     for (const auto& triangle : soup.triangle) polygons.emplace_back(triangle.begin(), triangle.end());
     pmp::orient_polygon_soup(points, polygons);  // doubles the points where two sheets touch
     if (!pmp::is_polygon_soup_a_polygon_mesh(polygons))
-        fail(file, "the surface has no inside and outside (a Moebius strip or the like); mend it in your mesh program");
+        throw NoInside(
+            "the surface has no inside and outside (a Moebius strip or the like); mend it in your mesh program");
     SurfaceMesh mesh;
     pmp::polygon_soup_to_polygon_mesh(points, polygons, mesh);
-    if (!CGAL::is_closed(mesh)) fail(file, "the surface cannot be oriented: it has no inside; mend its triangles");
+    if (!CGAL::is_closed(mesh)) throw NoInside("the surface cannot be oriented: it has no inside; mend its triangles");
     return mesh;
 }
 
-void require_apart(const fs::path& file, const SurfaceMesh& mesh, const Eigen::Vector3d& centre) {
+void require_apart(const SurfaceMesh& mesh, const Eigen::Vector3d& centre) {
     std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
     pmp::self_intersections(mesh, std::back_inserter(pairs));
     if (pairs.empty()) return;
     const auto first = std::min_element(pairs.begin(), pairs.end());
     const Point& p = mesh.point(mesh.target(mesh.halfedge(first->first)));
-    fail(file, fmt::format("the surface intersects itself: {} pairs of triangles (the first near ({:.6g}, {:.6g}, "
-                           "{:.6g})); mend it in your mesh program",
-                           pairs.size(), p.x() + centre.x(), p.y() + centre.y(), p.z() + centre.z()));
+    throw NoInside(
+        fmt::format("the surface intersects itself: {} pairs of triangles (the first near ({:.6g}, {:.6g}, "
+                    "{:.6g})); mend it in your mesh program",
+                    pairs.size(), p.x() + centre.x(), p.y() + centre.y(), p.z() + centre.z()));
 }
 
 double mean_edge(const Complex& complex) {
@@ -316,19 +324,30 @@ void haptable_cgal_fill(const std::filesystem::path& file, const haptable::Soup&
                         const haptable::FillTarget& target, double crease_deg, haptable::ChildCount& count,
                         std::string& packed) {
     using namespace haptable;
-    SurfaceMesh surface = to_surface_mesh(file, soup, centre);
-    require_apart(file, surface, centre);
-    pmp::orient_to_bound_a_volume(surface);
-    const double volume = pmp::volume(surface), edge = first_edge(file, volume, target);
-    const std::size_t expected = target.node_count > 0 ? target.node_count : nodes_of(volume, pmp::area(surface), edge);
-    CountingDomain domain(surface);
-    domain.detect_features(crease_deg > 0.0 ? crease_deg : kNoCrease_deg);
+    double volume = 0.0;
+    std::size_t cavities = 0, creases = 0;
     Complex complex;
-    const std::string failed = mesh_inside(domain, edge, expected, target, count, complex);
+    std::string failed;
+    try {
+        SurfaceMesh surface = to_surface_mesh(soup, centre);
+        require_apart(surface, centre);
+        pmp::orient_to_bound_a_volume(surface);
+        volume = pmp::volume(surface);
+        cavities = count_cavities(surface);
+        creases = crease_deg > 0.0 ? count_creases(surface, crease_deg) : 0;
+        const double edge = first_edge(file, volume, target);
+        CountingDomain domain(surface);
+        domain.detect_features(crease_deg > 0.0 ? crease_deg : kNoCrease_deg);
+        const std::size_t expected =
+            target.node_count > 0 ? target.node_count : nodes_of(volume, pmp::area(surface), edge);
+        failed = mesh_inside(domain, edge, expected, target, count, complex);
+    } catch (const NoInside& why) {
+        failed = why.what();
+    }
     Packer out;
     out.one(volume);
-    out.one(count_cavities(surface));
-    out.one(crease_deg > 0.0 ? count_creases(surface, crease_deg) : 0);
+    out.one(cavities);
+    out.one(creases);
     out.text(failed);
     if (failed.empty()) pack(complex, centre, out);
     packed = out.take();

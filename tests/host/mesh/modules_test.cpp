@@ -12,7 +12,8 @@ namespace {
 TEST(MeshModules, AreFoundBesideTheProgramsFolder) {
     EXPECT_NE(find_in_module("a.msh", "haptable-gmsh", "haptable_gmsh_read"), nullptr);
     EXPECT_NE(find_in_module("a.stl", "haptable-cgal", "haptable_cgal_read"), nullptr);
-    EXPECT_NE(find_in_module("a.stl", "haptable-cgal", "haptable_cgal_fill"), nullptr);
+    for (const char* function : {"haptable_cgal_fill", "haptable_cgal_wrap", "haptable_cgal_distances"})
+        EXPECT_NE(find_in_module("a.stl", "haptable-cgal", function), nullptr) << function;
 }
 
 TEST(MeshModules, OneThatIsMissingIsNamedWithWhatToDo) {

@@ -169,6 +169,108 @@ TEST_F(PrecomputeProgram, CheckDrawsWhatItFound) {
     EXPECT_EQ(data_of("-o a --quiet", 1).at("loose").size(), 26U);
 }
 
+// A body that nothing holds is not under-constrained.
+TEST_F(PrecomputeProgram, CheckTakesABodyThatIsFree) {
+    const std::string held = "[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n";
+    std::string scene = kScene;
+    write_file(scene_, scene.replace(scene.find(held), held.size(),
+                                     "[gravity]\ndensity = 1000\n[body]\nfree = true\nfloor = 0\n"));
+    const test::Outcome check = run("scene.toml --check");
+    EXPECT_EQ(check.status, 0) << check.err;
+    EXPECT_NE(check.out.find("0 nodes fixed, free: nothing holds it"), std::string::npos) << check.out;
+    EXPECT_EQ(check.out.find("UNDER-CONSTRAINED"), std::string::npos) << check.out;
+    write_file(scene_,
+               scene.replace(scene.find("generate = \"cube\"\nnodes_per_side = 3"), 36, "file = \"hinge.node\""));
+    write_file(folder_.path() / "hinge.node",
+               "8 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 2\n6 1 0 2\n7 0 1 2\n8 0 0 3\n");
+    write_file(folder_.path() / "hinge.ele", "2 4 0\n1 1 2 3 4\n2 5 6 7 8\n");
+    const test::Outcome parts = run("scene.toml --check");
+    EXPECT_EQ(parts.status, 1) << "two parts that touch nowhere are no free body: " << parts.out;
+}
+
+/// "feels this mesh 40 % stiffer than" or "5.1 times as stiff as", of what was written on standard error.
+std::string locking_of(const std::string& err) {
+    const std::size_t begin = err.find("linear tetrahedra lock");
+    return begin == std::string::npos ? "" : err.substr(begin, err.find('\n', begin) - begin);
+}
+
+TEST_F(PrecomputeProgram, CheckAndRunTellTheSameLocking) {
+    const std::string held = "[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n";
+    const std::string free = "[body]\nfree = true\nmass = 0.1\n";
+    const std::string mask = "[contact]\nforce = \"pressure-mask\"\nmask_radius = 0.006\n";
+    for (const std::string& with : {held, free, held + mask}) {
+        std::string scene = kScene;
+        scene.replace(scene.find(held), held.size(), with);
+        scene.replace(scene.find("0.3\n"), 3, "0.49");
+        write_file(scene_, scene.replace(scene.find("side = 3"), 8, "side = 5"));
+        const std::string check = locking_of(run("scene.toml --check").err);
+        EXPECT_NE(check.find("by nodal pressures (the most of"), std::string::npos) << check;
+        EXPECT_EQ(check, locking_of(run("scene.toml -o a --force").err)) << with;
+    }
+}
+
+TEST_F(PrecomputeProgram, MuchThatIsHeldIsTold) {
+    std::string scene = kScene;
+    scene.replace(scene.find("side = 3"), 8, "side = 5");
+    write_file(scene_, scene);
+    EXPECT_EQ(run("scene.toml --check").err.find("holds"), std::string::npos) << "a fifth, one side of it";
+    write_file(scene_, scene.replace(scene.find("box = "), 30, "box = [-1, -1, -1, 1, 1, 0.008]"));
+    for (const char* how : {"--check", "-o a"})
+        EXPECT_NE(run(std::string("scene.toml ") + how).err.find("fixed: holds 50 of 125 nodes (40 %)"),
+                  std::string::npos);
+}
+
+// A layer from the lowest node on, wherever the body stands.
+TEST_F(PrecomputeProgram, ALayerHoldsTheLowestNodes) {
+    const std::string box = "box = [-1, -1, -1, 1, 1, 0]";
+    for (const auto& [keys, held] : {std::pair{"below = 0.001", 9},
+                                     {"below = 0.0151", 18},
+                                     {"below = 0\naxis = \"-x\"", 9},
+                                     {"below = 1\naxis = \"y\"", 27}}) {
+        std::string scene = kScene;
+        write_file(scene_, scene.replace(scene.find(box), box.size(), keys));
+        const test::Outcome outcome = run("scene.toml -o a --json");
+        if (held == 27)
+            EXPECT_NE(outcome.err.find("all nodes of its patches are fixed"), std::string::npos) << outcome.err;
+        else
+            EXPECT_EQ(parse_json(outcome.out).at("counts").at("fixed_nodes"), held) << keys;
+    }
+    ASSERT_EQ(run("scene.toml --check").status, 1);
+}
+
+TEST_F(PrecomputeProgram, TwoScenesOfOneNameKeepTheirTables) {
+    ASSERT_EQ(run("scene.toml --quiet").status, 0);
+    const std::string tables = read_file(folder_.path() / "build/small/stiffness.npy");
+    std::string other = kScene;
+    write_file(folder_.path() / "other.toml", other.replace(other.find("1e4"), 3, "2e4"));
+    for (const char* how : {"other.toml", "other.toml --build build"}) {
+        const test::Outcome outcome = run(how);
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_NE(outcome.err.find("other.toml: name: \"small\" is the name of scene.toml too, whose tables are in "
+                                   "build/small: give one of them another name"),
+                  std::string::npos)
+            << outcome.err;
+    }
+    EXPECT_EQ(read_file(folder_.path() / "build/small/stiffness.npy"), tables);
+    EXPECT_EQ(run("./scene.toml --quiet").status, 0) << "the same file by another path";
+    EXPECT_EQ(run("other.toml -o mine --quiet").status, 0) << "a folder that was named";
+    fs::rename(scene_, folder_.path() / "moved.toml");
+    EXPECT_EQ(run("moved.toml --quiet").status, 0) << "the first one has gone";
+}
+
+// Who left [contact] out is told what else there is; who chose is not.
+TEST_F(PrecomputeProgram, LeadsToAFingerWithASize) {
+    const std::string line =
+        "contact = { force = \"pressure-mask\", mask_radius = 0.005, god_object = "
+        "\"least-energy\" }";
+    EXPECT_NE(run("scene.toml -o a").out.find(line), std::string::npos);
+    std::string scene = kScene;
+    write_file(scene_, scene.insert(scene.find('\n') + 1, line + "\n"));
+    const test::Outcome chosen = run("scene.toml -o a");
+    EXPECT_EQ(chosen.status, 0) << chosen.err;
+    EXPECT_EQ(chosen.out.find("contact = {"), std::string::npos) << chosen.out;
+}
+
 TEST_F(PrecomputeProgram, PrintNameWritesNothing) {
     const test::Outcome outcome = run("scene.toml --print-name");
     EXPECT_EQ(outcome.out, "small\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // [body] free = true: what it reads, and errors that name line and key.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "host/base/file.hpp"
@@ -72,6 +73,9 @@ TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
                  "suspension_damping: needs suspension");
     expect_error("[body]\nfree = true\nmass = 1\nfloor_friction = 1\n", 10, "floor_friction: needs floor");
     expect_error("[body]\nfree = true\nmass = 1\nfloor = 0\nfloor_normal = [0, 0, 0]\n", 11, "floor_normal:");
+    for (const char* key : {"floor = 0", "floor_normal = [0, 0, 1]", "floor_friction = 1"})
+        expect_error(fmt::format("[body]\n{}\n", key), 8,
+                     std::string(key).substr(0, std::string(key).find(' ')) + ": is of a body that is not held");
     expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that moves; add free = true or modes");
 }
 

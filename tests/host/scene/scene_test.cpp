@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/error_of.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -86,6 +87,54 @@ TEST_F(SceneFile, ValuesAreRead) {
     EXPECT_EQ(scene.device.max_force_n, 3.0);
     EXPECT_EQ(scene.tables.columns, ColumnRows::kNone);
     EXPECT_EQ(scene.contact.rigid_stiffness_n_per_m, ContactOptions().rigid_stiffness_n_per_m);
+}
+
+TEST_F(SceneFile, ALayerIsHeldFromTheOutermostNodeOn) {
+    std::string text = kGood;
+    const std::string box = "box = [-1, -1, -1, 1, 1, 1e-9]";
+    const auto layer = [&](const std::string& keys) {
+        std::string other = text;
+        const Scene scene = read(other.replace(other.find(box), box.size(), keys));
+        EXPECT_FALSE(scene.fixed.at(0).box_m);
+        return scene.fixed.at(0).below.value();
+    };
+    const Below z = layer("below = 0.002"), minus_x = layer("below = 0\naxis = \"-x\"");
+    EXPECT_EQ(z.depth_m, 0.002);
+    EXPECT_EQ(z.axis, 2);
+    EXPECT_FALSE(z.is_turned);
+    EXPECT_EQ(minus_x.axis, 0);
+    EXPECT_TRUE(minus_x.is_turned);
+    expect_error(box, "below = -1", 10, "fixed.below: is -1 and must not be less than 0");
+    expect_error(box, box + "\nbelow = 1", 10, "fixed.box: there is below too");
+    expect_error(box, box + "\naxis = \"z\"", 11, "fixed.axis: belongs to below");
+    expect_error(box, "below = 1\naxis = \"w\"", 11, "fixed.axis: \"w\" is not known");
+    expect_error(box, "", 9, "fixed.below: give a box, a group or below");
+    expect_error("[[touch]]\nbox", "[[touch]]\nbelow = 1\nbox", 12, "touch.below: unknown key");
+}
+
+TEST_F(SceneFile, AMeshIsNoScene) {
+    const std::string stl = "solid duck\nfacet normal 0 0 1\n";
+    for (const auto& [name, text] : {std::pair<std::string, std::string>{"duck.STL", std::string(100, '\0')},
+                                     {"duck", stl},
+                                     {"duck.txt", "ply\nformat ascii 1.0\n"},
+                                     {"duck.msh", "$MeshFormat\n"}}) {
+        write_file(folder_.path() / name, text);
+        const std::string what = test::error_of([&] { read_scene(folder_.path() / name); });
+        EXPECT_NE(what.find(name + ": is a mesh, and a scene is asked for: write a file scene.toml with file = \"" +
+                            name + "\""),
+                  std::string::npos)
+            << what;
+        EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+    }
+}
+
+// A key that would do nothing is an error.
+TEST_F(SceneFile, KeysThatWouldDoNothingAreRefused) {
+    expect_error("columns = \"none\"", "display_precision = \"int16\"", 18,
+                 "tables.display_precision: is of display_rows");
+    expect_error("generate = \"cube\"\nnodes_per_side = 3\nside = 0.03", "file = \"a.stl\"\nwrap = true", 4,
+                 "mesh.wrap: belongs to a surface that is filled; give node_count");
+    expect_error("side = 0.03", "side = 0.03\nwrap = true", 6, "mesh.wrap: belongs to a surface file");
 }
 
 // On unless switched off by name; the rise of the force goes by the largest.
