@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <map>
 #include <stdexcept>
 #include <thread>
 
@@ -90,8 +91,7 @@ Browser::Browser(const std::vector<std::string>& words, int width, int height) {
         call("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}}, false);
     session_ = attached.at("sessionId").get<std::string>();
     for (const char* domain : {"Page", "Runtime", "Network", "Log"}) this->command(std::string(domain) + ".enable");
-    this->command("Emulation.setDeviceMetricsOverride",
-                  {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
+    resize(width, height);
 }
 
 Browser::~Browser() {
@@ -143,10 +143,30 @@ void Browser::mouse(const std::string& type, double x, double y, double wheel) {
     command("Input.dispatchMouseEvent", event);
 }
 
+void Browser::touch(const std::string& type, const std::vector<std::array<double, 2>>& fingers) {
+    json points = json::array();
+    for (const auto& at : fingers) points.push_back({{"x", at[0]}, {"y", at[1]}, {"id", points.size()}});
+    command("Input.dispatchTouchEvent", {{"type", type}, {"touchPoints", points}});
+}
+
+void Browser::resize(int width, int height, bool phone) {
+    command("Emulation.setDeviceMetricsOverride",
+            {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", phone}});
+    command("Emulation.setTouchEmulationEnabled", {{"enabled", phone}, {"maxTouchPoints", 2}});
+}
+
 void Browser::key(const std::string& letter) {
-    for (const char* type : {"keyDown", "keyUp"})
-        command("Input.dispatchKeyEvent",
-                {{"type", type}, {"key", letter}, {"text", type == std::string("keyDown") ? letter : ""}});
+    // The browser's own moves (focus, sliders) want the number of the key.
+    static const std::map<std::string, int> kNumber{{"Tab", 9}, {"ArrowLeft", 37}, {"ArrowUp", 38}, {"ArrowRight", 39}};
+    const auto number = kNumber.find(letter);
+    for (const char* type : {"keyDown", "keyUp"}) {
+        json event{{"type", type}, {"key", letter}};
+        if (number != kNumber.end())
+            event.update({{"code", letter}, {"windowsVirtualKeyCode", number->second}});
+        else if (type == std::string("keyDown"))
+            event["text"] = letter;
+        command("Input.dispatchKeyEvent", event);
+    }
 }
 
 std::string Browser::screenshot() {

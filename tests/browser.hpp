@@ -2,6 +2,7 @@
 // Chromium without a window, over the DevTools protocol on a pipe: https://chromedevtools.github.io/devtools-protocol
 #pragma once
 
+#include <array>
 #include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -34,7 +35,11 @@ public:
     nlohmann::json command(const std::string& method, const nlohmann::json& parameters = nlohmann::json::object());
     /// A pointer event: "mousePressed", "mouseMoved", "mouseReleased", "mouseWheel".
     void mouse(const std::string& type, double x, double y, double wheel = 0.0);
-    /// A key of one letter.
+    /// Fingers on the screen, by place: "touchStart", "touchMove", "touchEnd".
+    void touch(const std::string& type, const std::vector<std::array<double, 2>>& fingers);
+    /// A page of this size, CSS pixels; a phone's has a touch screen.
+    void resize(int width, int height, bool phone = false);
+    /// A key of one letter, or one that has a name, as "Tab".
     void key(const std::string& letter);
     /// The page as a PNG's bytes.
     std::string screenshot();

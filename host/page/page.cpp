@@ -163,6 +163,18 @@ json hand_of(const Device& device) {
             {"hand_damping_n_s_per_m", Hand{}.damping_n_s_per_m}};
 }
 
+/// Custom properties of CSS: what things are drawn in, on the page's light ground and on its dark one.
+std::string drawn_colors() {
+    std::string light, dark;
+    for (const DrawnColor& color : kDrawnColors) {
+        std::string name(color.name);
+        std::replace(name.begin(), name.end(), '_', '-');
+        light += fmt::format("--{}: #{:06x}; ", name, color.on_light);
+        dark += fmt::format("--{}: #{:06x}; ", name, color.on_dark);
+    }
+    return fmt::format(":root {{ {}}} :root.dark {{ {}}}", light, dark);
+}
+
 std::string colors() {
     std::string text;
     for (const Rgb8& color : color_map()) text += fmt::format("{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
@@ -187,6 +199,7 @@ json describe(const Tables& tables, const fs::path& folder, const ServoModel& se
                {"colors", colors()},
                {"node", servo.node},
                {"free", servo.free_count},
+               {"workspace", {{"origin_m", servo.grid_origin_m}, {"limit_m", servo.workspace_limit_m}}},
                {"hand", hand_of(pointer_device(tables, folder))},
                {"stiffness_n_per_m", typical_stiffness(tables)}};
     for (const char* key : {"material", "counts", "small_strain", "element"})
@@ -295,6 +308,7 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     scene["tables"] = blob.tables();
     scene["bytes"] = blob.bytes().size();
     scene["crc32"] = crc_of(blob.bytes());
+    text["drawn_colors"] = drawn_colors();
     text["connect"] = live.empty() ? "" : "; connect-src " + live;
     text["name"] = tables.name;
     text["scene"] = inert(json_text(scene));

@@ -18,7 +18,7 @@ namespace {
 constexpr Rgb8 kInk{40, 40, 46};
 constexpr Rgb8 kPaleInk{104, 104, 112};
 constexpr Rgb8 kWarningInk{176, 42, 30};
-constexpr std::array<Rgb8, 3> kAxisInk{Rgb8{178, 50, 44}, Rgb8{46, 125, 50}, Rgb8{38, 84, 160}};
+constexpr std::array<Rgb8, 3> kAxisInk{drawn_color("axis_x"), drawn_color("axis_y"), drawn_color("axis_z")};
 constexpr double kReferenceHeight = 720.0;  // sizes below are pixels of a picture of 960 x 720
 constexpr double kTitleBase = 38.0, kWarningBase = 62.0;
 constexpr double kLabelBelow = 28.0;  // of the line above it, base to base

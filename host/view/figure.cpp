@@ -69,11 +69,11 @@ public:
         }
     }
 
-    void draw_markers(const Markers& markers) {
-        for (const Markers& other : markers.others) draw_markers(other);
+    void draw_markers(const Markers& markers, std::size_t number = 0) {
+        for (const Markers& other : markers.others) draw_markers(other, number + 1);
         const float radius = kSphereShare * size_m_;
         if (markers.god_object && markers.finger) line(*markers.god_object, *markers.finger, 1.2F);
-        if (markers.finger) ball(*markers.finger, radius, kFingerColor, markers.god_object ? 0.75 : 1.0);
+        if (markers.finger) ball(*markers.finger, radius, kFingerColor.at(number), markers.god_object ? 0.75 : 1.0);
         if (markers.god_object && markers.arrow_tip) arrow(*markers.god_object, *markers.arrow_tip);
         if (markers.god_object) ball(*markers.god_object, radius, kGodObjectColor, 1.0);
     }

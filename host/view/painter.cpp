@@ -66,6 +66,7 @@ void Painter::measure(const ContactFrame& frame, Ranges& ranges) {
     for (const NodalForce& load : frame.loads)
         ranges.nodal_force_n = std::max(ranges.nodal_force_n, static_cast<double>(size_of(load)));
     ranges.force_n = std::max(ranges.force_n, frame.force_n.norm());
+    ranges.second |= frame.second.has_value();
     if (!stress_) return;
     find_values(frame);
     for (const float stress : value_) ranges.stress_pa = std::max(ranges.stress_pa, static_cast<double>(stress));
@@ -128,7 +129,7 @@ void Painter::add_place(Annotation& notes) const {
     notes.px_per_m = static_cast<double>(camera.pixels_per_m(box.center()));
 }
 
-void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
+void Painter::add_caption(const ContactFrame& frame, const Ranges& ranges, Annotation& notes) const {
     const Eigen::Vector3d god_object_m = frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m;
     const double depth_m = frame.contact ? (frame.finger_m - god_object_m).norm() : 0.0;
     notes.title = tables_.name;
@@ -139,9 +140,10 @@ void Painter::add_caption(const ContactFrame& frame, Annotation& notes) const {
         notes.details.push_back(view_.speed < 1.0 ? fmt::format("{:.3g} times slower", 1.0 / view_.speed)
                                                   : fmt::format("{:.3g} times faster", view_.speed));
     if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
-    notes.legend = {{"finger", kFingerColor},
-                    {"god-object", kGodObjectColor},
-                    {"force on the finger", kArrowColor, LegendEntry::Sign::arrow}};
+    notes.legend = {{"finger", kFingerColor[0]}};
+    if (ranges.second) notes.legend.push_back({"second finger", kFingerColor[1]});
+    notes.legend.push_back({"god-object", kGodObjectColor});
+    notes.legend.push_back({"force on the finger", kArrowColor, LegendEntry::Sign::arrow});
     if (small_strain_m_ && depth_m > *small_strain_m_)
         notes.warning = fmt::format("beyond small strain ({}): a rubber's force would be off by 10 % and more",
                                     si(*small_strain_m_, "m"));
@@ -189,7 +191,7 @@ Painter::Scene Painter::compose(const ContactFrame& frame, const Ranges& ranges)
     const double per_unit = view_.color == "stress" ? 1e3 : 1e-3;  // of the bar's kPa, mN or mm
     scene.shading = {value_, static_cast<float>(per_unit * bar.range)};
     Annotation& notes = scene.notes;
-    sag_m_ != nullptr ? add_weight(notes) : add_caption(frame, notes);
+    sag_m_ != nullptr ? add_weight(notes) : add_caption(frame, ranges, notes);
     notes.bar = bar;
     if (view_.exaggeration != 1.0)
         for (Eigen::Vector3f& u : surface_.displacement_m) u *= static_cast<float>(view_.exaggeration);

@@ -24,6 +24,7 @@ struct Ranges {
     double force_n = 0.0;
     double nodal_force_n = 0.0;
     double stress_pa = 0.0;
+    bool second = false;  ///< a second finger has touched
 };
 
 class Painter {
@@ -63,7 +64,7 @@ private:
     Scene compose(const ContactFrame& frame, const Ranges& ranges);
     Scene compose_mesh();
     void add_place(Annotation& notes) const;
-    void add_caption(const ContactFrame& frame, Annotation& notes) const;
+    void add_caption(const ContactFrame& frame, const Ranges& ranges, Annotation& notes) const;
     void add_weight(Annotation& notes) const;
     void add_faults(Annotation& notes) const;
     float room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& arrow_m) const;

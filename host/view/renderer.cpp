@@ -294,8 +294,8 @@ void Renderer::draw_ghost() {
     glDepthMask(GL_TRUE);
 }
 
-void Renderer::draw_markers(const Markers& markers, float opacity) {
-    for (const Markers& other : markers.others) draw_markers(other, opacity);
+void Renderer::draw_markers(const Markers& markers, float opacity, std::size_t number) {
+    for (const Markers& other : markers.others) draw_markers(other, opacity, number + 1);
     glEnable(GL_CULL_FACE);
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
@@ -305,7 +305,7 @@ void Renderer::draw_markers(const Markers& markers, float opacity) {
     const float radius = kSphereShare * size_m_;
     if (markers.god_object && markers.finger && (*markers.god_object - *markers.finger).norm() > radius)
         draw_solid(rod_, along(*markers.god_object, *markers.finger, kRod * size_m_), share(kArrowColor), opacity);
-    if (markers.finger) draw_solid(sphere_, ball(*markers.finger, radius), share(kFingerColor), opacity);
+    if (markers.finger) draw_solid(sphere_, ball(*markers.finger, radius), share(kFingerColor.at(number)), opacity);
     if (!markers.god_object) return;
     draw_solid(sphere_, ball(*markers.god_object, radius), share(kGodObjectColor), opacity);
     if (!markers.arrow_tip) return;

@@ -53,7 +53,7 @@ private:
     PixelBox bounds(const DrawnSurface& surface, const Markers& markers) const;
     void draw_surface(bool inside_too);
     void draw_ghost();
-    void draw_markers(const Markers& markers, float opacity);
+    void draw_markers(const Markers& markers, float opacity, std::size_t number = 0);
     void draw_solid(const Triangles& shape, const Eigen::Matrix4f& place, const Eigen::Vector3f& color, float opacity);
 
     Eigen::Matrix3f upright_;

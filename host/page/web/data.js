@@ -69,6 +69,17 @@ const Data = (() => {
     return {path, buttons, force};
   }
 
+  // A path whose places are too far from the body for the servo, and would not be in thousandths. Throws an Error.
+  function refuse_millimetres(path, {workspace, fingers}) {
+    const far = (i, unit_m) => Math.hypot(...workspace.origin_m.map((x, a) => unit_m * path[i + a] - x)) > workspace.limit_m;
+    for (let i = 0; i < path.length; i += 3) {
+      if (!far(i, 1) || far(i, 1e-3)) continue;
+      const place = Array.from(path.subarray(i, i + 3), x => String(Number(x.toPrecision(6)))).join(', ');
+      throw new Error('line ' + (Math.floor(i / 3 / fingers) + 2) + ' (' + place +
+        ') looks like millimetres, and a path is in metres: divide its places by 1000');
+    }
+  }
+
   function number(cell, line) {
     if (/^-?nan$/i.test(cell)) return NaN;
     if (/^-?inf(inity)?$/i.test(cell)) return cell[0] === '-' ? -Infinity : Infinity;
@@ -77,5 +88,5 @@ const Data = (() => {
     return value;
   }
 
-  return {read, parse_csv};
+  return {read, parse_csv, refuse_millimetres};
 })();

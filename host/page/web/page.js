@@ -9,10 +9,11 @@
 
   const GRAB = 2, ACKNOWLEDGE = 4;  // a device's buttons
   let data, scene, engine, picture, live = null, frame = null, mode = 0;
-  let hand = 0, press = null, hover = null, turning = null, pinch = new Map(), awaiting = false, gain = 1;
+  let hand = 0, turning = null, pinch = new Map(), awaiting = false, gain = 1;
+  let grip = [0, 1].map(() => ({hover: null, press: null}));  // of each finger; the mouse has that of `hand`
   let by_time, by_depth, by_depth_floor, histories, replay = null, recording = false;
   const frames = [];
-  let ready;
+  let ready, about = '';
   // For whoever wants to drive the page by a program.
   const api = window.haptable = {
     ready: new Promise((resolve, reject) => { ready = {resolve, reject}; }),
@@ -89,7 +90,6 @@
 
   document.addEventListener('DOMContentLoaded', () => {
     if (!$('end')) return;  // said already
-    set_theme(query.get('theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
     setTimeout(() => {
       try {
         data = Data.read();
@@ -121,6 +121,7 @@
     files();
     $('loading').remove();
     if (picture) picture.draw();  // who is told that the page is ready may ask where a point is on it
+    $('stage').classList.add('drawn');
     ready.resolve(true);
     if (query.get('press') === 'middle' && picture) setTimeout(press_middle, 500);  // for a picture without a hand
     requestAnimationFrame(tick);
@@ -135,13 +136,13 @@
     $('link').textContent = live.text;
     $('link').classList.toggle('trouble', Boolean(live.trouble));
     if ($('hint')) $('hint').hidden = !live.yours;
-    if (!live.yours && press) let_go();
+    if (!live.yours) let_go_all();
     dress();
   }
 
   function buttons(event, down) {
     const button = {g: GRAB, a: ACKNOWLEDGE}[event.key.toLowerCase()];
-    if (live && button && !event.ctrlKey && !event.metaKey && !event.altKey) live.press(button, down);
+    if (live && button && !(down && is_its_own(event))) live.press(button, down);
   }
 
   function no_webgl() {
@@ -162,13 +163,13 @@
     $('facts').textContent = facts.join(' · ');
     const columns = scene.columns, half = columns.format === 'float16';
     const servo = scene.live ? 'the session’s own servo, over LCM' : 'the C servo as WebAssembly, a tick a millisecond';
-    $('about').textContent = 'haptable ' + scene.version + ' · ' + servo + ' · tables ' + scene.modes[0].hash +
+    about = 'haptable ' + scene.version + ' · ' + servo + ' · tables ' + scene.modes[0].hash +
       ' · deformation from ' + (half ? 'float16 columns, to ' + columns.error.toExponential(0) : 'float32 columns');
   }
 
   // ---- controls --------------------------------------------------------------------------------------------------------
 
-  const WORDS = {'interpolated': 'interpolated (the paper’s)', 'consistent': 'consistent', 'pressure-mask': 'pressure mask', 'nearest': 'nearest', 'least-energy': 'least energy'};
+  const WORDS = {'interpolated': 'interpolated (paper’s)', 'consistent': 'consistent', 'pressure-mask': 'pressure mask', 'nearest': 'nearest', 'least-energy': 'least energy'};
 
   function options(select, values, words) {
     select.innerHTML = '';
@@ -193,7 +194,8 @@
     for (const id of ['gain', 'depth', 'hand', 'exaggerate']) $(id).addEventListener('input', adjust);
     $('ghost').addEventListener('change', adjust);
     $('lines').addEventListener('change', adjust);
-    $('theme').addEventListener('click', () => set_theme(document.documentElement.classList.contains('dark') ? 'light' : 'dark'));
+    $('theme').addEventListener('click', turn_theme);
+    $('ask').addEventListener('click', () => $('help').showModal());
     $('record').addEventListener('click', record);
     adjust();
   }
@@ -219,7 +221,7 @@
     if (recording) record();
     set_mode(index);
     engine.postMessage({kind: 'mode', index});
-    if (hover) send_goal(goal_of(), true);
+    for (let f = 0; f < scene.fingers; ++f) if (grip[f].hover) send_goal(f, goal_of(f), true);
     clear();
   }
 
@@ -227,9 +229,9 @@
     gain = Number($('gain').value);
     const stiffness = 20 * 100 ** Number($('hand').value);
     engine.postMessage({kind: 'hand', gain, stiffness_n_per_m: stiffness});
-    $('hand_is').textContent = Text.digits(stiffness) + ' N/m';
-    $('depth_is').textContent = Number($('depth').value).toFixed(1) + ' mm deep';
-    $('exaggerate_is').textContent = $('exaggerate').value === '1' ? 'true to scale' : '× ' + $('exaggerate').value;
+    say('hand', Text.digits(stiffness) + ' N/m');
+    say('depth', Number($('depth').value).toFixed(1) + ' mm deep');
+    say('exaggerate', $('exaggerate').value === '1' ? 'true to scale' : '× ' + $('exaggerate').value);
     if (!picture) return;
     picture.exaggerate = Number($('exaggerate').value);
     picture.ghost.visible = $('ghost').checked;
@@ -237,9 +239,15 @@
     picture.dirty = true;
   }
 
-  function set_theme(name) {
-    document.documentElement.classList.toggle('dark', name === 'dark');
-    if (picture) picture.dirty = true;
+  // What a slider stands at, for eyes and for who hears the page.
+  function say(slider, text) {
+    $(slider + '_is').textContent = text;
+    $(slider).setAttribute('aria-valuetext', text);
+  }
+
+  function turn_theme() {
+    document.documentElement.classList.toggle('dark');
+    if (picture) picture.recolour();
   }
 
   // ---- the pointer -----------------------------------------------------------------------------------------------------
@@ -259,36 +267,44 @@
   };
 
   function down(event) {
-    if (event.target.closest('#player')) return;
+    if (event.target.closest('#player, button')) return;
+    document.documentElement.classList.remove('keys');
     $('stage').focus({preventScroll: true});
     const [x, y] = place_of(event), hit = picture.pick(x, y);
     pinch.set(event.pointerId, [x, y]);
     try {
       $('stage').setPointerCapture(event.pointerId);
     } catch (error) { /* an event that no pointer made */ }
-    if (pinch.size === 2) {
-      let_go();
+    const presses = !replay && may_press() && event.button === 0 && !event.shiftKey && hit && hit.touchable;
+    if (pinch.size === 2 && !(presses && scene.fingers === 2 && grip[hand].press)) {
+      let_go_all();
       turning = null;
       return;
     }
-    if (replay || !may_press() || event.button !== 0 || event.shiftKey || !hit || !hit.touchable) {
+    if (!presses) {
       turning = {id: event.pointerId, x, y};
       return dress();
     }
-    press_at(hit, event);
+    const free = [hand, 1 - hand].find(f => f < scene.fingers && !(grip[f].press && pinch.has(grip[f].press.id)));
+    if (free !== undefined) press_at(free, hit, event);
   }
 
-  function press_at(hit, event) {
-    const far = is_far(hit);
-    hover = hit;
-    press = {id: event ? event.pointerId : -1, since: performance.now(), pressure: pressure_of(event)};
-    send_goal(goal_of(), far);
+  function press_at(finger, hit, event) {
+    const far = is_far(finger, hit);
+    grip[finger] = {hover: hit, press: {id: event ? event.pointerId : -1, since: performance.now(), pressure: pressure_of(event)}};
+    send_goal(finger, goal_of(finger), far);
     $('hint').classList.add('away');
     dress();
   }
 
   // The finger is not led there: its way would be through the body.
-  const is_far = hit => !hover || Math.hypot(...hit.at_m.map((v, a) => v - hover.at_m[a])) > 0.25 * picture.size;
+  function is_far(finger, hit) {
+    const {hover} = grip[finger];
+    return !hover || Math.hypot(...hit.at_m.map((v, a) => v - hover.at_m[a])) > 0.25 * picture.size;
+  }
+
+  // Which finger a pointer presses; -1: none.
+  const pressed_by = event => grip.findIndex(({press}) => press && press.id === event.pointerId);
 
   // A pen says how hard it presses; a mouse and most fingers do not.
   const pressure_of = event => event && event.pointerType === 'pen' && event.pressure > 0 ? 2 * event.pressure : 1;
@@ -297,7 +313,7 @@
     const [x, y] = place_of(event);
     if (pinch.has(event.pointerId)) {
       const before = pinch.get(event.pointerId);
-      if (pinch.size === 2) return pinched(event.pointerId, before, [x, y]);
+      if (pinch.size === 2 && pressed_by(event) < 0 && !turning) return pinched(event.pointerId, before, [x, y]);
       pinch.set(event.pointerId, [x, y]);
     }
     if (turning && event.pointerId === turning.id) {
@@ -306,16 +322,17 @@
       return;
     }
     if (replay || !may_press()) return;
-    const hit = picture.pick(x, y);
-    if (press && event.pointerId === press.id) {
-      press.pressure = pressure_of(event);
-      hover = hit && hit.touchable ? hit : {...hover, at_m: picture.on_plane(x, y, hover.at_m)};
+    const hit = picture.pick(x, y), pressed = pressed_by(event);
+    if (pressed >= 0) {
+      const one = grip[pressed];
+      one.press.pressure = pressure_of(event);
+      one.hover = hit && hit.touchable ? hit : {...one.hover, at_m: picture.on_plane(x, y, one.hover.at_m)};
       return;
     }
-    if (!press && event.pointerType !== 'touch') {
-      const begins = hit && hit.touchable && is_far(hit);
-      hover = hit && hit.touchable ? hit : hover;
-      if (hover) send_goal(goal_of(), begins);
+    if (!grip[hand].press && event.pointerType !== 'touch') {
+      const begins = hit && hit.touchable && is_far(hand, hit);
+      if (hit && hit.touchable) grip[hand].hover = hit;
+      if (grip[hand].hover) send_goal(hand, goal_of(hand), begins);
     }
     $('stage').classList.toggle('on_body', Boolean(hit && hit.touchable));
   }
@@ -331,24 +348,26 @@
   function up(event) {
     pinch.delete(event.pointerId);
     if (turning && event.pointerId === turning.id) turning = null;
-    if (press && event.pointerId === press.id) let_go();
+    if (pressed_by(event) >= 0) let_go(pressed_by(event));
     dress();
   }
 
-  function let_go() {
-    press = null;
-    if (hover) send_goal(goal_of());
+  function let_go(finger) {
+    grip[finger].press = null;
+    send_goal(finger, goal_of(finger));
   }
 
+  const let_go_all = () => grip.forEach(({press}, finger) => { if (press) let_go(finger); });
+
   function dress() {
-    $('stage').classList.toggle('pressing', press !== null);
+    $('stage').classList.toggle('pressing', grip.some(({press}) => press));
     $('stage').classList.toggle('turning', turning !== null);
   }
 
   function wheel(event) {
     event.preventDefault();
     const notches = Math.max(-3, Math.min(3, event.deltaY / 100));
-    if (press) deeper(-notches);
+    if (grip[hand].press) deeper(-notches);
     else picture.zoom(1.12 ** notches);
   }
 
@@ -359,25 +378,32 @@
   }
 
   // Where the hand wants the finger: above the surface, or, pressed, below it.
-  function goal_of(least = 0) {
-    const above = CLEARANCE * picture.size;
+  function goal_of(finger, least = 0) {
+    const {hover, press} = grip[finger], above = CLEARANCE * picture.size;
     if (!press) return hover.at_m.map((v, a) => v + above * hover.normal[a]);
     const t = Math.min(1, Math.max(least, (performance.now() - press.since) / (1e3 * RAMP_S))), share = t * t * t * (10 + t * (-15 + 6 * t));
     const depth = Math.min(1e-3 * Number($('depth').value) * press.pressure, 2e-3 * Number($('depth').max));
     return hover.at_m.map((v, a) => v + (above - share * (above + depth)) * hover.normal[a]);
   }
 
-  function send_goal(at, place = false) {
-    engine.postMessage({kind: 'goal', finger: hand, at, place});
+  function send_goal(finger, at, place = false) {
+    engine.postMessage({kind: 'goal', finger, at, place});
   }
 
   // Leaves the finger where it is, as deep as it was to go, and takes up the other one.
   function other_finger() {
     if (scene.fingers === 1 || replay || !may_press()) return;
-    if (press) send_goal(goal_of(1));
-    press = hover = null;
+    if (grip[hand].press) send_goal(hand, goal_of(hand, 1));
+    grip[hand] = {hover: null, press: null};
     hand = 1 - hand;
     dress();
+  }
+
+  // Keys that what has the focus takes itself: a list all letters, a slider those that move it.
+  function is_its_own(event) {
+    const {tagName, type} = event.target;
+    return event.ctrlKey || event.metaKey || event.altKey || tagName === 'SELECT' ||
+      tagName === 'INPUT' && type === 'range' && /^(Arrow|Page|Home|End)/.test(event.key) || $('help').open;
   }
 
   function keys() {
@@ -385,12 +411,12 @@
     window.addEventListener('keydown', event => {
       buttons(event, true);
       document.documentElement.classList.add('keys');
-      if (event.ctrlKey || event.metaKey || event.altKey || /SELECT|INPUT/.test(event.target.tagName)) return;
+      if (is_its_own(event)) return;
       const act = {
         ArrowLeft: () => picture.turn(24, 0), ArrowRight: () => picture.turn(-24, 0), ArrowUp: () => picture.turn(0, 24),
         ArrowDown: () => picture.turn(0, -24), '+': () => picture.zoom(0.9), '=': () => picture.zoom(0.9), '-': () => picture.zoom(1.1),
         w: () => deeper(1), s: () => deeper(-1), Home: home, p: press_middle, r: record, f: other_finger,
-        l: () => $('theme').click(), '?': () => $('help').showModal()
+        l: turn_theme, '?': () => $('help').showModal()
       }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!act || (!picture && !/[rl?]/.test(event.key))) return;
       event.preventDefault();
@@ -402,15 +428,15 @@
   function home() {
     picture.home();
     if (!scene.body || live || replay) return;
-    press = hover = null;
+    grip = grip.map(() => ({hover: null, press: null}));
     if (recording) record();
     engine.postMessage({kind: 'anew'});
   }
 
   function press_middle() {
-    if (press) return let_go();
+    if (grip[hand].press) return let_go(hand);
     const hit = picture.pick(0.5 * picture.width, 0.5 * picture.height);
-    if (hit && hit.touchable && !replay && may_press()) press_at(hit, null);
+    if (hit && hit.touchable && !replay && may_press()) press_at(hand, hit, null);
   }
 
   // ---- a picture at a time ---------------------------------------------------------------------------------------------
@@ -419,7 +445,7 @@
     requestAnimationFrame(tick);
     frames.push(now);
     if (frames.length > 120) frames.shift();
-    if (press) send_goal(goal_of());
+    grip.forEach(({press}, finger) => { if (press) send_goal(finger, goal_of(finger)); });
     if (replay && replay.playing) advance_replay(now);
     if (!awaiting) {
       awaiting = true;
@@ -475,19 +501,22 @@
   function numbers(f) {
     const size = Math.hypot(...f.force), contact = f.contact, depth = depth_of(f);
     $('force').innerHTML = output(f, '') + (f.second ? ' ' + output(f.second, 'second') : '');
+    // What a servo that is gone has said last is not what is.
+    const stale = Boolean(live && live.trouble && f.state !== 0);
+    for (const id of ['felt', 'stage']) $(id).classList.toggle('stale', stale);
+    const state = one => (stale ? 'not heard; was: ' : '') + (STATE[one.state] || String(one.state));
     const lines = [
-      ['state', STATE[f.state] || String(f.state)],
+      ['state', state(f)],
       ['force x y z', contact ? vector(f.force, size, 'N') : '–'],
       ['depth', contact ? Text.si(depth, 'm') : '–'],
       ['stiffness felt', contact && depth > 1e-6 ? Text.si(size / depth, 'N/m') : '–'],
       ['finger, mm', f.state === 1 || contact ? Text.mm(f.finger) : '–'],
       ['god-object, mm', contact ? Text.mm(f.god) : '–'],
-      ['patch', contact ? String(f.patch) : '–'],
-      ['its nodes', contact ? Array.from(f.vertex, v => scene.node[v]).join('  ') : '–'],
-      ...(f.second ? of_second(f.second) : []),
-      ['pictures', Math.round(api.rate()) + ' /s' + (f.dropped > 0 ? ', ' + Text.count(f.dropped) + ' ms lost' : '')]
+      ['patch: nodes', contact ? f.patch + ': ' + Array.from(f.vertex, v => scene.node[v]).join(Text.GAP) : '–'],
+      ...(f.second ? of_second(f.second, state(f.second)) : [])
     ];
     $('numbers').innerHTML = lines.map(([name, text]) => '<dt>' + name + '</dt><dd>' + text + '</dd>').join('');
+    $('about').textContent = Math.round(api.rate()) + ' pictures/s' + (f.dropped > 0 ? ', ' + Text.count(f.dropped) + ' ms lost' : '') + ' · ' + about;
     if (recording) $('session').textContent = 'recording: ' + (f.recorded / 1000).toFixed(1) + ' s';
   }
 
@@ -498,9 +527,9 @@
     return '<output class="' + name + '">' + value + '</output> <span>' + unit + '</span>';
   }
 
-  function of_second(f) {
+  function of_second(f, state) {
     return [
-      ['second finger', STATE[f.state] || String(f.state)],
+      ['second finger', state],
       ['its force x y z', f.contact ? vector(f.force, Math.hypot(...f.force), 'N') : '–'],
       ['its depth', f.contact ? Text.si(depth_of(f), 'm') : '–']
     ];
@@ -508,7 +537,7 @@
 
   function vector(v, size, unit) {
     const [factor, letter] = Text.prefix(size);
-    return Array.from(v, x => (x / factor).toFixed(2)).join('  ') + '\u202f' + letter + unit;
+    return Array.from(v, x => Text.digits(x / factor)).join(Text.GAP) + '\u202f' + letter + unit;
   }
 
   const clear = () => histories.forEach(history => history.clear());
@@ -528,17 +557,16 @@
     const key = load + ' ' + end + document.documentElement.className;
     if (key === legend.last) return;
     legend.last = key;
+    const ball = (name, text) => '<i style="background:var(--' + name + ')"></i><span>' + text + '</span>';
     const part = (color, text) => '<i class="part" style="background:' + color + '"></i><span>' + text + '</span>';
     const marks = picture.mark, has = bits => marks.some(m => bits(m));
     $('legend').innerHTML = (load ? 'load on a node' : 'displacement') +
       '<div class="bar" style="background:linear-gradient(90deg,' + steps + ')"></div><div class="ends"><span>0</span><span>' +
       (end > 0 ? Text.si(end, load ? 'N' : 'm') : '') + '</span></div><div class="keys">' +
-      '<i style="background:#2563eb"></i><span>finger; ring: your hand</span>' +
-      (scene.fingers === 2 ? '<i style="background:#7c3aed"></i><span>second finger</span>' : '') +
-      '<i style="background:#f0a020"></i><span>god-object</span>' +
-      '<i style="background:#e4572e"></i><span>force on the finger</span>' +
-      (has(m => m & 2) ? part('repeating-linear-gradient(135deg,#3b4252 0 3px,#717d99 3px 5px)', 'held still') : '') +
-      (has(m => !(m & 3)) ? part('#9aa3b2', 'not touchable') : '') + '</div>';
+      ball('finger', 'finger (ring: hand)') + (scene.fingers === 2 ? ball('second-finger', 'second finger') : '') +
+      ball('god-object', 'god-object') + ball('force', 'force on the finger') +
+      (has(m => m & 2) ? part('repeating-linear-gradient(135deg,var(--held) 0 3px,var(--quiet) 3px 5px)', 'held still') : '') +
+      (has(m => !(m & 3)) ? part('var(--not-touchable)', 'not touchable') : '') + '</div>';
   }
 
   // ---- record and replay -----------------------------------------------------------------------------------------------
@@ -589,6 +617,7 @@
   // Replays the text of a CSV in the chosen mode; gives how many of its forces are the same, bit for bit.
   api.play = async (text, name = 'the file') => {
     const {path, buttons, force} = Data.parse_csv(text, scene.fingers), step = 3 * scene.fingers;
+    Data.refuse_millimetres(path, scene);
     if (recording) record();
     const answer = await ask('replay', {path, buttons, mode, play: true});
     const bits = a => new Uint32Array(a.buffer);
@@ -652,14 +681,14 @@
     let c = by_time.begin();
     by_time.axes(c, {x_end: seconds, x_label: s => String(Number(s.toPrecision(3))), y_end: top, y_unit: 'N'});
     ys.forEach((y, finger) => {
-      by_time.line(c, xs, y, BY_TIME[finger]);
-      by_time.dot(c, at / 1000, of(0, at, finger), BY_TIME[finger]);
+      by_time.line(c, xs, y, FINGERS[finger]);
+      by_time.dot(c, at / 1000, of(0, at, finger), FINGERS[finger]);
     });
     c = by_depth.begin();
     by_depth.axes(c, {x_end: deep, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end: top, y_unit: 'N'});
     ds.forEach((d, finger) => {
-      by_depth.line(c, d, ys[finger].map((f, i) => d[i] > 0 ? f : NaN), BY_DEPTH[finger], {alpha: 0.8, width: 1.3});
-      by_depth.dot(c, of(1, at, finger), of(0, at, finger), BY_DEPTH[finger]);
+      by_depth.line(c, d, ys[finger].map((f, i) => d[i] > 0 ? f : NaN), FINGERS[finger], {alpha: 0.8, width: 1.3});
+      by_depth.dot(c, of(1, at, finger), of(0, at, finger), FINGERS[finger]);
     });
   }
 })();

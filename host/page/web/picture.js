@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The body, the finger and its force, drawn by three.js. Lengths of the scene are metres over the body's diagonal.
 const OVERLAY = 240;  // CSS pixels
-const FINGER_COLORS = [0x2563eb, 0x7c3aed];
 class Picture {
   // Throws where the browser gives no WebGL. smooth: four samples of a pixel, over the page's ground, whoever draws.
   constructor(stage, canvas, overlay, scene, table, smooth) {
-    Object.assign(this, {stage, canvas, overlay, scene});
+    Object.assign(this, {stage, canvas, overlay, scene, inked: []});
     this.q = scene.surface.patches;
     this.rest = table('rest', Float32Array);
     this.patch = table('patch', Int32Array);
@@ -21,6 +20,7 @@ class Picture {
     this.build_surface();
     this.build_markers();
     if (scene.body && scene.body.floor) this.build_floor(scene.body.floor);
+    this.recolour();
     this.pose = null;
     this.home();
     this.share = 1;
@@ -48,6 +48,19 @@ class Picture {
     this.centre = low.map((x, a) => 0.5 * (x + high[a]));
     this.size = Math.hypot(...low.map((x, a) => high[a] - x));
     this.thinnest = Math.min(...low.map((x, a) => high[a] - x));
+  }
+
+  // What has a colour of its own: `color` of its material, or of a uniform's value.
+  ink(name, color) {
+    this.inked.push({name, color});
+    return color;
+  }
+
+  // As the page's colours are now (host/view/colors.inc, by --name).
+  recolour() {
+    const style = getComputedStyle(document.documentElement);
+    for (const {name, color} of this.inked) color.set(style.getPropertyValue('--' + name).trim());
+    this.dirty = true;
   }
 
   scaled(x) { return new THREE.Vector3(...this.centre.map((c, a) => (x[a] - c) / this.size)); }
@@ -79,7 +92,7 @@ class Picture {
     this.map = this.colour_map();
     this.material = new THREE.ShaderMaterial({
       extensions: {derivatives: true},
-      uniforms: {map: {value: this.map}, plain: {value: new THREE.Color(0x9aa3b2)}, held: {value: new THREE.Color(0x3b4252)},
+      uniforms: {map: {value: this.map}, plain: {value: this.ink('not-touchable', new THREE.Color())}, held: {value: this.ink('held', new THREE.Color())},
         lines: {value: 1}, line_color: {value: new THREE.Color(0x0b0d14)}, pixel: {value: 1}},
       vertexShader: `
         attribute vec2 look;
@@ -107,7 +120,7 @@ class Picture {
           vec3 base = texture2D(map, vec2(clamp(v_look.x, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
           if (v_look.y > 1.5) {  // held still: hatched
             float hatch = smoothstep(0.42, 0.58, abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (9.0 * pixel)) - 0.5) * 2.0);
-            base = mix(held, held * 1.9, hatch);
+            base = mix(held * 0.6, held, hatch);
           } else if (v_look.y > 0.5) base = plain;
           base *= base;
           float diffuse = 0.40 + 0.10 * (0.5 + 0.5 * n.y) + 0.46 * max(dot(n, key), 0.0) + 0.22 * max(dot(n, fill), 0.0);
@@ -247,27 +260,35 @@ class Picture {
     const lamp = new THREE.DirectionalLight(0xffffff, 0.6);
     lamp.position.set(-0.5, -0.6, 1.2);
     this.world.add(lamp);
-    this.fingers = Array.from({length: this.scene.fingers}, (_, finger) => this.build_finger(FINGER_COLORS[finger]));
+    this.fingers = Array.from({length: this.scene.fingers}, (_, finger) => this.build_finger(['finger', 'second-finger'][finger]));
   }
 
-  build_finger(color) {
+  // A material in the colour of that name.
+  inked_material(Material, name, rest) {
+    const material = new Material(rest);
+    this.ink(name, material.color);
+    return material;
+  }
+
+  build_finger(name) {
     const sphere = new THREE.SphereBufferGeometry(1, 32, 20), arrow = new THREE.Group();
-    const ring = new THREE.Mesh(new THREE.TorusBufferGeometry(1, 0.1, 10, 40), new THREE.MeshBasicMaterial({color, transparent: true, opacity: 0.9, depthTest: false}));
+    const ring = new THREE.Mesh(new THREE.TorusBufferGeometry(1, 0.1, 10, 40), this.inked_material(THREE.MeshBasicMaterial, name, {transparent: true, opacity: 0.9, depthTest: false}));
     ring.scale.setScalar(0.02);
     ring.renderOrder = 4;
     const shaft = this.arrow_part(arrow, new THREE.CylinderBufferGeometry(0.0055, 0.0055, 1, 20).translate(0, 0.5, 0));
     const head = this.arrow_part(arrow, new THREE.ConeBufferGeometry(0.018, 0.055, 28).translate(0, 0.0275, 0));
     this.world.add(ring, arrow);
-    const made = {finger: this.marker(sphere, color, 0.016), god: this.marker(sphere, 0xf0a020, 0.011), ring, spring: this.polyline(2, color), arrow};
+    const made = {finger: this.marker(sphere, name, 0.016), god: this.marker(sphere, 'god-object', 0.013), ring,
+      spring: this.polyline(name), dent: this.polyline('force'), arrow};
     for (const part of Object.values(made)) part.visible = false;
     return {...made, shaft, head};
   }
 
   // Drawn twice: as it is, and half transparent where the body hides it.
-  marker(geometry, color, radius) {
+  marker(geometry, name, radius) {
     const group = new THREE.Group();
-    group.add(new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({color})));
-    const hidden = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({color, transparent: true, opacity: 0.45, depthTest: false}));
+    group.add(new THREE.Mesh(geometry, this.inked_material(THREE.MeshLambertMaterial, name)));
+    const hidden = new THREE.Mesh(geometry, this.inked_material(THREE.MeshLambertMaterial, name, {transparent: true, opacity: 0.45, depthTest: false}));
     hidden.renderOrder = 2;
     group.add(hidden);
     group.scale.setScalar(radius);
@@ -278,7 +299,7 @@ class Picture {
   arrow_part(arrow, geometry) {
     const both = new THREE.Group();
     for (const hidden of [false, true]) {
-      const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({color: 0xe4572e, transparent: hidden, opacity: hidden ? 0.5 : 1, depthTest: !hidden}));
+      const mesh = new THREE.Mesh(geometry, this.inked_material(THREE.MeshLambertMaterial, 'force', {transparent: hidden, opacity: hidden ? 0.5 : 1, depthTest: !hidden}));
       mesh.renderOrder = hidden ? 3 : 0;
       both.add(mesh);
     }
@@ -286,14 +307,20 @@ class Picture {
     return both;
   }
 
-  polyline(points, color) {
+  // Between two points, over the body: set by stretch.
+  polyline(name) {
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * points), 3));
-    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({color, transparent: true, opacity: 0.8, depthTest: false}));
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(6), 3));
+    const line = new THREE.Line(geometry, this.inked_material(THREE.LineBasicMaterial, name, {transparent: true, opacity: 0.8, depthTest: false}));
     line.frustumCulled = false;
     line.renderOrder = 3;
     this.world.add(line);
     return line;
+  }
+
+  stretch(line, from, to) {
+    line.geometry.attributes.position.array.set([...from.toArray(), ...to.toArray()]);
+    line.geometry.attributes.position.needsUpdate = true;
   }
 
   // A moment of the session (engine.js, "frame"). colour: "displacement" or "load".
@@ -330,22 +357,23 @@ class Picture {
   mark_finger(mark, frame, is_now) {
     const contact = frame.contact, known = frame.state === 1 || contact, force = Math.hypot(...frame.force);
     mark.finger.visible = known;
-    mark.god.visible = contact;
+    mark.god.visible = mark.dent.visible = contact;
     mark.ring.visible = mark.spring.visible = known && frame.goal !== null && is_now;
     if (known) mark.finger.position.copy(this.scaled(frame.finger));
-    if (contact) mark.god.position.copy(this.scaled(frame.god));
+    if (contact) {
+      mark.god.position.copy(this.scaled(frame.god));
+      this.stretch(mark.dent, mark.god.position, mark.finger.position);
+    }
     if (mark.ring.visible) {
       mark.ring.position.copy(this.scaled(frame.goal));
-      const p = mark.spring.geometry.attributes.position;
-      p.array.set([...mark.ring.position.toArray(), ...mark.finger.position.toArray()]);
-      p.needsUpdate = true;
+      this.stretch(mark.spring, mark.ring.position, mark.finger.position);
     }
     if (force > this.force_end) this.force_end = Text.round_up_a_little(force);
     const length = this.force_end > 0 ? 0.3 * force / this.force_end : 0;
     mark.arrow.visible = contact && length > 0.004;
     if (!mark.arrow.visible) return;
     const head = Math.min(1, length / 0.11);
-    mark.arrow.position.copy(this.scaled(frame.finger));
+    mark.arrow.position.copy(mark.god.position);
     mark.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...frame.force).normalize());
     mark.shaft.scale.set(head, Math.max(length - 0.05 * head, 1e-4), head);
     mark.head.position.y = Math.max(length - 0.055 * head, 0);
@@ -381,6 +409,7 @@ class Picture {
       Object.assign(this.overlay, {width: Math.min(w, OVERLAY) * this.sharp, height: h * this.sharp});
       this.camera.aspect = w / h;
       this.dirty = true;
+      this.overlaid = '';  // a canvas that gets a size is empty
     }
     const az = this.azimuth * Math.PI / 180, el = this.elevation * Math.PI / 180;
     const far = this.distance * Math.max(1, 1.25 / this.camera.aspect);
@@ -416,7 +445,7 @@ class Picture {
     c.translate(Math.min(OVERLAY - this.width, 0), 0);
     c.font = '12px system-ui, "DejaVu Sans", sans-serif';
     c.lineCap = 'round';
-    this.draw_axes(c, this.width - 58, 62);
+    this.draw_axes(c, this.width - 58, 62, style);
     const px_per_m = this.height / (2 * Math.tan(this.camera.fov * Math.PI / 360) * this.far * this.size);
     let bar_m = Text.round_up(60 / px_per_m);
     const right = this.width - 24, y = this.height - (this.lifted ? 84 : 26);  // over the player
@@ -432,24 +461,24 @@ class Picture {
     c.fillText(Number((1e3 * bar_m).toPrecision(3)) + ' mm', right - 0.5 * bar_m * px_per_m, y - 9);
   }
 
-  draw_axes(c, x, y) {
-    const axes = [['x', 1, 0, 0, '#d64545'], ['y', 0, 1, 0, '#2f9e5a'], ['z', 0, 0, 1, '#3b78e7']].map(([name, ...rest]) => {
-      const v = new THREE.Vector3(rest[0], rest[1], rest[2]).applyQuaternion(this.camera.quaternion.clone().inverse());
-      return {name, color: rest[3], v};
+  draw_axes(c, x, y, style) {
+    const axes = [['x', 1, 0, 0], ['y', 0, 1, 0], ['z', 0, 0, 1]].map(([name, ...along]) => {
+      const v = new THREE.Vector3(...along).applyQuaternion(this.camera.quaternion.clone().inverse());
+      return {name, color: style.getPropertyValue('--axis-' + name).trim(), v};
     }).sort((a, b) => a.v.z - b.v.z);
     for (const {name, color, v} of axes) {
       c.strokeStyle = c.fillStyle = color;
-      c.globalAlpha = v.z < -0.2 ? 0.55 : 1;
+      c.globalAlpha = v.z < -0.2 ? 0.55 : 1;  // of the line alone: text is read
       c.lineWidth = 2.5;
       c.beginPath();
       c.moveTo(x, y);
       c.lineTo(x + 30 * v.x, y - 30 * v.y);
       c.stroke();
+      c.globalAlpha = 1;
       c.textAlign = 'center';
       c.textBaseline = 'middle';
       c.fillText(name, x + 40 * v.x, y - 40 * v.y);
     }
-    c.globalAlpha = 1;
     c.textBaseline = 'alphabetic';
   }
 

@@ -23,6 +23,7 @@ class Plot {
   // Axes from 0 to x_end and y_end; the unit of y stands at its top.
   axes(c, {x_begin = 0, x_end, x_label, y_end, y_unit, steps = 4}) {
     const {left, right, top, bottom} = this.box;
+    if (right - left < 40 * steps) steps = 2;
     this.x = v => left + (v - x_begin) / (x_end - x_begin) * (right - left);
     this.y = v => bottom - v / y_end * (bottom - top);
     c.font = '10.5px system-ui, "DejaVu Sans", sans-serif';
@@ -106,13 +107,13 @@ class History {
   }
 }
 
-const BY_TIME = ['force', 'second'], BY_DEPTH = ['depth', 'second'];  // colours of the fingers
+const FINGERS = ['finger', 'second-finger'];  // their colours
 
 // histories: of each finger.
 function draw_by_time(plot, histories, seconds, floor) {
   const c = plot.begin(), y_end = Text.round_up(Math.max(...histories.map(h => 1.05 * h.largest(h.force)), floor));
   plot.axes(c, {x_begin: -seconds, x_end: 0, x_label: s => s === 0 ? 'now' : String(Number(s.toFixed(1))).replace('-', '−'), y_end, y_unit: 'N', steps: seconds});
-  histories.forEach((history, finger) => draw_force(plot, c, history, Math.round(1000 * seconds), BY_TIME[finger]));
+  histories.forEach((history, finger) => draw_force(plot, c, history, Math.round(1000 * seconds), FINGERS[finger]));
 }
 
 function draw_force(plot, c, history, n, color) {
@@ -130,7 +131,7 @@ function draw_by_depth(plot, histories, floor_n, floor_m) {
   const c = plot.begin(), y_end = Text.round_up(Math.max(...histories.map(h => 1.05 * h.largest(h.force)), floor_n));
   const x_end = Text.round_up(Math.max(...histories.map(h => 1.02 * h.largest(h.depth)), floor_m));
   plot.axes(c, {x_end, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end, y_unit: 'N'});
-  histories.forEach((history, finger) => draw_depth(plot, c, history, BY_DEPTH[finger]));
+  histories.forEach((history, finger) => draw_depth(plot, c, history, FINGERS[finger]));
 }
 
 function draw_depth(plot, c, history, color) {

@@ -14,7 +14,7 @@ const Text = (() => {
   function digits(x) {
     if (x === 0) return '0';
     const size = Math.abs(x);
-    return x.toFixed(size < 9.995 ? 2 : size < 99.95 ? 1 : 0);
+    return x.toFixed(size < 9.995 ? 2 : size < 99.95 ? 1 : 0).replace(/^-(0[.0]*)$/, '$1');
   }
 
   const si = (x, unit) => {
@@ -34,7 +34,8 @@ const Text = (() => {
     return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].map(k => k * power).find(k => k >= x * (1 - 1e-9)) || 10 * power;
   }
 
+  const GAP = ' \u00a0';  // between the numbers of a vector, where a line may end
   const count = n => n.toLocaleString('en-US');
-  const mm = v => Array.from(v, x => (1e3 * x).toFixed(2)).join('  ');
-  return {prefix, digits, si, round_up, round_up_a_little, count, mm};
+  const mm = v => Array.from(v, x => (1e3 * x).toFixed(Math.abs(x) < 0.1 ? 2 : Math.abs(x) < 1 ? 1 : 0)).join(GAP);
+  return {prefix, digits, si, round_up, round_up_a_little, count, mm, GAP};
 })();

@@ -297,6 +297,29 @@ TEST_F(LivePage, SaysThatItIsServedFromAnotherFolder) {
     EXPECT_TRUE(browser.wait_until("!haptable.frame().contact"));
 }
 
+// What a servo that died has said last is dimmed, and said to be old.
+TEST_F(LivePage, DimsWhatADeadServoHasSaid) {
+    start_servo("servo.csv");
+    const std::string url = serve(cube, {"--touch"});
+    Browser& browser = shared_browser();
+    open(browser, url);
+    ASSERT_TRUE(says(browser, "press on the body"));
+    press(browser);
+    ASSERT_TRUE(browser.wait_until(
+        "haptable.frame().contact && document.getElementById('numbers').textContent.includes('in contact')"));
+    EXPECT_FALSE(browser.evaluate("document.getElementById('felt').classList.contains('stale')").get<bool>());
+    servo->kill(SIGKILL);
+    EXPECT_TRUE(says(browser, "No servo is heard")) << link(browser);
+    EXPECT_TRUE(
+        browser.wait_until("document.getElementById('numbers').textContent.includes('not heard; was: in contact')"));
+    EXPECT_TRUE(browser
+                    .evaluate("getComputedStyle(document.querySelector('#force output')).color === "
+                              "getComputedStyle(document.querySelector('#numbers dt')).color")
+                    .get<bool>());
+    EXPECT_LT(browser.evaluate("Number(getComputedStyle(document.getElementById('picture')).opacity)").get<double>(),
+              1.0);
+}
+
 // Nobody is heard: the page says where, and what to start.
 TEST_F(LivePage, SaysThatNoServoIsHeard) {
     const std::string url = serve(cube);

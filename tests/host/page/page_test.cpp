@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <png.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@
 #include "host/page/modes.hpp"
 #include "host/servo/replay.hpp"
 #include "host/target/strokes.hpp"
+#include "host/view/colormap.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
 #include "host/view/loads.hpp"
@@ -70,7 +72,7 @@ protected:
 
     static void open(Browser& browser, const std::string& url) {
         browser.mouse("mouseReleased", 0, 0);  // as the test before may have left it
-        browser.command("Emulation.setTouchEmulationEnabled", {{"enabled", false}});
+        browser.resize(1280, 800);
         browser.open(url);
         ASSERT_EQ(browser.evaluate("haptable.ready.then(() => 'ready', error => error.message)"), "ready");
     }
@@ -165,8 +167,11 @@ TEST_F(TouchPage, OpensFromTheDiskAndIsPressed) {
     const auto body = browser.evaluate(fmt::format("haptable.picture().pixel({}, {})", at[0], at[1] + 40));
     const auto ground = browser.evaluate("haptable.picture().pixel(8, 400)");
     EXPECT_EQ(body.at(3), 255);
-    // The processor draws the ground in the page's own colour (--ground: #eef0f4), a graphics processor none.
-    EXPECT_TRUE(ground == nlohmann::json({0xee, 0xf0, 0xf4, 255}) || ground.at(3) == 0) << ground;
+    // The processor draws the ground in the page's own colour, a graphics processor none.
+    const auto own = browser.evaluate(
+        "getComputedStyle(document.documentElement).getPropertyValue('--ground').match(/[0-9a-f]{2}/g)"
+        ".map(x => parseInt(x, 16)).concat(255)");
+    EXPECT_TRUE(ground == own || ground.at(3) == 0) << ground;
     EXPECT_LT(body.at(0).get<int>(), 0xc0);
     const std::string rest = browser.screenshot();
     EXPECT_EQ(rest.substr(1, 3), "PNG");
@@ -198,21 +203,16 @@ TEST_F(TouchPage, TurnsAndZooms) {
 TEST_F(TouchPage, IsPressedByAFingerOnTheScreen) {
     Browser& browser = shared_browser();
     open(browser, url());
-    browser.command("Emulation.setTouchEmulationEnabled", {{"enabled", true}});
-    const auto touch = [&](const std::string& type, const std::vector<std::array<double, 2>>& fingers) {
-        auto points = nlohmann::json::array();
-        for (const auto& at : fingers) points.push_back({{"x", at[0]}, {"y", at[1]}, {"id", points.size()}});
-        browser.command("Input.dispatchTouchEvent", {{"type", type}, {"touchPoints", points}});
-    };
+    browser.resize(1280, 800, true);
     const auto at = top(browser);
-    touch("touchStart", {at});
+    browser.touch("touchStart", {at});
     EXPECT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0"));
-    touch("touchEnd", {});
+    browser.touch("touchEnd", {});
     EXPECT_TRUE(browser.wait_until("haptable.frame().state === 1"));
     const auto far = browser.evaluate("haptable.picture().distance").get<double>();
-    touch("touchStart", {at, {at[0] + 40, at[1]}});
-    touch("touchMove", {at, {at[0] + 90, at[1]}});
-    touch("touchEnd", {});
+    browser.touch("touchStart", {at, {at[0] + 40, at[1]}});
+    browser.touch("touchMove", {at, {at[0] + 90, at[1]}});
+    browser.touch("touchEnd", {});
     EXPECT_TRUE(browser.wait_until(fmt::format("haptable.picture().distance < {}", far)));
     EXPECT_FALSE(browser.evaluate("haptable.frame().contact").get<bool>());
     expect_quiet(browser);
@@ -567,6 +567,213 @@ TEST_F(TouchPage, SaysThatThereIsNoWebGL) {
     EXPECT_EQ(browser.evaluate("haptable.replay(file, 0).then(done => done.csv)"), replayed(path));
 }
 
+/// The page as it is seen: what is at a place of a screenshot, [r, g, b].
+std::array<int, 3> seen(Browser& browser, int x, int y) {
+    const std::string png = browser.screenshot();
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    EXPECT_NE(png_image_begin_read_from_memory(&image, png.data(), png.size()), 0);
+    image.format = PNG_FORMAT_RGB;
+    std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(image));
+    EXPECT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0);
+    const std::size_t at = 3 * (static_cast<std::size_t>(y) * image.width + static_cast<std::size_t>(x));
+    return {pixels.at(at), pixels.at(at + 1), pixels.at(at + 2)};
+}
+
+/// Elements of the page by a selector, in words of it, for which a condition on `e` holds.
+std::string which(Browser& browser, const std::string& selector, const std::string& condition) {
+    return browser
+        .evaluate(fmt::format("Array.from(document.querySelectorAll('{}')).filter(e => {}).map(e => e.id || "
+                              "e.textContent).join(' | ')",
+                              selector, condition))
+        .get<std::string>();
+}
+
+// At 1280 x 720, with a bar of 15 pixels beside the column: no number is cut off, whatever the force's size, no bar
+// lies across, and what can be set is seen.
+TEST_F(TouchPage, ShowsAllNumbersAndControls) {
+    Browser& browser = shared_browser();
+    open(browser, url());
+    browser.resize(1280, 720);
+    browser.evaluate("document.querySelector('aside').style.paddingRight = '23px'; 0");
+    press(browser, top(browser));
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact && Math.hypot(...haptable.frame().force) > 0.1"));
+    ASSERT_TRUE(browser.wait_until("document.getElementById('numbers').textContent.includes('in contact')"));
+    EXPECT_EQ(
+        which(browser, "aside, aside *", "e.scrollWidth > e.clientWidth && getComputedStyle(e).display !== \"inline\""),
+        "");
+    EXPECT_EQ(which(browser, "#numbers dd", "e.getBoundingClientRect().height > 20"), "") << "on a line each";
+    EXPECT_EQ(which(browser, "aside select, aside button, aside input:not([hidden])",
+                    "e.getBoundingClientRect().bottom > innerHeight"),
+              "");
+    EXPECT_TRUE(browser.evaluate("document.documentElement.scrollWidth <= innerWidth").get<bool>());
+    expect_quiet(browser);
+}
+
+// While it loads, the title stands on the page's ground: a canvas that nothing was drawn on is black.
+TEST_F(TouchPage, IsNotBlackWhileItLoads) {
+    Browser& browser = shared_browser();
+    const auto stub = browser.command("Page.addScriptToEvaluateOnNewDocument",
+                                      {{"source", "WebAssembly.instantiate = () => new Promise(() => {});"}});
+    for (const char* theme : {"light", "dark"}) {
+        browser.open(url() + "?worker=off&theme=" + theme);
+        ASSERT_TRUE(browser.wait_until("haptable.picture()"));
+        EXPECT_GT(seen(browser, 8, 200)[0], theme == std::string("light") ? 0xe0 : 0x0a) << theme;
+    }
+    browser.command("Page.removeScriptToEvaluateOnNewDocument", {{"identifier", stub.at("identifier")}});
+}
+
+// Whoever hears the page or has no pointer: all controls have a name, the focus is drawn, and keys work while a slider
+// has it, but those that move the slider.
+TEST_F(TouchPage, IsUsedByKeys) {
+    Browser& browser = shared_browser();
+    open(browser, url());
+    browser.command("Accessibility.enable");
+    const auto tree = browser.command("Accessibility.getFullAXTree");
+    int sliders = 0;
+    for (const auto& node : tree.at("nodes")) {
+        const std::string role = node.value("/role/value"_json_pointer, "");
+        if (role != "slider" && role != "combobox" && role != "button" && role != "checkbox") continue;
+        sliders += role == "slider" ? 1 : 0;
+        EXPECT_NE(node.value("/name/value"_json_pointer, ""), "") << role;
+        if (role == "slider") {
+            EXPECT_NE(node.dump().find("valuetext"), std::string::npos) << node.at("name");
+        }
+    }
+    EXPECT_EQ(sliders, 3);
+
+    const std::array<int, 3> before = seen(browser, 1, 300);
+    browser.evaluate("document.activeElement.blur(); 0");
+    browser.key("Tab");
+    EXPECT_EQ(browser.evaluate("document.activeElement.id"), "stage");
+    EXPECT_NE(seen(browser, 1, 300), before);
+    browser.evaluate("document.getElementById('depth').focus(); 0");
+    EXPECT_NE(browser.evaluate("getComputedStyle(document.activeElement).outlineStyle"), "none");
+    const auto azimuth = browser.evaluate("haptable.picture().azimuth");
+    const auto depth = browser.evaluate("Number(document.getElementById('depth').value)").get<double>();
+    browser.key("ArrowRight");
+    EXPECT_GT(browser.evaluate("Number(document.getElementById('depth').value)").get<double>(), depth);
+    EXPECT_EQ(browser.evaluate("haptable.picture().azimuth"), azimuth) << "the arrow is the slider's";
+    browser.key("p");
+    EXPECT_TRUE(browser.wait_until("haptable.frame().contact"));
+    browser.key("p");
+    EXPECT_TRUE(browser.wait_until("haptable.frame().state === 1"));
+    expect_quiet(browser);
+}
+
+// WCAG 2: 4.5 to 1 of all text, in both themes; the ground of the stage is the worse of its two ends.
+TEST_F(TouchPage, ItsTextIsReadable) {
+    Browser& browser = shared_browser();
+    for (const char* theme : {"light", "dark"}) {
+        open(browser, url() + "?theme=" + theme);
+        press(browser, top(browser));
+        ASSERT_TRUE(browser.wait_until("document.getElementById('numbers').textContent.includes('in contact')"));
+        const auto poor = browser.evaluate(R"((() => {
+            const rgb = text => text.match(/[\d.]+/g).map(Number);
+            const linear = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+            const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+            const ratio = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05);
+            const probe = document.body.appendChild(document.createElement('i'));
+            const named = name => { probe.style.color = `var(--${name})`; return rgb(getComputedStyle(probe).color); };
+            const grounds = e => {
+                for (; e; e = e.parentElement) {
+                    if (e.id === 'stage') return [named('ground'), named('ground-low')];
+                    const back = rgb(getComputedStyle(e).backgroundColor);
+                    if (back.length === 3 || back[3] === 1) return [back];
+                }
+                return [named('ground')];
+            };
+            const poor = [];
+            let texts = 0;
+            const judge = (what, ink, on) => {
+                ++texts;
+                const worst = Math.min(...on.map(ground => ratio(ink, ground)));
+                if (worst < 4.5) poor.push(what + ' ' + worst.toFixed(2));
+            };
+            for (const link of ['', 'trouble']) {
+                document.getElementById('link').hidden = false;
+                document.getElementById('link').className = link;
+                document.getElementById('link').textContent = 'link ' + link;
+                document.getElementById('record').classList.toggle('on', link !== '');
+                for (const e of document.querySelectorAll('body *')) {
+                    const own = Array.from(e.childNodes).some(n => n.nodeType === 3 && n.textContent.trim());
+                    if (own && !/^(SCRIPT|STYLE|NOSCRIPT)$/.test(e.tagName) && !e.disabled && !e.closest('#failed'))
+                        judge(e.textContent.slice(0, 30), rgb(getComputedStyle(e).color), grounds(e));
+                }
+            }
+            for (const axis of ['axis-x', 'axis-y', 'axis-z', 'quiet']) judge(axis, named(axis), [named('ground'), named('ground-low')]);
+            judge('plots', named('quiet'), [named('card')]);
+            probe.remove();
+            return texts < 60 ? 'only ' + texts : poor.join(', ');
+        })())");
+        EXPECT_EQ(poor, "") << theme;
+    }
+}
+
+// Finger, god-object and force are drawn in the viewer's colours, and its legend says so; dark, in those for it.
+TEST_F(TouchPageOfTwo, HasTheViewersColours) {
+    Browser& browser = shared_browser();
+    for (const bool dark : {false, true}) {
+        open(browser, url() + (dark ? "?theme=light" : "?theme=dark"));
+        browser.key("l");  // the other one
+        for (const auto& [name, mark] : {std::pair("finger", "fingers[0].finger.children[0]"),
+                                         {"second_finger", "fingers[1].finger.children[0]"},
+                                         {"god_object", "fingers[1].god.children[0]"},
+                                         {"force", "fingers[0].shaft.children[0]"}}) {
+            const auto* color = std::find_if(kDrawnColors.begin(), kDrawnColors.end(),
+                                             [name = name](const DrawnColor& one) { return one.name == name; });
+            ASSERT_NE(color, kDrawnColors.end());
+            EXPECT_EQ(browser.evaluate(fmt::format("haptable.picture().{}.material.color.getHex()", mark)),
+                      dark ? color->on_dark : color->on_light)
+                << name;
+        }
+        EXPECT_EQ(browser.evaluate("Array.from(document.querySelectorAll('#legend i:not(.part)'), e => "
+                                   "getComputedStyle(e).backgroundColor).join()"),
+                  browser.evaluate("[haptable.picture().fingers[0].finger, haptable.picture().fingers[1].finger, "
+                                   "haptable.picture().fingers[0].god, haptable.picture().fingers[0].shaft].map(m => "
+                                   "'rgb(' + m.children[0].material.color.toArray().map(x => Math.round(255 * "
+                                   "x)).join(', ') + ')').join()"));
+    }
+}
+
+// On a phone: help, legend, and a second touch on the body is the second finger; beside the body it brings nearer.
+TEST_F(TouchPageOfTwo, IsTouchedByTwoFingersOnAPhone) {
+    Browser& browser = shared_browser();
+    open(browser, url());
+    browser.resize(390, 844, true);
+    ASSERT_TRUE(browser.wait_until("haptable.picture().width === 390"));
+    EXPECT_EQ(which(browser, "#legend, #ask, #hint .by_touch", "e.getClientRects().length === 0"), "");
+    EXPECT_TRUE(browser.evaluate("document.documentElement.scrollWidth <= innerWidth").get<bool>());
+    const auto one = at(browser, "[0.009, 0.015, 0.03]"), other = at(browser, "[0.021, 0.015, 0.03]");
+    browser.touch("touchStart", {one});
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact"));
+    browser.touch("touchStart", {one, other});
+    ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().second.contact"));
+    browser.touch("touchEnd", {});
+    ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1 && haptable.frame().second.state === 1"));
+    const auto far = browser.evaluate("haptable.picture().distance").get<double>();
+    browser.touch("touchStart", {one, {12, 300}});
+    browser.touch("touchMove", {{one[0] + 60, one[1]}, {12, 300}});
+    browser.touch("touchEnd", {});
+    EXPECT_TRUE(browser.wait_until(fmt::format("haptable.picture().distance < {}", far)));
+    browser.evaluate("document.getElementById('ask').click(); 0");
+    EXPECT_TRUE(browser.evaluate("document.getElementById('help').open").get<bool>());
+    browser.evaluate("document.getElementById('help').close(); 0");
+    expect_quiet(browser);
+}
+
+// Where pictures get coarser, axes and scale bar stay.
+TEST_F(TouchPage, KeepsItsAxesAsPicturesGetCoarser) {
+    Browser& browser = shared_browser();
+    open(browser, url());
+    const char* drawn =
+        "(c => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"
+        "(document.getElementById('overlay'))";
+    EXPECT_TRUE(browser.wait_until(drawn));
+    browser.evaluate("haptable.picture().coarser(); haptable.picture().draw(); 0");
+    EXPECT_TRUE(browser.evaluate(drawn).get<bool>());
+}
+
 // A CSV that is none is told by its line, and the page goes on.
 TEST_F(TouchPage, TellsWhatIsWrongWithACsv) {
     Browser& browser = shared_browser();
@@ -579,6 +786,9 @@ TEST_F(TouchPage, TellsWhatIsWrongWithACsv) {
     EXPECT_NE(error("x,y,z\n0,0,0\n0,0\n").find("line 3"), std::string::npos);
     EXPECT_NE(error("x,y,z\n0,zero,0\n").find("line 2"), std::string::npos);
     EXPECT_EQ(error("x,y,z\n0,nan,inf\n0.01,0.01,0.04\n"), "");
+    EXPECT_EQ(error("x,y,z\n0.015,0.015,0.04\n15,15,29.5\n"),
+              "line 3 (15, 15, 29.5) looks like millimetres, and a path is in metres: divide its places by 1000");
+    EXPECT_EQ(error("x,y,z\n15000,15,29.5\n"), "") << "far in millimetres too";
 }
 
 class PageProgram : public testing::Test {
