@@ -1,6 +1,11 @@
 # Times of one tick and of what one would do instead: docs/pictures/accuracy.svg. `make figures` calls it with `out` and
 # with `data`: the values of the topic "speed" in docs/numbers.json.
 set terminal svg size 900,480 font "DejaVu Sans,12" background "white"
+stats data using (1e6 * $2) every ::0::0 name "SLIDING" nooutput
+stats data using (1e6 * $2) every ::2::2 name "EVERY" nooutput
+stats data using (1e6 * $2) every ::4::4 name "SOLVE" nooutput
+@must (SLIDING_max < 1000) 'a force within a tick of 1 ms'
+@must (EVERY_max > 5 * SLIDING_max && SOLVE_max > 5 * SLIDING_max) 'a tick that costs less than what one would do instead'
 set output out
 set title "CPU time of one tick, and of what else there is to do"
 set key top left

@@ -1,9 +1,9 @@
 # The servo's states: docs/pictures/states.svg. `make figures` calls it with `out`. Coordinates are pixels, y upwards.
 set encoding utf8
-set terminal svg size 1040,440 font "DejaVu Sans,13" background "white"
+set terminal svg size 1040,370 font "DejaVu Sans,13" background "white"
 set output out
 unset border; unset tics; unset key
-set xrange [0:1040]; set yrange [0:440]
+set xrange [0:1040]; set yrange [0:370]
 set lmargin 0; set rmargin 0; set tmargin 0; set bmargin 0
 
 # A box: middle, width, height, text.
@@ -40,12 +40,12 @@ $note << EOD
 492 222 "outside, seen"
 780 278 "a limit acts"
 780 222 "ramp, gain is 1"
-770 80 "no position, or one that no finger\nreaches in time"
+760 92 "no position, or one that no finger\nreaches in time"
 410 160 "20 good ticks"
 232 78 "repeated"
 160 165 "acknowledged"
 230 222 "20 ms"
-520 400 "From every state: 20 ms without a position → silent.   Damaged tables, a force that is no number → faulted.\nA red line may lower the force in one tick; a blue one begins at the force that is, and lets it rise with the body, max\\_force\\_rate and the ramp alone."
+520 335 "From every state: 20 ms without a position → silent.   Damaged tables, a force that is no number → faulted.\nA red line may lower the force in one tick; a blue one begins at the force that is, and lets it rise with the body, max\\_force\\_rate and the ramp alone."
 EOD
 grey = 0x4a5568; red = 0xc2410c; blue = 0x1d4ed8
 lines(text) = strstrt(text, "\n") == 0 ? 1 : 2

@@ -41,6 +41,12 @@ void drag(Browser& browser, double x, double y, double dx, double dy) {
     }
 }
 
+/// Without the footer, whose rate of pictures is that of the machine that ran this.
+void write_picture(const Options& o, Browser& browser) {
+    browser.evaluate("document.getElementById('about').style.visibility = 'hidden'; 0");
+    write_file(o.out, browser.screenshot());
+}
+
 /// A finger that is left in its dent, and the other one beside it.
 void take_two(const Options& o, Browser& browser) {
     const auto press = [&](double share) {
@@ -59,7 +65,7 @@ void take_two(const Options& o, Browser& browser) {
     press(0.74);
     wait_ticks(browser, 500);
     want(browser, "haptable.frame().contact && haptable.frame().second.contact", "two dents");
-    write_file(o.out, browser.screenshot());
+    write_picture(o, browser);
 }
 
 void take(const Options& o) {
@@ -83,7 +89,7 @@ void take(const Options& o) {
     for (int notch = 0; notch < 4; ++notch) browser.mouse("mouseWheel", x + 130, y + 50, -100);
     wait_ticks(browser, 900);
     want(browser, "haptable.frame().contact && haptable.frame().displacement.some(u => u < -1e-3)", "dent");
-    write_file(o.out, browser.screenshot());
+    write_picture(o, browser);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ std::vector<FingerPath> slow_strokes(const Tables& tables) {
     std::vector<FingerPath> strokes;
     for (std::size_t i = 0; i < path.size(); i += kTicks) {
         const auto first = path.begin() + static_cast<std::ptrdiff_t>(i);
-        strokes.push_back(walked({first, first + kTicks}, kLongest_m));
+        strokes.push_back(walked<3>({first, first + kTicks}, kLongest_m));
     }
     return strokes;
 }
