@@ -40,6 +40,13 @@ shows() {
 # presses CSV NEWTONS [TICK]: a contact with this force or more.
 presses() { shows "$1" contact 1 1 "${3:-}" && shows "$1" '|force|' 1e9 "$2" "${3:-}"; }
 
+# counts TABLES KEY LEAST: refuses tables whose summary.json has less of KEY.
+counts() {
+    number=$(sed -n "s/.*\"$2\": *\([-+.0-9e]*\).*/\1/p" "$1/summary.json" | head -n 1)
+    awk -v number="$number" -v least="$3" 'BEGIN { exit !(number + 0 >= least + 0) }' ||
+        { echo "$1/summary.json: $2 is to be $3 or more, and is ${number:-not there}" >&2 && exit 1; }
+}
+
 # put NAME: the picture in $work, now that it is whole.
 put() {
     [ "$(stat -c %s "$work/$1")" -lt 3000000 ] || { echo "$work/$1: is over 3 MB" >&2 && exit 1; }
@@ -162,7 +169,10 @@ figure_cube_ghost() {
     presses "$BUILD/demo/cube-uz.csv" 0.1 150
     view cube-ghost.png "$BUILD/cube" --csv "$BUILD/demo/cube-uz.csv" --ticks 150 --ghost --size 640x480
 }
-figure_mouse_mesh() { view mouse-mesh.png "$BUILD/mouse" --mesh --elevation -30 --size 640x480; }
+figure_mouse_mesh() {
+    counts "$BUILD/mouse" fixed_nodes 1
+    view mouse-mesh.png "$BUILD/mouse" --mesh --elevation -30 --size 640x480
+}
 
 # A picture a law (docs/MATERIALS.md).
 # sag NAME SCENE [OPTIONS]: the scene under its own weight.
@@ -170,6 +180,7 @@ sag() {
     name=$1 scene=$2
     shift 2
     "$BUILD/bin/haptable-precompute" "$scene" -o "$work/$name" --quiet
+    counts "$work/$name" largest_sag_m 1e-4
     view "$name.png" "$work/$name" --sag --ghost --size 480x360 "$@"
 }
 # press NAME SCENE X Y TOP [OPTIONS]: pressed 2 mm deep.

@@ -4,10 +4,12 @@
 #include <cairo.h>
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "host/view/camera.hpp"
 
@@ -234,11 +236,27 @@ void draw_notes(Pen& pen, const Annotation& annotation) {
         cairo_set_line_width(cairo, 2.0);
         cairo_stroke(cairo);
     }
+    constexpr double kTagHeight = 15.0;
     pen.font(13.5, true);
+    std::vector<Eigen::AlignedBox2d> taken;
     for (const NoteTag& tag : annotation.tags) {
-        const double width = pen.advance(tag.text);
-        pen.outlined_text(std::clamp(at(tag.at_px).x() + 8.0, 8.0, pen.width - width - 8.0),
-                          std::clamp(at(tag.at_px).y() - 6.0, 16.0, pen.height - 8.0), tag.text, tag.color);
+        const double width = pen.advance(tag.text),
+                     x = std::clamp(at(tag.at_px).x() + 8.0, 8.0, pen.width - width - 8.0);
+        const double highest = 16.0, lowest = pen.height - 8.0;
+        const double wanted = std::clamp(at(tag.at_px).y() - 6.0, highest, lowest);
+        const auto box = [&](double y) {
+            return Eigen::AlignedBox2d(Eigen::Vector2d(x, y - kTagHeight), Eigen::Vector2d(x + width, y));
+        };
+        const auto is_free = [&](double y) {
+            return y >= highest && y <= lowest && std::none_of(taken.begin(), taken.end(), [&](const auto& other) {
+                       return other.intersects(box(y));
+                   });
+        };
+        double y = wanted;  // or the next place above or below that no other has
+        for (double away = 0.0; away < pen.height && !is_free(y); ++away)
+            y = is_free(wanted + away) ? wanted + away : wanted - away;
+        taken.push_back(box(y));
+        pen.outlined_text(x, y, tag.text, tag.color);
     }
 }
 

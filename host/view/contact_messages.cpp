@@ -128,7 +128,7 @@ public:
         ContactFrame both = *last_[0];
         both.time_s = last_[newest_]->time_s;
         const ContactFrame& second = *last_[1];
-        if (second.contact) both.second = {second.finger_m, second.god_object_m, second.force_n};
+        if (second.finger_known) both.second = {second.finger_m, second.god_object_m, second.force_n, second.contact};
         both.loads.insert(both.loads.end(), second.loads.begin(), second.loads.end());
         return both;
     }

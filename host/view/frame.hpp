@@ -24,9 +24,11 @@ struct ContactFrame {
     /// From body to world coordinates, in which finger and force are; god-object and loads are the body's. None where
     /// it is held.
     std::optional<Eigen::Isometry3d> pose;
-    /// A second finger in contact: where it and its god-object are, and what it feels; its loads are among the frame's.
+    /// A second finger; in contact its god-object and what it feels too, and its loads are among the frame's.
     struct Second {
-        Eigen::Vector3d finger_m, god_object_m, force_n;
+        Eigen::Vector3d finger_m = Eigen::Vector3d::Zero(), god_object_m = Eigen::Vector3d::Zero(),
+                        force_n = Eigen::Vector3d::Zero();
+        bool contact = false;
     };
     std::optional<Second> second;
     std::vector<NodalForce> loads;  ///< of the body (equation 10); or of a dent

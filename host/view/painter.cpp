@@ -94,7 +94,8 @@ Markers Painter::markers(const ContactFrame& frame, const Ranges& ranges) const 
     Markers markers;
     if (frame.second) {
         ContactFrame second;
-        second.finger_known = second.contact = true;
+        second.finger_known = true;
+        second.contact = frame.second->contact;
         second.finger_m = frame.second->finger_m;
         second.god_object_m = frame.second->god_object_m;
         second.force_n = frame.second->force_n;

@@ -36,8 +36,9 @@ struct Row {
     PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
     std::array<double, kPose> pose{};
-    /// Of the second finger, with contact.
+    /// Of the second finger; without contact its position alone.
     struct Second {
+        bool contact = false;
         PatchNodes node{};
         std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
     };
@@ -148,10 +149,12 @@ private:
             field.push_back(line.substr(0, comma));
             line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
         }
-        if (number<int>(field[kSecond + 3], "contact2") != 1) return {};
         Row::Second second;
-        for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t i = 0; i < 3; ++i)
             second.finger_m[i] = number<double>(field[kSecond + i], "the second finger's position");
+        second.contact = number<int>(field[kSecond + 3], "contact2") == 1;
+        if (!second.contact) return finite(second.finger_m) ? std::optional(second) : std::nullopt;
+        for (std::size_t i = 0; i < 3; ++i) {
             second.node[i] = number<std::int32_t>(field[kSecond + 4 + i], "a node");
             second.alpha[i] = number<double>(field[kSecond + 7 + i], "an area coordinate");
             second.god_object_m[i] = number<double>(field[kSecond + 10 + i], "the second god-object's position");
@@ -180,7 +183,8 @@ private:
 
     void add_second(const Row& row, ContactFrame& out) const {
         const Row::Second& second = *row.second;
-        out.second = {vector(second.finger_m), vector(second.god_object_m), vector(second.force_n)};
+        out.second = {vector(second.finger_m), vector(second.god_object_m), vector(second.force_n), second.contact};
+        if (!second.contact) return;
         for (const NodalForce& load : reaction(second.node, second.alpha, second.force_n, out))
             out.loads.push_back(load);
     }

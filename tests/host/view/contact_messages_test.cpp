@@ -181,7 +181,9 @@ TEST_F(ViewContactMessages, TwoFingersAreOneFrame) {
         EXPECT_EQ(frames[i].loads[3].node, 88);
     }
     EXPECT_EQ(frames[0].number, 0);
-    EXPECT_FALSE(frames[3].second);
+    ASSERT_TRUE(frames[3].second) << "it touches nothing, and is where it is";
+    EXPECT_FALSE(frames[3].second->contact);
+    EXPECT_EQ(frames[3].second->finger_m[0], 0.02);
     EXPECT_EQ(frames[4].loads.size(), 2U);
 }
 

@@ -101,6 +101,25 @@ TEST_F(ViewPicture, ShowsSpheresWhereGodObjectAndFingerAre) {
     EXPECT_GT((hue(color_at(image, camera.pixel(god) + 4.5F * beside)) - hue(kGodObjectColor)).norm(), 0.2F);
 }
 
+// Of two fingers each has its colour, in contact or not, and no other: the page's (host/view/colors.inc).
+TEST_F(ViewPicture, ShowsTwoFingersInTheirColours) {
+    ContactFrame both;
+    both.finger_known = true;
+    both.finger_m = {0.008, 0.004, 0.045};
+    both.second = {.finger_m = {0.024, 0.004, 0.045}};
+    Painter painter(tables_, folder_.path(), {}, true);
+    Ranges ranges;
+    painter.measure(both, ranges);
+    EXPECT_TRUE(ranges.second);
+    const Image image = painter.paint(both, ranges);
+    const auto seen = [&](const Vector3d& at) {
+        return hue(color_at(image, painter.renderer().camera().pixel(at.cast<float>())));
+    };
+    const auto first = seen(both.finger_m), second = seen(both.second->finger_m);
+    EXPECT_LT((first - hue(kFingerColor[0])).norm(), 0.5F * (first - hue(kFingerColor[1])).norm());
+    EXPECT_LT((second - hue(kFingerColor[1])).norm(), 0.5F * (second - hue(kFingerColor[0])).norm());
+}
+
 TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
     ContactFrame deep;
     deep.finger_known = true;
@@ -158,6 +177,20 @@ TEST(Annotations, TheArrowsLabelLeavesTitleAndWarningAlone) {
         EXPECT_GT(highest, lowest) << warning;
         EXPECT_LT(highest, lowest + 30) << warning;
     }
+}
+
+/// Names of elements that lie together stand beside each other: none has less ink than alone.
+TEST(Annotations, TagsDoNotLieOverEachOther) {
+    const auto ink = [](const std::vector<Vector2f>& places) {
+        Annotation notes;
+        for (const Vector2f& at : places) notes.tags.push_back({at, "1055: 0.32", kFaultColor});
+        Image image{960, 720, std::vector<std::uint32_t>(960 * 720, 0xFFFFFF)};
+        annotate(image, notes);
+        return std::count_if(image.pixel.begin(), image.pixel.end(),
+                             [](std::uint32_t c) { return (c & 0xFFU) < 100U; });
+    };
+    for (const float y : {100.0F, 715.0F})
+        EXPECT_EQ(ink({{400, y}, {404, y}, {390, y + 4}}), ink({{400, y}}) + ink({{404, y}}) + ink({{390, y}})) << y;
 }
 
 TEST_F(ViewPicture, ColoursByDisplacement) {

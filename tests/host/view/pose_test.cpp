@@ -88,10 +88,18 @@ TEST(ViewPose, ACsvOfTwoFingersLoadsBoth) {
                "force_z,buttons,state,faults,x2,y2,z2,contact2,node_i2,node_j2,node_k2,alpha_i2,alpha_j2,alpha_k2,"
                "god_x2,god_y2,god_z2,force_x2,force_y2,force_z2,buttons2,state2,faults2\n"
                "0,0.1,0,0,0,-1,-1,-1,0,0,0,0.1,0,0,0,0,0,0,1,0,0.01,0.01,0.01,1," +
-                   nodes + ",0.5,0.25,0.25,0.01,0.01,0.012,0,0,0.4,0,2,0\n");
+                   nodes +
+                   ",0.5,0.25,0.25,0.01,0.01,0.012,0,0,0.4,0,2,0\n"
+                   "1,0.1,0,0,0,-1,-1,-1,0,0,0,0.1,0,0,0,0,0,0,1,0,0.01,0.01,0.06,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0,1,0\n"
+                   "2,0.1,0,0,0,-1,-1,-1,0,0,0,0.1,0,0,0,0,0,0,1,0,nan,nan,nan,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0,0,0\n");
     const auto frames = read_servo_csv(folder.path() / "servo.csv", loads, {.every_ms = 1, .ticks = {}});
-    ASSERT_EQ(frames.size(), 1U);
-    ASSERT_TRUE(frames[0].second);
+    ASSERT_EQ(frames.size(), 3U);
+    ASSERT_TRUE(frames[1].second) << "free, it is drawn";
+    EXPECT_EQ(frames[1].second->finger_m.z(), 0.06);
+    EXPECT_FALSE(frames[1].second->contact);
+    EXPECT_TRUE(frames[1].loads.empty());
+    EXPECT_FALSE(frames[2].second) << "nowhere";
+    ASSERT_TRUE(frames[0].second && frames[0].second->contact);
     EXPECT_EQ(frames[0].second->god_object_m.z(), 0.012);
     Vector3d sum = Vector3d::Zero();
     for (const NodalForce& load : frames[0].loads)
