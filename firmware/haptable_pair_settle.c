@@ -129,11 +129,16 @@ static void move_place(const struct haptable_model* model, const float d[2], flo
     const float change[3] = {-(d[0] + d[1]), d[0], d[1]};
     int c;
     if (ends < 0 && at->alpha[0] > 0.0f && at->alpha[1] > 0.0f && at->alpha[2] > 0.0f) { /* most steps */
-        at->alpha[1] += part * d[0];
-        at->alpha[2] += part * d[1];
-        at->alpha[0] = 1.0f - at->alpha[1] - at->alpha[2];
-        place(model, at);
-        return;
+        const float one = at->alpha[1] + part * d[0];
+        const float two = at->alpha[2] + part * d[1];
+        const float zero = 1.0f - one - two;
+        if (zero > 0.0f) { /* beyond rounding */
+            at->alpha[0] = zero;
+            at->alpha[1] = one;
+            at->alpha[2] = two;
+            place(model, at);
+            return;
+        }
     }
     for (c = 0; c < 3; ++c)
         at->alpha[c] = c == ends || (at->alpha[c] == 0.0f && change[c] <= 0.0f)
@@ -675,9 +680,10 @@ static int falls_around(struct both* both, struct haptable_pair* pair, int f) {
 /* 1 where a finger is within its patch, or E falls off its edge or vertex nowhere; else it is on another patch. */
 static int rests_across(struct both* both, struct haptable_pair* pair, int f) {
     const struct place* here = &both->place[f];
+    int corner;
     if (here->free == 2) return 1;
     pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
-    return here->free == 1 ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
+    return feature_of(here->at.alpha, &corner) == ON_EDGE ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
 
 /* Newton's step may be this much of a patch where it ends a tick: its own error is of the order of its square. One
@@ -766,11 +772,11 @@ static void rest(const struct both* both, struct haptable_pair* pair, float v[HA
     pair->is_following = both->is_reused ? (uint8_t)(pair->is_following + 1) : 1;
 }
 
-/* Where a step of one is foreseen to lead. */
+/* Where a step of one is foreseen to lead: along its ways, or off its edge into the patch. */
 static void predict_place(const struct haptable_model* model, const float d[2], struct place* here) {
     int ends;
     const float part = part_within(here->at.alpha, d, &ends);
-    if (part < 1.0f) {
+    if (ends >= 0) {
         const uint16_t across = model->neighbour[here->at.patch][ends];
         float aim[3];
         float edge[2][3];
@@ -786,6 +792,7 @@ static void predict_place(const struct haptable_model* model, const float d[2], 
         find_ways(here);
     } else {
         move_place(model, d, 1.0f, -1, &here->at);
+        if (here->free < 2) find_ways(here);
     }
 }
 

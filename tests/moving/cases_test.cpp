@@ -150,6 +150,21 @@ TEST_F(MovingCase, RingingBodyMakesNoEnergy) {
         << "made beyond a wall's, of at most " << 1e3 * ledger.largest_j() << " mJ, at tick " << ledger.risen_tick();
 }
 
+// A god-object that goes over an edge is on the next patch with all of its coordinates.
+TEST_F(MovingCase, GodObjectsKeepTheirCoordinatesOverEdges) {
+    for (const char* name : {"alpha", "alphafree"}) {
+        open(name);
+        for (std::size_t tick = 0; tick < at.size(); ++tick) {
+            session->step(at[tick]);
+            for (int f = 0; f < 2; ++f)
+                if (session->felt(f).touches) {
+                    ASSERT_WITHIN(std::abs(session->felt(f).alpha.sum() - 1.0), .count = 4, .epsilon = kFloat)
+                        << name << " tick " << tick << " finger " << f;
+                }
+        }
+    }
+}
+
 // A mass of next to nothing is refused by name, or moves and is felt as numbers.
 TEST_F(MovingCase, MassOfNextToNothingMakesNoNaN) {
     try {
