@@ -96,7 +96,7 @@ static void feel(const struct haptable_model* model, const struct haptable_conta
     if (view->is_coupled) {
         float x[9];
         pair_cross(view, contact, x);
-        pair_solve_place(view, &own, x, &solved);
+        (void)pair_solve_place(view, &own, x, &solved);
     } else if (law->is_stiffness) {
         vec_zero(force_n);
         vec_sub(force_n, own.s, force_n);
@@ -247,6 +247,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->tables = tables;
         view->is_coupled = view->is_solved = 0;
         view->brake_n_per_m = 0.0f;
+        view->share = 1.0f;
         vec_zero(view->v);
         pair_forget(view);
         pair->touches[finger] = pair->is_behind[finger] = 0;

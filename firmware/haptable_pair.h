@@ -226,6 +226,7 @@ struct haptable_pair_view {
     float m[6];                        /* its A^-1 */
     float s[3];                        /* its s */
     float alone[3];                    /* its A^-1 s */
+    float share;                       /* of what couples the two: 1, or less where the last energy was not definite */
     float v[3];                        /* this finger's, where is_solved */
     float brake_n_per_m;               /* with passivity: what takes back what was given, of the tick's motion */
     struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */

@@ -48,9 +48,15 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
     pair_couple(view, contact, point.own.e, &point.coupling);
     if (is_known) {
         vec_copy(energy->load_n, solved.v);
+        if (view->share < 1.0f) { /* the same place as another patch sees it */
+            pair_set(view->share, point.coupling.x, point.coupling.x);
+            pair_fade(view->share, &point.coupling);
+        }
         pair_other(view, point.coupling.x, solved.v, solved.other);
     } else {
-        pair_solve(view, &point.own.own, point.coupling.x, &solved);
+        struct haptable_pair_view* told = (struct haptable_pair_view*)view; /* of a model, which is no constant */
+        told->share = pair_solve(view, &point.own.own, point.coupling.x, &solved);
+        if (view->share < 1.0f) pair_fade(view->share, &point.coupling);
         energy->energy_j = solved.energy_j;
         put_load(tables->law, point.own.own.a, solved.v, energy->load_n);
         if (terms == HAPTABLE_ENERGY_LOAD) return;

@@ -330,6 +330,17 @@ static inline void pair_couple(const struct haptable_pair_view* view, const stru
     }
 }
 
+/* The same of a share of X, which is taken as it is: X has it already. */
+static inline void pair_fade(float share, struct pair_coupling* of) {
+    int b;
+    of->meeting.share *= share;
+    for (b = 0; b < 2; ++b) {
+        pair_set(share, of->first[b], of->first[b]);
+        of->meeting.first[b] *= share;
+    }
+    for (b = 0; b < 3; ++b) of->meeting.second[b] *= share;
+}
+
 static inline float pair_bilinear(const float x[9], const float v[3], const float w[3]) {
     float xw[3];
     pair_product(x, w, xw);
@@ -379,38 +390,57 @@ static inline void pair_other(const struct haptable_pair_view* view, const float
     vec_symmetric_product(view->m, pressed, other);
 }
 
-/* What is left of A at the least, as a part of it. */
+/* How much is left of each finger's compliance by itself, at the least: the mean of A_1^-1 N, which is that of
+ * A_2^-1 N_2 too. */
 #define HAPTABLE_PAIR_LEAST 0.015625f
 
-/* Places that load one node alone, next to fixed ones, load it alike however far apart they are: there N is lifted, as
- * is C beside a fixed vertex. */
-static inline int pair_keep_definite(const float a[6], float n[6]) {
-    const float missing = HAPTABLE_PAIR_LEAST * third_of_trace(a) - third_of_trace(n);
-    if (missing <= 0.0f) return 0;
-    n[0] += missing;
-    n[1] += missing;
-    n[2] += missing;
-    return 1;
+/* Places that load one node alone, next to fixed ones, load it alike however far apart they are, and N is nothing. The
+ * share of X that leaves HAPTABLE_PAIR_LEAST of it: 1, or less. It is of both fingers alike. */
+static inline float pair_keep_definite(const float a[6], const float n[6]) {
+    float inverse[6];
+    float left;
+    float share2;
+    if (third_of_trace(n) > 3.0f * HAPTABLE_PAIR_LEAST * third_of_trace(a)) return 1.0f; /* most */
+    pair_invert(a, inverse);
+    left = (inverse[0] * n[0] + inverse[1] * n[1] + inverse[2] * n[2] +
+            2.0f * (inverse[3] * n[3] + inverse[4] * n[4] + inverse[5] * n[5])) *
+           (1.0f / 3.0f);
+    if (left >= HAPTABLE_PAIR_LEAST) return 1.0f;
+    share2 = (1.0f - HAPTABLE_PAIR_LEAST) / (1.0f - left);
+    return share2 * vec_inverse_root(share2);
 }
 
-/* v of the first, and t. */
-static inline void pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
-                                    const float x[9], struct pair_solved* solved) {
+/* X A_2^-1 and N, of the share of X that keeps N definite: X becomes that. */
+static inline float pair_reduce_definite(const float a[6], const float m[6], float x[9], float xm[9], float n[6]) {
+    float share;
+    pair_reduce(a, x, m, xm, n);
+    share = pair_keep_definite(a, n);
+    if (share < 1.0f) {
+        pair_set(share, x, x);
+        pair_reduce(a, x, m, xm, n);
+    }
+    return share;
+}
+
+/* v of the first, and t; X as pair_reduce_definite leaves it. Returns its share. */
+static inline float pair_solve_place(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                                     float x[9], struct pair_solved* solved) {
     float n[6];
     float xm[9];
-    pair_reduce(own->a, x, view->m, xm, n);
-    (void)pair_keep_definite(own->a, n);
+    const float share = pair_reduce_definite(own->a, view->m, x, xm, n);
     pair_product(x, view->alone, solved->t);
     vec_sub(own->s, solved->t, solved->t);
     solved->n = factor(n);
     solve(&solved->n, solved->t, solved->v);
+    return share;
 }
 
-static inline void pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
-                              const float x[9], struct pair_solved* solved) {
-    pair_solve_place(view, own, x, solved);
+static inline float pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9],
+                               struct pair_solved* solved) {
+    const float share = pair_solve_place(view, own, x, solved);
     pair_other(view, x, solved->v, solved->other);
     solved->energy_j = 0.5f * vec_dot(solved->t, solved->v);
+    return share;
 }
 
 /* Curvature: hessian_j holds v . s_bc - 1/2 v A_bc v; y holds s_b - A_b v, and becomes N^-1 y. */
@@ -449,7 +479,7 @@ struct pair_system {
     struct factored n;
     float v[HAPTABLE_FINGERS][3];
     float alone[HAPTABLE_FINGERS][3]; /* v of each without the other */
-    int lifted;                       /* 1: N is, as A beside a fixed vertex */
+    int lifted;                       /* 1: less of X was taken, so that N is definite */
     float meets_m2[HAPTABLE_FINGERS]; /* u . q, q = u less what the other makes of it alone */
     int touches[HAPTABLE_FINGERS];    /* 0: where the other alone presses, its dent leaves this one behind */
 };
@@ -528,11 +558,14 @@ static inline void pair_press_alone(const struct haptable_pair_law* law, const s
 
 /* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored; then both v. before: pair_press_alone. */
 static inline void pair_press_both(const struct haptable_pair_own* first, const struct haptable_pair_own* second,
-                                   const float x[9], struct pair_system* system) {
+                                   float x[9], struct pair_system* system) {
     float n[6];
     float w[3];
-    pair_reduce(first->a, x, system->m, system->xm, n);
-    system->lifted = pair_keep_definite(first->a, n);
+    system->lifted = pair_reduce_definite(first->a, system->m, x, system->xm, n) < 1.0f;
+    if (system->lifted) {
+        pair_product(system->xm, second->s, w);
+        vec_sub(first->s, w, system->t);
+    }
     system->n = factor(n);
     solve(&system->n, system->t, system->v[0]);
     pair_transposed_product(x, system->v[0], w);

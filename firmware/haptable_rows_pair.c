@@ -33,30 +33,6 @@ static void put_block(const float own[6], float by, float (*a)[ROWS], int at) {
     a[at + 2][at] = by * own[5];
 }
 
-/* What the first's A is lifted by, as where it is solved for. */
-static float lift_of(const struct haptable_pair_own own[HAPTABLE_FINGERS], const float x[9]) {
-    float m[6];
-    float xm[9];
-    float n[6];
-    float before;
-    pair_invert(own[1].a, m);
-    pair_reduce(own[0].a, x, m, xm, n);
-    before = n[0];
-    (void)pair_keep_definite(own[0].a, n);
-    return n[0] - before;
-}
-
-/* C_11 of A + lift: of a stiffness A^-1 (A + lift) A^-1. */
-static void lift_first(const struct haptable_pair_law* law, float lift, float c[6]) {
-    const float row[3][3] = {{c[0], c[3], c[5]}, {c[3], c[1], c[4]}, {c[5], c[4], c[2]}};
-    const float by = law->is_stiffness ? lift : 0.0f;
-    int i;
-    for (i = 0; i < 3; ++i) {
-        c[i] += law->is_stiffness ? lift * vec_dot(row[i], row[i]) : lift;
-        c[3 + i] += by * vec_dot(row[i], row[(i + 1) % 3]);
-    }
-}
-
 /* C_21: X^T, or of a stiffness A_2^-1 X^T A_1^-1. */
 static void put_cross(const struct haptable_pair_law* law, float c[HAPTABLE_FINGERS][6], const float x[9], float by,
                       float (*a)[ROWS]) {
@@ -99,10 +75,14 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         }
     }
     if (growth[0] > 0.0f && growth[1] > 0.0f) {
+        float m[6];
         float x[9];
+        float xm[9];
+        float n[6];
         pair_cross_contacts(tables, pair, at[0], at[1], x);
+        pair_invert(own[1].a, m);
+        (void)pair_reduce_definite(own[0].a, m, x, xm, n);
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
-        lift_first(tables->law, lift_of(own, x), c[0]);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
         put_block(growth[f] > 0.0f ? c[f] : none, growth[f] > 0.0f ? growth[f] * growth[f] : 1.0f, a, 3 * f);

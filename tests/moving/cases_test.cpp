@@ -165,6 +165,29 @@ TEST_F(MovingCase, GodObjectsKeepTheirCoordinatesOverEdges) {
     }
 }
 
+// Where two fingers load one node alone, swapped ones feel swapped forces.
+TEST_F(MovingCase, SwappedFingersNextToFixedNodesFeelSwappedForces) {
+    open("lifted");
+    std::vector<std::array<Vector3d, 2>> felt;
+    for (const auto& fingers : at) {
+        session->step(fingers);
+        felt.push_back({session->felt(0).force_n, session->felt(1).force_n});
+    }
+    open("lifted", "lifted-swapped");
+    int both = 0;
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        session->step(at[tick]);
+        const double dents_m = (session->felt(0).inside_m - session->felt(0).god_m).norm() +
+                               (session->felt(1).inside_m - session->felt(1).god_m).norm();
+        for (std::size_t f = 0; f < 2; ++f)
+            ASSERT_WITHIN((session->felt(int(f)).force_n - felt[tick][1 - f]).norm(), .count = 16, .epsilon = kFloat,
+                          .condition = 64.0, .size = tables->stiffness_limit_n_per_m() * dents_m)
+                << "tick " << tick;
+        both += session->felt(0).touches && session->felt(1).touches;
+    }
+    EXPECT_GT(both, 50);
+}
+
 // A mass of next to nothing is refused by name, or moves and is felt as numbers.
 TEST_F(MovingCase, MassOfNextToNothingMakesNoNaN) {
     try {
