@@ -54,16 +54,20 @@ static void put_rows(const struct haptable_pair_model* tables, struct haptable_p
     }
 }
 
-/* Before a finger moves alone. A god-object that has rested moves with the other finger too. */
+/* Before a finger moves alone. A god-object that has rested moves with the other finger too. One that has no contact
+ * meets the surface as if alone (see meet). */
 static void tell(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                  const float finger_m[3], const float other_m[3]) {
     const int other = 1 - finger;
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
-    view->is_coupled = has_contact(&pair->servo[other]) && pair->touches[other];
+    float felt_m[3];
+    view->is_coupled = has_contact(servo) && has_contact(&pair->servo[other]) && pair->touches[other];
+    if (!has_contact(servo)) vec_zero(view->raised_m);
     if (!view->is_coupled) return;
-    look_at(tables, &pair->servo[other], other_m, view);
-    if (has_contact(servo)) put_rows(tables, pair, finger);
+    pair_felt(&pair->view[other], other_m, felt_m);
+    look_at(tables, &pair->servo[other], felt_m, view);
+    put_rows(tables, pair, finger);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
@@ -88,11 +92,13 @@ static void feel(const struct haptable_model* model, const struct haptable_conta
     const struct haptable_pair_law* law = view->tables->law;
     struct haptable_pair_own own;
     struct pair_solved solved;
+    float felt_m[3];
     if (view->is_solved) {
         law->load(model, contact, view->v, nodal_force_n, force_n);
         return;
     }
-    law->own(model, contact, finger_m, &own);
+    pair_felt(view, finger_m, felt_m);
+    law->own(model, contact, felt_m, &own);
     if (view->is_coupled) {
         float x[9];
         pair_cross(view, contact, x);
@@ -121,58 +127,189 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     vec_add_scaled(-by, motion_m, force_n);
 }
 
-static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+/* A finger's place, of the position that its servo has. */
+static void own_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
+                   struct haptable_pair_own* own) {
     const struct haptable_servo* servo = &pair->servo[finger];
-    struct haptable_pair_own own;
-    struct factored factored;
-    tables->law->own(tables->model, &servo->contact, servo->finger_m, &own);
-    factored = factor(own.a);
-    solve(&factored, own.s, pair->view[finger].v);
-    pair->touches[finger] = 1;
-    pair->touches[1 - finger] = 0;
-    pair->energy_j = 0.5f * vec_dot(own.s, pair->view[finger].v);
+    float felt_m[3];
+    pair_felt(&pair->view[finger], servo->finger_m, felt_m);
+    tables->law->own(tables->model, &servo->contact, felt_m, own);
 }
 
-/* A finger is left behind by far where the other's dent is deeper by this part of its own. */
-#define BEHIND 1.0f
+static int is_raised(const struct haptable_pair* pair, int finger) {
+    const float* raised_m = pair->view[finger].raised_m;
+    return vec_dot(raised_m, raised_m) > 0.0f;
+}
 
-/* A finger whose god-object may be far aside: it does not touch where it would have to pull. */
-static void note_pull(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                      const struct haptable_pair_own* own, const float u[3], struct pair_system* system) {
+/* The dent and, to tell whether the finger presses, u. */
+static void dent_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger, float u[3],
+                    float dent[3]) {
+    const struct haptable_servo* servo = &pair->servo[finger];
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    pair_felt(&pair->view[finger], u, dent);
+    if (is_raised(pair, finger)) pair_inwards(tables->model, servo->contact.patch, u);
+}
+
+/* One that is alone touches but where it has come out of its dent, as the other has left. */
+static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int is_off) {
+    float* v = pair->view[finger].v;
+    struct haptable_pair_own own;
+    struct factored factored;
+    float u[3];
+    float dent[3];
+    own_of(tables, pair, finger, &own);
+    dent_of(tables, pair, finger, u, dent);
+    factored = factor(own.a);
+    solve(&factored, own.s, v);
+    pair->touches[finger] = !is_off && (!(vec_dot(u, dent) < 0.0f) || grabs(&pair->servo[finger]));
+    pair->touches[1 - finger] = 0;
+    if (!pair->touches[finger]) vec_zero(v);
+    pair->energy_j = 0.5f * vec_dot(own.s, v);
+}
+
+/* ---- a surface that the other has raised ---------------------------------------------------------------------- */
+
+/* How far the one finger, pressing alone, has moved the surface at the other's contact. */
+static void moved_by(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int by,
+                     float moved_m[3]) {
+    struct haptable_pair_own own;
+    struct factored factored;
+    float alone[3];
+    float x[9];
+    own_of(tables, pair, by, &own);
+    factored = factor(own.a);
+    solve(&factored, own.s, alone);
+    pair_cross_contacts(tables, pair, &pair->servo[0].contact, &pair->servo[1].contact, x);
+    if (finger == 1) pair_transpose(x);
+    pair_product(x, alone, moved_m);
+    if (!tables->law->is_stiffness) return;
+    own_of(tables, pair, finger, &own);
+    factored = factor(own.a);
+    vec_copy(moved_m, alone);
+    solve(&factored, alone, moved_m);
+}
+
+/* Sets raised_m to where the surface was moved, but along the outward normal to `along`, of the normal's length. */
+static void put_raised(const struct haptable_pair_model* tables, const float moved_m[3], const float normal[3],
+                       float along, float raised_m[3]) {
+    if (!tables->energy && !(along > 0.0f)) { /* a nearest god-object's tangent is the law's */
+        vec_zero(raised_m);
+        return;
+    }
+    vec_copy(moved_m, raised_m);
+    vec_add_scaled((along - vec_dot(normal, moved_m)) / vec_dot(normal, normal), normal, raised_m);
+}
+
+/* A finger that meets a surface that the other has moved begins there with no force, as at a body at rest; what the
+ * other has lowered it has still to reach. */
+static void meet_moved(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     float edge1[3];
     float edge2[3];
     float normal[3];
-    float pull;
+    float moved_m[3];
+    float along;
     patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
-    pull = pair_pull(tables, normal, own, system->v[finger], system->alone[finger]);
-    if (pull > 0.0f) system->touches[finger] = 0;
-    pair->is_behind[finger] = (uint8_t)(pull > BEHIND || system->meets_m2[finger] < -BEHIND * vec_dot(u, u));
+    moved_by(tables, pair, finger, 1 - finger, moved_m);
+    along = vec_dot(normal, moved_m);
+    put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, pair->view[finger].raised_m);
+}
+
+/* A finger that gave no force begins anew where it is: the surface that it had met is lower now, or was aside. As it is
+ * left behind its god-object goes to the nearest point, and begins there. Returns 1 where it does not press yet. */
+static int meet_again(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+    float* raised_m = pair->view[finger].raised_m;
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    float moved_m[3] = {0.0f, 0.0f, 0.0f};
+    float along;
+    float was;
+    int presses;
+    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
+    if (pair->touches[1 - finger]) moved_by(tables, pair, finger, 1 - finger, moved_m);
+    vec_sub(moved_m, pair->servo[finger].finger_m, moved_m);
+    vec_add_scaled(1.0f, pair->servo[finger].contact.god_object_m, moved_m);
+    along = vec_dot(normal, moved_m); /* from the finger up to the surface */
+    was = vec_dot(normal, raised_m);
+    presses = was < along && (!tables->energy || pair->view[finger].left_ticks > 1);
+    if (presses) along = was;
+    put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, raised_m);
+    return !presses;
+}
+
+/* Of two that meet the surface at once neither has moved it yet. */
+static void meet(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        const struct haptable_servo* servo = &pair->servo[f];
+        struct haptable_pair_view* view = &pair->view[f];
+        if (!has_contact(servo)) pair->touches[f] = 0;
+        if (has_contact(servo) && view->met == servo->counters.contacts) continue;
+        view->is_new = (uint8_t)has_contact(servo);
+        if (view->is_new) pair->touches[f] = 1;
+        view->met = servo->counters.contacts;
+        vec_zero(view->raised_m);
+    }
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        if (pair->view[f].is_new && !pair->view[1 - f].is_new && pair->touches[1 - f]) meet_moved(tables, pair, f);
+}
+
+/* Those that gave no force before this tick, and which of them do not yet. */
+static void meet_left(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                      int is_off[HAPTABLE_FINGERS]) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        struct haptable_pair_view* view = &pair->view[f];
+        is_off[f] = 0;
+        if (!has_contact(&pair->servo[f]) || view->is_new || pair->touches[f]) continue;
+        if (view->left_ticks < 2) ++view->left_ticks;
+        is_off[f] = meet_again(tables, pair, f) && !grabs(&pair->servo[f]);
+    }
+}
+
+/* Before a tick. */
+static void begin_meeting(struct haptable_pair* pair) {
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        pair->view[f].is_new = 0;
+        if (pair->touches[f]) pair->view[f].left_ticks = 0;
+    }
+}
+
+static void keep_pressing(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
+                          const struct haptable_pair_own* own, const float u[3], struct pair_system* system) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
+    pair_keep_pressing(tables, normal, own, is_raised(pair, finger), u, finger, system);
 }
 
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
-static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                      const int is_off[HAPTABLE_FINGERS]) {
     const struct haptable_contact* at[HAPTABLE_FINGERS] = {&pair->servo[0].contact, &pair->servo[1].contact};
     struct haptable_pair_own own[HAPTABLE_FINGERS];
     struct pair_system system;
     float u[HAPTABLE_FINGERS][3];
+    float dent[HAPTABLE_FINGERS][3];
     float x[9];
     int touches[HAPTABLE_FINGERS];
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        const struct haptable_servo* servo = &pair->servo[finger];
-        tables->law->own(tables->model, at[finger], servo->finger_m, &own[finger]);
-        vec_sub(servo->finger_m, at[finger]->god_object_m, u[finger]);
+        own_of(tables, pair, finger, &own[finger]);
+        dent_of(tables, pair, finger, u[finger], dent[finger]);
     }
     pair_cross_contacts(tables, pair, at[0], at[1], x);
-    pair_press_alone(tables->law, &own[0], &own[1], u, x, &system);
+    pair_press_alone(tables->law, &own[0], &own[1], u, dent, x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        touches[finger] = system.touches[finger] || grabs(&pair->servo[finger]);
+        touches[finger] = !is_off[finger] && (system.touches[finger] || grabs(&pair->servo[finger]));
     if (tables->energy || touches[0] == touches[1]) pair_press_both(&own[0], &own[1], x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         if (tables->energy) {
-            note_pull(tables, pair, finger, &own[finger], u[finger], &system);
-            touches[finger] = system.touches[finger] || grabs(&pair->servo[finger]);
+            keep_pressing(tables, pair, finger, &own[finger], u[finger], &system);
+            touches[finger] = !is_off[finger] && (system.touches[finger] || grabs(&pair->servo[finger]));
         }
     }
     if (touches[0] == touches[1]) {
@@ -192,11 +329,14 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
 static void solve_pair(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
     const int first = has_contact(&pair->servo[0]);
     const int second = has_contact(&pair->servo[1]);
+    int is_off[HAPTABLE_FINGERS];
+    meet(tables, pair);
+    meet_left(tables, pair, is_off);
     pair->view[0].is_solved = pair->view[1].is_solved = 1;
     if (first && second) {
-        solve_two(tables, pair);
+        solve_two(tables, pair, is_off);
     } else if (first || second) {
-        solve_one(tables, pair, first ? 0 : 1);
+        solve_one(tables, pair, first ? 0 : 1, is_off[first ? 0 : 1]);
     } else {
         pair->touches[0] = pair->touches[1] = 0;
         pair->energy_j = 0.0f;
@@ -204,9 +344,11 @@ static void solve_pair(const struct haptable_pair_model* tables, struct haptable
 }
 
 /* What a contact stores, whose load is known. */
-static float stored_by(const struct haptable_contact* contact, const float x_m[3]) {
+static float stored_by(const struct haptable_pair_view* view, const struct haptable_contact* contact,
+                       const float x_m[3]) {
     float u[3];
-    vec_sub(x_m, contact->god_object_m, u);
+    pair_felt(view, x_m, u);
+    vec_sub(u, contact->god_object_m, u);
     return 0.5f * vec_dot(u, contact->load_n);
 }
 
@@ -221,7 +363,7 @@ static void go_free(const struct haptable_model* model, struct haptable_servo* s
     if (view->is_coupled && freed) {
         struct haptable_contact at = *freed;
         if (tables->track(view, servo, x_m, FREE_STEPS, &at) > 0 &&
-            stored_by(&at, x_m) <= stored_by(&servo->contact, x_m)) {
+            stored_by(view, &at, x_m) <= stored_by(view, &servo->contact, x_m)) {
             model->freed->at = at;
             vec_copy(x_m, servo->finger_m); /* it stays, and so does a god-object that rests */
         }
@@ -248,9 +390,12 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->is_coupled = view->is_solved = 0;
         view->brake_n_per_m = 0.0f;
         view->share = 1.0f;
+        view->met = 0;
+        view->is_new = view->left_ticks = 0;
+        vec_zero(view->raised_m);
         vec_zero(view->v);
         pair_forget(view);
-        pair->touches[finger] = pair->is_behind[finger] = 0;
+        pair->touches[finger] = 0;
         pair->net.patch[finger] = HAPTABLE_NONE;
     }
     pair->check.field = pair->check.verdict = 0;
@@ -299,10 +444,6 @@ static int is_left(const struct haptable_pair* pair, int finger) {
     return has_contact(&pair->servo[finger]) && has_contact(&pair->servo[1 - finger]) && !pair->touches[finger];
 }
 
-static int is_far_left(const struct haptable_pair* pair, int finger) {
-    return is_left(pair, finger) && pair->is_behind[finger];
-}
-
 /* 1 where nothing but its energy moves it. */
 static int goes_on_alone(const struct haptable_servo* servo) {
     return servo->finger_known && !servo->segment.unfinished && servo->undecided_ticks == 0 && !grabs(servo) &&
@@ -311,16 +452,12 @@ static int goes_on_alone(const struct haptable_servo* servo) {
                0.0f;
 }
 
-/* Of two of which one is left behind. 1 where the tick's work on the god-object is done: it is where it rests while the
- * other stays, or, where it is the one left behind, a step nearer to that. */
+/* Of two of which the other is left behind. 1 where the tick's work on the god-object is done: it is where it rests. */
 static int track(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                  const float finger_m[3]) {
-    struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
-    if (!tables->track) return 0;
-    if (is_left(pair, finger)) return view->is_coupled && tables->track(view, servo, finger_m, 1, &servo->contact) >= 0;
-    return is_left(pair, 1 - finger) && !tables->model->frictionless && goes_on_alone(servo) &&
-           tables->track(view, servo, finger_m, FREE_STEPS, &servo->contact) > 0;
+    return tables->track && is_left(pair, 1 - finger) && !tables->model->frictionless && goes_on_alone(servo) &&
+           tables->track(&pair->view[finger], servo, finger_m, FREE_STEPS, &servo->contact) > 0;
 }
 
 /* One that is left behind gives no force: it goes to the nearest point, where the surface would meet it again. */
@@ -330,7 +467,7 @@ static void move_finger(const struct haptable_pair_model* tables, struct haptabl
     struct haptable_servo* servo = &pair->servo[finger];
     if (!(tables->energy || tables->model->frictionless)) {
         move(model, servo, finger_m, motion_m);
-    } else if (is_far_left(pair, finger) || (!tables->energy && is_left(pair, finger))) {
+    } else if (is_left(pair, finger)) {
         model->god_object = haptable_god_object_nearest;
         move(model, servo, finger_m, motion_m);
         model->god_object = tables->model->god_object;
@@ -391,7 +528,7 @@ static void leave_behind(const struct haptable_pair_model* tables, struct haptab
     const int other = pair->touches[0] ? 0 : 1;
     if (!has_contact(&pair->servo[0]) || !has_contact(&pair->servo[1])) return;
     vec_zero(pair->view[1 - other].v);
-    solve_one(tables, pair, other);
+    solve_one(tables, pair, other, 0);
     pair->view[0].is_solved = pair->view[1].is_solved = 1;
 }
 
@@ -418,6 +555,7 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger])
             move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
+    meet(tables, pair);
     if (!together) return;
     if (!left && (is_left(pair, 0) || is_left(pair, 1))) { /* as they settled */
         leave_behind(tables, pair);
@@ -437,6 +575,7 @@ void haptable_pair_step(const struct haptable_pair_model* tables, struct haptabl
     int finger;
     pair->evaluations = 0;
     pair->looks = 0;
+    begin_meeting(pair);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         vec_zero(motion_m[finger]);
         pair->view[finger].tracked = 0;
@@ -455,12 +594,28 @@ void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct 
     float motion_m[HAPTABLE_FINGERS][3];
     vec_zero(motion_m[1 - finger]);
     pair->view[0].is_solved = pair->view[1].is_solved = 0;
+    begin_meeting(pair);
     pair->is_following = 0;
     if (!begin(tables, pair, finger, finger_m, now_us, out)) return;
     move_finger(tables, pair, finger, finger_m, pair->servo[1 - finger].finger_m, motion_m[finger]);
     solve_pair(tables, pair);
     if (tables->model->passivity) observe(pair, motion_m);
     finish(pair, finger, motion_m[finger], out);
+}
+
+void haptable_pair_step_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                            const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
+    struct haptable_pair_view* view = &pair->view[finger];
+    struct haptable_servo* servo = &pair->servo[finger];
+    if (has_contact(servo) && vec_dot(view->raised_m, view->raised_m) > 0.0f) {
+        haptable_pair_step_finger(tables, pair, finger, finger_m, now_us, out);
+    } else {
+        vec_zero(view->raised_m);
+        haptable_step(tables->model, servo, finger_m, now_us, out);
+        view->met = servo->counters.contacts;
+        pair->touches[finger] = (uint8_t)has_contact(servo);
+        pair->touches[1 - finger] = 0;
+    }
 }
 
 int haptable_pair_watch(struct haptable_pair* pair, int finger, uint32_t now_us, struct haptable_output* out) {

@@ -228,6 +228,10 @@ struct haptable_pair_view {
     float alone[3];                    /* its A^-1 s */
     float share;                       /* of what couples the two: 1, or less where the last energy was not definite */
     float v[3];                        /* this finger's, where is_solved */
+    uint8_t is_new;                    /* 1: its contact began in the last tick */
+    uint8_t left_ticks;                /* that the other left it behind, up to 2 */
+    uint32_t met;                      /* contacts of its servo, as raised_m is of the last */
+    float raised_m[3];                 /* of its contact: the surface is as far outwards as the other had it then */
     float brake_n_per_m;               /* with passivity: what takes back what was given, of the tick's motion */
     struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */
 };
@@ -253,10 +257,9 @@ struct haptable_pair {
     uint8_t is_following; /* ticks that both rested together by one curvature, the last among them; 0: not */
     uint8_t evaluations;  /* of both fingers' energy at once, in the last tick: at most HAPTABLE_PAIR_EVALUATIONS */
     uint16_t looks;       /* of the last tick: at most HAPTABLE_PAIR_LOOKS */
-    uint8_t touches[HAPTABLE_FINGERS];   /* 0: no contact, or the other's dent leaves it behind: it gives no force */
-    uint8_t is_behind[HAPTABLE_FINGERS]; /* 1: by far, so that its god-object is the nearest point */
-    float energy_j;                      /* stored by both, of the last tick */
-    float given_j;                       /* with passivity: energy given to both hands, less what was taken */
+    uint8_t touches[HAPTABLE_FINGERS]; /* 0: no contact, or the other's dent leaves it behind: it gives no force */
+    float energy_j;                    /* stored by both, of the last tick */
+    float given_j;                     /* with passivity: energy given to both hands, less what was taken */
 };
 
 /* Two servos without a contact. before: tables' model does not name `relax`. */
@@ -270,6 +273,10 @@ void haptable_pair_step(const struct haptable_pair_model* tables, struct haptabl
 /* One tick of one finger, the other staying where it was: for devices that do not share a clock. */
 void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                                const float finger_m[3], uint32_t now_us, struct haptable_output* out);
+
+/* One tick of one finger, the other being not there: as in a scene with one, but where that had raised the surface. */
+void haptable_pair_step_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                            const float finger_m[3], uint32_t now_us, struct haptable_output* out);
 
 /* As haptable_check, of the model's tables and the coupling's, for both fingers: not haptable_check of each. */
 void haptable_pair_check(const struct haptable_pair_model* tables, struct haptable_pair* pair, uint32_t bytes);

@@ -70,8 +70,10 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
 void haptable_pair_energy(const struct haptable_model* model, const struct haptable_contact* contact,
                           const float finger_m[3], enum haptable_energy_terms terms, struct haptable_energy* energy) {
     const struct haptable_pair_view* view = pair_view_of(model);
+    float felt_m[3];
+    pair_felt(view, finger_m, felt_m);
     if (view->is_coupled)
-        put_energy(view, contact, finger_m, terms, energy);
+        put_energy(view, contact, felt_m, terms, energy);
     else
-        view->tables->model->energy(model, contact, finger_m, terms, energy);
+        view->tables->model->energy(model, contact, felt_m, terms, energy);
 }

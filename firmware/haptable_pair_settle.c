@@ -36,6 +36,9 @@ struct place {
 struct both {
     const struct haptable_pair_model* tables;
     const float* const* x_m;
+    float felt_m[HAPTABLE_FINGERS][3]; /* where their dents end */
+    int is_raised[HAPTABLE_FINGERS];   /* 1: not at x_m */
+    float u[HAPTABLE_FINGERS][3];      /* to tell whether they press */
     struct place place[HAPTABLE_FINGERS];
     struct pair_system system;
     float row[HAPTABLE_PAIR_CONTROLS][9]; /* sum_l w_l C_kl */
@@ -366,15 +369,18 @@ static int solve_points(struct both* both, struct haptable_pair_net* net) {
     const struct haptable_pair_model* tables = both->tables;
     struct place* here = both->place;
     const struct haptable_pair_own* own[HAPTABLE_FINGERS] = {&here[0].point.own, &here[1].point.own};
-    float u[HAPTABLE_FINGERS][3];
+    float(*u)[3] = both->u;
+    float dent[HAPTABLE_FINGERS][3];
     int f;
     put_meeting(both);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         pair_weights(pair_count(tables->law), here[f].at.alpha, here[f].weight);
-        vec_copy(here[f].point.u, u[f]);
+        vec_sub(both->x_m[f], here[f].at.god_object_m, u[f]);
+        vec_copy(here[f].point.u, dent[f]);
+        if (both->is_raised[f]) pair_inwards(tables->model, here[f].at.patch, u[f]);
     }
     put_rows(both, pair_net(tables, net, here[0].at.patch, here[1].at.patch));
-    pair_press_alone(tables->law, own[0], own[1], u, both->x, &both->system);
+    pair_press_alone(tables->law, own[0], own[1], u, dent, both->x, &both->system);
     pair_press_both(own[0], own[1], both->x, &both->system);
     both->energy_j = 0.5f * (vec_dot(own[0]->s, both->system.v[0]) + vec_dot(own[1]->s, both->system.v[1]));
     return !both->system.lifted;
@@ -386,7 +392,7 @@ static int solve_places(struct both* both, struct haptable_pair_net* net) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
-        tables->bend->open(tables->model, &here->at, both->x_m[f], &here->point);
+        tables->bend->open(tables->model, &here->at, both->felt_m[f], &here->point);
     }
     return solve_points(both, net);
 }
@@ -397,8 +403,8 @@ static int solve_again(struct both* both, struct haptable_pair_net* net) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
-        tables->law->own(tables->model, &here->at, both->x_m[f], &here->point.own);
-        vec_sub(both->x_m[f], here->at.god_object_m, here->point.u);
+        tables->law->own(tables->model, &here->at, both->felt_m[f], &here->point.own);
+        vec_sub(both->felt_m[f], here->at.god_object_m, here->point.u);
     }
     return solve_points(both, net);
 }
@@ -606,7 +612,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     vec_zero(at.alpha);
     for (k = 0; k < 3; ++k)
         if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
-    tables->bend->open(tables->model, &at, both->x_m[f], &point);
+    tables->bend->open(tables->model, &at, both->felt_m[f], &point);
     tables->bend->slope(tables->model, &at, &point, v, &slope);
     for (k = 0; k < pair_count(tables->law); ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
     if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
@@ -852,8 +858,7 @@ static int end(struct both* both, struct haptable_pair* pair, const float step[M
         const struct haptable_pair_point* point = &both->place[f].point;
         float normal[3];
         vec_cross(point->e[0], point->e[1], normal);
-        if (pair_pull(both->tables, normal, &point->own, both->system.v[f], both->system.alone[f]) > 0.0f)
-            both->system.touches[f] = 0;
+        pair_keep_pressing(both->tables, normal, &point->own, both->is_raised[f], both->u[f], f, &both->system);
     }
     if (both->system.touches[0] != both->system.touches[1]) {
         pair->touches[both->system.touches[0] ? 1 : 0] = 0;
@@ -999,6 +1004,8 @@ static int begin_both(struct both* both, struct haptable_pair* pair) {
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         if (!may_settle(pair, f)) return 0;
+        pair_felt(&pair->view[f], both->x_m[f], both->felt_m[f]);
+        both->is_raised[f] = gap2(both->x_m[f], both->felt_m[f]) > 0.0f;
         here->at = pair->servo[f].contact;
         find_ways(here);
     }

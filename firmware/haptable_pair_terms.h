@@ -194,6 +194,23 @@ static inline void pair_weights(int count, const float alpha[3], float weight[])
     }
 }
 
+/* Where a contact's dent ends. It begins where the finger met the surface, as the other had raised it. */
+static inline void pair_felt(const struct haptable_pair_view* view, const float x_m[3], float felt_m[3]) {
+    felt_m[0] = x_m[0] + view->raised_m[0];
+    felt_m[1] = x_m[1] + view->raised_m[1];
+    felt_m[2] = x_m[2] + view->raised_m[2];
+}
+
+/* u of a finger whose dent begins elsewhere, to tell whether it presses: straight into its patch, of any length. */
+static inline void pair_inwards(const struct haptable_model* model, uint16_t patch, float u[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(model, patch, edge1, edge2, normal);
+    vec_zero(u);
+    vec_sub(u, normal, u);
+}
+
 /* ---- how two places are coupled ------------------------------------------------------------------------------- */
 
 /* What is left of the coupling, and how that changes with the place of the first: 1 where the fingers are apart. */
@@ -480,7 +497,6 @@ struct pair_system {
     float v[HAPTABLE_FINGERS][3];
     float alone[HAPTABLE_FINGERS][3]; /* v of each without the other */
     int lifted;                       /* 1: less of X was taken, so that N is definite */
-    float meets_m2[HAPTABLE_FINGERS]; /* u . q, q = u less what the other makes of it alone */
     int touches[HAPTABLE_FINGERS];    /* 0: where the other alone presses, its dent leaves this one behind */
 };
 
@@ -524,16 +540,17 @@ static inline void pair_cross_contacts(const struct haptable_pair_model* tables,
     if (near > 0.0f) pair_set(1.0f - HAPTABLE_PAIR_MEETING * near * near, x, x);
 }
 
-/* What each finger makes of the surface alone, A_2^-1 and t, and which fingers touch: one does unless u . q < 0. */
+/* What each finger makes of the surface alone, A_2^-1 and t, and which fingers touch: one does unless u . q < 0.
+ * dent: u and raised_m, which q is of. */
 static inline void pair_press_alone(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
                                     const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
-                                    const float x[9], struct pair_system* system) {
+                                    float dent[HAPTABLE_FINGERS][3], const float x[9], struct pair_system* system) {
     const struct factored own = factor(first->a);
     float t[3];
     pair_invert(second->a, system->m);
     if (law->is_stiffness) {
-        vec_copy(u[0], system->alone[0]);
-        vec_copy(u[1], system->alone[1]);
+        vec_copy(dent[0], system->alone[0]);
+        vec_copy(dent[1], system->alone[1]);
     } else {
         solve(&own, first->s, system->alone[0]);
         vec_symmetric_product(system->m, second->s, system->alone[1]);
@@ -545,15 +562,13 @@ static inline void pair_press_alone(const struct haptable_pair_law* law, const s
     if (law->is_stiffness) { /* q = A^-1 t */
         float w[3];
         solve(&own, u[0], w);
-        system->meets_m2[0] = vec_dot(w, system->t);
+        system->touches[0] = !(vec_dot(w, system->t) < 0.0f);
         vec_symmetric_product(system->m, u[1], w);
-        system->meets_m2[1] = vec_dot(w, t);
+        system->touches[1] = !(vec_dot(w, t) < 0.0f);
     } else {
-        system->meets_m2[0] = vec_dot(u[0], system->t);
-        system->meets_m2[1] = vec_dot(u[1], t);
+        system->touches[0] = !(vec_dot(u[0], system->t) < 0.0f);
+        system->touches[1] = !(vec_dot(u[1], t) < 0.0f);
     }
-    system->touches[0] = !(system->meets_m2[0] < 0.0f);
-    system->touches[1] = !(system->meets_m2[1] < 0.0f);
 }
 
 /* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored; then both v. before: pair_press_alone. */
@@ -580,19 +595,23 @@ static inline void pair_keep_known(struct haptable_servo* servo) {
     servo->sensitivity_per_m[0][0] = 1e-12f;
 }
 
-/* How much the surface would have to be pulled at a contact, as a part of how much that presses on it without the
- * other; 0 where it does not press then. Where it is pulled the other's dent leaves it behind, wherever its god-object
- * has gone. */
-static inline float pair_pull(const struct haptable_pair_model* tables, const float normal[3],
-                              const struct haptable_pair_own* own, const float v[3], const float alone[3]) {
-    float along[3];
-    float pressed;
-    if (tables->law->is_stiffness)
-        vec_symmetric_product(own->a, normal, along);
-    else
-        vec_copy(normal, along);
-    pressed = -vec_dot(along, alone);
-    return pressed > 0.0f ? vec_dot(along, v) / pressed : 0.0f;
+/* A force ends where it is none: with least energy a finger that the other alone would leave behind touches while both
+ * press on it, along u. It does not where the surface would have to be pulled there, wherever its god-object has gone;
+ * of one that met the surface as it is at rest only if that presses on it without the other. */
+static inline void pair_keep_pressing(const struct haptable_pair_model* tables, const float normal[3],
+                                      const struct haptable_pair_own* own, int is_raised, const float u[3], int finger,
+                                      struct pair_system* system) {
+    float load[3];
+    float alone[3];
+    if (tables->law->is_stiffness) {
+        vec_symmetric_product(own->a, system->v[finger], load);
+        vec_symmetric_product(own->a, system->alone[finger], alone);
+    } else {
+        vec_copy(system->v[finger], load);
+        vec_copy(system->alone[finger], alone);
+    }
+    if (vec_dot(u, load) >= 0.0f) system->touches[finger] = 1;
+    if (vec_dot(normal, load) > 0.0f && (is_raised || vec_dot(normal, alone) < 0.0f)) system->touches[finger] = 0;
 }
 
 static inline const struct haptable_pair_view* pair_view_of(const struct haptable_model* model) {

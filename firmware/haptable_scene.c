@@ -45,7 +45,7 @@ void haptable_step_held(const struct haptable_scene* scene, void* state, const s
     int finger;
     haptable_scene_begin(scene, state, in, now_us, out);
     for (finger = 0; finger < haptable_scene_fingers(scene); ++finger) vec_copy(in[finger].finger_m, x_m[finger]);
-    scene->contacts(scene, state, in, (const float(*)[3])x_m, now_us, out);
+    scene->contacts(scene, state, in, x_m, now_us, out);
 }
 
 unsigned haptable_scene_watch(const struct haptable_scene* scene, void* state, uint32_t now_us,

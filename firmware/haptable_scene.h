@@ -56,9 +56,10 @@ struct haptable_account {
 
 struct haptable_scene;
 
-/* A tick of all contacts, x_m in body coordinates as the modes have left the surface. */
+/* A tick of all contacts, x_m in body coordinates as the modes have left the surface. after: x_m less a contact's
+ * god-object is its dent. */
 typedef void haptable_contacts_fn(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
-                                  const float x_m[][3], uint32_t now_us, struct haptable_output out[]);
+                                  float x_m[][3], uint32_t now_us, struct haptable_output out[]);
 
 /* A tick of the scene, as haptable_scene_step: of contacts alone, or of a body that moves under them. */
 typedef void haptable_step_fn(const struct haptable_scene* scene, void* state, const struct haptable_input in[],

@@ -10,7 +10,7 @@ void haptable_init_one(const struct haptable_scene* scene, void* state) {
 }
 
 void haptable_contact_of_one(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
-                             const float x_m[][3], uint32_t now_us, struct haptable_output out[]) {
+                             float x_m[][3], uint32_t now_us, struct haptable_output out[]) {
     if (in[0].is_there) haptable_step(scene->model, haptable_scene_servo(state, 0), x_m[0], now_us, &out[0]);
 }
 

@@ -549,7 +549,7 @@ TEST(Pair, AFingerFarBehindIsAtTheNearestPoint) {
         for (int i = 0; i < 300; ++i) {
             const Vector3d second(0.0181, 0.0152, 0.0301 - 2e-6 * std::clamp(i - 150, 0, 100));
             for (haptable_servo& servo : pair.state().servo) servo.counters.most_energies = 0;
-            const bool was_behind = pair.state().is_behind[1] != 0;
+            const bool was_behind = haptable_touches(pair.out[1].state) && !pair.touches(1);
             pair.to({0.0126, 0.0152, 0.0301 - 3e-5 * std::min(i, 150)}, second);
             if (!was_behind || !haptable_touches(pair.out[1].state)) continue;
             ++behind;

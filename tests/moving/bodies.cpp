@@ -55,6 +55,8 @@ bool is_scanned(int i, int j, int k) {
 
 Shaped block() { return {"block", bar({3, 3, 3}, {0.03, 0.03, 0.03})}; }
 Shaped plate() { return {"plate", bar({4, 4, 2}, {0.04, 0.04, 0.008})}; }
+Shaped slab() { return {"slab", bar({4, 4, 2}, {0.04, 0.015, 0.04})}; }
+Shaped sheet() { return {"sheet", bar({6, 1, 4}, {0.04, 0.003, 0.02})}; }
 Shaped rod() { return {"rod", bar({8, 2, 2}, {0.06, 0.01, 0.01})}; }
 Shaped ball() { return {"ball", sphere_cells(4, 0.018)}; }
 Shaped ring() { return {"ring", torus_cells(12, 2, 0.02, 0.007)}; }

@@ -19,6 +19,8 @@ struct Shaped {
 
 Shaped block();       ///< a cube
 Shaped plate();       ///< 40 x 40 x 8 mm
+Shaped slab();        ///< 40 x 40 x 15 mm
+Shaped sheet();       ///< 40 x 20 x 3 mm, which stands on its edge
 Shaped rod();         ///< 60 x 10 x 10 mm
 Shaped ball();        ///< of radius 18 mm
 Shaped ring();        ///< a torus of 27 mm

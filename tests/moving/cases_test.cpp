@@ -165,6 +165,46 @@ TEST_F(MovingCase, GodObjectsKeepTheirCoordinatesOverEdges) {
     }
 }
 
+// Around the loop no energy is given, and no force steps where a finger enters the face that the other has bulged.
+TEST_F(MovingCase, LoopThroughARaisedFaceGivesNothing) {
+    open("pairloop");
+    double given_j = 0.0, paid_j = 0.0, step_n = 0.0;
+    std::array<Felt, 2> last;
+    for (std::size_t tick = 0; tick < at.size(); ++tick) {
+        session->step(at[tick]);
+        for (std::size_t f = 0; f < 2 && tick > 0; ++f) {
+            const Felt& felt = session->felt(int(f));
+            given_j += 0.5 * (felt.force_n + last[f].force_n).dot(felt.at_m - last[f].at_m);
+            step_n = std::max(step_n, (felt.force_n - last[f].force_n).norm());
+        }
+        paid_j = std::max(paid_j, -given_j);
+        last = {session->felt(0), session->felt(1)};
+    }
+    EXPECT_LE(given_j, 1e-3 * paid_j) << "of " << 1e6 * paid_j << " uJ";
+    EXPECT_LE(step_n, 2.0 * tables->stiffness_limit_n_per_m() * 5e-5) << "two ways of 25 um a tick";
+    EXPECT_GT(paid_j, 1e-4);
+}
+
+// In the plane of a face a finger is met once and let go once.
+TEST_F(MovingCase, FingerInThePlaneOfAFaceDoesNotChatter) {
+    open("chatter");
+    int changes = 0, both = 0;
+    double step_n = 0.0;
+    std::array<Felt, 2> last;
+    for (const auto& fingers : at) {
+        session->step(fingers);
+        for (std::size_t f = 0; f < 2; ++f) {
+            changes += session->felt(int(f)).touches != last[f].touches;
+            step_n = std::max(step_n, (session->felt(int(f)).force_n - last[f].force_n).norm());
+        }
+        last = {session->felt(0), session->felt(1)};
+        both += last[0].touches && last[1].touches;
+    }
+    EXPECT_LE(changes, 4);
+    EXPECT_LE(step_n, 2.0 * tables->stiffness_limit_n_per_m() * 5e-5);
+    EXPECT_GT(both, 50);
+}
+
 // Where two fingers load one node alone, swapped ones feel swapped forces.
 TEST_F(MovingCase, SwappedFingersNextToFixedNodesFeelSwappedForces) {
     open("lifted");
