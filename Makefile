@@ -511,7 +511,7 @@ $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(RE
 $(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(BUILD)/host/bench/error/calculix.cpp.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(patsubst %,$(BUILD)/host/bench/error/%.cpp.o,bricks calculix footprint) $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

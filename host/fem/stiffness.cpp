@@ -65,13 +65,10 @@ void assemble_cells(const ElementMesh& mesh, Unknowns unknown, std::int32_t unkn
 
 }  // namespace
 
-// Of average nodal pressure half of mu: far from locking, it holds down what the averages do not see. Quadratic
-// tetrahedra keep 1.5 mu, all of it up to Poisson's ratio 0.3: as far as they are exact enough by themselves
-// (docs/design/elements.md).
+// Half of mu: far from locking, it holds down what the averages do not see, and under a finger of one edge's radius
+// quadratic tetrahedra are a third as far from the body as with all of lambda (docs/design/elements.md).
 double own_lambda_pa(Element element, const Lame& material) {
-    if (element == Element::kLinear) return material.lambda_pa;
-    const double share = element == Element::kQuadratic ? 1.5 : 0.5;
-    return std::min(material.lambda_pa, share * material.mu_pa);
+    return element == Element::kLinear ? material.lambda_pa : std::min(material.lambda_pa, 0.5 * material.mu_pa);
 }
 
 const Hooke* law_of(const ElementMesh& mesh, std::size_t t) {

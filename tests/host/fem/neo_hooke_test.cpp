@@ -69,14 +69,12 @@ protected:
         return jacobian;
     }
 
-    /// W. What an element keeps of lambda stands here a second time: 0.5 mu, or 1.5 of quadratic ones, at most where
-    /// nodes average.
+    /// W. What an element keeps of lambda stands here a second time: 0.5 mu at most where nodes average.
     Real energy(const Moves& u) const {
         Real sum = 0;
         std::map<std::pair<std::int32_t, double>, std::array<Real, 2>> cell;  // node, lambda: sums of V, V (J - 1)
         const auto own = [&](const Lame& m) {
-            return GetParam() == Element::kLinear ? m.lambda_pa
-                                                  : std::min(m.lambda_pa, (is_quadratic() ? 1.5 : 0.5) * m.mu_pa);
+            return GetParam() == Element::kLinear ? m.lambda_pa : std::min(m.lambda_pa, 0.5 * m.mu_pa);
         };
         std::map<double, Real> left;
         Moves x(3, nodes());
