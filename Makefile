@@ -124,7 +124,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 # The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
 # at the end.
 TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')))
-TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm))
+TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm)) $(BUILD)/lcm/haptable/channels.hpp
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report haptable-fit)
 
@@ -148,8 +148,8 @@ demo: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-device haptable-run
 
 # demo-tried: make demo in a clone in a Debian 12 that has git and make and nothing else
 .PHONY: demo-tried
-demo-tried: | $(BUILD)/setup-package.stamp
-	@sh scripts/bare.sh make demo
+demo-tried: | $(BUILD)/setup-bare.stamp
+	@sh scripts/bare.sh 'make demo'
 
 # touch: one page that lets a pointer touch a scene's body, in any browser (make touch SCENE=meshes/mouse.toml)
 .PHONY: touch
@@ -159,11 +159,22 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
 	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
 
-# test: install what is missing, build and run every test
+# test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
-	@$(MAKE) --no-print-directory test-fuzz images test-mpi test-python
+test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library
+	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
+
+# test-all: make test, then what proves packages, installed copies and several machines
+.PHONY: test-all
+test-all: test
+	@$(MAKE) --no-print-directory test-mpi $(BUILD)/setup-package.stamp
+	@BUILD=$(BUILD) sh scripts/test.sh whole
+
+# test-tried: make test in a clone in a Debian 12 that has git and make and nothing else
+.PHONY: test-tried
+test-tried: | $(BUILD)/setup-bare.stamp
+	@sh scripts/bare.sh 'make test'
 
 # What the tests run besides, side by side: none makes what another does.
 .PHONY: test-fuzz test-mpi test-python
@@ -315,7 +326,7 @@ figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-ru
 lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
-# tidy: clang-tidy on what changed since it had nothing to say (20 s a file)
+# tidy: clang-tidy on what changed since it had nothing to say, in any clone (20 s a file)
 # Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
 TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
@@ -386,20 +397,23 @@ $(BUILD)/%.c.o: %.c | $(BUILD)/setup.stamp
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(CFLAGS) -c $< -o $@
 
-tidied = $(say) TIDY $< && mkdir -p $(@D) && clang-tidy --quiet --config-file=tests/clang-tidy.yaml $< -- $(1) 2>/dev/null && \
-    $(2) -MM -MP -MT $@ -MF $@.d $< && touch $@
+tidied = $(say) TIDY $< && mkdir -p $(@D) && sh scripts/tidy.sh $(1) $< $(2) && $(1) $(2) -MM -MP -MT $@ -MF $@.d $< && touch $@
 
-$(BUILD)/tidy/%.cpp.ok: %.cpp tests/clang-tidy.yaml | $(BUILD)/setup-lint.stamp $(TYPES)
-	$(call tidied,-std=c++20 $(INCLUDE),$(CXX) -std=c++20 $(INCLUDE))
+$(BUILD)/tidy/%.cpp.ok: %.cpp tests/clang-tidy.yaml scripts/tidy.sh | $(BUILD)/setup-lint.stamp $(TYPES)
+	$(call tidied,$(CXX),-std=c++20 $(INCLUDE))
 
-$(BUILD)/tidy/%.c.ok: %.c tests/clang-tidy.yaml | $(BUILD)/setup-lint.stamp
-	$(call tidied,-std=c99 -Ifirmware,$(CC) -Ifirmware)
+$(BUILD)/tidy/%.c.ok: %.c tests/clang-tidy.yaml scripts/tidy.sh | $(BUILD)/setup-lint.stamp
+	$(call tidied,$(CC),-std=c99 -Ifirmware)
 
 $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 	$(say) LCM $<
 	@mkdir -p $(BUILD)/lcm
 	$(Q)lcm-gen --lazy -x --cpp-hpath $(BUILD)/lcm $<
 	@touch $@
+
+$(BUILD)/lcm/haptable/channels.hpp: codegen/lcm/channels.list
+	@mkdir -p $(@D)
+	@awk 'BEGIN { print "#pragma once\n#define HAPTABLE_MESSAGES(X) \\" } !/^#/ { printf "    X(%s, %s, %s, %d) \\\n", $$1, $$2, $$3, $$4 == "each" ? 2 : 1 } END { print "" }' $< > $@
 
 # The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
 WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,scene_reader.c memory.c)
@@ -426,13 +440,14 @@ $(BUILD)/python/ready: scripts/python.sh | $(BUILD)/setup-test.stamp
 	$(Q)sh scripts/python.sh $(@D)
 	@touch $@
 
-# Our types for the Python device of docs/LOOP.md: those of today's .lcm, also where PyPI cannot be reached.
-PYTHON_TYPES = $(BUILD)/python/types/haptable/__init__.py
-$(PYTHON_TYPES): $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup.stamp
+# haptable.messages of Python: lcm-gen makes a package of the types' own name, which is the whole package's.
+PYTHON_TYPES = $(BUILD)/python/types/haptable/messages/__init__.py
+$(PYTHON_TYPES): $(wildcard codegen/lcm/*.lcm) codegen/lcm/channels.list | $(BUILD)/setup.stamp
 	$(say) LCM $(@D)
-	@rm -rf $(@D) && mkdir -p $(@D)
-	$(Q)lcm-gen -p --ppath $(BUILD)/python/types $^
-	@touch $@
+	@rm -rf $(BUILD)/python/types && mkdir -p $(BUILD)/python/types/haptable
+	$(Q)lcm-gen -p --ppath $(BUILD)/python/types/made $(filter %.lcm,$^)
+	@mv $(BUILD)/python/types/made/haptable $(@D) && rmdir $(BUILD)/python/types/made
+	@awk 'BEGIN { print "\n#: The type of the messages on each channel.\nCHANNELS = {" } !/^#/ { printf "    \"%s\": %s,\n", $$1, $$2; if ($$4 == "each") printf "    \"%s_2\": %s,\n", $$1, $$2 } END { print "}" }' $(filter %.list,$^) >> $@
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 
@@ -528,11 +543,11 @@ HERE = $(BUILD)/$(NAME)
 $(HERE)/summary.json:
 	@echo "make: $@ is missing: make scene SCENE=... makes it" >&2; exit 1
 
-$(HERE)/model.c.o: $(HERE)/summary.json firmware/haptable.h
+$(HERE)/model.c.o: $(HERE)/summary.json $(wildcard firmware/*.h)
 	$(say) C $(HERE)/model.c
 	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
 
-$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json firmware/haptable.h | $(precompiled)
+$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json $(wildcard firmware/*.h) | $(precompiled)
 	$(say) C++ $<
 	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c $< -o $@
 

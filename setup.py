@@ -27,5 +27,8 @@ class Build(build_ext):
 
 version = re.search(r'kVersion = "([^"]*)"', (ROOT / "host/base/program.hpp").read_text()).group(1)
 BUILD.mkdir(parents=True, exist_ok=True)
+# setuptools takes over the files that it listed before, by absolute paths: of a folder that was copied or moved since
+# they are another's, which it refuses.
+(BUILD / "haptable.egg-info" / "SOURCES.txt").unlink(missing_ok=True)
 setup(version=version, cmdclass={"build_ext": Build}, cffi_modules=["python/build_library.py:ffi"],
       options={"build": {"build_base": str(BUILD / "setuptools")}, "egg_info": {"egg_base": str(BUILD)}})

@@ -2,11 +2,12 @@
 // Tables in, C text out. Knows no finite elements: it reads the files of a precompute folder.
 #pragma once
 
-#include <filesystem>
-
 #include "codegen/model.hpp"
 #include "codegen/precision.hpp"
+#include "firmware/haptable_body.h"
 #include "host/tables/tables.hpp"
+
+struct haptable_body;
 
 namespace haptable {
 
@@ -21,7 +22,7 @@ struct Remedy {
 
 /// What a model takes, and what other ways to store its blocks would.
 struct ModelSize {
-    std::uint64_t tables_hash = 0;          ///< haptable_model.hash
+    std::uint64_t tables_hash = 0;          ///< haptable_model.hash, of all parts
     std::vector<TableBytes> flash;          ///< by table, in the order of model.c
     std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
     ServoError servo;                       ///< what float32 costs of the force
@@ -34,9 +35,10 @@ struct ModelSize {
 std::string describe(const std::vector<Remedy>& remedies);
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
-/// Throws Error that names the file when a table is missing or damaged, and Error where the object is too large for the
-/// servo or for its flash budget.
-ModelSize generate_model(const std::filesystem::path& folder);
+/// Throws Error that names the file when a table is missing, damaged or not what was written, and Error where the
+/// object is too large for the servo or for its flash budget, or is not that of the folder's tables_hash, where it has
+/// one.
+ModelSize generate_model(const TablesFolder& folder);
 
 /// Bytes of flash that each of the servo's tables takes, in the order of model.c.
 std::vector<TableBytes> flash_tables(const ServoModel& model);
@@ -55,8 +57,9 @@ struct ModelText {
 };
 struct ServoPair;
 struct ServoVibration;
-/// pair: of two fingers; null: one. vibration: of a body that rings; null: it does not.
+/// pair: of two fingers; null: one. vibration: of a body that rings; null: it does not. body: nothing holds it; null:
+/// it is held.
 ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr,
-                     const ServoVibration* vibration = nullptr);
+                     const ServoVibration* vibration = nullptr, const haptable_body* body = nullptr);
 
 }  // namespace haptable

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 
 namespace haptable {

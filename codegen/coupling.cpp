@@ -6,7 +6,7 @@
 
 #include "codegen/model.hpp"
 #include "codegen/polynomial.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 

@@ -10,7 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
-#include "host/tables/npy.hpp"
+#include "host/tables/columns.hpp"
 
 namespace haptable {
 
@@ -100,7 +100,7 @@ std::size_t Display::bytes() const {
     return node.size() * 4 + rest_m.size() * 12 + column.size() * 36 + packed.size() * 18 + packed_scale.size() * 4;
 }
 
-Display build_display(const std::filesystem::path& folder, const Tables& tables) {
+Display build_display(const TablesFolder& folder, const Tables& tables) {
     Display display;
     std::vector<std::size_t> row;
     for (const std::int32_t node : tables.display_rows) {
@@ -109,14 +109,12 @@ Display build_display(const std::filesystem::path& folder, const Tables& tables)
         display.node.push_back(static_cast<std::uint32_t>(node));
         display.rest_m.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
     }
-    const MappedNpy<float> columns(folder / "columns.npy");
+    const MappedColumns columns(tables, folder);
     std::vector<std::array<float, 9>> blocks(row.size());
     // The servo's free vertices stand in table order, as the columns do.
     for (std::size_t vertex = 0; vertex < tables.node_id.size(); ++vertex) {
         for (std::size_t r = 0; r < row.size(); ++r)
-            std::copy_n(
-                columns.values().begin() + static_cast<std::ptrdiff_t>(9 * (vertex * tables.row_id.size() + row[r])), 9,
-                blocks[r].begin());
+            for (std::size_t k = 0; k < 9; ++k) blocks[r][k] = columns.at(columns.block(vertex, row[r]) + k);
         if (tables.display_precision == Storage::kInt16)
             pack(blocks, display);
         else
@@ -139,13 +137,13 @@ haptable_deformation display_in_memory(const Tables& tables, std::uint64_t table
     return deformation;
 }
 
-std::size_t write_display(const std::filesystem::path& folder, const Tables& tables, std::uint64_t tables_hash) {
+std::size_t write_display(const TablesFolder& folder, const Tables& tables, std::uint64_t tables_hash) {
     const Display display = build_display(folder, tables);
-    write_file(folder / "display.h",
+    write_file(folder.path() / "display.h",
                header_text() + fmt::format("#define HAPTABLE_DISPLAY_ROWS {}\n\n"
                                            "extern const struct haptable_deformation HAPTABLE_DISPLAY;\n\n#endif\n",
                                            display.node.size()));
-    write_file(folder / "display.c", source_text(tables, tables_hash, display));
+    write_file(folder.path() / "display.c", source_text(tables, tables_hash, display));
     return display.bytes();
 }
 

@@ -2,10 +2,9 @@
 // The columns of chosen rows for a target with a display: firmware/haptable_deformation.h.
 #pragma once
 
-#include <filesystem>
-
 #include "codegen/model.hpp"
 #include "firmware/haptable_deformation.h"
+#include "host/tables/folder.hpp"
 
 namespace haptable {
 
@@ -20,13 +19,13 @@ struct Display {
 };
 
 /// Reads the rows that the scene asks for from columns.npy in `folder`. Throws Error that names a row without columns.
-Display build_display(const std::filesystem::path& folder, const Tables& tables);
+Display build_display(const TablesFolder& folder, const Tables& tables);
 
 /// The firmware's struct, for the servo with this hash of its tables; it points into `display`, which must outlive it
 /// and stay where it is.
 haptable_deformation display_in_memory(const Tables& tables, std::uint64_t tables_hash, const Display& display);
 
 /// display.h and display.c beside the model.h of that hash; returns the bytes of flash that they take.
-std::size_t write_display(const std::filesystem::path& folder, const Tables& tables, std::uint64_t tables_hash);
+std::size_t write_display(const TablesFolder& folder, const Tables& tables, std::uint64_t tables_hash);
 
 }  // namespace haptable

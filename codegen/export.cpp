@@ -8,7 +8,7 @@
 #include <map>
 
 #include "codegen/codegen.hpp"
-#include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
@@ -56,16 +56,15 @@ std::string lines(const std::vector<fs::path>& files, fmt::format_string<std::st
 }
 
 /// What a template may ask for, as @NAME@.
-std::map<std::string, std::string> values_of(const fs::path& folder, const ServoSources& files) {
-    const Tables tables = read_tables(folder);
-    const ServoModel servo = build_model(tables);
-    const haptable_model model = model_in_memory(tables, servo);
+std::map<std::string, std::string> values_of(const TablesFolder& folder, const ServoSources& files) {
+    const LoadedScene scene(folder);
+    const Tables& tables = scene.tables();
     return {{"name", "haptable_" + plain(tables.name)},
             {"NAME", "HAPTABLE_" + upper(plain(tables.name))},
             {"scene", tables.name},
             {"version", kVersion},
-            {"tables_hash", fmt::format("{:016x}", model.hash)},
-            {"flash_bytes", std::to_string(flash_bytes(servo))},
+            {"tables_hash", fmt::format("{:016x}", scene.model().hash)},
+            {"flash_bytes", std::to_string(flash_bytes(scene.servo()))},
             {"sources", lines(files.sources, "    src/{}")},
             {"component_files", lines(files.sources, "        <file category=\"sourceC\" name=\"src/{}\"/>")}};
 }

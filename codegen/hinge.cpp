@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 

@@ -5,6 +5,7 @@
 
 #include "codegen/model_bytes.hpp"
 #include "codegen/modes.hpp"
+#include "firmware/haptable_scene.h"
 #include "host/base/hash.hpp"
 
 namespace haptable {
@@ -61,27 +62,21 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.patch_count = static_cast<std::uint16_t>(servo.patch.size());
     model.box_count = static_cast<std::uint16_t>(servo.box.size());
     model.hinge_count = static_cast<std::uint16_t>(servo.hinge.size());
+    model.hinges = servo.hinge.empty() ? nullptr : &haptable_hinges_of_table;
     model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
     if (!servo.packed.empty()) model.unpack = unpack_of(tables.precision);
     if (!servo.reads_stiffness()) model.stiffness_n_per_m = nullptr;
     set_modes(tables, model);
     model.term_count = static_cast<std::uint8_t>(servo.term.size());
     model.relaxation_reach_m = servo.relaxation_reach_m;
-    if (model.relax != nullptr) {
-        servo.relaxed_in_memory = std::make_shared<haptable_relaxed>();
-        model.relaxed = servo.relaxed_in_memory.get();
-    }
-    if (model.frictionless != nullptr) {
-        servo.freed_in_memory.push_back(std::make_shared<haptable_freed>());
-        model.freed = servo.freed_in_memory.back().get();
-    }
+    haptable_lay_out(&model);
     if (servo.compliance.degree != 0) {
         servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
         haptable_compliance& compliance = *servo.compliance.in_memory;
         if (!servo.reads_compliance()) compliance.vertex = compliance.edge = compliance.patch = nullptr;
         model.compliance = servo.compliance.in_memory.get();
     }
-    model.crc = model.check ? haptable_tables_crc(&model) : 0;
+    model.crc = model.check ? haptable_crc_of(&model, haptable_span_of_model) : 0;
     model.hash = hash_of(model, tables, servo);
     return model;
 }

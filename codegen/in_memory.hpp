@@ -3,7 +3,7 @@
 #pragma once
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 

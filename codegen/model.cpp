@@ -9,7 +9,7 @@
 
 #include "codegen/modes.hpp"
 #include "codegen/precision.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/noise.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -85,9 +85,6 @@ struct ServoModel : ServoTables {
     float rigid_stiffness_n_per_m = 0.0F;
     float tolerance_m = 0.0F;
     float relaxation_reach_m = 0.0F;  ///< how far a dent is felt beside; 0: nothing relaxes
-    /// What model_in_memory lets its model remember.
-    mutable std::shared_ptr<haptable_relaxed> relaxed_in_memory;
-    mutable std::vector<std::shared_ptr<haptable_freed>> freed_in_memory;  ///< of each of them
     float workspace_limit_m = 0.0F;
 
     /// Which blocks the force reads in float32: S of the vertices, those of a compliance, or none as it unpacks them.

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 

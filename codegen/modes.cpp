@@ -81,7 +81,8 @@ void set_modes(const Tables& tables, haptable_model& model) {
     model.release = tables.release_n_per_ms > 0.0 ? haptable_release_slew : nullptr;
     model.release_n = static_cast<float>(tables.release_n_per_ms);
     model.passivity = tables.passivity ? haptable_passivity_control : nullptr;
-    set_relaxation(tables, friction || tables.limits.grab, model);
+    // Two fingers change each other's load: along its own direction alone neither history would be passive.
+    set_relaxation(tables, friction || tables.limits.grab || tables.fingers == 2, model);
     set_limits(tables.limits, tables.max_force_n, model);
     model.ungrabbed = tables.limits.grab ? model.god_object : nullptr;
     if (tables.limits.grab) model.god_object = haptable_god_object_grab;

@@ -2,7 +2,7 @@
 // The scene's words for how an object is touched, and the firmware's functions that do it.
 #pragma once
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/tables/tables.hpp"
 
 namespace haptable {

@@ -99,9 +99,20 @@ void define(const char* type, const char* name, const char* extent, const Rows_&
     text += "};\n\n";
 }
 
-const char* law_of(ForceLaw force) {
-    static constexpr const char* kLaw[] = {"interpolated", "consistent", "pressure_mask"};
-    return kLaw[static_cast<std::size_t>(force)];
+/// A force law for two.
+struct Law {
+    const char* name;
+    const haptable_pair_law* law;
+    const haptable_pair_bend* bend;
+};
+#define HAPTABLE_LAW(name) {#name, &haptable_pair_##name, &haptable_pair_bend_##name},
+constexpr Law kLaw[] = {HAPTABLE_PAIR_LAWS(HAPTABLE_LAW)};
+#undef HAPTABLE_LAW
+
+/// By the force, and by whether its compliance is packed.
+std::size_t law_of(const Tables& tables) {
+    const bool is_packed = tables.precision != Storage::kFloat32 && tables.force != ForceLaw::kInterpolated;
+    return static_cast<std::size_t>(tables.force) + (is_packed ? 2 : 0);
 }
 
 template <typename T>
@@ -153,8 +164,6 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
     if (pair.control_count != controls)
         throw Error(fmt::format("coupling.npy couples {} places and the surface has {}: make the tables again",
                                 pair.control_count, controls));
-    if (tables.force != ForceLaw::kInterpolated && !servo.packed.empty())
-        throw Error("two fingers read a compliance in float32: remove precision in [tables]");
     const Scale scale(tables, servo);
     ServoPair to;
     to.block = scaled_blocks(pair, scale);
@@ -169,31 +178,23 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 }
 
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
-    static constexpr const haptable_pair_law* kLaw[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
-                                                        &haptable_pair_pressure_mask};
-    static constexpr const haptable_pair_bend* kBend[] = {
-        &haptable_pair_bend_interpolated, &haptable_pair_bend_consistent, &haptable_pair_bend_pressure_mask};
     haptable_pair_model to{};
     to.model = &model;
-    to.law = kLaw[static_cast<std::size_t>(tables.force)];
+    to.law = kLaw[law_of(tables)].law;
     if (model.energy != nullptr) {
-        to.bend = kBend[static_cast<std::size_t>(tables.force)];
+        to.bend = kLaw[law_of(tables)].bend;
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
         to.track = haptable_pair_track;
     }
     to.cross = pair.is_exact() ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
     to.blocks = pair.is_exact() ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
-    to.check = model.check != nullptr ? haptable_pair_check_crc : nullptr;
-    if (model.frictionless != nullptr) {
-        pair.freed_in_memory.push_back(std::make_shared<haptable_freed>());
-        to.freed = pair.freed_in_memory.back().get();
-    }
+    to.span = haptable_span_of_pair;
     to.meeting_m = pair.meeting_m;
     to.control_count = pair.control_count;
     to.block = reinterpret_cast<const float(*)[9]>(pair.block.data());
     if (!pair.is_exact()) point_to_clusters(pair, to);
-    to.crc = to.check != nullptr ? haptable_pair_crc(&to) : 0;
+    to.crc = model.check != nullptr ? haptable_crc_of(&to, to.span) : 0;
     return to;
 }
 
@@ -207,9 +208,7 @@ std::string coupling_bytes(const haptable_pair_model& from) {
         add(&length, 1);
         if (count > 0) add(rows, count);
     };
-    const haptable_pair_law* const laws[] = {&haptable_pair_interpolated, &haptable_pair_consistent,
-                                             &haptable_pair_pressure_mask};
-    const auto law = static_cast<std::uint32_t>(std::find(std::begin(laws), std::end(laws), from.law) - laws);
+    const auto law = static_cast<std::uint32_t>(std::ranges::find(kLaw, from.law, &Law::law) - std::begin(kLaw));
     const std::uint32_t control_count = from.control_count, place_count = from.place_count,
                         load_count = from.load_count, rank = from.rank;
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
@@ -262,19 +261,17 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("uint32_t", "load_begin", "", pair.load_begin, text);
     define("uint16_t", "load_place", "", pair.load_place, text);
     define("int16_t", "load_share", "[6]", c.load_share, text);
-    if (to.freed != nullptr) text += "static struct haptable_freed freed_of_second;\n\n";
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
-    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables.force));
+    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", kLaw[law_of(tables)].name);
     if (to.energy != nullptr)
         fmt::format_to(Out(text), "    .bend = &haptable_pair_bend_{},\n    .energy = haptable_pair_energy,\n",
-                       law_of(tables.force));
-    if (to.freed != nullptr) text += "    .freed = &freed_of_second,\n";
+                       kLaw[law_of(tables)].name);
     if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
     if (to.track != nullptr) text += "    .track = haptable_pair_track,\n";
     fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n",
                    pair.is_exact() ? "exact" : "clusters");
-    if (to.check != nullptr)
-        fmt::format_to(Out(text), "    .check = haptable_pair_check_crc,\n    .crc = 0x{:08x}u,\n", to.crc);
+    if (model.check != nullptr)
+        fmt::format_to(Out(text), "    .span = haptable_span_of_pair,\n    .crc = 0x{:08x}u,\n", to.crc);
     fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n", pair.meeting_m,
                    pair.control_count);
     if (!pair.is_exact())

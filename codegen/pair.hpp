@@ -2,7 +2,6 @@
 // What couples two fingers, as the servo holds it: beside its model, in the same two files.
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "codegen/model.hpp"
@@ -19,7 +18,6 @@ struct ServoPair {
     std::vector<std::uint32_t> load_begin;
     std::uint16_t control_count = 0;
     float meeting_m = 0.0F;
-    mutable std::vector<std::shared_ptr<haptable_freed>> freed_in_memory;  ///< what pair_in_memory lets each remember
 
     bool is_exact() const { return clusters.scale.empty(); }
 };
@@ -30,8 +28,8 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 /// Points to the model and to the pair's tables, which must outlive it.
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model);
 
-/// What port/haptable_scene_reader.c reads behind the model's bytes: the number of the force law, then the fields in the
-/// order of HAPTABLE_PAIR_FIELDS, as model_bytes has a model's.
+/// What port/haptable_scene_reader.c reads behind the model's bytes: the number of the force law, then the fields in
+/// the order of HAPTABLE_PAIR_FIELDS, as model_bytes has a model's.
 std::string coupling_bytes(const haptable_pair_model& pair);
 
 /// Bytes of flash, by table.

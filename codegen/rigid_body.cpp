@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
@@ -13,12 +15,15 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
+#include "host/tables/tables.hpp"
 
 namespace haptable {
 
 namespace {
 
 using nlohmann::json;
+
+constexpr const char* kFile = "body.json";
 
 void take(const json& value, std::span<float> numbers) {
     if (value.size() != numbers.size()) throw json::other_error::create(501, "has other than its numbers", &value);
@@ -33,7 +38,40 @@ haptable_body body_of(const json& file) {
     const json& points = file.at("point_m");
     if (points.size() > HAPTABLE_BODY_POINTS) throw json::other_error::create(501, "has too many points", &points);
     for (const json& point : points) take(point, body.point_m[body.point_count++]);
+    body.crc = haptable_crc_of(&body, haptable_span_of_body);
     return body;
+}
+
+/// It weighs something, in every direction, and nothing of it feeds a motion.
+void require_sound(const TablesFolder& folder, const haptable_body& body) {
+    const auto require = [&folder](const char* key, std::span<const float> values, float least) {
+        for (const float value : values)
+            if (!(value >= least && std::isfinite(value)))
+                folder.fail(kFile, fmt::format("{} holds {}: finite, at least {:g}", key, value, least));
+    };
+    constexpr float kNone = -std::numeric_limits<float>::max();
+    // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
+#define HAPTABLE_REQUIRE_VALUE(name) require(#name, {&body.name, 1}, kNone);
+#define HAPTABLE_REQUIRE_VECTOR(name, size) require(#name, body.name, kNone);
+    // NOLINTEND(bugprone-macro-parentheses)
+    HAPTABLE_BODY_FIELDS(HAPTABLE_REQUIRE_VALUE, HAPTABLE_REQUIRE_VECTOR)
+    require("point_m", {&body.point_m[0][0], std::size(body.point_m) * 3}, kNone);
+    require("mass_kg", {&body.mass_kg, 1}, std::numeric_limits<float>::min());
+    const float* const j = body.inertia_kg_m2;
+    const auto at = [j](std::size_t i) { return static_cast<double>(j[i]); };
+    if (!is_definite({at(0), at(3), at(5), at(3), at(1), at(4), at(5), at(4), at(2)}))
+        folder.fail(kFile, "inertia_kg_m2 is not positive definite");
+    for (const auto& [key, values] : {std::pair{"stiffness_n_per_m", std::span(body.stiffness_n_per_m)},
+                                      {"damping_n_s_per_m", std::span(body.damping_n_s_per_m)},
+                                      {"turn_stiffness_n_m", std::span(body.turn_stiffness_n_m)},
+                                      {"turn_damping_n_m_s", std::span(body.turn_damping_n_m_s)}})
+        require(key, values, 0.0F);
+    require("floor_stiffness_n_per_m", {&body.floor_stiffness_n_per_m, 1}, 0.0F);
+    require("floor_damping_n_s_per_m", {&body.floor_damping_n_s_per_m, 1}, 0.0F);
+    require("floor_friction", {&body.floor_friction, 1}, 0.0F);
+    for (const auto& [key, v] : {std::pair{"floor_normal", body.floor_normal}, {"floor_along", body.floor_along}})
+        if (!(std::abs(std::hypot(v[0], v[1], v[2]) - 1.0F) < 1e-3F))
+            folder.fail(kFile, fmt::format("{} has length {}, not 1", key, std::hypot(v[0], v[1], v[2])));
 }
 
 /// A literal that reads back to the same bits.
@@ -50,22 +88,23 @@ std::string literal(std::span<const float> values) {
 
 }  // namespace
 
-std::optional<haptable_body> read_rigid_body(const std::filesystem::path& folder) {
-    const std::filesystem::path path = folder / "body.json";
-    if (!std::filesystem::exists(path)) return {};
+std::optional<haptable_body> read_rigid_body(const TablesFolder& folder) {
+    if (!folder.has(kFile)) return {};
     try {
-        return body_of(parse_json(read_file(path)));
+        const haptable_body body = body_of(parse_json(read_file(folder.file(kFile))));
+        require_sound(folder, body);
+        return body;
     } catch (const json::exception& error) {
-        throw Error(fmt::format("{}: {}: make the tables again", path.string(), error.what()));
+        folder.fail(kFile, error.what());
     }
 }
 
-void refuse_free_body(const std::filesystem::path& folder, const char* who) {
-    if (!std::filesystem::exists(folder / "body.json")) return;
+void refuse_free_body(const TablesFolder& folder, const char* who) {
+    if (!folder.has(kFile)) return;
     throw Error(
         fmt::format("{}: nothing holds its body, and {} cannot move one: remove free = true from [body] of the scene, "
                     "hold the body with [[fixed]] and make the tables again",
-                    folder.string(), who));
+                    folder.text(), who));
 }
 
 std::string rigid_body_text(const haptable_body& body, const std::string& name) {
@@ -75,7 +114,7 @@ std::string rigid_body_text(const haptable_body& body, const std::string& name) 
     text += fmt::format("    .point_count = {},\n    .point_m = {{", body.point_count);
     for (std::uint32_t i = 0; i < std::max(1U, body.point_count); ++i)
         text += fmt::format("{}{}", i == 0 ? "" : ", ", literal(body.point_m[i]));
-    return text + "},\n};\n";
+    return text + fmt::format("}},\n    .crc = 0x{:08x}u,\n}};\n", body.crc);
 }
 
 }  // namespace haptable

@@ -2,19 +2,19 @@
 // The table of a body that is not held: firmware/haptable_body.h.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "firmware/haptable_body.h"
+#include "host/tables/folder.hpp"
 
 namespace haptable {
 
 /// body.json of a precompute folder; none where the body is held. Throws Error that names the file and what it lacks.
-std::optional<haptable_body> read_rigid_body(const std::filesystem::path& folder);
+std::optional<haptable_body> read_rigid_body(const TablesFolder& folder);
 
 /// Throws Error where nothing holds the folder's body: for `who`, which knows no body that moves.
-void refuse_free_body(const std::filesystem::path& folder, const char* who);
+void refuse_free_body(const TablesFolder& folder, const char* who);
 
 /// Its definition in C, by field name. Throws Error rather than write what is not a number.
 std::string rigid_body_text(const haptable_body& body, const std::string& name);

@@ -3,6 +3,7 @@
 
 #include "codegen/model_bytes.hpp"
 #include "codegen/pair.hpp"
+#include "host/base/hash.hpp"
 
 namespace haptable {
 
@@ -16,6 +17,15 @@ std::string scene_bytes(const haptable_model& model, const haptable_pair_model* 
     if (body != nullptr) bytes.append(reinterpret_cast<const char*>(body), sizeof *body);
     if (vibration != nullptr) bytes += vibration_bytes(*vibration);
     return bytes;
+}
+
+std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
+                          const ServoVibration* vibration) {
+    if (pair == nullptr && body == nullptr && vibration == nullptr) return model.hash;
+    Hash hash;
+    hash.add(std::span<const std::uint64_t>(&model.hash, 1));
+    hash.add(scene_bytes(model, pair, body, vibration));
+    return hash.digest();
 }
 
 }  // namespace haptable

@@ -2,6 +2,7 @@
 // A scene as one row of bytes: what an image reads that is not linked with one (firmware/port/haptable_scene_reader.h).
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "codegen/vibration.hpp"
@@ -15,5 +16,10 @@ namespace haptable {
 /// function that is none of the servo's.
 std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair = nullptr,
                         const haptable_body* body = nullptr, const ServoVibration* vibration = nullptr);
+
+/// XXH3 of the model's hash and of all parts: model.hash where the scene has a model alone. Messages, frames and
+/// summaries carry it.
+std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
+                          const ServoVibration* vibration);
 
 }  // namespace haptable

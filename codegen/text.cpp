@@ -14,10 +14,12 @@
 #include "codegen/codegen.hpp"
 #include "codegen/display.hpp"
 #include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
+#include "codegen/scene_bytes.hpp"
 #include "codegen/vibration.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
@@ -236,11 +238,12 @@ std::string compliance_text(const haptable_compliance* compliance) {
     return fmt::format("static const struct haptable_compliance compliance = {{\n{}}};\n\n", to.text());
 }
 
-std::string model_fields(const haptable_model& from, const std::string& macro) {
+std::string model_fields(const haptable_model& from, const std::string& name, const std::string& macro) {
     Initialiser to(macro);
     to.add("hash", macro + "_HASH");
-    if (from.relaxed != nullptr) to.add("relaxed", "&relaxed");
-    if (from.freed != nullptr) to.add("freed", "&freed");
+    if (from.hinges != nullptr) to.add("hinges", "&haptable_hinges_of_table");
+    if (from.relax != nullptr) to.add("relaxed_at", fmt::format("offsetof(struct {}_state, relaxed)", name));
+    if (from.frictionless != nullptr) to.add("freed_at", fmt::format("offsetof(struct {}_state, freed)", name));
     HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
     return to.text();
 }
@@ -248,18 +251,12 @@ std::string model_fields(const haptable_model& from, const std::string& macro) {
 std::string source_text(const Tables& tables, const ServoModel& servo, const haptable_model& model) {
     const std::string name = "haptable_" + identifier(tables.name);
     const std::string macro = upper(name);
-    std::string text = banner(tables, servo) + "#include \"model.h\"\n\n";
+    std::string text = banner(tables, servo) + "#include <stddef.h>\n\n#include \"model.h\"\n\n";
     text += definitions(servo, macro);
     text += compliance_text(model.compliance);
-    if (model.relaxed != nullptr)
-        text +=
-            "/* What the body remembers of its contact: not const. */\n"
-            "static struct haptable_relaxed relaxed;\n\n";
-    if (model.freed != nullptr)
-        text += "/* What friction remembers: not const. */\nstatic struct haptable_freed freed;\n\n";
     text += asserts(name, macro, servo);
     text += fmt::format("const uint32_t {}_node[{}_VERTICES] = {{\n{}}};\n\n", name, macro, nodes(servo.node));
-    text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, model_fields(model, macro));
+    text += fmt::format("const struct haptable_model {} = {{\n{}}};\n", name, model_fields(model, name, macro));
     return text;
 }
 
@@ -276,9 +273,9 @@ void add_body(const Tables& tables, const haptable_body& body, ModelText& text) 
     text.source += "\n" + rigid_body_text(body, name);
 }
 
-/// What a scene names beside its model.
+/// What a scene names beside its tables.
 struct Parts {
-    bool pair, body, modes;
+    bool pair, body, modes, freed, relaxed;
 };
 
 /// The scene, and a type for its state, of just what it names.
@@ -287,6 +284,9 @@ void add_scene(const Tables& tables, const Parts& parts, ModelText& text) {
     const std::string state = fmt::format("struct {}_state", name);
     const bool moves = parts.body || parts.modes;
     std::string members = parts.pair ? "    struct haptable_pair pair;\n" : "    struct haptable_servo servo;\n";
+    const int fingers = parts.pair ? 2 : 1;
+    if (parts.freed) members += fmt::format("    struct haptable_freed freed[{}];\n", fingers);
+    if (parts.relaxed) members += fmt::format("    struct haptable_relaxed relaxed[{}];\n", fingers);
     if (parts.body) members += "    struct haptable_body_state body;\n";
     if (parts.modes) members += "    struct haptable_modes_state modes;\n";
     if (moves) members += "    struct haptable_account account;\n";
@@ -297,25 +297,22 @@ void add_scene(const Tables& tables, const Parts& parts, ModelText& text) {
                     "extern const struct haptable_scene {0}_scene;\n\n#ifdef __cplusplus\n}}\n#endif\n\n"
                     "#ifndef HAPTABLE_MODEL_SCENE\n#define HAPTABLE_MODEL_SCENE {0}_scene\n"
                     "#define HAPTABLE_MODEL_STATE {1}\n#define HAPTABLE_MODEL_FINGERS {3}\n#endif\n\n",
-                    name, state, members, parts.pair ? 2 : 1));
-    const char* const fingers = parts.pair ? "two" : "one";
+                    name, state, members, fingers));
+    const char* const word_of = parts.pair ? "two" : "one";
     std::string fields = fmt::format("    .model = &{},\n", name);
     if (parts.pair) fields += fmt::format("    .pair = &{}_pair,\n", name);
     if (parts.body) fields += fmt::format("    .body = &{}_body,\n", name);
     if (parts.modes) fields += fmt::format("    .modes = &{}_modes,\n", name);
-    fields += fmt::format(
-        "    .init = haptable_init_{0},\n    .contacts = haptable_contact{1}_of_{0},\n    .check = "
-        "haptable_check_of_{0},\n",
-        fingers, parts.pair ? "s" : "");
+    fields += fmt::format("    .init = haptable_init_{0},\n    .contacts = haptable_contact{1}_of_{0},\n", word_of,
+                          parts.pair ? "s" : "");
     fields += fmt::format("    .step = haptable_{},\n", moves ? "moving" : parts.pair ? "step_held" : "step_one");
     if (parts.body) fields += "    .rigid = &haptable_part_rigid,\n";
     if (parts.modes)
-        fields += fmt::format("    .ringing = &haptable_part_modes,\n    .rows = haptable_rows_of_{},\n", fingers);
+        fields += fmt::format("    .ringing = &haptable_part_modes,\n    .rows = haptable_rows_of_{},\n", word_of);
     fields += fmt::format("    .bytes = sizeof({}),\n", state);
     if (parts.body) fields += fmt::format("    .body_at = offsetof({}, body),\n", state);
     if (parts.modes) fields += fmt::format("    .modes_at = offsetof({}, modes),\n", state);
     if (moves) fields += fmt::format("    .account_at = offsetof({}, account),\n", state);
-    text.source.insert(text.source.find("#include \"model.h\""), "#include <stddef.h>\n\n");
     text.source += fmt::format("\nconst struct haptable_scene {}_scene = {{\n{}}};\n", name, fields);
 }
 
@@ -383,29 +380,37 @@ std::string describe(const std::vector<Remedy>& remedies) {
 }
 
 ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair,
-                     const ServoVibration* vibration) {
+                     const ServoVibration* vibration, const haptable_body* body) {
     const haptable_model model = model_in_memory(tables, servo);
-    ModelText text{header_text(tables, servo, model.hash, pair != nullptr, vibration != nullptr),
+    const std::optional<haptable_pair_model> coupling =
+        pair != nullptr ? std::optional(pair_in_memory(*pair, tables, model)) : std::nullopt;
+    const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, vibration);
+    ModelText text{header_text(tables, servo, hash, pair != nullptr, vibration != nullptr),
                    source_text(tables, servo, model)};
     if (vibration != nullptr) text.source += "\n" + vibration_text(*vibration, "haptable_" + identifier(tables.name));
     if (pair != nullptr) text.source += "\n" + pair_text(*pair, tables, model, "haptable_" + identifier(tables.name));
+    if (body != nullptr) add_body(tables, *body, text);
+    add_scene(
+        tables,
+        {pair != nullptr, body != nullptr, vibration != nullptr, model.frictionless != nullptr, model.relax != nullptr},
+        text);
     return text;
 }
 
-ModelSize generate_model(const std::filesystem::path& folder) {
-    const Tables tables = read_tables(folder);
-    ServoModel model = build_model(tables);
+ModelSize generate_model(const TablesFolder& folder) {
+    const LoadedScene scene(read_scene_files(folder));
+    const std::uint64_t hash = scene.model().hash;
+    if (folder.tables_hash() != 0) scene.require_tables_hash(folder.tables_hash());
+    const Tables& tables = scene.tables();
+    ServoModel model = scene.servo();
     measure_search(model);
-    const std::uint64_t hash = model_in_memory(tables, model).hash;
     ModelSize size{hash, flash_tables(model), {}, measure_servo(tables, model), {}, model.stiffness, model.search};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables, hash)});
-    std::optional<ServoPair> pair;
-    if (const std::optional<PairTables> files = read_pair(folder)) pair = build_pair(*files, tables, model);
-    if (pair)
+    const ServoPair* const pair = scene.servo_pair();
+    if (pair != nullptr)
         for (const TableBytes& table : flash_tables(*pair)) size.flash.push_back(table);
-    std::optional<ServoVibration> vibration;
-    if (const auto files = read_vibration(folder)) vibration = build_vibration(*files, tables, model);
-    if (vibration)
+    const ServoVibration* const vibration = scene.servo_vibration();
+    if (vibration != nullptr)
         for (const TableBytes& table : flash_tables(*vibration)) size.flash.push_back(table);
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
@@ -416,12 +421,9 @@ ModelSize generate_model(const std::filesystem::path& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    ModelText text = model_text(tables, model, pair ? &*pair : nullptr, vibration ? &*vibration : nullptr);
-    const auto body = read_rigid_body(folder);
-    if (body) add_body(tables, *body, text);
-    add_scene(tables, {pair.has_value(), body.has_value(), vibration.has_value()}, text);
-    write_file(folder / "model.h", text.header);
-    write_file(folder / "model.c", text.source);
+    const ModelText text = model_text(tables, model, pair, vibration, scene.body());
+    write_file(folder.path() / "model.h", text.header);
+    write_file(folder.path() / "model.c", text.source);
     return size;
 }
 

@@ -65,8 +65,15 @@ ServoVibration build_vibration(const VibrationTables& vibration, const Tables& t
 }
 
 haptable_modes vibration_in_memory(const ServoVibration& vibration) {
-    return {static_cast<std::uint8_t>(vibration.mode.size()), vibration.controls, vibration.mode.data(),
-            reinterpret_cast<const float(*)[3]>(vibration.shape.data())};
+    const std::size_t modes = vibration.mode.size();
+    haptable_modes to{static_cast<std::uint8_t>(modes),
+                      vibration.controls,
+                      vibration.mode.data(),
+                      reinterpret_cast<const float(*)[3]>(vibration.shape.data()),
+                      static_cast<std::uint16_t>(modes == 0 ? 0 : vibration.shape.size() / modes),
+                      0};
+    to.crc = haptable_crc_of(&to, haptable_span_of_modes);
+    return to;
 }
 
 std::string vibration_bytes(const ServoVibration& vibration) {
@@ -83,6 +90,9 @@ std::string vibration_bytes(const ServoVibration& vibration) {
     add(sizes.data(), sizes.size());
     add_table(vibration.mode);
     add_table(vibration.shape);
+    const haptable_modes whole = vibration_in_memory(vibration);
+    const std::array<std::uint32_t, 2> end{whole.control_count, whole.crc};
+    add(end.data(), end.size());
     return bytes;
 }
 
@@ -92,6 +102,7 @@ std::vector<TableBytes> flash_tables(const ServoVibration& vibration) {
 }
 
 std::string vibration_text(const ServoVibration& vibration, const std::string& name) {
+    const haptable_modes whole = vibration_in_memory(vibration);
     std::string text = fmt::format(
         "/* The modes by which it rings. */\n#include \"haptable_modes.h\"\n\n"
         "#if HAPTABLE_MODES_VERSION != {}\n"
@@ -105,8 +116,9 @@ std::string vibration_text(const ServoVibration& vibration, const std::string& n
     for (const auto& [x, y, z] : vibration.shape) text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
     return text + fmt::format(
                       "}};\n\nconst struct haptable_modes {0}_modes = {{\n"
-                      "    .count = {1},\n    .controls = {2},\n    .mode = mode,\n    .shape = mode_shape,\n}};\n",
-                      name, vibration.mode.size(), vibration.controls);
+                      "    .count = {1},\n    .controls = {2},\n    .mode = mode,\n    .shape = mode_shape,\n"
+                      "    .control_count = {3},\n    .crc = 0x{4:08x}u,\n}};\n",
+                      name, whole.count, whole.controls, whole.control_count, whole.crc);
 }
 
 }  // namespace haptable

@@ -26,8 +26,8 @@ ServoVibration build_vibration(const VibrationTables& vibration, const Tables& t
 /// Points to the tables, which must outlive it.
 haptable_modes vibration_in_memory(const ServoVibration& vibration);
 
-/// What a page reads behind a model: number of modes and controls of a patch (32 bits each), then both tables, each
-/// after its number of rows, little-endian.
+/// What a page reads behind a model: number of modes and controls of a patch (32 bits each), both tables, each after
+/// its number of rows, then the number of the surface's controls and the CRC, little-endian.
 std::string vibration_bytes(const ServoVibration& vibration);
 
 /// Bytes of flash, by table.

@@ -1,17 +1,40 @@
 /* SPDX-License-Identifier: MIT
  *
- * F = -(alpha_i S_i + alpha_j S_j + alpha_k S_k) u,   u = finger - god-object,   S = (L_ii)^-1
+ * haptable's servo on a board: a soft object that one finger or two can touch at 1 kHz
  *
- * The servo of a soft object: one finger, one closed triangle surface, 1 kHz. Hirota and Kaneko's method:
- * the god-object stays on the rest surface and the force is read from precomputed blocks of the inverse
- * stiffness (equations 9 to 12).
+ * A program (tests/firmware/header_test.cpp compiles and runs it as it stands):
  *
- * Tables are const and live in flash (struct haptable_model, written by codegen), state is one struct that the
- * caller owns (struct haptable_servo). There is no other state: two objects run side by side.
- * A step never fails, it degrades: a bad position gives zero force and is counted by name.
+ *     #include "haptable.h"
+ *     #include "model.h"
  *
- * Trusted: the model (codegen wrote it; its CRC tells whether it still is what was written). Not trusted: every
- * position and every time.
+ *     int device_read(int finger, float finger_m[3]);
+ *     void device_write(int finger, const float force_n[3]);
+ *     int device_wait(uint32_t* now_us);
+ *
+ *     static HAPTABLE_MODEL_STATE state;
+ *     static struct haptable_input in[HAPTABLE_MODEL_FINGERS];
+ *     static struct haptable_output out[HAPTABLE_MODEL_FINGERS];
+ *
+ *     int main(void) {
+ *         uint32_t now_us;
+ *         int finger;
+ *         haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+ *         haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
+ *         while (device_wait(&now_us)) {
+ *             for (finger = 0; finger < HAPTABLE_MODEL_FINGERS; ++finger)
+ *                 in[finger].is_there = (uint8_t)device_read(finger, in[finger].finger_m);
+ *             haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, now_us, out);
+ *             for (finger = 0; finger < HAPTABLE_MODEL_FINGERS; ++finger) device_write(finger, out[finger].force_n);
+ *             haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_BYTES);
+ *         }
+ *         return 0;
+ *     }
+ *
+ * codegen writes model.h and model.c: the scene, const, so that it stays in flash, and a type for its state, of the
+ * size that the scene needs. The caller owns the state; there is no other: any number of them run side by side on one
+ * scene. A step never fails, it degrades: a bad position gives zero force and is counted by name.
+ *
+ * This is all that a board's program calls. Lengths are m, forces N, times us; world coordinates are the scene's.
  */
 #ifndef HAPTABLE_H
 #define HAPTABLE_H
@@ -22,40 +45,15 @@
 extern "C" {
 #endif
 
-/* Tables and servo trust each other only through this number: codegen writes it, model.c checks it. */
-#define HAPTABLE_TABLE_VERSION 9
+/* Tables and servo trust each other only through this number: codegen writes it, model.h checks it. */
+#define HAPTABLE_TABLE_VERSION 10
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
 
-/* The most steps that the slides of one tick take together: comparing one edge with the finger is a step, the nearest
- * point of a patch six. A slide that needs more stops on the surface where it is, goes on at the next tick, and is
- * counted (walk_limits). */
-#define HAPTABLE_WALK_STEPS 128
-
-/* The most patches around one vertex, so that going around it fits into a tick. Codegen refuses more. */
-#define HAPTABLE_FAN_PATCHES 32
-
-/* The most slides of one tick: an entry, and a re-entry into another part of the surface after letting go. */
-#define HAPTABLE_SLIDES 3
-
-/* The most boxes of the spatial index that the searches of one tick visit together. A search that needs more goes on at
- * the next tick where it stopped, and is counted (box_limits): it is late, but misses no entry. The generated model.h
- * says how many boxes a segment of HAPTABLE_FAST_SEGMENT_M may visit at the most. */
-#define HAPTABLE_TICK_BOXES 192
-
-/* Where the limits above leave it open for this many ticks in a row whether the finger is inside, its contact is given
- * up, and counted (given_up): its force falls to zero over HAPTABLE_FADE_TICKS, or comes up again as it fell where
- * that is found out meanwhile. */
-#define HAPTABLE_UNDECIDED_TICKS 20
-#define HAPTABLE_FADE_TICKS 20
-
-/* A finger at 5 m/s comes this far in a tick; a hand moves no faster. */
-#define HAPTABLE_FAST_SEGMENT_M 0.005f
-
-/* The most steps of a tick of the least-energy god-object, but for the last trial's: the energy with all derivatives is
- * two, its gradient alone one. One that needs more stays where it is and goes on at the next tick. */
-#define HAPTABLE_ENERGY_STEPS 14
+/* The most fingers; the most modes of a body that rings. */
+#define HAPTABLE_FINGERS 2
+#define HAPTABLE_MODES 16
 
 /* A tick, microseconds: the servo is called so often. */
 #define HAPTABLE_TICK_US 1000u
@@ -63,218 +61,35 @@ extern "C" {
 /* No position for this long (microseconds): the force goes to zero. */
 #define HAPTABLE_SILENCE_US 20000u
 
-/* After a position that no finger reaches in time, so many plausible ones in a row until they are believed again. */
-#define HAPTABLE_GOOD_TICKS 20
-
-/* Each such position counts for so many ticks, one of which every plausible position takes away; where more than
- * HAPTABLE_DISTRUST_LIMIT are left, the fourth within a second, the sensor is at fault. */
-#define HAPTABLE_DISTRUST_TICKS 300
-#define HAPTABLE_DISTRUST_LIMIT 1000
-
-/* So many patches a tick are looked at for the one that is nearest to a finger which may be inside (resume). */
-#define HAPTABLE_SEEK_PATCHES 8
-
-/* The most terms by which a body relaxes. */
-#define HAPTABLE_TERMS 8
-
 /* For haptable_check: all of the tables; and what fits beside a tick. */
 #define HAPTABLE_CHECK_ALL 0xFFFFFFFFu
 #define HAPTABLE_CHECK_BYTES 64u
 
-/* One box of the spatial index, in grid steps from grid_origin_m. The boxes stand in depth-first order: the
- * next box of a query that meets this one is the one after it, of a query that misses it box `skip`. */
-struct haptable_box {
-    uint16_t low[3];
-    uint16_t high[3];
-    uint16_t skip;  /* first box after this one's subtree */
-    uint16_t patch; /* leaf: first of its patches; inner box: HAPTABLE_NONE */
+enum haptable_state {
+    HAPTABLE_SILENT = 0,   /* no position yet, or none for HAPTABLE_SILENCE_US: zero force */
+    HAPTABLE_FREE = 1,     /* finger outside: zero force */
+    HAPTABLE_CONTACT = 2,  /* god-object on the surface */
+    HAPTABLE_REJECTED = 3, /* the last position was not one, or is not believed yet: zero force, contact dropped */
+    HAPTABLE_LIMITED = 4,  /* contact, with less force than the body's: gain < 1 */
+    HAPTABLE_FAULTED = 5   /* a fault that waits to be acknowledged, or tables that were not checked: zero force */
 };
 
-/* A leaf of the spatial index holds this many patches in a row; only the model's last leaf may hold fewer. */
-#define HAPTABLE_LEAF 4
+/* 1 in the states with contact. */
+static inline int haptable_touches(int state) { return state == HAPTABLE_CONTACT || state == HAPTABLE_LIMITED; }
 
-/* A patch at a hinge: a vertex where more than one ring of patches meets, or where an edge of more than two patches
- * ends. All patches of such a vertex stand together, by their rings; vertices and rings ascend. */
-struct haptable_hinge {
-    uint16_t vertex;
-    uint16_t patch;
-    uint16_t ring; /* patches of one ring are reached from one another around the vertex */
+/* Why a servo is HAPTABLE_FAULTED: bits. They stand until HAPTABLE_BUTTON_ACKNOWLEDGE is pressed. */
+enum haptable_fault {
+    HAPTABLE_FAULT_TABLES = 1,   /* the tables' CRC is wrong, or was not taken yet: this one ends by the next check */
+    HAPTABLE_FAULT_FORCE = 2,    /* a force was not a number */
+    HAPTABLE_FAULT_POSITIONS = 4 /* implausible positions came again and again */
 };
 
-/* ---- what tables hold ------------------------------------------------------------------------------------------
- * One list for each struct of tables makes the struct, codegen's own, its C text, the tables' hash, and the file that
- * port/measure.c reads. Its entries:
- *   VALUE(type, name)
- *   TABLE(type, name, count)        that many rows, by the values of other fields; NULL: there is none
- *   FUNCTION(type, name, choices)   one of the list `choices`; or NULL
- *   PART(type, name)                another struct with a list; or NULL */
-#define HAPTABLE_VALUE_FIELD(type, name) type name;
-#define HAPTABLE_TABLE_FIELD(type, name, count) const type* name;
-#define HAPTABLE_FUNCTION_FIELD(type, name, choices) type* name;
-#define HAPTABLE_PART_FIELD(type, name) const type* name;
-
-/* Rows of tables. */
-typedef float haptable_float3[3];
-typedef float haptable_float6[6];
-typedef uint16_t haptable_index3[3];
-typedef uint16_t haptable_packed6[6];
-
-/* The compliance of a contact, m/N, as a polynomial of the area coordinates on every patch, in Bernstein's form:
- * C(alpha) = sum over i + j + k = degree of degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk.
- * Symmetric blocks: xx yy zz xy yz zx. Blocks of vertices and edges are shared, so C is continuous over the surface. */
-#define HAPTABLE_COMPLIANCE_FIELDS(VALUE, TABLE)                                                                   \
-    VALUE(uint8_t, degree) /* 2: force = "consistent", 4: force = "pressure-mask" */                               \
-    VALUE(uint16_t, edge_count)                                                                                    \
-    TABLE(haptable_float6, vertex, vertex_count)                                                                   \
-    TABLE(haptable_float6, edge, (degree - 1) * edge_count) /* from an edge's lower vertex to its higher one */    \
-    TABLE(haptable_float6, patch, 3 * patch_count)          /* with exponent 2 at corner 0, 1, 2; degree 4 only */ \
-    TABLE(haptable_index3, patch_edge, patch_count)         /* the edge opposite to corner c */
-
-struct haptable_compliance {
-    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD)
+/* What a hand may hold down: bits of haptable_input.buttons. */
+enum haptable_button {
+    HAPTABLE_BUTTON_CLUTCH = 1,     /* the host's: the finger moves without the device's position */
+    HAPTABLE_BUTTON_GRAB = 2,       /* the contact holds the finger */
+    HAPTABLE_BUTTON_ACKNOWLEDGE = 4 /* a fault that waits for the user is over */
 };
-
-struct haptable_model;
-struct haptable_contact;
-struct haptable_segment;
-struct haptable_counters;
-struct haptable_servo;
-
-/* Moves the god-object of one tick, servo->contact, the finger having come from servo->finger_m to x_m. Without
- * contact, servo->segment.to_m is the last position up to which the finger's segment was searched, or the end of a
- * search that is not finished; segment.boxes is 0. */
-typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                                    const float x_m[3]);
-
-/* A block that is stored in 16 bits, expanded. before: block < HAPTABLE_PACKED_BLOCKS of the model. */
-typedef void haptable_unpack_fn(const struct haptable_model* model, uint32_t block, float s[6]);
-
-/* How many blocks are stored in 16 bits, by a model's fields: S of the free vertices; or those of a compliance, of
- * vertices, edges and patches in a row. */
-#define HAPTABLE_PACKED_BLOCKS                                                            \
-    (compliance == 0 ? free_count                                                         \
-                     : vertex_count + (compliance->degree - 1) * compliance->edge_count + \
-                           (compliance->degree == 4 ? 3 * patch_count : 0))
-
-/* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
-typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                               const float finger_m[3], float nodal_force_n[3][3], float force_n[3]);
-
-/* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
- * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
-struct haptable_energy {
-    float energy_j;              /* E = 1/2 u^T S u */
-    float load_n[3];             /* S u, on the body */
-    float gradient_j[2];         /* dE by alpha_1, alpha_2 */
-    float hessian_j[3];          /* second derivatives 11 12 22 */
-    float gauss_newton_j[3];     /* their Gauss-Newton part, positive semidefinite: 11 12 22 */
-    float load_gradient_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the gradient by the finger */
-};
-
-/* What is asked for: all of it; the gradient alone on another patch that has the same point, whose load is known; the
- * energy, the load and the gradient, without what is of second order; or the energy and the load alone. A function may
- * give all of it for the last two. */
-enum haptable_energy_terms {
-    HAPTABLE_ENERGY_ALL,
-    HAPTABLE_ENERGY_GRADIENT,
-    HAPTABLE_ENERGY_SLOPE,
-    HAPTABLE_ENERGY_LOAD
-};
-
-typedef void haptable_energy_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], enum haptable_energy_terms terms,
-                                struct haptable_energy* energy);
-
-/* Changes the force of a tick after it was made and cut to max_force_n: motion_m is the finger's since the last tick.
- */
-typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                                const float motion_m[3], float force_n[3]);
-
-/* Whether a position may be believed, elapsed_us after the one before: 1, or 0, counted; then it is servo->finger_m. */
-typedef int haptable_plausible_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                                  const float finger_m[3], uint32_t elapsed_us);
-
-/* Lowers servo->gain so that the force times the gain keeps a limit. before: servo->given_n is the last tick's. */
-typedef void haptable_limit_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                               const float force_n[3]);
-
-struct haptable_output;
-
-/* What time makes of the contact's force, or of the dent that it left: changes out. before: out holds the elastic
- * force, or none, not clamped. */
-typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
-                               struct haptable_output* out);
-
-/* Goes on with the check of the model's tables, which servo->check holds: see haptable_check. */
-typedef void haptable_check_fn(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes);
-
-/* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
- * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
-#define HAPTABLE_MODEL_FIELDS(VALUE, TABLE, FUNCTION, PART)                                                            \
-    VALUE(float, max_force_n)             /* the device's limit, > 0 */                                                \
-    VALUE(float, rigid_stiffness_n_per_m) /* S of a fixed node is this times the identity, > 0 */                      \
-    VALUE(float, tolerance_m)             /* 2^-20 of the body's diagonal: points nearer than this are the same */     \
-    VALUE(float, workspace_limit_m)       /* a finger farther than this from grid_origin_m is refused */               \
-    VALUE(haptable_float3, grid_origin_m) /* spatial index: lowest corner of the surface */                            \
-    VALUE(float, grid_per_m)              /* spatial index: grid steps in a metre */                                   \
-    VALUE(uint16_t, vertex_count)         /* vertices of touchable patches: free ones first */                         \
-    VALUE(uint16_t, free_count)           /* how many of them are free: these have a block */                          \
-    VALUE(uint16_t, patch_count)                                                                                       \
-    VALUE(uint16_t, box_count)                                                                                         \
-    VALUE(uint16_t, hinge_count)                   /* 0: every vertex has one ring of patches and every edge two */    \
-    TABLE(haptable_float3, vertex_m, vertex_count) /* rest positions V_i */                                            \
-    TABLE(haptable_float6, stiffness_n_per_m, free_count)  /* S_i, xx yy zz xy yz zx, where the force reads it so */   \
-    FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
-    TABLE(haptable_packed6, packed, HAPTABLE_PACKED_BLOCKS) /* in 16 bits: numbers to be scaled */                     \
-    TABLE(float, packed_scale, unpack == haptable_unpack_int16 ? HAPTABLE_PACKED_BLOCKS : 1) /* N/m; C: m/N */         \
-    TABLE(haptable_index3, patch, patch_count)     /* vertices, counter-clockwise from outside */                      \
-    TABLE(haptable_index3, neighbour, patch_count) /* patch across the edge opposite to corner c, or NONE */           \
-    TABLE(struct haptable_box, box, box_count)                                                                         \
-    TABLE(struct haptable_hinge, hinge, hinge_count)                                                                   \
-    FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
-    FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
-    FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
-    PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
-    VALUE(float, stiffness_limit_n_per_m)                   /* the largest eigenvalue of any point's S */              \
-    FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
-    VALUE(float, static_friction)  /* for god_object_friction: >= kinetic_friction */                                  \
-    VALUE(float, kinetic_friction) /* for god_object_friction: > 0 */                                                  \
-    FUNCTION(haptable_finish_fn, release, HAPTABLE_FINISHES)                                                           \
-    VALUE(float, release_n) /* for release: by how much a force may fall in a tick that lets go */                     \
-    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)                                                         \
-    FUNCTION(haptable_god_object_fn, ungrabbed, HAPTABLE_GOD_OBJECTS) /* that god_object_grab holds still */           \
-    FUNCTION(haptable_plausible_fn, plausible, HAPTABLE_PLAUSIBLES)                                                    \
-    VALUE(float, max_motion_m) /* for plausible: the farthest that a finger comes in a tick, > 0 */                    \
-    FUNCTION(haptable_limit_fn, rate, HAPTABLE_LIMITS)                                                                 \
-    VALUE(float, rate_n) /* for rate: by how much the force may rise in a tick, > 0 */                                 \
-    FUNCTION(haptable_limit_fn, mean, HAPTABLE_LIMITS)                                                                 \
-    VALUE(float, mean_limit_n2) /* for mean: what the mean of the squared force stays below, > 0 */                    \
-    VALUE(float, mean_share)    /* for mean: of a tick in the filter's time, (1 + mean_slope) mean_share <= 1 */       \
-    VALUE(float, mean_slope)    /* for mean: 2 (max_force_n^2 / mean_limit_n2 - 1), > 0 */                             \
-    FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
-    VALUE(float, resume_gain) /* for resume: by how much the gain rises in a tick, > 0 */                              \
-    FUNCTION(haptable_relax_fn, relax, HAPTABLE_RELAXATIONS)                                                           \
-    VALUE(uint8_t, term_count)               /* for relax: at most HAPTABLE_TERMS */                                   \
-    TABLE(haptable_float3, term, term_count) /* share g; 1 - exp(-tick / time) = d; time / tick d */                   \
-    VALUE(float, rest_share)                 /* for relax: 1 less all shares, > 0 */                                   \
-    VALUE(float, tick_share)         /* for relax: what a tick leaves of a steady rise: rest and g d time / tick */    \
-    VALUE(float, relaxation_reach_m) /* for relax: from the last contact; a new one beyond knows nothing of it */      \
-    FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
-    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_tables_crc */
-
-struct haptable_relaxed;
-struct haptable_freed;
-
-struct haptable_model {
-    uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
-    struct haptable_relaxed* relaxed; /* for relax: what the body remembers, in RAM; NULL without */
-    struct haptable_freed* freed;     /* for god_object_friction: what it remembers, in RAM; NULL without */
-    HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
-};
-#undef HAPTABLE_VALUE_FIELD
-#undef HAPTABLE_TABLE_FIELD
-#undef HAPTABLE_FUNCTION_FIELD
-#undef HAPTABLE_PART_FIELD
 
 /* What the servo counts, by name: one list drives the struct, the messages and the reports. */
 #define HAPTABLE_COUNTERS(X)                                              \
@@ -307,92 +122,11 @@ struct haptable_counters {
 #undef HAPTABLE_COUNTER_FIELD
 };
 
-enum haptable_state {
-    HAPTABLE_SILENT = 0,   /* no position yet, or none for HAPTABLE_SILENCE_US: zero force */
-    HAPTABLE_FREE = 1,     /* finger outside: zero force */
-    HAPTABLE_CONTACT = 2,  /* god-object on the surface */
-    HAPTABLE_REJECTED = 3, /* the last position was not one, or is not believed yet: zero force, contact dropped */
-    HAPTABLE_LIMITED = 4,  /* contact, with less force than the body's: gain < 1 */
-    HAPTABLE_FAULTED = 5   /* a fault that waits to be acknowledged, or tables that were not checked: zero force */
-};
-
-/* 1 in the states with contact. */
-static inline int haptable_touches(int state) { return state == HAPTABLE_CONTACT || state == HAPTABLE_LIMITED; }
-
-/* Why a servo is HAPTABLE_FAULTED: bits. They stand until HAPTABLE_BUTTON_ACKNOWLEDGE is pressed. */
-enum haptable_fault {
-    HAPTABLE_FAULT_TABLES = 1,   /* the tables' CRC is wrong, or was not taken yet: this one ends by the next check */
-    HAPTABLE_FAULT_FORCE = 2,    /* a force was not a number */
-    HAPTABLE_FAULT_POSITIONS = 4 /* implausible positions came again and again */
-};
-
-/* What a hand may hold down: bits of haptable_buttons. */
-enum haptable_button {
-    HAPTABLE_BUTTON_CLUTCH = 1,     /* the host's: the finger moves without the device's position */
-    HAPTABLE_BUTTON_GRAB = 2,       /* the contact holds the finger */
-    HAPTABLE_BUTTON_ACKNOWLEDGE = 4 /* a fault that waits for the user is over */
-};
-
-/* The god-object on the rest surface: where it is and on which patch. */
-struct haptable_contact {
-    uint16_t patch; /* HAPTABLE_NONE: no contact */
-    uint8_t slips;  /* with friction: 1 while the god-object slides */
-    float alpha[3]; /* area coordinates of the god-object (eq. 11): each in 0..1, sum 1 */
-    float god_object_m[3];
-    float load_n[3]; /* with god_object_least_energy, with friction: S u there; otherwise meaningless */
-};
-
-/* A segment that is searched for the first patch that it enters: of the finger's path, or, in contact, from the surface
- * to the finger. */
-struct haptable_segment {
-    float from_m[3];
-    float to_m[3];
-    float fraction;     /* of the segment: where it enters `patch` */
-    uint16_t patch;     /* the first that it enters, of those that were searched; HAPTABLE_NONE */
-    uint16_t box;       /* of the index: where the search goes on */
-    uint16_t boxes;     /* visited in this tick */
-    uint16_t left[3];   /* the patches that it leaves are those with these vertices; first one HAPTABLE_NONE: none */
-    uint8_t is_beside;  /* 1: it begins in front of or behind them, and may enter them; 0: it begins on them */
-    uint8_t unfinished; /* 1: the next tick goes on with it */
-};
-
-/* How far the check of the tables has come. */
-struct haptable_table_check {
-    uint32_t crc;    /* of what was taken */
-    uint32_t byte;   /* of the field, that comes next */
-    uint8_t field;   /* of the model, that comes next */
-    uint8_t verdict; /* of the last whole check: 0 none yet, 1 well, 2 damaged */
-};
-
-/* The whole state of one servo. The caller owns it; haptable_init makes it valid. */
-struct haptable_servo {
-    struct haptable_contact contact;
-    struct haptable_segment segment;
-    float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger, by god_object_least_energy; 0: unknown */
-    float finger_m[3];             /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known;          /* 0 or 1 */
-    uint8_t state;                 /* enum haptable_state */
-    uint8_t undecided_ticks;       /* in a row that could not tell inside from outside */
-    uint8_t fade_ticks;            /* by so many of HAPTABLE_FADE_TICKS the force is down */
-    uint16_t slide_patch;          /* where a slide to the nearest point that met its limit goes on; HAPTABLE_NONE */
-    uint32_t position_us;          /* when the last position came; wraps */
-    float felt_n[3];               /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];           /* what release still adds: of forces that have ended, or are to come up */
-    float owed_j;                  /* with release: energy that is stored and not yet paid by the finger; >= 0 */
-    float given_n[3];              /* the force of the last tick as it was given */
-    float given_j;           /* with passivity: energy given to the user, less what was taken; never far above 0 */
-    float gain;              /* with limits: of the force, 0..1; falls in a contact, but for resume */
-    float mean_n2;           /* with mean: of the squared force, filtered */
-    float nearest_m2;        /* with resume: of the patches looked at, to the finger */
-    uint16_t nearest_patch;  /* with resume: that one */
-    uint16_t seek_patch;     /* with resume: the next to look at; HAPTABLE_NONE: none is sought */
-    uint16_t distrust_ticks; /* with plausible: HAPTABLE_DISTRUST_TICKS */
-    uint8_t wait_ticks;      /* with plausible: until positions are believed again */
-    uint8_t faults;          /* enum haptable_fault */
-    struct haptable_table_check check;
-    uint32_t buttons; /* held down: enum haptable_button */
-    uint32_t pressed; /* of them, those that were not held down a tick before */
-    struct haptable_counters counters;
+/* A finger in a tick. */
+struct haptable_input {
+    float finger_m[3]; /* world coordinates; not trusted */
+    uint32_t buttons;  /* held down: bits of enum haptable_button */
+    uint8_t is_there;  /* 0: it has no position in this tick, and no contact */
 };
 
 /* What one tick gives. */
@@ -408,177 +142,99 @@ struct haptable_output {
     float force_n[3];          /* what the user feels (eq. 12), |force_n| <= max_force_n */
 };
 
-/* One term of a relaxing body: its own load, g times which is a part of the force. */
-struct haptable_relaxed_term {
-    float branch[3]; /* sqrt(J), of which one is used; or N, where `held` */
-    float lost[3];   /* what rounding left of it */
+/* What codegen writes; haptable_scene.h, haptable_deformation.h say what is in it. */
+struct haptable_scene;
+struct haptable_deformation;
+
+/* Where a body is that nothing holds, and how it moves. */
+struct haptable_body_pose {
+    float position_m[3];
+    float turn[4];
+    float velocity_m_per_s[3];
+    float spin_rad_per_s[3];
+    uint8_t on_floor;
 };
 
-/* What a relaxing body remembers, of one servo at a time: a model that names `relax` brings it. Where another servo
- * takes the model, or positions pause, it is forgotten. */
-struct haptable_relaxed {
-    const struct haptable_servo* servo; /* whose */
-    uint32_t tick;                      /* of its counters: the last */
-    uint32_t time_us;                   /* of that tick */
-    uint8_t touches;                    /* 1: it had contact */
-    uint8_t held;                       /* 1: branches are vectors */
-    float dent;                         /* of the surface: the root of twice the elastic energy that it would store */
-    float dent_lost;                    /* what rounding left of it */
-    float stress;                       /* the same of the relaxed load, > 0; 0 where the surface is free */
-    float branches;                     /* the sum of all, by their shares */
-    float fall;                         /* by how much that falls in a tick of rest */
-    float pressed;                      /* the dent when the finger left it, with these loads: */
-    uint16_t vertex[3];
-    float alpha[3];
-    float god_object_m[3];
-    float nodal_force_n[3][3];
-    float offset_m[3]; /* where a contact may be held: u of the last tick */
-    float load_n[3];   /* and S u */
-    struct haptable_relaxed_term term[HAPTABLE_TERMS];
-};
+/* ---- a tick ---------------------------------------------------------------------------------------------------- */
 
-/* What friction remembers, of one servo at a time: a model that names it brings it. Where another servo takes the
- * model, or a tick had no contact with friction, it is forgotten. */
-struct haptable_freed {
-    const struct haptable_servo* servo; /* whose */
-    uint32_t tick;                      /* of its counters: the last */
-    uint32_t contacts;                  /* of its counters: the contact that this is of */
-    float tangent;                      /* of the load there, foreseen, squared: along the surface to the normal */
-    struct haptable_contact at;         /* where the god-object would be without friction */
-};
+/* Fingers that are not known, a body that rests where it was made. before: state has scene->bytes, aligned as a
+ * pointer. */
+void haptable_init(const struct haptable_scene* scene, void* state);
 
-/* Makes a servo that has no contact and knows no finger. */
-void haptable_init(struct haptable_servo* servo);
+/* One tick: fingers in, forces out, in world coordinates and axes; all else of out[] is in the body's frame of that
+ * tick. in, out: of each finger of the scene. A gap of HAPTABLE_SILENCE_US, and a finger that is not there, drop its
+ * contact. now_us may wrap. Bounded work; see SPEC.md. */
+void haptable_step(const struct haptable_scene* scene, void* state, const struct haptable_input in[], uint32_t now_us,
+                   struct haptable_output out[]);
 
-/* The buttons of the next tick, to be called before it by who has any: bits of enum haptable_button, all others 0. They
- * stay as they are until the next call. */
-void haptable_buttons(struct haptable_servo* servo, uint32_t buttons);
+/* To be called when no position has come: after HAPTABLE_SILENCE_US a finger's output is zero force and its contact is
+ * dropped. Returns the bits of the fingers that are silent, whose out was written; 0: all are in time still. */
+unsigned haptable_watch(const struct haptable_scene* scene, void* state, uint32_t now_us, struct haptable_output out[]);
 
-/* One tick: a finger position in, a force out. now_us may wrap. Bounded work; see SPEC.md for the bound. */
-void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
-                   uint32_t now_us, struct haptable_output* out);
-
-/* To be called when no position has come: after HAPTABLE_SILENCE_US the output is zero force and the contact is
- * dropped. Returns 1 when out was written (the servo fell silent now or earlier), 0 when it is still in time. */
-int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out);
-
-/* Goes on with the check of the tables by so many bytes, at most once through all of them; then their CRC is compared,
- * and the next call begins anew. A model with a check gives no force before they were once found well: call it with
+/* Goes on with the check of the scene's tables, of all its parts, by so many bytes, at most once through all of them;
+ * then the next call begins anew. A model with a check gives no force before they were once found well: call it with
  * HAPTABLE_CHECK_ALL before the first tick, and with HAPTABLE_CHECK_BYTES whenever there is time. Tables that are
- * damaged are HAPTABLE_FAULT_TABLES. cost: see docs/SAFETY.md */
-void haptable_check(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes);
+ * damaged are HAPTABLE_FAULT_TABLES of every finger. cost: see docs/SAFETY.md */
+void haptable_check(const struct haptable_scene* scene, void* state, uint32_t bytes);
 
-/* CRC-32 (ISO-HDLC) of all values and tables of the model but crc itself, in the order of HAPTABLE_MODEL_FIELDS. */
-uint32_t haptable_tables_crc(const struct haptable_model* model);
+/* What was counted of a finger. */
+const struct haptable_counters* haptable_counters_of(const void* state, int finger);
 
-/* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
+/* ---- what is drawn --------------------------------------------------------------------------------------------- */
 
-#define HAPTABLE_GOD_OBJECTS(X)         \
-    X(haptable_god_object_nearest)      \
-    X(haptable_god_object_least_energy) \
-    X(haptable_god_object_friction)     \
-    X(haptable_god_object_grab)
-#define HAPTABLE_FORCES(X)              \
-    X(haptable_force_interpolated)      \
-    X(haptable_force_consistent)        \
-    X(haptable_force_pressure_mask)     \
-    X(haptable_force_of_least_energy)   \
-    X(haptable_force_consistent_packed) \
-    X(haptable_force_pressure_mask_packed)
-#define HAPTABLE_ENERGIES(X)             \
-    X(haptable_energy_interpolated)      \
-    X(haptable_energy_consistent)        \
-    X(haptable_energy_pressure_mask)     \
-    X(haptable_energy_consistent_packed) \
-    X(haptable_energy_pressure_mask_packed)
-#define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
-#define HAPTABLE_PLAUSIBLES(X) X(haptable_plausible_motion)
-#define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
-#define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
-#define HAPTABLE_CHECKS(X) X(haptable_check_crc)
-#define HAPTABLE_RELAXATIONS(X) X(haptable_relaxation) X(haptable_relaxation_held)
-#define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
+/* Where the body is after the last tick. before: nothing holds the body ([body] free = true). */
+void haptable_pose_of(const struct haptable_scene* scene, const void* state, struct haptable_body_pose* pose);
 
-/* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
- * model->energy. By the envelope theorem the force is minus the gradient of E, so moving in closed loops gains nothing.
- * haptable_least_energy.c has its conditions. */
-haptable_god_object_fn haptable_god_object_least_energy;
+/* How far its modes have swung after the last tick, sqrt(kg) m: as many as [body] modes says. before: it has modes. */
+const float* haptable_swing_of(const struct haptable_scene* scene, const void* state);
 
-/* god_object: the nearest point of the rest surface (Zilles and Salisbury 1995). haptable_contact.c has its conditions.
- */
-haptable_god_object_fn haptable_god_object_nearest;
+/* The displacements of the display's rows ([tables] display_rows) for the loads of one output; zero without contact.
+ * after: displacement_m[0 .. row_count - 1] is written. cost: at most 3 columns of row_count blocks, 18 flops each. */
+void haptable_deform(const struct haptable_deformation* deformation, const struct haptable_output* out,
+                     float (*displacement_m)[3]);
 
-/* force: nodal forces F_i = alpha_i S_i u on the contact's patch (eq. 9, 10), u = finger - god-object, and the reaction
- * -(F_i + F_j + F_k) that the user feels (eq. 12). A fixed vertex has S = rigid_stiffness I.
- * before: contact->patch < patch_count. cost: three symmetric 3x3 products. */
-haptable_force_fn haptable_force_interpolated;
-haptable_energy_fn haptable_energy_interpolated;
+/* ---- a serial line to the host --------------------------------------------------------------------------------- */
 
-/* force: F = -C^-1 u with the compliance C of the contact point (model->compliance, degree 2), nodal forces
- * alpha_i C^-1 u: the body's surface, so loaded, meets the finger. A fixed vertex adds no compliance; where that would
- * leave the point stiffer than its fraction of rigid_stiffness, it is lifted to that (haptable_compliance.h). */
-haptable_force_fn haptable_force_consistent;
-haptable_energy_fn haptable_energy_consistent;
-haptable_force_fn haptable_force_consistent_packed;
-haptable_energy_fn haptable_energy_consistent_packed;
+/* Bytes of whole frames: of every scene, and of the scene with the longest. */
+#define HAPTABLE_LINE_FRAME_BYTES(payload) (13 + (payload))
+#define HAPTABLE_LINE_HELLO_BYTES HAPTABLE_LINE_FRAME_BYTES(12)
+#define HAPTABLE_LINE_STATE_PAYLOAD(fingers) (6 + 16 * (fingers))
+#define HAPTABLE_LINE_STATE_BYTES HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_STATE_PAYLOAD(HAPTABLE_FINGERS))
+#define HAPTABLE_LINE_ANSWER_PAYLOAD(fingers, is_free, modes) (80 * (fingers) + ((is_free) ? 53 : 0) + 4 * (modes))
+#define HAPTABLE_LINE_ANSWER_BYTES \
+    HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_ANSWER_PAYLOAD(HAPTABLE_FINGERS, 1, HAPTABLE_MODES))
 
-/* force: the same for a contact of finite size (degree 4). The nodal forces are those of the whole load by alpha;
- * the load's distribution over the nodes under the mask is in the host's tables. */
-haptable_force_fn haptable_force_pressure_mask;
-haptable_energy_fn haptable_energy_pressure_mask;
-haptable_force_fn haptable_force_pressure_mask_packed;
-haptable_energy_fn haptable_energy_pressure_mask_packed;
+/* The receiving end of a line. */
+struct haptable_line_reader {
+    uint8_t* byte;          /* what has come of a frame, and what came after a false begin */
+    uint16_t room;          /* of it: the longest frame that is one */
+    uint16_t count;         /* bytes in it */
+    uint32_t frames;        /* whole ones */
+    uint32_t skipped_bytes; /* that belonged to none */
+};
 
-/* force: the load that god_object_least_energy found at its point, which is that of the two forces above; not under
- * another god-object, nor under friction. */
-haptable_force_fn haptable_force_of_least_energy;
+/* The servo's end. The caller owns it; haptable_line_begin makes it valid. */
+struct haptable_line_end {
+    struct haptable_line_reader reader;
+    uint32_t sequence; /* of the last tick */
+    uint32_t time_us;  /* the same */
+    uint16_t length;   /* of its answer; 0: there was no tick yet */
+    uint8_t is_other;  /* 1: the host is of another version */
+    uint8_t in[HAPTABLE_LINE_STATE_BYTES];
+    uint8_t hello[HAPTABLE_LINE_HELLO_BYTES];
+    uint8_t answer[HAPTABLE_LINE_ANSWER_BYTES];
+};
 
-/* god_object: with friction. It holds the god-object back where it was as long as the force there lies in the cone of
- * static friction, and lets it follow the frictionless one just so far that it lies in the cone of kinetic friction. */
-haptable_god_object_fn haptable_god_object_friction;
+/* Begins a line that knows no tick. Returns the target's hello, *count bytes to be sent: a host that was there before
+ * learns that the target began anew. */
+const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct haptable_line_end* line, uint32_t* count);
 
-/* release: when contact ends, or the god-object jumps, the difference of the forces is not dropped but brought down by
- * release_n a tick: a force that has ended only brakes, one that brakes more comes up. What the finger has not paid of
- * that is owed, and nothing pushes it until it is paid. */
-haptable_finish_fn haptable_release_slew;
-
-/* passivity: observes the energy that the servo gives over what it took, and damps the finger's motion until it is paid
- * back (Hannaford and Ryu 2002, time domain). */
-haptable_finish_fn haptable_passivity_control;
-
-/* god_object: while HAPTABLE_BUTTON_GRAB is held, the contact point stays where it is on the body: it pulls too, and
- * does not let go. Otherwise as model->ungrabbed. */
-haptable_god_object_fn haptable_god_object_grab;
-
-/* plausible: no finger is faster than max_motion_m a tick. After one that is, HAPTABLE_GOOD_TICKS plausible positions
- * come before one is believed. */
-haptable_plausible_fn haptable_plausible_motion;
-
-/* rate: the force rises by no more than rate_n a tick, in any direction: it lies within rate_n of what is between none
- * and the last. Falling is free. */
-haptable_limit_fn haptable_limit_rate;
-
-/* mean: a filter of first order over the squared force, which heats the motors, stays below mean_limit_n2. From half of
- * that on the largest force comes down, from max_force_n to the root of mean_limit_n2. */
-haptable_limit_fn haptable_limit_mean;
-
-/* resume: a finger that is inside without having come through the surface (at the start, after silence or a fault) gets
- * a contact at the nearest patch, with a gain that rises from zero by resume_gain a tick, as does one that a limit has
- * lowered. Without it contact begins after the finger has left. */
-haptable_god_object_fn haptable_resume_ramp;
-
-/* relax: a body whose stiffness falls with time by a sum of exponentials, the same everywhere. A finger is met where
- * the surface is, which comes back slowly; then the dent is still drawn. The one for a contact that friction or a hand
- * may hold: there each direction has its own history. haptable_relaxation.c has the law. */
-haptable_relax_fn haptable_relaxation;
-haptable_relax_fn haptable_relaxation_held;
-
-/* check: CRC-32 of every value and table. */
-haptable_check_fn haptable_check_crc;
-
-/* unpack: binary16 with one scale for all blocks; integers with a scale for each. */
-haptable_unpack_fn haptable_unpack_float16;
-haptable_unpack_fn haptable_unpack_int16;
+/* Takes one byte. Returns the bytes to be sent, *count of them, which are there until the next call; NULL and 0 but
+ * where the byte completes a hello or a state. A state with sequence and time of the last one is answered again and not
+ * stepped. Between ticks the caller goes on with haptable_check. cost: haptable_line_read's; with a state
+ * haptable_step's, and the CRC of the answer. */
+const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line,
+                             uint8_t byte, uint32_t* count);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_BLOCK_H
 #define HAPTABLE_BLOCK_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 /* S of a free vertex: where it stands in flash, or expanded into `room` where it is stored in 16 bits.

@@ -11,9 +11,14 @@
  */
 #include "haptable_body.h"
 
+#include <stddef.h>
+
 #include "haptable_vector.h"
 
 #define DT HAPTABLE_BODY_TICK_S
+
+/* (m/s)^2: a point on the floor that is slower does not slip. */
+#define AT_REST2 1e-24f
 
 /* A (V_m - V) = b of six unknowns: velocity and spin, body axes. A is symmetric: its lower half. */
 struct system {
@@ -283,7 +288,7 @@ static void begin_touch(const struct haptable_body* body, const struct haptable_
                         const float speed[3], struct touch* touch) {
     touch->damping = (state->floor_owed_j > 0.0f ? OWING : 1.0f) * body->floor_damping_n_s_per_m;
     touch->most_n = body->floor_friction * state->push_n[i];
-    touch->slips = (uint8_t)((state->slips >> i & 1u) != 0 && length2(speed + 1) > 1e-24f);
+    touch->slips = (uint8_t)((state->slips >> i & 1u) != 0 && length2(speed + 1) > AT_REST2);
     if (touch->slips) set_way(speed + 1, 1.0f, touch);
     press(body, speed[0], touch);
     hold(body, state->stretch_m[i], touch);
@@ -304,7 +309,7 @@ static void change_touch(const struct haptable_body* body, const float stretch_m
     along_n[1] = touch->hold_n[1] - touch->hold * speed[2];
     if (touch->slips) {
         touch->slips = touch->way[0] * speed[1] + touch->way[1] * speed[2] > 0.0f;
-    } else if (length2(along_n) > touch->most_n * touch->most_n && length2(along_n) > 1e-24f) {
+    } else if (length2(along_n) > touch->most_n * touch->most_n && length2(along_n) > HAPTABLE_NO_FORCE2) {
         touch->slips = 1;
         set_way(along_n, -1.0f, touch);
     }
@@ -329,7 +334,7 @@ static void limit_stretch(float most_m, float stretch_m[2]) {
     const float size2 = stretch_m[0] * stretch_m[0] + stretch_m[1] * stretch_m[1];
     float scale;
     if (!(size2 > most_m * most_m)) return;
-    scale = size2 > 1e-30f ? most_m * vec_inverse_root(size2) : 0.0f;
+    scale = size2 > HAPTABLE_ROOT_LEAST ? most_m * vec_inverse_root(size2) : 0.0f;
     stretch_m[0] *= scale;
     stretch_m[1] *= scale;
 }
@@ -641,9 +646,17 @@ void haptable_body_move(const struct haptable_body* body, struct haptable_body_s
     find_spin(body, state);
 }
 
+struct haptable_span haptable_span_of_body(const void* tables, uint32_t field) {
+    const struct haptable_body* body = (const struct haptable_body*)tables;
+    const struct haptable_span span = {body,
+                                       field == 0u ? (uint32_t)offsetof(struct haptable_body, crc) : HAPTABLE_SPAN_END};
+    return span;
+}
+
 const struct haptable_rigid_part haptable_part_rigid = {.init = haptable_body_init,
-                                                   .from_world = haptable_body_from_world,
-                                                   .to_world = haptable_body_to_world,
-                                                   .give = haptable_body_give,
-                                                   .kick = haptable_body_kick,
-                                                   .move = haptable_body_move};
+                                                        .from_world = haptable_body_from_world,
+                                                        .to_world = haptable_body_to_world,
+                                                        .give = haptable_body_give,
+                                                        .kick = haptable_body_kick,
+                                                        .move = haptable_body_move,
+                                                        .span = haptable_span_of_body};

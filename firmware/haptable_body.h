@@ -11,7 +11,7 @@
 #ifndef HAPTABLE_BODY_H
 #define HAPTABLE_BODY_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -51,6 +51,7 @@ struct haptable_body {
     HAPTABLE_BODY_FIELDS(HAPTABLE_BODY_VALUE, HAPTABLE_BODY_VECTOR)
     uint32_t point_count;                   /* <= HAPTABLE_BODY_POINTS; 0: no floor */
     float point_m[HAPTABLE_BODY_POINTS][3]; /* what may rest on the floor, body coordinates */
+    uint32_t crc;                           /* for a model's check: of all before it, haptable_crc_of */
 };
 #undef HAPTABLE_BODY_VALUE
 #undef HAPTABLE_BODY_VECTOR
@@ -104,9 +105,11 @@ struct haptable_rigid_part {
     void (*kick)(const struct haptable_body* body, struct haptable_body_state* state, const float at_m[3],
                  const float force_n[3]);
     void (*move)(const struct haptable_body* body, struct haptable_body_state* state);
+    haptable_span_fn* span;
 };
 
 extern const struct haptable_rigid_part haptable_part_rigid;
+haptable_span_fn haptable_span_of_body; /* of a struct haptable_body */
 
 #ifdef __cplusplus
 }

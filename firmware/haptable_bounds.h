@@ -8,7 +8,7 @@
 #ifndef HAPTABLE_BOUNDS_H
 #define HAPTABLE_BOUNDS_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 /* Steps of the walk: comparing one edge with the finger is one, a patch's nearest point costs as much as six. A walk at
  * its last step still finishes a trial around a vertex: two edges, the patch between them, that of the steepest edge.

@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_COMPLIANCE_H
 #define HAPTABLE_COMPLIANCE_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 #define HAPTABLE_COMPLIANCE_CONTROLS 15 /* of degree 4; degree 2 has 6 */
 

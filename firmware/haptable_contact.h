@@ -6,14 +6,15 @@
 #ifndef HAPTABLE_CONTACT_H
 #define HAPTABLE_CONTACT_H
 
-#include "haptable.h"
 #include "haptable_entry.h"
+#include "haptable_model.h"
 
 /* Where friction's god-object of the last tick would be without it; NULL where that is not known of this contact. */
-static inline const struct haptable_contact* haptable_freed_of(const struct haptable_model* model,
-                                                               const struct haptable_servo* servo) {
-    const struct haptable_freed* freed = model->freed;
-    if (!freed || freed->servo != servo || servo->contact.patch == HAPTABLE_NONE) return 0;
+static inline const struct haptable_contact* haptable_freed_contact(const struct haptable_model* model,
+                                                                    struct haptable_servo* servo) {
+    const struct haptable_freed* freed;
+    if (!model->frictionless || servo->contact.patch == HAPTABLE_NONE) return 0;
+    freed = haptable_freed_of(model, servo);
     return servo->counters.ticks - freed->tick == 1u && servo->counters.contacts == freed->contacts ? &freed->at : 0;
 }
 

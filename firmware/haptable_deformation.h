@@ -9,13 +9,11 @@
 #ifndef HAPTABLE_DEFORMATION_H
 #define HAPTABLE_DEFORMATION_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-struct haptable_deformation;
 
 /* Adds the displacement that a force on one vertex causes: displacement += L[:, vertex] force. */
 typedef void haptable_column_fn(const struct haptable_deformation* deformation, uint16_t vertex, const float force_n[3],
@@ -39,11 +37,6 @@ haptable_column_fn haptable_column_float32;
 
 /* int16: half of that; each block is within half a step of it, the step is the column's largest entry / 32767. */
 haptable_column_fn haptable_column_int16;
-
-/* The displacements of all rows for the loads of one output; zero without contact.
- * after: displacement_m[0 .. row_count - 1] is written. cost: at most 3 columns of row_count blocks, 18 flops each. */
-void haptable_deform(const struct haptable_deformation* deformation, const struct haptable_output* out,
-                     float (*displacement_m)[3]);
 
 #ifdef __cplusplus
 }

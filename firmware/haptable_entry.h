@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_ENTRY_H
 #define HAPTABLE_ENTRY_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 /* Begins contact where the finger, now at x_m, first crossed the surface inwards: the first patch that its segment
  * enters, by the spatial index. First the segment that is not finished, if there is one, then from its end to x_m.

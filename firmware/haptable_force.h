@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_FORCE_H
 #define HAPTABLE_FORCE_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 /* Cuts the force to max_n, keeping its direction. Returns 1 when it was cut.
  * before: force_n is finite, max_n > 0. after: |force_n| <= max_n to rounding. */

@@ -2,8 +2,8 @@
  *
  * F = -(alpha_i S_i + alpha_j S_j + alpha_k S_k) u
  */
-#include "haptable.h"
 #include "haptable_block.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 void haptable_force_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,

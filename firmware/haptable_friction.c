@@ -88,7 +88,7 @@ static int in_cone(const struct load* load, float mu) {
 /* |f_t|^2 / f_n^2; 0 where that is no number. */
 static float tangent2_of(const struct load* load) {
     const float tangent2 = load->pressed2 > 0.0f ? load->along2 / load->pressed2 : 0.0f;
-    return tangent2 > 0.0f && tangent2 < 1e30f ? tangent2 : 0.0f;
+    return tangent2 > 0.0f && tangent2 < HAPTABLE_ROOT_MOST ? tangent2 : 0.0f;
 }
 
 /* From where the god-object is held to where it would be without friction. */
@@ -227,7 +227,7 @@ static void foresee(const struct line* line, float mu, float* freed_tangent2) {
 static void slip(const struct haptable_model* model, struct haptable_servo* servo, const struct haptable_contact* held,
                  const struct load* held_load, const float x_m[3]) {
     const float mu = model->kinetic_friction;
-    struct haptable_freed* freed = model->freed;
+    struct haptable_freed* freed = haptable_freed_of(model, servo);
     struct line line = {0.0f, 1.0f, tangent2_of(held_load), freed->tangent};
     struct way way;
     int is_asked = 0;
@@ -266,8 +266,6 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
 
 /* Where the frictionless god-object is, for the next tick. */
 static void remember(const struct haptable_servo* servo, struct haptable_freed* freed) {
-    if (freed->servo != servo) freed->tangent = 0.0f;
-    freed->servo = servo;
     freed->tick = servo->counters.ticks;
     freed->contacts = servo->counters.contacts;
     freed->at = servo->contact;
@@ -276,7 +274,7 @@ static void remember(const struct haptable_servo* servo, struct haptable_freed* 
 /* The frictionless god-object goes on from where it was. One of least energy may have to begin at the held one again,
  * so that friction never stores more: it finds that in servo->contact, with its load. */
 static void free_contact(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
-    const struct haptable_contact* freed = haptable_freed_of(model, servo);
+    const struct haptable_contact* freed = haptable_freed_contact(model, servo);
     const int is_known = freed != 0;
     if (is_known && !model->energy) servo->contact = *freed;
     if (!is_known) {
@@ -284,10 +282,10 @@ static void free_contact(const struct haptable_model* model, struct haptable_ser
         vec_zero(servo->sensitivity_per_m[1]);
     }
     model->frictionless(model, servo, x_m);
-    remember(servo, model->freed);
+    remember(servo, haptable_freed_of(model, servo));
 }
 
-/* before: model->frictionless is another god-object, model->freed a memory of the model's own. after: as that one, but
+/* before: model->frictionless is another god-object, and the state has room at model->freed_at. after: as that one, but
  * held back within the cone of friction. cost: the frictionless one, MOST_FRICTION_FORCES forces, a look at the finger,
  * and slides of at most MOST_HELD_STEPS steps; where they end at that limit, which is counted, the god-object slips
  * farther than it would. */
@@ -300,7 +298,7 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
     if (contact->patch == HAPTABLE_NONE) {
         free_contact(model, servo, x_m);
         contact->slips = 0;
-        model->freed->tangent = 0.0f;
+        haptable_freed_of(model, servo)->tangent = 0.0f;
         return;
     }
     take_load(model, contact, x_m);

@@ -2,7 +2,7 @@
  *
  * g stays: F = -S(g) (x - g), wherever the finger goes
  */
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 /* What a god-object knows of the last tick's finger is not true of one that was held. */

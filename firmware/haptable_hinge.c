@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Hinges: vertices with more than one ring of patches, edges with more than two. Bodies without them never come here.
+ * Hinges: vertices with more than one ring of patches, edges with more than two. Bodies without them do not link this.
  */
 #include "haptable_surface.h"
 
@@ -31,7 +31,7 @@ static uint16_t ring_of(const struct haptable_model* model, uint16_t first, uint
     return HAPTABLE_NONE;
 }
 
-uint16_t haptable_hinge_next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin) {
+static uint16_t next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin) {
     const uint16_t first = first_at(model, vertex);
     uint16_t ring;
     uint16_t i;
@@ -48,7 +48,7 @@ static int has_vertex(const struct haptable_model* model, uint16_t patch, uint16
     return v[0] == vertex || v[1] == vertex || v[2] == vertex;
 }
 
-uint16_t haptable_hinge_next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last) {
+static uint16_t next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last) {
     const uint16_t vertex = model->patch[patch][next_corner(corner)];
     const uint16_t other = model->patch[patch][previous_corner(corner)];
     const uint16_t neighbour = model->neighbour[patch][corner];
@@ -62,3 +62,5 @@ uint16_t haptable_hinge_next_across(const struct haptable_model* model, uint16_t
     }
     return HAPTABLE_NONE;
 }
+
+const struct haptable_hinges haptable_hinges_of_table = {next_ring, next_across};

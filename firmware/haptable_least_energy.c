@@ -739,7 +739,7 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct haptable_contact* contact = &servo->contact;
     const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int is_new = contact->patch == HAPTABLE_NONE;
-    struct walk walk = {.model = model, .x_m = x_m, .freed = haptable_freed_of(model, servo)};
+    struct walk walk = {.model = model, .x_m = x_m, .freed = haptable_freed_contact(model, servo)};
     struct point here;
     int slides;
     if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;

@@ -6,10 +6,10 @@
  * The gain only falls while contact lasts (but for haptable_resume.c): a finger that has pressed against the body's
  * whole force, or more of it than now, gets no more back than it gave.
  */
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
-static float root(float x) { return x > 1e-30f ? x * vec_inverse_root(x) : 0.0f; }
+static float root(float x) { return x > HAPTABLE_ROOT_LEAST ? x * vec_inverse_root(x) : 0.0f; }
 
 /* The largest gain whose force is within r of the last force given, B, or of a part of it. before: |F| > 0 */
 static float gain_within(float r, const float force_n[3], const float before_n[3]) {

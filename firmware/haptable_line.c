@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * bytes -> frames -> state -> haptable_scene_step -> answer -> bytes
+ * bytes -> frames -> state -> haptable_step -> answer -> bytes
  */
 #include "haptable_line.h"
 
@@ -85,7 +85,7 @@ static void walk_output(struct walk* walk, struct haptable_output* out) {
     for (corner = 0; corner < 3; ++corner) walk_floats(walk, out->nodal_force_n[corner], 3);
 }
 
-static void walk_pose(struct walk* walk, struct haptable_line_pose* pose) {
+static void walk_pose(struct walk* walk, struct haptable_body_pose* pose) {
     walk_floats(walk, pose->position_m, 3);
     walk_floats(walk, pose->turn, 4);
     walk_floats(walk, pose->velocity_m_per_s, 3);
@@ -248,15 +248,16 @@ void haptable_line_describe(const struct haptable_scene* scene, struct haptable_
     hello->hash = scene->model->hash;
 }
 
-static const uint8_t* say_hello(const struct haptable_line_hello* own, uint32_t sequence, struct haptable_line_end* line,
-                                uint32_t* count) {
+static const uint8_t* say_hello(const struct haptable_line_hello* own, uint32_t sequence,
+                                struct haptable_line_end* line, uint32_t* count) {
     struct haptable_line_hello hello = *own;
     if (line->is_other) hello.flags |= (uint8_t)HAPTABLE_LINE_OTHER_VERSION;
     *count = haptable_line_write_hello(sequence, hello, line->hello);
     return line->hello;
 }
 
-const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct haptable_line_end* line, uint32_t* count) {
+const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct haptable_line_end* line,
+                                   uint32_t* count) {
     struct haptable_line_hello own;
     haptable_line_describe(scene, &own);
     haptable_line_reader_init(line->in, (uint16_t)HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_STATE_PAYLOAD(own.fingers)),
@@ -271,14 +272,6 @@ static void copy(const float* from, float* to, int count) {
     for (i = 0; i < count; ++i) to[i] = from[i];
 }
 
-static void put_pose(const struct haptable_body_state* body, struct haptable_line_pose* pose) {
-    copy(body->position_m, pose->position_m, 3);
-    copy(body->turn, pose->turn, 4);
-    copy(body->velocity_m_per_s, pose->velocity_m_per_s, 3);
-    copy(body->spin_rad_per_s, pose->spin_rad_per_s, 3);
-    pose->on_floor = body->on_floor;
-}
-
 /* A gap in time drops the contacts, as silence does. */
 static void tick(const struct haptable_scene* scene, void* servos, const struct haptable_line_state* state,
                  struct haptable_line_answer* answer) {
@@ -286,15 +279,15 @@ static void tick(const struct haptable_scene* scene, void* servos, const struct 
     for (f = 0; f < haptable_scene_fingers(scene); ++f) {
         struct haptable_servo* servo = haptable_scene_servo(servos, f);
         if ((state->begins >> f & 1u) != 0u)
-            (void)haptable_watch(servo, servo->position_us + HAPTABLE_SILENCE_US, &answer->out[f]);
+            (void)haptable_servo_watch(servo, servo->position_us + HAPTABLE_SILENCE_US, &answer->out[f]);
     }
-    if (scene->body) put_pose(haptable_scene_body(scene, servos), &answer->pose);
-    haptable_scene_step(scene, servos, state->in, state->time_us, answer->out);
-    if (scene->modes) copy(haptable_scene_modes(scene, servos)->q, answer->q, scene->modes->count);
+    if (scene->body) haptable_pose_of(scene, servos, &answer->pose);
+    haptable_step(scene, servos, state->in, state->time_us, answer->out);
+    if (scene->modes) copy(haptable_swing_of(scene, servos), answer->q, scene->modes->count);
 }
 
-const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line, uint8_t byte,
-                             uint32_t* count) {
+const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line,
+                             uint8_t byte, uint32_t* count) {
     struct haptable_line_frame frame;
     struct haptable_line_hello own;
     struct haptable_line_hello host;

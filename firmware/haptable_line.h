@@ -5,17 +5,8 @@
  *   A5 5A | length (2) | type (1) | sequence (4) | payload (length) | CRC-32 of all before it but the first two (4)
  *
  * Little-endian. A hello says what a scene is; the length of a tick's frames, one each way, follows from it. No
- * interrupts and no buffers of a driver here: bytes go in one by one, frames come out.
- *
- * A board does:
- *
- *     static struct haptable_line_end line;
- *     uint32_t count;
- *     const uint8_t* bytes = haptable_line_begin(&HAPTABLE_MODEL_SCENE, &line, &count);
- *     for (;;) {
- *         ...                                   send `count` bytes, where there are any; wait for a byte
- *         bytes = haptable_line(&HAPTABLE_MODEL_SCENE, &state, &line, byte, &count);
- *     }
+ * interrupts and no buffers of a driver here: bytes go in one by one, frames come out. haptable.h has what a board
+ * calls.
  */
 #ifndef HAPTABLE_LINE_H
 #define HAPTABLE_LINE_H
@@ -33,15 +24,6 @@ extern "C" {
 #define HAPTABLE_LINE_HELLO 10  /* either way: struct haptable_line_hello; a host's asks for the target's */
 #define HAPTABLE_LINE_STATE 11  /* to the servo: struct haptable_line_state */
 #define HAPTABLE_LINE_ANSWER 12 /* from the servo: struct haptable_line_answer; its sequence is the state's */
-
-/* Bytes of whole frames: of every scene, and of the scene with the longest. */
-#define HAPTABLE_LINE_FRAME_BYTES(payload) (13 + (payload))
-#define HAPTABLE_LINE_HELLO_BYTES HAPTABLE_LINE_FRAME_BYTES(12)
-#define HAPTABLE_LINE_STATE_PAYLOAD(fingers) (6 + 16 * (fingers))
-#define HAPTABLE_LINE_STATE_BYTES HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_STATE_PAYLOAD(HAPTABLE_FINGERS))
-#define HAPTABLE_LINE_ANSWER_PAYLOAD(fingers, is_free, modes) (80 * (fingers) + ((is_free) ? 53 : 0) + 4 * (modes))
-#define HAPTABLE_LINE_ANSWER_BYTES \
-    HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_LINE_ANSWER_PAYLOAD(HAPTABLE_FINGERS, 1, HAPTABLE_MODES))
 
 /* Bits of a hello's flags. */
 enum haptable_line_flag {
@@ -66,29 +48,11 @@ struct haptable_line_state {
     struct haptable_input in[HAPTABLE_FINGERS];
 };
 
-/* Where a body is that nothing holds, and how it moves: as struct haptable_body_state. */
-struct haptable_line_pose {
-    float position_m[3];
-    float turn[4];
-    float velocity_m_per_s[3];
-    float spin_rad_per_s[3];
-    uint8_t on_floor;
-};
-
 /* What a tick gives. */
 struct haptable_line_answer {
     struct haptable_output out[HAPTABLE_FINGERS]; /* all but `patch`; along world axes the force alone */
-    struct haptable_line_pose pose;               /* at the tick's begin: contacts are in its frame */
+    struct haptable_body_pose pose;               /* at the tick's begin: contacts are in its frame */
     float q[HAPTABLE_MODES];                      /* at its end */
-};
-
-/* The receiving end of a line. */
-struct haptable_line_reader {
-    uint8_t* byte;          /* what has come of a frame, and what came after a false begin */
-    uint16_t room;          /* of it: the longest frame that is one */
-    uint16_t count;         /* bytes in it */
-    uint32_t frames;        /* whole ones */
-    uint32_t skipped_bytes; /* that belonged to none */
 };
 
 /* A whole frame. The payload points into the reader's bytes and is valid until the next one. */
@@ -98,29 +62,6 @@ struct haptable_line_frame {
     uint32_t sequence;
     uint8_t* payload;
 };
-
-/* The servo's end. The caller owns it; haptable_line_begin makes it valid. */
-struct haptable_line_end {
-    struct haptable_line_reader reader;
-    uint32_t sequence; /* of the last tick */
-    uint32_t time_us;  /* the same */
-    uint16_t length;   /* of its answer; 0: there was no tick yet */
-    uint8_t is_other;  /* 1: the host is of another version */
-    uint8_t in[HAPTABLE_LINE_STATE_BYTES];
-    uint8_t hello[HAPTABLE_LINE_HELLO_BYTES];
-    uint8_t answer[HAPTABLE_LINE_ANSWER_BYTES];
-};
-
-/* Begins a line that knows no tick. Returns the target's hello, *count bytes to be sent: a host that was there before
- * learns that the target began anew. */
-const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct haptable_line_end* line, uint32_t* count);
-
-/* Takes one byte. Returns the bytes to be sent, *count of them, which are there until the next call; NULL and 0 but
- * where the byte completes a hello or a state. A state with sequence and time of the last one is answered again and not
- * stepped. Between ticks the caller goes on with haptable_scene_check. cost: haptable_line_read's; with a state
- * haptable_scene_step's, and the CRC of the answer. */
-const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line, uint8_t byte,
-                             uint32_t* count);
 
 /* ---- both ends, and the host's --------------------------------------------------------------------------------- */
 

@@ -178,7 +178,20 @@ float haptable_modes_energy(const struct haptable_modes* modes, const struct hap
     return 0.5f * twice_j;
 }
 
+struct haptable_span haptable_span_of_modes(const void* tables, uint32_t field) {
+    const struct haptable_modes* modes = (const struct haptable_modes*)tables;
+    const struct haptable_span span[] = {
+        {&modes->count, (uint32_t)sizeof modes->count},
+        {&modes->controls, (uint32_t)sizeof modes->controls},
+        {&modes->control_count, (uint32_t)sizeof modes->control_count},
+        {modes->mode, modes->count * (uint32_t)sizeof *modes->mode},
+        {modes->shape, (uint32_t)modes->control_count * modes->count * (uint32_t)sizeof *modes->shape},
+        {modes, HAPTABLE_SPAN_END}};
+    return span[field < 5u ? field : 5u];
+}
+
 const struct haptable_modes_part haptable_part_modes = {.init = haptable_modes_init,
-                                                     .advance = haptable_modes_advance,
-                                                     .follow = haptable_modes_follow,
-                                                     .energy = haptable_modes_energy};
+                                                        .advance = haptable_modes_advance,
+                                                        .follow = haptable_modes_follow,
+                                                        .energy = haptable_modes_energy,
+                                                        .span = haptable_span_of_modes};

@@ -12,17 +12,16 @@
 #ifndef HAPTABLE_MODES_H
 #define HAPTABLE_MODES_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define HAPTABLE_MODES_VERSION 2
+#define HAPTABLE_MODES_VERSION 3
 
-/* The most modes, and the most controls of a patch: its vertices, and under a mask the edges opposite to them. */
-#define HAPTABLE_MODES 16
+/* The most controls of a patch: its vertices, and under a mask the edges opposite to them. */
 #define HAPTABLE_MODES_CONTROLS 6
 
 /* A tick of one mode, exact for a force that is held: what q and q' change by, of q, of q' and of the force. */
@@ -41,6 +40,8 @@ struct haptable_modes {
     uint8_t controls;                 /* of a patch: 3, or 6 under a mask */
     const struct haptable_mode* mode; /* [count] */
     const float (*shape)[3];          /* phi of control c and mode k at c count + k, 1/sqrt(kg) */
+    uint16_t control_count;           /* of the surface */
+    uint32_t crc;                     /* for a model's check: of all other values and tables, haptable_crc_of */
 };
 
 /* The rows of a load: three a finger. */
@@ -96,9 +97,11 @@ struct haptable_modes_part {
                    struct haptable_modes_state* state, int finger, const struct haptable_contact* contact,
                    const float load_n[3], float* credit_j);
     float (*energy)(const struct haptable_modes* modes, const struct haptable_modes_state* state);
+    haptable_span_fn* span;
 };
 
 extern const struct haptable_modes_part haptable_part_modes;
+haptable_span_fn haptable_span_of_modes; /* of a struct haptable_modes */
 
 #ifdef __cplusplus
 }

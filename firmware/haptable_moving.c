@@ -23,7 +23,7 @@ struct fingers {
     int is_known[HAPTABLE_FINGERS];     /* 1: by its way since the last tick */
     float at_m[HAPTABLE_FINGERS][3];    /* where it is */
     float moved_m[HAPTABLE_FINGERS][3]; /* since the last tick; 0 where that is not known */
-    float felt_m[HAPTABLE_FINGERS][3];  /* at_m, less what the modes have moved the surface; where the dent ends */
+    float felt_m[HAPTABLE_FINGERS][3];  /* at_m, less what the modes have moved the surface */
     float way_m2[HAPTABLE_FINGERS];     /* of the hand, or in the body's frame where that is less, squared */
     float share[HAPTABLE_FINGERS];      /* of its force that is given */
     float stored_j;                     /* by its contacts */
@@ -209,7 +209,7 @@ void haptable_moving(const struct haptable_scene* scene, void* state, const stru
     haptable_scene_begin(scene, state, in, now_us, out);
     to_body(scene, state, in, &fingers);
     if (scene->ringing) ring(scene, state, &fingers);
-    scene->contacts(scene, state, in, fingers.felt_m, now_us, out);
+    scene->contacts(scene, state, in, (const float(*)[3])fingers.felt_m, now_us, out);
     for (f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
     if (scene->rigid) ease(scene, &fingers, out);
     settle(scene, state, &fingers, out);

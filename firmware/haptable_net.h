@@ -54,6 +54,31 @@ static inline void gather(const struct haptable_model* model, const struct hapta
     }
 }
 
+/* The blocks of a patch, expanded into `room`. Those of vertices, edges and patches stand in a row, an edge's from its
+ * lower vertex to its higher one. */
+static inline void gather_packed(const struct haptable_model* model, const struct haptable_compliance_form* form,
+                                 uint16_t patch, float (*room)[6], struct net* net) {
+    const struct haptable_compliance* c = model->compliance;
+    const uint16_t* v = model->patch[patch];
+    const uint32_t per_edge = form->degree - 1u;
+    const uint32_t edges = model->vertex_count;
+    const uint32_t patches = edges + per_edge * c->edge_count;
+    int corner;
+    int n;
+    net->count = form->degree == 4 ? HAPTABLE_COMPLIANCE_CONTROLS : 6;
+    for (corner = 0; corner < 3; ++corner) {
+        const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
+        const uint32_t first = edges + per_edge * c->patch_edge[patch][corner];
+        uint32_t i;
+        model->unpack(model, v[corner], room[form->vertex[corner]]);
+        for (i = 0; i < per_edge; ++i)
+            model->unpack(model, first + (forward ? i : per_edge - 1u - i), room[form->edge[corner][i]]);
+        if (form->degree == 4)
+            model->unpack(model, patches + 3u * (uint32_t)patch + (uint32_t)corner, room[form->inside[corner]]);
+    }
+    for (n = 0; n < net->count; ++n) net->block[n] = room[n];
+}
+
 /* Bernstein's polynomials of one degree less than C, degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k, in the order
  * of a net. */
 static inline void bernstein(int degree, const float alpha[3], float w[10]) {
@@ -74,16 +99,6 @@ static inline void bernstein(int degree, const float alpha[3], float w[10]) {
     w[7] = 3.0f * b * b * c;
     w[8] = 3.0f * b * c * c;
     w[9] = c * c * c;
-}
-
-/* out = w B and out += w B, as single statements, which compilers put into wide registers. */
-static inline void set_block(float w, const float b[6], float out[6]) {
-    out[0] = w * b[0];
-    out[1] = w * b[1];
-    out[2] = w * b[2];
-    out[3] = w * b[3];
-    out[4] = w * b[4];
-    out[5] = w * b[5];
 }
 
 static inline void add_block(float w, const float b[6], float out[6]) {
@@ -369,30 +384,6 @@ static inline void blocks_around_vertex(const struct net* net, int degree, int c
     around[2] = net->block[at[2]];
 }
 
-/* f . B f of every block; less the third of its trace times f . f where C is lifted. */
-static inline void square_net(const struct net* net, const float f[3], int lifted,
-                              float square[HAPTABLE_COMPLIANCE_CONTROLS]) {
-    const float p[6] = {f[0] * f[0],        f[1] * f[1],        f[2] * f[2],
-                        2.0f * f[0] * f[1], 2.0f * f[1] * f[2], 2.0f * f[2] * f[0]};
-    int n;
-    for (n = 0; n < net->count; ++n) {
-        const float* b = net->block[n];
-        square[n] = b[0] * p[0] + b[1] * p[1] + b[2] * p[2] + b[3] * p[3] + b[4] * p[4] + b[5] * p[5];
-        if (lifted) square[n] -= third_of_trace(b) * (p[0] + p[1] + p[2]);
-    }
-}
-
-/* A step of de Casteljau's scheme from degree to degree - 1, in place: what it writes it has read. */
-static inline void reduce(int degree, const float alpha[3], float* net) {
-    int n = 0;
-    int r;
-    int k;
-    for (r = 0; r < degree; ++r)
-        for (k = 0; k <= r; ++k, ++n)
-            /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): a net of that degree is whole */
-            net[n] = alpha[0] * net[n] + alpha[1] * net[n + r + 1] + alpha[2] * net[n + r + 2];
-}
-
 /* A block's part that is not isotropic: what C's derivatives are made of where C is lifted. */
 static inline void without_trace(float b[6]) {
     const float third = third_of_trace(b);
@@ -423,21 +414,6 @@ static inline void bend_net(const float* const block[6], int degree, const float
     for (n = 0; n < 6; ++n) {
         q[n] = squared(block[n], square);
         if (lifted) q[n] -= third_of_trace(block[n]) * (square[0] + square[1] + square[2]);
-    }
-    second_j[0] = second * (q[3] - 2.0f * q[1] + q[0]);
-    second_j[1] = second * (q[4] - q[1] - q[2] + q[0]);
-    second_j[2] = second * (q[5] - 2.0f * q[2] + q[0]);
-}
-
-/* f^T C_bc f (11, 12, 22) from the net of degree 2: 200 110 101 020 011 002. */
-static inline void vary_twice(const struct net* net, int degree, const float alpha[3], const float f[3], int lifted,
-                              float second_j[3]) {
-    const float second = (float)(degree * (degree - 1));
-    float q[HAPTABLE_COMPLIANCE_CONTROLS];
-    square_net(net, f, lifted, q);
-    if (degree == 4) {
-        reduce(4, alpha, q);
-        reduce(3, alpha, q);
     }
     second_j[0] = second * (q[3] - 2.0f * q[1] + q[0]);
     second_j[1] = second * (q[4] - q[1] - q[2] + q[0]);

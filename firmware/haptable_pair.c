@@ -123,7 +123,7 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     (void)servo;
     if (!(by > 0.0f && motion2 > 0.0f)) return;
     if (by * by * motion2 > model->max_force_n * model->max_force_n)
-        by = model->max_force_n * vec_inverse_root(motion2 > 1e-30f ? motion2 : 1e-30f);
+        by = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
     vec_add_scaled(-by, motion_m, force_n);
 }
 
@@ -357,14 +357,14 @@ static float stored_by(const struct haptable_pair_view* view, const struct hapta
 static void go_free(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_pair_view* view = (struct haptable_pair_view*)model; /* of a view, which is no constant */
     const struct haptable_pair_model* tables = view->tables;
-    const struct haptable_contact* freed = haptable_freed_of(model, servo);
+    const struct haptable_contact* freed = haptable_freed_contact(model, servo);
     float from_m[3];
     vec_copy(servo->finger_m, from_m);
     if (view->is_coupled && freed) {
         struct haptable_contact at = *freed;
         if (tables->track(view, servo, x_m, FREE_STEPS, &at) > 0 &&
             stored_by(view, &at, x_m) <= stored_by(view, &servo->contact, x_m)) {
-            model->freed->at = at;
+            haptable_freed_of(model, servo)->at = at;
             vec_copy(x_m, servo->finger_m); /* it stays, and so does a god-object that rests */
         }
     }
@@ -378,11 +378,11 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
     int finger;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         struct haptable_pair_view* view = &pair->view[finger];
-        haptable_init(&pair->servo[finger]);
+        haptable_servo_init(&pair->servo[finger]);
+        pair->servo[finger].finger = (uint8_t)finger;
         view->model = *tables->model;
         view->model.force = feel;
         view->model.energy = tables->energy;
-        if (finger == 1) view->model.freed = tables->freed;
         if (view->model.frictionless && tables->track) view->model.frictionless = go_free;
         view->tracked = 0;
         if (view->model.passivity) view->model.passivity = brake;
@@ -398,26 +398,11 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         pair->touches[finger] = 0;
         pair->net.patch[finger] = HAPTABLE_NONE;
     }
-    pair->check.field = pair->check.verdict = 0;
-    pair->check.byte = pair->check.crc = 0;
     pair->is_following = 0;
     pair->evaluations = 0;
     pair->looks = 0;
     pair->energy_j = 0.0f;
     pair->given_j = 0.0f;
-}
-
-/* The model's tables are one finger's to check, and the other takes its word. */
-void haptable_pair_check(const struct haptable_pair_model* tables, struct haptable_pair* pair, uint32_t bytes) {
-    haptable_check(tables->model, &pair->servo[0], bytes);
-    pair->servo[1].check = pair->servo[0].check;
-    if (pair->servo[0].check.verdict == CHECK_DAMAGED) haptable_fault(&pair->servo[1], HAPTABLE_FAULT_TABLES);
-    if (tables->check) tables->check(tables, pair, bytes);
-}
-
-/* 1 while the coupling was not found well. */
-static int is_coupling_faulted(const struct haptable_pair_model* tables, const struct haptable_pair* pair) {
-    return tables->check && pair->check.verdict != CHECK_WELL;
 }
 
 /* The first stages of a finger's tick. Returns 0 where out is written already: a position or a state without force. */
@@ -431,7 +416,7 @@ static int begin(const struct haptable_pair_model* tables, struct haptable_pair*
         give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
         return 0;
     }
-    if (is_faulted(tables->model, servo) || is_coupling_faulted(tables, pair)) {
+    if (is_faulted(tables->model, servo)) {
         give_nothing(servo, HAPTABLE_FAULTED, out);
         if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
         return 0;
@@ -589,8 +574,9 @@ void haptable_pair_step(const struct haptable_pair_model* tables, struct haptabl
         if (goes_on[finger]) finish(pair, finger, motion_m[finger], &out[finger]);
 }
 
-void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                               const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
+/* One tick of one finger, the other staying where it was. */
+static void step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                        const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
     float motion_m[HAPTABLE_FINGERS][3];
     vec_zero(motion_m[1 - finger]);
     pair->view[0].is_solved = pair->view[1].is_solved = 0;
@@ -608,16 +594,12 @@ void haptable_pair_step_one(const struct haptable_pair_model* tables, struct hap
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
     if (has_contact(servo) && vec_dot(view->raised_m, view->raised_m) > 0.0f) {
-        haptable_pair_step_finger(tables, pair, finger, finger_m, now_us, out);
+        step_finger(tables, pair, finger, finger_m, now_us, out);
     } else {
         vec_zero(view->raised_m);
-        haptable_step(tables->model, servo, finger_m, now_us, out);
+        haptable_servo_step(tables->model, servo, finger_m, now_us, out);
         view->met = servo->counters.contacts;
         pair->touches[finger] = (uint8_t)has_contact(servo);
         pair->touches[1 - finger] = 0;
     }
-}
-
-int haptable_pair_watch(struct haptable_pair* pair, int finger, uint32_t now_us, struct haptable_output* out) {
-    return haptable_watch(&pair->servo[finger], now_us, out);
 }

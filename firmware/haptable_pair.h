@@ -5,18 +5,16 @@
  * Two fingers on one body: each feels the dent that the other makes. Two servos on one model, and a table of what
  * couples two places of its surface. An entry of its own: where no program calls it, nothing of it is linked.
  *
- * Positions, forces and outputs are in the body's frame, as those of haptable_step.
+ * Positions, forces and outputs are in the body's frame, as those of haptable_servo_step.
  */
 #ifndef HAPTABLE_PAIR_H
 #define HAPTABLE_PAIR_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-#define HAPTABLE_FINGERS 2
 
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
 #define HAPTABLE_PAIR_VERSION 3
@@ -111,10 +109,6 @@ typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, st
 typedef int haptable_pair_track_fn(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3],
                                    int steps, struct haptable_contact* at);
 
-/* Goes on with the check of the coupling's tables. */
-typedef void haptable_pair_check_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                                    uint32_t bytes);
-
 /* A force law for two. */
 struct haptable_pair_law {
     uint8_t controls;     /* of a patch: 3, or 6 */
@@ -126,6 +120,8 @@ struct haptable_pair_law {
 extern const struct haptable_pair_law haptable_pair_interpolated;
 extern const struct haptable_pair_law haptable_pair_consistent;
 extern const struct haptable_pair_law haptable_pair_pressure_mask;
+extern const struct haptable_pair_law haptable_pair_consistent_packed;
+extern const struct haptable_pair_law haptable_pair_pressure_mask_packed;
 
 /* What the least energy needs besides. */
 struct haptable_pair_bend {
@@ -136,6 +132,16 @@ struct haptable_pair_bend {
 extern const struct haptable_pair_bend haptable_pair_bend_interpolated;
 extern const struct haptable_pair_bend haptable_pair_bend_consistent;
 extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
+extern const struct haptable_pair_bend haptable_pair_bend_consistent_packed;
+extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask_packed;
+
+/* All force laws for two, by what they are called behind haptable_pair_. */
+#define HAPTABLE_PAIR_LAWS(X) \
+    X(interpolated)           \
+    X(consistent)             \
+    X(pressure_mask)          \
+    X(consistent_packed)      \
+    X(pressure_mask_packed)
 
 /* Rows of tables. */
 typedef float haptable_float9[9];
@@ -163,7 +169,7 @@ typedef int16_t haptable_step6[6];
     TABLE(uint32_t, load_begin, load_count ? load_count + 1 : 0)               /* of each patch */                    \
     TABLE(uint16_t, load_place, load_begin ? load_begin[load_count] : 0)       /* ascending in a patch */             \
     TABLE(haptable_step6, load_share, load_begin ? load_begin[load_count] : 0) /* of its controls, in 1/32767 */      \
-    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_pair_crc */
+    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_crc_of */
 
 #define HAPTABLE_PAIR_VALUE(type, name) type name;
 #define HAPTABLE_PAIR_TABLE(type, name, count) const type* name;
@@ -178,8 +184,7 @@ struct haptable_pair_model {
     haptable_pair_track_fn* track;         /* the same, with friction too */
     haptable_pair_cross_fn* cross;         /* one of those below, by place_count */
     haptable_pair_blocks_fn* blocks;       /* the same */
-    haptable_pair_check_fn* check;         /* as the model's */
-    struct haptable_freed* freed;          /* with friction: the second finger's, the model's being the first's */
+    haptable_span_fn* span;                /* for a model's check */
     HAPTABLE_PAIR_FIELDS(HAPTABLE_PAIR_VALUE, HAPTABLE_PAIR_TABLE)
 };
 #undef HAPTABLE_PAIR_VALUE
@@ -197,10 +202,7 @@ haptable_pair_blocks_fn haptable_pair_blocks_clusters;
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;
 haptable_pair_track_fn haptable_pair_track;
-haptable_pair_check_fn haptable_pair_check_crc;
-
-/* CRC-32 (ISO-HDLC) of all values and tables of the coupling but crc itself, in the order of HAPTABLE_PAIR_FIELDS. */
-uint32_t haptable_pair_crc(const struct haptable_pair_model* tables);
+haptable_span_fn haptable_span_of_pair; /* of a struct haptable_pair_model: HAPTABLE_PAIR_FIELDS */
 
 /* What couples the controls of two patches: while the fingers stay on them it is read once. */
 struct haptable_pair_net {
@@ -252,7 +254,6 @@ struct haptable_pair {
     struct haptable_servo servo[HAPTABLE_FINGERS];
     struct haptable_pair_view view[HAPTABLE_FINGERS];
     struct haptable_pair_net net;
-    struct haptable_table_check check; /* of the coupling's tables */
     struct haptable_pair_follow follow;
     uint8_t is_following; /* ticks that both rested together by one curvature, the last among them; 0: not */
     uint8_t evaluations;  /* of both fingers' energy at once, in the last tick: at most HAPTABLE_PAIR_EVALUATIONS */
@@ -262,7 +263,7 @@ struct haptable_pair {
     float given_j;                     /* with passivity: energy given to both hands, less what was taken */
 };
 
-/* Two servos without a contact. before: tables' model does not name `relax`. */
+/* Two servos without a contact. */
 void haptable_pair_init(const struct haptable_pair_model* tables, struct haptable_pair* pair);
 
 /* One tick of both fingers at once: positions in, forces out. cost: each finger's own tick and twice the coupling of
@@ -270,19 +271,9 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
 void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
                         const float second_m[3], uint32_t now_us, struct haptable_output out[HAPTABLE_FINGERS]);
 
-/* One tick of one finger, the other staying where it was: for devices that do not share a clock. */
-void haptable_pair_step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                               const float finger_m[3], uint32_t now_us, struct haptable_output* out);
-
 /* One tick of one finger, the other being not there: as in a scene with one, but where that had raised the surface. */
 void haptable_pair_step_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             const float finger_m[3], uint32_t now_us, struct haptable_output* out);
-
-/* As haptable_check, of the model's tables and the coupling's, for both fingers: not haptable_check of each. */
-void haptable_pair_check(const struct haptable_pair_model* tables, struct haptable_pair* pair, uint32_t bytes);
-
-/* As haptable_watch, of one finger. */
-int haptable_pair_watch(struct haptable_pair* pair, int finger, uint32_t now_us, struct haptable_output* out);
 
 #ifdef __cplusplus
 }

@@ -578,7 +578,9 @@ static inline void pair_press_both(const struct haptable_pair_own* first, const 
     float w[3];
     system->lifted = pair_reduce_definite(first->a, system->m, x, system->xm, n) < 1.0f;
     if (system->lifted) {
-        pair_product(system->xm, second->s, w);
+        float alone[3];
+        vec_symmetric_product(system->m, second->s, alone);
+        pair_product(x, alone, w);
         vec_sub(first->s, w, system->t);
     }
     system->n = factor(n);

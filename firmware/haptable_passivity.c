@@ -16,6 +16,6 @@ void haptable_passivity_control(const struct haptable_model* model, struct hapta
     brake = haptable_brake_of(model, servo->given_j, motion2);
     if (!(brake > 0.0f)) return;
     if (brake * brake * motion2 > model->max_force_n * model->max_force_n)
-        brake = model->max_force_n * vec_inverse_root(motion2 > 1e-30f ? motion2 : 1e-30f);
+        brake = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
     vec_add_scaled(-brake, motion_m, force_n);
 }

@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_PATCH_H
 #define HAPTABLE_PATCH_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 

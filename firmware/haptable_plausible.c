@@ -2,7 +2,7 @@
  *
  * |x_k - x_k-1| <= max_motion_m (t_k - t_k-1) / tick
  */
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_safety.h"
 #include "haptable_vector.h"
 

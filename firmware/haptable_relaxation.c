@@ -23,19 +23,17 @@ static void forget(struct haptable_relaxed* relaxed) {
     static const struct haptable_relaxed fresh = {.vertex = {HAPTABLE_NONE, HAPTABLE_NONE, HAPTABLE_NONE}};
     const struct haptable_relaxed before = *relaxed;
     *relaxed = fresh;
-    relaxed->servo = before.servo;
     relaxed->tick = before.tick;
     relaxed->time_us = before.time_us;
 }
 
-void haptable_relaxation_meet(const struct haptable_model* model, const struct haptable_servo* servo) {
-    struct haptable_relaxed* relaxed = model->relaxed;
-    if (relaxed->servo != servo || servo->counters.ticks - relaxed->tick != 1u ||
-        servo->position_us - relaxed->time_us >= HAPTABLE_SILENCE_US)
+struct haptable_relaxed* haptable_relaxation_meet(const struct haptable_model* model, struct haptable_servo* servo) {
+    struct haptable_relaxed* relaxed = haptable_relaxed_of(model, servo);
+    if (servo->counters.ticks - relaxed->tick != 1u || servo->position_us - relaxed->time_us >= HAPTABLE_SILENCE_US)
         forget(relaxed);
-    relaxed->servo = servo;
     relaxed->tick = servo->counters.ticks;
     relaxed->time_us = servo->position_us;
+    return relaxed;
 }
 
 void haptable_relaxation_note(struct haptable_relaxed* relaxed, const struct haptable_output* out) {
@@ -91,7 +89,7 @@ static float distance(const float a[3], const float b[3]) {
     float gap2;
     vec_sub(a, b, gap);
     gap2 = vec_dot(gap, gap);
-    return gap2 > 1e-30f ? gap2 * vec_inverse_root(gap2) : 0.0f;
+    return gap2 > HAPTABLE_ROOT_LEAST ? gap2 * vec_inverse_root(gap2) : 0.0f;
 }
 
 static void scale(float by, float v[3]) {
@@ -139,8 +137,7 @@ static void recover(const struct haptable_model* model, struct haptable_relaxed*
 }
 
 void haptable_relaxation_slide(const struct haptable_model* model, const struct haptable_servo* servo,
-                               struct haptable_output* out) {
-    struct haptable_relaxed* relaxed = model->relaxed;
+                               struct haptable_relaxed* relaxed, struct haptable_output* out) {
     const uint8_t touches = out->patch != HAPTABLE_NONE;
     float size = 0.0f;
     float inverse = 0.0f;
@@ -173,6 +170,5 @@ void haptable_relaxation_slide(const struct haptable_model* model, const struct 
 
 void haptable_relaxation(const struct haptable_model* model, struct haptable_servo* servo,
                          struct haptable_output* out) {
-    haptable_relaxation_meet(model, servo);
-    haptable_relaxation_slide(model, servo, out);
+    haptable_relaxation_slide(model, servo, haptable_relaxation_meet(model, servo), out);
 }

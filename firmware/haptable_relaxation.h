@@ -5,18 +5,18 @@
 #ifndef HAPTABLE_RELAXATION_H
 #define HAPTABLE_RELAXATION_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 /* A row of model->term. */
 enum { TERM_SHARE, TERM_FALL, TERM_RISE };
 
-/* Begins a tick: what was not seen to go on is forgotten. */
-void haptable_relaxation_meet(const struct haptable_model* model, const struct haptable_servo* servo);
+/* Begins a tick: what was not seen to go on is forgotten. Returns what the body remembers of the finger. */
+struct haptable_relaxed* haptable_relaxation_meet(const struct haptable_model* model, struct haptable_servo* servo);
 
 /* The tick of a contact that slides, or of none. before: haptable_relaxation_meet; branches are no vectors. */
 void haptable_relaxation_slide(const struct haptable_model* model, const struct haptable_servo* servo,
-                               struct haptable_output* out);
+                               struct haptable_relaxed* relaxed, struct haptable_output* out);
 
 /* Remembers where the finger is and by which loads the surface is where it is, if the finger should leave. */
 void haptable_relaxation_note(struct haptable_relaxed* relaxed, const struct haptable_output* out);
@@ -32,7 +32,7 @@ static inline void haptable_relaxation_go(const float term[3], float change, flo
 /* sqrt(u . f), and 1 / that; 0 and 0 where it is none. */
 static inline float haptable_relaxation_size(float twice_energy_j, float* inverse) {
     *inverse = 0.0f;
-    if (!(twice_energy_j > 1e-30f && twice_energy_j < 1e30f)) return 0.0f;
+    if (!(twice_energy_j > HAPTABLE_ROOT_LEAST && twice_energy_j < HAPTABLE_ROOT_MOST)) return 0.0f;
     *inverse = vec_inverse_root(twice_energy_j);
     return twice_energy_j * *inverse;
 }

@@ -82,9 +82,8 @@ static int is_grabbed(const struct haptable_model* model, const struct haptable_
 }
 
 /* A tick of a held contact. Where it would pull, and no hand holds it, the surface stays behind. */
-static void feel(const struct haptable_model* model, const struct haptable_servo* servo, const float load_n[3],
-                 struct haptable_output* out) {
-    struct haptable_relaxed* relaxed = model->relaxed;
+static void feel(const struct haptable_model* model, const struct haptable_servo* servo,
+                 struct haptable_relaxed* relaxed, const float load_n[3], struct haptable_output* out) {
     float inverse;
     if (!relaxed->held) begin_hold(model, relaxed);
     hold(model, relaxed, load_n, out->force_n);
@@ -98,18 +97,16 @@ static void feel(const struct haptable_model* model, const struct haptable_servo
 
 void haptable_relaxation_held(const struct haptable_model* model, struct haptable_servo* servo,
                               struct haptable_output* out) {
-    struct haptable_relaxed* relaxed = model->relaxed;
+    struct haptable_relaxed* relaxed = haptable_relaxation_meet(model, servo);
+    const int held = is_held(relaxed, out);
     float load_n[3] = {0.0f, 0.0f, 0.0f};
-    int held;
-    haptable_relaxation_meet(model, servo);
-    held = is_held(relaxed, out);
     if (!held && relaxed->held) end_hold(model, relaxed);
     vec_add_scaled(-1.0f, out->force_n, load_n);
     vec_sub(servo->finger_m, out->god_object_m, relaxed->offset_m);
     if (held) {
-        feel(model, servo, load_n, out);
+        feel(model, servo, relaxed, load_n, out);
         return;
     }
-    haptable_relaxation_slide(model, servo, out);
+    haptable_relaxation_slide(model, servo, relaxed, out);
     vec_copy(load_n, relaxed->load_n);
 }

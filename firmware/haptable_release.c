@@ -6,7 +6,7 @@
  * Then the finger pays less than the contact stores; the difference is kept, and no force pushes until it is paid back:
  * F gives no more than the contact's own force would.
  */
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 /* The largest change of a contact's force over the finger's motion that is no jump, as a multiple of its stiffness. */
@@ -14,7 +14,7 @@
 
 /* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2.
  * before: contact. */
-static float shown_stiffness2(const struct haptable_model* model, const struct haptable_servo* servo,
+static float shown_stiffness2(const struct haptable_model* model, struct haptable_servo* servo,
                               const float force_n[3]) {
     const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
     float u[3];
@@ -25,14 +25,15 @@ static float shown_stiffness2(const struct haptable_model* model, const struct h
     force2 = vec_dot(force_n, force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
     if (model->relax) {
-        const float twice_j = model->relaxed->dent * model->relaxed->dent;
+        const float dent = haptable_relaxed_of(model, servo)->dent;
+        const float twice_j = dent * dent;
         force2 = twice_j * (twice_j / u2);
     }
     return force2 < most2 * u2 ? force2 / u2 : most2;
 }
 
 /* 1 where the force changed by more than the finger's motion explains; without contact, where it has ended. */
-static int has_jumped(const struct haptable_model* model, const struct haptable_servo* servo, const float force_n[3],
+static int has_jumped(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3],
                       const float change_n[3], const float motion_m[3]) {
     const float change2 = vec_dot(change_n, change_n);
     if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;

@@ -5,15 +5,18 @@
  * The nearest patch of the whole surface is looked for over several ticks. Inside of it begins a contact, which the
  * god-object then slides on, or lets go where the finger is seen outside.
  */
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_patch.h"
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
+/* Farther than any patch. */
+#define NOWHERE_M2 3e38f
+
 static void begin(struct haptable_servo* servo) {
     servo->seek_patch = 0;
     servo->nearest_patch = 0;
-    servo->nearest_m2 = 3e38f;
+    servo->nearest_m2 = NOWHERE_M2;
 }
 
 static void look_at(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {

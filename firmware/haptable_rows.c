@@ -6,9 +6,6 @@
 
 #include "haptable_vector.h"
 
-/* No load: N^2. */
-#define NO_LOAD2 1e-24f
-
 /* S u of a contact, whatever the force is made of. */
 static void load_of(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
                     float load_n[3]) {
@@ -30,7 +27,7 @@ static float share_of(const float load_n[3], const float given_n[3]) {
     const float load2 = vec_dot(load_n, load_n);
     const float given2 = vec_dot(given_n, given_n);
     float share2;
-    if (!(load2 > NO_LOAD2 && given2 > NO_LOAD2)) return 0.0f;
+    if (!(load2 > HAPTABLE_NO_FORCE2 && given2 > HAPTABLE_NO_FORCE2)) return 0.0f;
     share2 = given2 / load2;
     return share2 < 1.0f ? share2 * vec_inverse_root(share2) : 1.0f;
 }
@@ -41,7 +38,7 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
     const float unit_m = 1e-3f;
     const int at = 3 * finger;
     float s[3][3];
-    float across[3][3];
+    float across[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     float full_n[3];
     float share = 0.0f;
     float volume = 0.0f;

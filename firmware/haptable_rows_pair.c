@@ -20,7 +20,7 @@ static float growth_of(const struct haptable_pair_law* law, const struct haptabl
     else
         vec_copy(v, load_n);
     load2 = vec_dot(load_n, load_n);
-    if (!(given2 > 1e-24f && load2 > 1e-24f)) return 0.0f;
+    if (!(given2 > HAPTABLE_NO_FORCE2 && load2 > HAPTABLE_NO_FORCE2)) return 0.0f;
     return load2 > given2 ? vec_inverse_root(given2 / load2 * vec_inverse_root(given2 / load2)) : 1.0f;
 }
 
@@ -62,11 +62,13 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
     struct haptable_pair_own own[HAPTABLE_FINGERS];
     float c[HAPTABLE_FINGERS][6];
     float growth[HAPTABLE_FINGERS] = {0.0f, 0.0f};
+    unsigned presses = 0;
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         if (at[f]->patch == HAPTABLE_NONE || !pair->touches[f]) continue;
         tables->law->own(tables->model, at[f], pair->servo[f].finger_m, &own[f]);
         growth[f] = growth_of(tables->law, &own[f], pair->view[f].v, past[f].load_n);
+        if (growth[f] > 0.0f) presses |= 1u << f;
         if (tables->law->is_stiffness) {
             pair_invert(own[f].a, c[f]);
         } else {
@@ -74,7 +76,7 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
             vec_copy(&own[f].a[3], &c[f][3]);
         }
     }
-    if (growth[0] > 0.0f && growth[1] > 0.0f) {
+    if (presses == 3u) {
         float m[6];
         float x[9];
         float xm[9];
@@ -85,8 +87,9 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
-        put_block(growth[f] > 0.0f ? c[f] : none, growth[f] > 0.0f ? growth[f] * growth[f] : 1.0f, a, 3 * f);
-    return (growth[0] > 0.0f ? 1u : 0u) | (growth[1] > 0.0f ? 2u : 0u);
+        put_block((presses >> f & 1u) != 0u ? c[f] : none, (presses >> f & 1u) != 0u ? growth[f] * growth[f] : 1.0f, a,
+                  3 * f);
+    return presses;
 }
 
 unsigned haptable_rows_of_two(const struct haptable_scene* scene, void* state, const struct haptable_past past[],

@@ -5,7 +5,7 @@
 #ifndef HAPTABLE_SAFETY_H
 #define HAPTABLE_SAFETY_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 
 /* haptable_check.verdict */
 enum { CHECK_NONE = 0, CHECK_WELL = 1, CHECK_DAMAGED = 2 };
@@ -14,6 +14,8 @@ static inline void haptable_check_begin(struct haptable_table_check* check) {
     check->crc = 0xffffffffu;
     check->byte = 0;
     check->field = 0;
+    check->part = 0;
+    check->damaged = 0;
 }
 
 /* A fault stands from now on, enum haptable_fault: the next tick has no force. Counted once. */

@@ -15,13 +15,13 @@ void haptable_scene_make(const struct haptable_model* model, const struct haptab
                          const struct haptable_body* body, const struct haptable_modes* modes,
                          struct haptable_scene* scene) {
     uint32_t end = (uint32_t)(pair ? sizeof(struct haptable_pair) : sizeof(struct haptable_servo));
+    if (model->frictionless || model->relax) end = (uint32_t)sizeof(struct haptable_room);
     scene->model = model;
     scene->pair = pair;
     scene->body = body;
     scene->modes = modes;
     scene->init = pair ? haptable_init_two : haptable_init_one;
     scene->contacts = pair ? haptable_contacts_of_two : haptable_contact_of_one;
-    scene->check = pair ? haptable_check_of_two : haptable_check_of_one;
     scene->step = body || modes ? haptable_moving : pair ? haptable_step_held : haptable_step_one;
     scene->rigid = body ? &haptable_part_rigid : 0;
     scene->ringing = modes ? &haptable_part_modes : 0;

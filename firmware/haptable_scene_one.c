@@ -6,16 +6,12 @@
 
 void haptable_init_one(const struct haptable_scene* scene, void* state) {
     (void)scene;
-    haptable_init(haptable_scene_servo(state, 0));
+    haptable_servo_init(haptable_scene_servo(state, 0));
 }
 
 void haptable_contact_of_one(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
-                             float x_m[][3], uint32_t now_us, struct haptable_output out[]) {
-    if (in[0].is_there) haptable_step(scene->model, haptable_scene_servo(state, 0), x_m[0], now_us, &out[0]);
-}
-
-void haptable_check_of_one(const struct haptable_scene* scene, void* state, uint32_t bytes) {
-    haptable_check(scene->model, haptable_scene_servo(state, 0), bytes);
+                             const float x_m[][3], uint32_t now_us, struct haptable_output out[]) {
+    if (in[0].is_there) haptable_servo_step(scene->model, haptable_scene_servo(state, 0), x_m[0], now_us, &out[0]);
 }
 
 /* As haptable_step_held, in few instructions: a tick of the paper's mode takes 800. */
@@ -27,6 +23,6 @@ void haptable_step_one(const struct haptable_scene* scene, void* state, const st
     } else {
         servo->pressed = in[0].buttons & ~servo->buttons;
         servo->buttons = in[0].buttons;
-        haptable_step(scene->model, servo, in[0].finger_m, now_us, out);
+        haptable_servo_step(scene->model, servo, in[0].finger_m, now_us, out);
     }
 }

@@ -7,7 +7,7 @@
  */
 #include "haptable_tick.h"
 
-void haptable_init(struct haptable_servo* servo) {
+void haptable_servo_init(struct haptable_servo* servo) {
     static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE},
                                                 .state = HAPTABLE_SILENT,
                                                 .slide_patch = HAPTABLE_NONE,
@@ -16,13 +16,13 @@ void haptable_init(struct haptable_servo* servo) {
     *servo = fresh;
 }
 
-void haptable_buttons(struct haptable_servo* servo, uint32_t buttons) {
+void haptable_servo_buttons(struct haptable_servo* servo, uint32_t buttons) {
     servo->pressed = buttons & ~servo->buttons;
     servo->buttons = buttons;
 }
 
-void haptable_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
-                   uint32_t now_us, struct haptable_output* out) {
+void haptable_servo_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                         uint32_t now_us, struct haptable_output* out) {
     const uint32_t elapsed_us = now_us - servo->position_us;
     float motion_m[3];
     ++servo->counters.ticks;
@@ -43,7 +43,7 @@ void haptable_step(const struct haptable_model* model, struct haptable_servo* se
     vec_copy(out->force_n, servo->given_n);
 }
 
-int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {
+int haptable_servo_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {
     const int was_silent = servo->state == HAPTABLE_SILENT;
     if (!was_silent && now_us - servo->position_us < HAPTABLE_SILENCE_US) return 0;
     if (!was_silent) {
@@ -54,8 +54,4 @@ int haptable_watch(struct haptable_servo* servo, uint32_t now_us, struct haptabl
     put_nothing(HAPTABLE_SILENT, out);
     out->faults = servo->faults;
     return 1;
-}
-
-void haptable_check(const struct haptable_model* model, struct haptable_servo* servo, uint32_t bytes) {
-    if (model->check) model->check(model, servo, bytes);
 }

@@ -24,8 +24,8 @@ struct fan haptable_surface_fan_turned(const struct haptable_model* model, struc
         next = fan_turn(model, &fan);
         if (next != HAPTABLE_NONE) return fan_at(model, fan, next);
     }
-    if (model->hinge_count == 0) return fan_at(model, fan, HAPTABLE_NONE); /* most bodies */
-    fan.first = haptable_hinge_next_ring(model, fan.vertex, fan.first, fan.begin);
+    if (!model->hinges) return fan_at(model, fan, HAPTABLE_NONE); /* most bodies */
+    fan.first = model->hinges->next_ring(model, fan.vertex, fan.first, fan.begin);
     fan.clockwise = 0;
     return fan_at(model, fan, fan.first);
 }
@@ -35,19 +35,22 @@ static float angle_of_cosine(float x) {
     const float c = x < 0.0f ? -x : x;
     const float polynomial = 1.5707288f + c * (-0.2121144f + c * (0.0742610f - c * 0.0187293f));
     const float rest = 1.0f - c;
-    const float angle = rest > 1e-30f ? rest * vec_inverse_root(rest) * polynomial : 0.0f;
+    const float angle = rest > HAPTABLE_ROOT_LEAST ? rest * vec_inverse_root(rest) * polynomial : 0.0f;
     return x < 0.0f ? 3.1415927f - angle : angle;
 }
 
+/* A vector that is shorter, squared, is nothing: next to the least float there is. */
+#define NO_LENGTH2 1e-37f
+
 float haptable_surface_inverse_length(const float v[3]) {
     const float length2 = vec_dot(v, v);
-    return length2 < 1e-37f ? 0.0f : vec_inverse_root(length2);
+    return length2 < NO_LENGTH2 ? 0.0f : vec_inverse_root(length2);
 }
 
 /* Adds the unit normal of the patch between two edges of a vertex, weighted by the angle between them. */
 static inline void add_weighted_normal(const float one[3], const float two[3], float sum[3]) {
     const float lengths2 = vec_dot(one, one) * vec_dot(two, two);
-    const float cosine = lengths2 > 1e-30f ? vec_dot(one, two) * vec_inverse_root(lengths2) : 1.0f;
+    const float cosine = lengths2 > HAPTABLE_ROOT_LEAST ? vec_dot(one, two) * vec_inverse_root(lengths2) : 1.0f;
     float normal[3];
     vec_cross(one, two, normal);
     vec_add_scaled(haptable_surface_inverse_length(normal) *

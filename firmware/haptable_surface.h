@@ -6,7 +6,7 @@
 #ifndef HAPTABLE_SURFACE_H
 #define HAPTABLE_SURFACE_H
 
-#include "haptable.h"
+#include "haptable_model.h"
 #include "haptable_vector.h"
 
 static inline int next_corner(int corner) { return corner == 2 ? 0 : corner + 1; }
@@ -77,10 +77,6 @@ static inline uint16_t fan_turn(const struct haptable_model* model, const struct
     return model->neighbour[fan->patch][across];
 }
 
-/* A patch of the ring after that of `patch` at the vertex, in a circle of the rings; HAPTABLE_NONE where that is the
- * ring of `begin`. before: both patches have the vertex. */
-uint16_t haptable_hinge_next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin);
-
 /* The fan after the last patch of a turn: turning the other way from the border, or on the next ring; without a patch
  * where all were visited. Apart from fan_next, and by value, so that a fan stays in registers. */
 struct fan haptable_surface_fan_turned(const struct haptable_model* model, struct fan fan);
@@ -88,7 +84,7 @@ struct fan haptable_surface_fan_turned(const struct haptable_model* model, struc
 /* Goes on to the next patch of the fan; 0 when all were visited. */
 static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
     const uint16_t next = fan_turn(model, fan);
-    if (next == fan->first && model->hinge_count == 0) return 0; /* at most vertices */
+    if (next == fan->first && !model->hinges) return 0; /* at most vertices */
     if (next == HAPTABLE_NONE || next == fan->first) {
         *fan = haptable_surface_fan_turned(model, *fan);
         return fan->patch != HAPTABLE_NONE;
@@ -105,14 +101,9 @@ struct across {
     int corner;     /* of `from`, opposite to the edge */
 };
 
-/* The next of a hinge's patches that have the edge of the patch opposite to `corner`, after `last`; after all of them
- * HAPTABLE_NONE. The first comes after the neighbour. */
-uint16_t haptable_hinge_next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last);
-
 static inline void across_next(const struct haptable_model* model, struct across* across) {
-    across->patch = model->hinge_count == 0
-                        ? HAPTABLE_NONE
-                        : haptable_hinge_next_across(model, across->from, across->corner, across->patch);
+    across->patch =
+        model->hinges ? model->hinges->next_across(model, across->from, across->corner, across->patch) : HAPTABLE_NONE;
 }
 
 static inline struct across across_begin(const struct haptable_model* model, uint16_t patch, int corner) {

@@ -8,9 +8,9 @@
 #ifndef HAPTABLE_TICK_H
 #define HAPTABLE_TICK_H
 
-#include "haptable.h"
 #include "haptable_contact.h"
 #include "haptable_force.h"
+#include "haptable_model.h"
 #include "haptable_safety.h"
 #include "haptable_vector.h"
 

@@ -2,7 +2,7 @@
  *
  * s = scale * half
  */
-#include "haptable.h"
+#include "haptable_model.h"
 
 /* IEEE 754 binary16 to float, exactly: its exponent and fraction as a float's are 2^112 too small. Subnormal halves
  * come right too where the processor does not flush subnormals to zero. before: half is finite (codegen saw to it). */

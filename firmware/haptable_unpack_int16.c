@@ -2,7 +2,7 @@
  *
  * s = scale_i * integer
  */
-#include "haptable.h"
+#include "haptable_model.h"
 
 void haptable_unpack_int16(const struct haptable_model* model, uint32_t block, float s[6]) {
     const float scale = model->packed_scale[block];

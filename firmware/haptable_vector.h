@@ -7,6 +7,13 @@
 
 #include <stdint.h>
 
+/* vec_inverse_root is one between these. */
+#define HAPTABLE_ROOT_LEAST 1e-30f
+#define HAPTABLE_ROOT_MOST 1e30f
+
+/* Newtons squared: a force below it is none. */
+#define HAPTABLE_NO_FORCE2 1e-24f
+
 static inline float vec_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 static inline void vec_sub(const float a[3], const float b[3], float out[3]) {
@@ -51,8 +58,9 @@ static inline int vec_finite(const float a[3]) {
     return zero == 0.0f;
 }
 
-/* 1 / sqrt(x) for 1e-30 <= x <= 1e30: a first guess from the exponent, then Newton's steps y (3 - x y^2) / 2, each of
- * which doubles the digits: 3.4e-2, 1.8e-3, 4.7e-6, below a float's rounding. No libm, the same bits everywhere. */
+/* 1 / sqrt(x) for HAPTABLE_ROOT_LEAST <= x <= HAPTABLE_ROOT_MOST: a first guess from the exponent, then Newton's steps
+ * y (3 - x y^2) / 2, each of which doubles the digits: 3.4e-2, 1.8e-3, 4.7e-6, below a float's rounding. No libm, the
+ * same bits everywhere. */
 static inline float vec_inverse_root(float x) {
     union {
         float number;

@@ -90,13 +90,9 @@ $(PYTHON_PARTS)/libhaptable.so.1: $(LIBRARY)
 	@cp $< $@
 	@ln -sf $(@F) $(@D)/libhaptable.so
 
-# lcm-gen makes a package of the types' own name, which is ours.
-$(PYTHON_PARTS)/messages/__init__.py: $(wildcard codegen/lcm/*.lcm) | $(BUILD)/setup.stamp
-	$(say) LCM $(@D)
-	@rm -rf $(@D) $(PYTHON_PARTS)/types && mkdir -p $(@D)
-	$(Q)lcm-gen -p --ppath $(PYTHON_PARTS)/types $^
-	@cp $(PYTHON_PARTS)/types/haptable/*.py $(@D)/
-	@touch $@
+$(PYTHON_PARTS)/messages/__init__.py: $(PYTHON_TYPES)
+	@rm -rf $(@D) && mkdir -p $(@D)
+	@cp $(<D)/*.py $(@D)/
 
 # wheel: the Python package for this machine's Python, in build/package/wheel
 .PHONY: wheel

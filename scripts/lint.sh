@@ -32,28 +32,28 @@ arrow host/tables host/base host/tables
 arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
-arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h
+arrow codegen host/base host/tables codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen firmware/haptable_pair.h host/precompute
 arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link host/session firmware/haptable.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
-arrow host/servo host/base host/link host/session host/servo firmware/haptable.h firmware/haptable_body.h model.h haptable/
+arrow host/session host/base host/link host/session firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
+arrow host/servo host/base host/link host/session host/servo firmware/haptable_model.h firmware/haptable_body.h model.h haptable/
 arrow host/report host/base host/report
-arrow host/target host/report host/base host/tables codegen host/target firmware/haptable.h firmware/haptable_bounds.h firmware/haptable_pair.h
-arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable.h haptable/
+arrow host/target host/report host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h
+arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
-arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable.h
-arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable.h firmware/haptable_pair.h
-arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable.h firmware/haptable_body.h
+arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable_model.h
+arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
+arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
-arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable.h haptable deform.h hand.h
-arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable.h haptable/
-arrow host/view host/base host/fem/hooke.hpp host/live/live.hpp host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable.h haptable/
+arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h
+arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable_model.h haptable/
+arrow host/view host/base host/fem/hooke.hpp host/live/live.hpp host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable_model.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)
@@ -83,7 +83,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
+public='firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:
@@ -114,6 +114,9 @@ $shared"
 
 # ---- MISRA C:2012, as far as cppcheck's addon goes: firmware/misra.txt lists what we deviate from, and why ------------
 sh scripts/misra.sh || complain "MISRA C:2012: mend it, or give the reason in firmware/misra.txt"
+
+# ---- functions of the firmware that nobody calls -----------------------------------------------------------------------
+sh scripts/uncalled.sh || complain "firmware: nobody calls the functions above; take them out"
 
 # ---- form ---------------------------------------------------------------------------------------------------------
 # shellcheck disable=SC2046 # file names of ours hold no spaces

@@ -15,11 +15,12 @@ packages_of() {
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws
-    test) echo libgtest-dev python3-venv clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ;;
+    test) echo libgtest-dev python3-venv clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ffmpeg ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
     figures) echo ffmpeg chromium ;;
     cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
+    bare) echo mmdebstrap ;; # a Debian of its own, where nobody has been
     package) echo help2man lintian mmdebstrap dpkg-dev cmake pkgconf python3-dev python3-venv ;; # make install, deb, wheel
     mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines
     *) echo "setup: no set $1" >&2 && exit 2 ;;

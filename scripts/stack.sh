@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 #
-# stack.sh FOLDER MODEL: worst-case stack of haptable_scene_step, bytes: the deepest path through the call graph that gcc
+# stack.sh FOLDER MODEL: worst-case stack of haptable_step, bytes: the deepest path through the call graph that gcc
 # wrote beside each object of the folder, for the functions that the scene in MODEL (an object) names, itself or through
 # a struct of functions. CROSS is the prefix of the compiler's tools.
 set -eu
@@ -25,7 +25,7 @@ done
 # A call through a pointer is one of the functions that are named, none of which is already on the path, and none of a
 # rank above the caller's: what moves calls contacts, contacts call laws, laws unpack blocks. So what is deepest below a
 # function depends on its level and on the named ones of ranks 4 and 5 on the path, and is found once for each.
-stack=$(cat "$folder"/*.ci | awk -v root=haptable_scene_step -v named="$named" '
+stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     function rank(name) {
         if (!(name in ranks)) ranks[name] = rank_of(name)
         return ranks[name]
@@ -34,7 +34,7 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_scene_step -v named="$named" '
         if (name ~ /^haptable_(init|check|scene)_/ || name ~ /_crc$/) return 0
         if (name == "haptable_moving" || name ~ /^haptable_step_/) return 1
         if (name ~ /^haptable_(contacts?|rows)_of_/ || name ~ /^haptable_(body|modes)_/) return 2
-        if (name ~ /^haptable_(pair_)?step$/) return 3
+        if (name ~ /^haptable_(servo|pair)_step$/) return 3
         if (name ~ /^haptable_pair_/) return 5
         if (name ~ /^haptable_(force|energy|compliance)_/) return 7
         if (name ~ /^haptable_unpack_/) return 8

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/hard/cells.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_scene.h"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -18,13 +18,17 @@ inline Bound rounded(const TestModel& model) { return {.count = 16, .epsilon = k
 /// The nearest point: a walk ends where a patch around would move it by no more than the tolerance, 2^-20 of the size.
 inline Bound rested(const TestModel& model) { return {.count = 4, .epsilon = 0x1p-20, .size = model.size()}; }
 
+/// The check of one servo's tables, which has no scene.
+inline void check_tables(const haptable_model& model, haptable_servo& servo, std::uint32_t bytes = HAPTABLE_CHECK_ALL) {
+    haptable_scene alone{};
+    alone.model = &model;
+    haptable_check(&alone, &servo, bytes);
+}
+
 class Finger {
 public:
     /// The tables that the model points to must outlive the finger.
-    explicit Finger(const haptable_model& model) : model_(model) {
-        if (model_.frictionless != nullptr) model_.freed = &freed_;
-        haptable_init(&servo_);
-    }
+    explicit Finger(const haptable_model& model) : model_(model) { haptable_servo_init(&servo_); }
     Finger(const Finger&) = delete;
     Finger& operator=(const Finger&) = delete;
     explicit Finger(const TestModel& model) : Finger(*model.get()) {}
@@ -32,14 +36,14 @@ public:
     /// A new session; the counters go on.
     void begin() {
         const haptable_counters kept = servo_.counters;
-        haptable_init(&servo_);
+        haptable_servo_init(&servo_);
         servo_.counters = kept;
     }
-    /// One tick of a millisecond: the finger is at x, m, rounded to float.
-    const haptable_output& to(const Eigen::Vector3d& x) {
+    /// One tick, of a millisecond: the finger is at x, m, rounded to float.
+    const haptable_output& to(const Eigen::Vector3d& x, std::uint32_t after_us = HAPTABLE_TICK_US) {
         for (int c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x[c]);
         servo_.counters.most_boxes = 0;  // of this tick alone
-        haptable_step(&model_, &servo_, finger_m_, time_us_ += HAPTABLE_TICK_US, &out_);
+        haptable_servo_step(&model_, &servo_, finger_m_, time_us_ += after_us, &out_);
         return out_;
     }
 
@@ -51,13 +55,13 @@ public:
     double energy() const { return touches() ? -0.5 * force().dot(at() - god()) : 0.0; }
     const haptable_output& out() const { return out_; }
     const haptable_servo& servo() const { return servo_; }
-    const haptable_freed& freed() const { return freed_; }
+    const haptable_relaxed& relaxed() const { return room_.relaxed[0]; }
     const haptable_counters& counters() const { return servo_.counters; }
 
 private:
     haptable_model model_;
-    haptable_servo servo_{};
-    haptable_freed freed_{};  ///< with friction
+    haptable_room room_{};
+    haptable_servo& servo_ = room_.fingers.servo[0];
     haptable_output out_{};
     float finger_m_[3] = {};
     std::uint32_t time_us_ = 0;

@@ -10,10 +10,10 @@
 namespace haptable::test::reference {
 
 // haptable.h declares these with C linkage: other names, or they would be the float ones.
-#define haptable_init reference_init
-#define haptable_step reference_step
-#define haptable_watch reference_watch
-#define haptable_buttons reference_buttons
+#define haptable_servo_init reference_init
+#define haptable_servo_step reference_step
+#define haptable_servo_watch reference_watch
+#define haptable_servo_buttons reference_buttons
 #define haptable_god_object_nearest reference_god_object_nearest
 #define haptable_god_object_least_energy reference_god_object_least_energy
 #define haptable_force_interpolated reference_force_interpolated
@@ -38,12 +38,26 @@ namespace haptable::test::reference {
 #define haptable_limit_mean reference_limit_mean
 #define haptable_resume_ramp reference_resume_ramp
 #define haptable_check_crc reference_check_crc
-#define haptable_tables_crc reference_tables_crc
-#define haptable_check reference_check
+#define haptable_crc_of reference_crc_of
+#define haptable_span_of_model reference_span_of_model
 #define haptable_touches reference_touches
+#define haptable_hinges_of_table reference_hinges_of_table
+#define haptable_relaxed_of reference_relaxed_of
+#define haptable_freed_of reference_freed_of
 #define haptable_relaxation reference_relaxation
 #define haptable_relaxation_held reference_relaxation_held
+#define haptable_init reference_scene_init
+#define haptable_step reference_scene_step
+#define haptable_watch reference_scene_watch
+#define haptable_check reference_scene_check
+#define haptable_counters_of reference_scene_counters_of
+#define haptable_pose_of reference_scene_pose_of
+#define haptable_swing_of reference_scene_swing_of
+#define haptable_deform reference_scene_deform
+#define haptable_line_begin reference_scene_line_begin
+#define haptable_line reference_scene_line
 #undef HAPTABLE_H
+#undef HAPTABLE_MODEL_H
 #define float double
 #define restrict
 #pragma GCC diagnostic push
@@ -51,7 +65,7 @@ namespace haptable::test::reference {
 #pragma GCC diagnostic ignored "-Wpedantic"
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 // clang-format off
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #define vec_inverse_root vec_inverse_root_of_floats
 #include "firmware/haptable_vector.h"
 #undef vec_inverse_root
@@ -77,10 +91,10 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #pragma GCC diagnostic pop
 #undef float
 #undef restrict
-#undef haptable_init
-#undef haptable_step
-#undef haptable_watch
-#undef haptable_buttons
+#undef haptable_servo_init
+#undef haptable_servo_step
+#undef haptable_servo_watch
+#undef haptable_servo_buttons
 #undef haptable_god_object_nearest
 #undef haptable_god_object_least_energy
 #undef haptable_force_interpolated
@@ -105,10 +119,23 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_limit_mean
 #undef haptable_resume_ramp
 #undef haptable_check_crc
-#undef haptable_tables_crc
-#undef haptable_check
+#undef haptable_crc_of
+#undef haptable_span_of_model
 #undef haptable_touches
+#undef haptable_hinges_of_table
+#undef haptable_relaxed_of
+#undef haptable_freed_of
 #undef haptable_relaxation
+#undef haptable_init
+#undef haptable_step
+#undef haptable_watch
+#undef haptable_check
+#undef haptable_counters_of
+#undef haptable_pose_of
+#undef haptable_swing_of
+#undef haptable_deform
+#undef haptable_line_begin
+#undef haptable_line
 #undef haptable_relaxation_held
 
 }  // namespace haptable::test::reference
@@ -159,6 +186,7 @@ struct ReferenceServo::State {
         model.neighbour = m.neighbour;
         model.box = reinterpret_cast<const reference::haptable_box*>(m.box);
         model.hinge_count = m.hinge_count;
+        model.hinges = m.hinges != nullptr ? &reference::reference_hinges_of_table : nullptr;
         model.hinge = reinterpret_cast<const reference::haptable_hinge*>(m.hinge);
         choose(m);
         if (m.compliance != nullptr) copy(*m.compliance, m);

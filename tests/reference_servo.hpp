@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable::test {
 

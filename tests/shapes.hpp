@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable::test {
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * positions (float32[3], raw) -> haptable_scene_step, a millisecond apart -> haptable_deform -> displacements (float32,
+ * positions (float32[3], raw) -> haptable_step, a millisecond apart -> haptable_deform -> displacements (float32,
  * raw)
  *
  * The image that shows that a target computes the host's displacements under one finger. Its words: deform IN OUT,
@@ -24,12 +24,12 @@ int haptable_port_main(void) {
     int out;
     const int status = haptable_semihosting_files(&in, &out);
     if (status != 0) return status;
-    haptable_scene_init(&HAPTABLE_MODEL_SCENE, &scene_state);
-    haptable_scene_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &scene_state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_ALL);
     finger[0].is_there = 1;
     for (; haptable_semihosting_read(in, finger[0].finger_m, sizeof finger[0].finger_m) == sizeof finger[0].finger_m;
          now_us += HAPTABLE_TICK_US) {
-        haptable_scene_step(&HAPTABLE_MODEL_SCENE, &scene_state, finger, now_us, tick);
+        haptable_step(&HAPTABLE_MODEL_SCENE, &scene_state, finger, now_us, tick);
         haptable_deform(&HAPTABLE_DISPLAY, &tick[0], displacement_m);
         haptable_semihosting_write(out, displacement_m, sizeof displacement_m);
     }

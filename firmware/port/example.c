@@ -28,18 +28,18 @@ int haptable_port_main(void) {
     static struct haptable_output out[HAPTABLE_MODEL_FINGERS];
     uint32_t next_us;
     haptable_port_init();
-    haptable_scene_init(&HAPTABLE_MODEL_SCENE, &state);
-    haptable_scene_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
     next_us = haptable_port_now_us();
     for (;;) {
         int finger;
-        haptable_scene_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_BYTES);
+        haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_BYTES);
         while ((int32_t)(haptable_port_now_us() - next_us) < 0) {
         }
         next_us += HAPTABLE_TICK_US;
         for (finger = 0; finger < HAPTABLE_MODEL_FINGERS; ++finger)
             in[finger].is_there = (uint8_t)device_read(finger, in[finger].finger_m);
-        haptable_scene_step(&HAPTABLE_MODEL_SCENE, &state, in, haptable_port_now_us(), out);
+        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, haptable_port_now_us(), out);
         for (finger = 0; finger < HAPTABLE_MODEL_FINGERS; ++finger) device_write(finger, out[finger].force_n);
     }
 }

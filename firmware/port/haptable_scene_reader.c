@@ -50,21 +50,21 @@ static const struct haptable_compliance* take_compliance(struct haptable_scene_r
 const struct haptable_model* haptable_read_model(struct haptable_scene_reader* in) {
     struct haptable_model* to = &in->model;
     to->compliance = 0;
-    to->relaxed = &in->relaxed;
+    haptable_lay_out(to);
     HAPTABLE_MODEL_FIELDS(TAKE_VALUE, TAKE_TABLE, TAKE_FUNCTION, TAKE_PART)
-    to->freed = to->frictionless ? &in->freed[0] : 0;
+    to->hinges = to->hinge_count > 0u ? &haptable_hinges_of_table : 0;
     return in->is_whole ? to : 0;
 }
 
 const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reader* in,
                                                      const struct haptable_model* model) {
     /* By the number that codegen/pair.cpp writes. */
+#define LAW(name) {&haptable_pair_##name, &haptable_pair_bend_##name},
     static const struct {
         const struct haptable_pair_law* law;
         const struct haptable_pair_bend* bend;
-    } laws[] = {{&haptable_pair_interpolated, &haptable_pair_bend_interpolated},
-                {&haptable_pair_consistent, &haptable_pair_bend_consistent},
-                {&haptable_pair_pressure_mask, &haptable_pair_bend_pressure_mask}};
+    } laws[] = {HAPTABLE_PAIR_LAWS(LAW)};
+#undef LAW
     struct haptable_pair_model* to = &in->pair;
     const uint32_t law = take_choice(in, sizeof laws / sizeof laws[0]);
     HAPTABLE_PAIR_FIELDS(TAKE_VALUE, TAKE_TABLE)
@@ -76,8 +76,7 @@ const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reade
     to->track = model->energy ? haptable_pair_track : 0;
     to->cross = to->place_count == 0 ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
     to->blocks = to->place_count == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
-    to->freed = model->freed ? &in->freed[1] : 0;
-    to->check = model->check ? haptable_pair_check_crc : 0;
+    to->span = haptable_span_of_pair;
     return in->is_whole ? to : 0;
 }
 
@@ -92,6 +91,8 @@ const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* i
     to->controls = (uint8_t)take_choice(in, HAPTABLE_MODES_CONTROLS + 1u);
     to->mode = take_table(in, sizeof *to->mode);
     to->shape = take_table(in, sizeof *to->shape);
+    to->control_count = (uint16_t)take_word(in);
+    to->crc = take_word(in);
     return in->is_whole ? to : 0;
 }
 

@@ -21,8 +21,6 @@ struct haptable_scene_reader {
     struct haptable_body body;
     struct haptable_modes modes;
     struct haptable_compliance compliance;
-    struct haptable_relaxed relaxed;
-    struct haptable_freed freed[HAPTABLE_FINGERS];
 };
 
 /* The parts of a scene: each reads its bytes into the reader, and returns it, or NULL where the reader is not whole.

@@ -56,8 +56,8 @@ void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int 
     uint32_t now_us = 0;
     uint32_t bytes;
     records.file = out;
-    haptable_scene_init(scene, state);
-    haptable_scene_check(scene, state, HAPTABLE_CHECK_ALL);
+    haptable_init(scene, state);
+    haptable_check(scene, state, HAPTABLE_CHECK_ALL);
     while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
         uint32_t i;
         for (i = 0; i < bytes / sizeof position_m[0]; i += fingers, now_us += HAPTABLE_TICK_US) {
@@ -71,7 +71,7 @@ void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int 
                 finger[f].is_there = 1;
             }
             haptable_port_count_begin();
-            haptable_scene_step(scene, state, finger, now_us, tick);
+            haptable_step(scene, state, finger, now_us, tick);
             haptable_port_count_end();
             put_tick(scene, state, tick);
         }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * positions (float32[fingers][3], raw) -> haptable_scene_step, a millisecond apart -> a record a tick
+ * positions (float32[fingers][3], raw) -> haptable_step, a millisecond apart -> a record a tick
  *
  * A record, in words: of each finger state, patch, alpha[3], god_object_m[3], force_n[3]; where nothing holds the body
  * position_m[3] and turn[4] after the tick; where it rings q of each mode.

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * frames in -> haptable_scene_step -> frames out, for ever
+ * frames in -> haptable_step -> frames out, for ever
  *
  * The servo behind a serial line: loop.elf has two files of the debugger's machine as its line, uart.elf the part's
  * UART. Time is that of the frames.
@@ -18,15 +18,15 @@ int haptable_port_main(void) {
     uint32_t count;
     uint8_t byte;
     if (status != 0) return status;
-    haptable_scene_init(&HAPTABLE_MODEL_SCENE, &scene_state);
-    haptable_scene_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &scene_state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_ALL);
     bytes = haptable_line_begin(&HAPTABLE_MODEL_SCENE, &line, &count);
     haptable_serial_write(bytes, count);
     while (haptable_serial_read(&byte)) {
         bytes = haptable_line(&HAPTABLE_MODEL_SCENE, &scene_state, &line, byte, &count);
         if (count == 0) continue;
         haptable_serial_write(bytes, count);
-        haptable_scene_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_BYTES);
+        haptable_check(&HAPTABLE_MODEL_SCENE, &scene_state, HAPTABLE_CHECK_BYTES);
     }
     return 0;
 }

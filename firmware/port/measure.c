@@ -14,7 +14,7 @@ static uint32_t room[384u * 1024u];
 static struct haptable_scene scene;
 /* As haptable_scene_make lays out the state of a scene that has everything. */
 static union {
-    uint8_t bytes[sizeof(struct haptable_pair) + sizeof(struct haptable_body_state) +
+    uint8_t bytes[sizeof(struct haptable_room) + sizeof(struct haptable_body_state) +
                   sizeof(struct haptable_modes_state) + sizeof(struct haptable_account) + 64];
     void* aligned;
 } scene_state;

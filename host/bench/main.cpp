@@ -56,7 +56,7 @@ void step_along(benchmark::State& state, const Subject& subject, const FingerPat
     haptable_output out{};
     std::size_t tick = 0;
     for (auto _ : state) {
-        haptable_step(&subject.model(), &servo, path[tick].data(), 0, &out);
+        haptable_servo_step(&subject.model(), &servo, path[tick].data(), 0, &out);
         benchmark::DoNotOptimize(out);
         tick = tick + 1 == path.size() ? 0 : tick + 1;
     }
@@ -92,7 +92,7 @@ void one_solve(benchmark::State& state, Case& with) {
 ContactFrame pressed_frame(const Case& with) {
     haptable_servo servo = with.subject.touched(with.sliding);
     haptable_output out{};
-    haptable_step(&with.subject.model(), &servo, with.sliding.front().data(), 0, &out);
+    haptable_servo_step(&with.subject.model(), &servo, with.sliding.front().data(), 0, &out);
     const auto vector = [](const float x[3]) { return Eigen::Map<const Eigen::Vector3f>(x).cast<double>(); };
     ContactFrame frame;
     frame.finger_known = frame.contact = true;

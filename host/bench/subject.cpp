@@ -84,11 +84,11 @@ FingerPath Subject::circle(double depth_m, std::size_t ticks) const {
 haptable_servo Subject::touched(const FingerPath& path) const {
     haptable_servo servo{};
     haptable_output out{};
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     std::array<float, 3> above = path.front();
     above[2] = static_cast<float>(height(static_cast<double>(above[0]), static_cast<double>(above[1]))) + 0.001F;
-    haptable_step(&model_, &servo, above.data(), 0, &out);
-    haptable_step(&model_, &servo, path.front().data(), 0, &out);
+    haptable_servo_step(&model_, &servo, above.data(), 0, &out);
+    haptable_servo_step(&model_, &servo, path.front().data(), 0, &out);
     return servo;
 }
 
@@ -97,7 +97,7 @@ double force_error(const Subject& subject, const FingerPath& path) {
     haptable_output out{};
     double worst = 0.0;
     for (const auto& finger : path) {
-        haptable_step(&subject.model(), &servo, finger.data(), 0, &out);
+        haptable_servo_step(&subject.model(), &servo, finger.data(), 0, &out);
         if (haptable_touches(out.state) == 0)
             throw Error(subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
         const Vector3d u = vector(finger.data()) - vector(out.god_object_m);

@@ -9,7 +9,7 @@
 
 #include "codegen/model.hpp"
 #include "codegen/precision.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/tables/tables.hpp"
 
 namespace haptable {

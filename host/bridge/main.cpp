@@ -9,10 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -20,8 +17,6 @@
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
 #include "host/session/serve.hpp"
-#include "host/tables/pair.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -59,45 +54,11 @@ void add_options(CommandLine& app, Options& o) {
     app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
 }
 
-/// The scene's tables, as the target has them, and what points into them.
-struct BuiltScene {
-    explicit BuiltScene(const std::string& folder)
-        : tables(read_tables(folder)),
-          built(build_model(tables)),
-          model(model_in_memory(tables, built)),
-          node(built.node.begin(), built.node.end()) {
-        body = read_rigid_body(folder);
-        if (const std::optional<PairTables> files = read_pair(folder)) {
-            built_pair = build_pair(*files, tables, built);
-            pair = pair_in_memory(built_pair, tables, model);
-        }
-        if (const std::optional<VibrationTables> files = read_vibration(folder)) {
-            vibration = build_vibration(*files, tables, built);
-            modes = vibration_in_memory(vibration);
-        }
-    }
-    BuiltScene(const BuiltScene&) = delete;
-    BuiltScene& operator=(const BuiltScene&) = delete;
-    bool has_two_fingers() const { return pair.model != nullptr; }
-    ServoScene servo() const {
-        return {&model,
-                node.data(),
-                tables.name.c_str(),
-                has_two_fingers() ? &pair : nullptr,
-                modes.count > 0 ? &modes : nullptr,
-                body ? &*body : nullptr};
-    }
-
-    Tables tables;
-    ServoModel built;
-    haptable_model model;
-    ServoPair built_pair;
-    haptable_pair_model pair{};
-    ServoVibration vibration;
-    haptable_modes modes{};  ///< of a body that rings
-    std::vector<std::uint32_t> node;
-    std::optional<haptable_body> body;  ///< where nothing holds it
-};
+/// As the target has it.
+ServoScene servo_of(const LoadedScene& scene) {
+    return {&scene.model(), scene.node().data(), scene.tables().name.c_str(),
+            scene.pair(),   scene.modes(),       scene.body()};
+}
 
 Line open_line(const Options& o) {
     if (!o.port.empty()) return Line::open(o.port, o.baud);
@@ -130,12 +91,12 @@ void add_second(const BridgeSession& session, SummaryLines& summary) {
     summary.add("energy_most_given_to_both_j", session.most_given_j());
 }
 
-SummaryLines summarise(const BridgeSession& session, const BuiltScene& scene, const SerialTarget& target,
+SummaryLines summarise(const BridgeSession& session, const LoadedScene& scene, const SerialTarget& target,
                        const std::string& url) {
     const BridgeReport report = session.report();
     SummaryLines summary;
-    summary.add("scene", scene.tables.name);
-    summary.add("tables_hash", fmt::format("{:016x}", scene.model.hash));
+    summary.add("scene", scene.tables().name);
+    summary.add("tables_hash", fmt::format("{:016x}", scene.model().hash));
     summary.add("url", url);
     summary.add("line", target.line().name());
     report.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
@@ -151,17 +112,17 @@ void run(Options& o) {
     catch_interrupts();
     std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
     o.session.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
-    const BuiltScene scene(o.folder);
+    const LoadedScene scene{TablesFolder(o.folder)};
+    const ServoScene servo = servo_of(scene);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty())
-        record.emplace(scene.servo(), o.csv, scene.has_two_fingers() ? 2 : 1, scene.body.has_value()).keep();
-    SerialTarget target(open_line(o), scene.servo());
+    if (!o.csv.empty()) record.emplace(servo, o.csv, servo.pair != nullptr ? 2 : 1, servo.body != nullptr).keep();
+    SerialTarget target(open_line(o), servo);
     Connection connection;
-    BridgeSession session(scene.servo(), connection, target, o.session, record ? &*record : nullptr,
+    BridgeSession session(servo, connection, target, o.session, record ? &*record : nullptr,
                           teller("haptable-bridge", o.quiet));
     if (!o.quiet)
-        fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables.name, connection.url(),
+        fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables().name, connection.url(),
                    target.line().name(), priority);
     serve(session, o.end, [&](Clock::time_point deadline) { handle(session, connection, target, deadline); });
     if (record) record->finish();

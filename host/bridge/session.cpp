@@ -18,8 +18,7 @@ namespace haptable {
 
 namespace {
 
-// A target that takes no longer is waited for; how much longer one takes its answers tell.
-constexpr Clock::duration kLeastHold = 2 * kTick;
+// How much longer than options.hold a target is waited for its answers tell.
 constexpr Clock::duration kMostHold = std::chrono::microseconds(HAPTABLE_SILENCE_US);
 constexpr int kHoldTicks = 16;  // to forget a slow one
 constexpr double kRateRounding = 1.001;
@@ -56,6 +55,7 @@ BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Se
       options_(options),
       record_(record),
       answer_(scene, connection),
+      hold_(options.hold),
       live_(std::move(tell)) {
     if (scene.body != nullptr) haptable_body_init(scene.body, &pose_);
     const std::size_t count = scene.pair != nullptr ? kFingers : 1;
@@ -68,7 +68,7 @@ BridgeSession::BridgeSession(const ServoScene& scene, Connection& connection, Se
 }
 
 void BridgeSession::subscribe(std::size_t finger) {
-    connection_.subscribe<device_state>(kStateChannels[finger],
+    connection_.subscribe<device_state>(channel_of<device_state>(finger),
                                         [this, finger](const device_state& state, std::int64_t received_utime) {
                                             if (finger < side_.size()) return on_state(finger, state, received_utime);
                                             side_[0].gate.count_absent_finger();
@@ -262,7 +262,8 @@ void BridgeSession::take(const TargetAnswer& answer) {
 void BridgeSession::finish(const TargetAnswer& answer) {
     waiting_ = false;
     answered_ = answer.sequence;
-    hold_ += (std::clamp(2 * (Clock::now() - first_sent_), kLeastHold, kMostHold) - hold_) / kHoldTicks;
+    const Clock::duration takes = std::min(2 * (Clock::now() - first_sent_), kMostHold);
+    hold_ += (std::max<Clock::duration>(takes, options_.hold) - hold_) / kHoldTicks;
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         side_[finger].output = in_[finger] ? answer.output[finger] : silent();
     pose_ = answer.body;
@@ -297,8 +298,9 @@ void BridgeSession::publish_motion() {
     const auto of = [&](auto message) {
         return addressed(message, lead->state, tick_utime_, answer_.servo(), *scene_.model);
     };
-    if (scene_.body != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*scene_.body, pose_)));
-    if (scene_.modes != nullptr) connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, modes_)));
+    if (scene_.body != nullptr) connection_.publish(channel_of<body_pose>(), of(to_pose_message(*scene_.body, pose_)));
+    if (scene_.modes != nullptr)
+        connection_.publish(channel_of<body_modes>(), of(to_modes_message(*scene_.modes, modes_)));
 }
 
 /// A world position in the frame of the last tick.

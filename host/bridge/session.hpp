@@ -23,6 +23,7 @@ namespace haptable {
 
 struct BridgeOptions {
     std::chrono::microseconds retry{50'000};  ///< a state without an answer is sent again after this
+    std::chrono::microseconds hold{2000};     ///< so long at least no newer state overtakes one in real time
     double patience_s = 10.0;                 ///< without any answer for so long, the target is gone
 };
 
@@ -140,7 +141,7 @@ private:
     std::uint32_t number_ = 0;                  ///< of its frames; counts on over sessions of devices
     std::uint32_t answered_ = 0;                ///< the last one that was published
     bool waiting_ = false;                      ///< for its answer
-    Clock::duration hold_ = 2 * kTick;          ///< so long no newer state overtakes it in real time
+    Clock::duration hold_;                      ///< so long no newer state overtakes it in real time
     Clock::time_point first_sent_, last_sent_;  ///< its frames
     Clock::time_point deaf_since_;              ///< the first state that was not answered since the last answer
     bool is_known_ = false;                     ///< the target has said what it is

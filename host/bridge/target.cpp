@@ -7,7 +7,7 @@ namespace haptable {
 
 namespace {
 
-haptable_body_state body_of(const haptable_line_pose& pose) {
+haptable_body_state body_of(const haptable_body_pose& pose) {
     haptable_body_state body{};
     std::copy_n(pose.position_m, 3, body.position_m);
     std::copy_n(pose.turn, 4, body.turn);

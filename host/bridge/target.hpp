@@ -8,8 +8,8 @@
 #include <variant>
 
 #include "firmware/haptable_line.h"
-#include "host/link/channels.hpp"
 #include "host/link/line.hpp"
+#include "host/link/messages.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {

@@ -13,7 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/device/simulated_driver.hpp"
-#include "host/link/channels.hpp"
+#include "host/link/messages.hpp"
 
 namespace haptable {
 
@@ -76,7 +76,7 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
     state_.session = random_session();
     state_.mode = options_.lockstep ? device_state::SIMULATED : device_state::REAL_TIME;
     state_.model_hash = options_.model_hash;
-    connection.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
+    connection.subscribe<servo_status>(channel_of<servo_status>(), [this](const servo_status& status, std::int64_t) {
         if (options_.model_hash == 0 || status.model_hash == options_.model_hash) return;
         ++other_scene_;
         other_hash_ = status.model_hash;
@@ -84,7 +84,7 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
     if (options_.faults.any())
         begin_faults();
     else
-        connection.subscribe<servo_force>(kForceChannels[options_.finger],
+        connection.subscribe<servo_force>(channel_of<servo_force>(options_.finger),
                                           [this](const servo_force& force, std::int64_t) { on_force(force); });
 }
 
@@ -95,9 +95,10 @@ void DeviceSession::begin_faults() {
             "--fault: corrupt and clock-back are not for --lockstep: a servo whose time the device sets would wait for "
             "that time for ever");
     faults_.emplace(Faults{{plan, options_.seed}, {plan, options_.seed + 1}, {plan, options_.seed + 2}});
-    connection_.listen(kForceChannels[options_.finger], [this](std::span<const std::uint8_t> bytes, std::int64_t) {
-        if (!faults_->gone) faults_->in.put(bytes, Clock::now());
-    });
+    connection_.listen(channel_of<servo_force>(options_.finger),
+                       [this](std::span<const std::uint8_t> bytes, std::int64_t) {
+                           if (!faults_->gone) faults_->in.put(bytes, Clock::now());
+                       });
 }
 
 // ---- the loop -----------------------------------------------------------------------------------------------------
@@ -239,7 +240,7 @@ void DeviceSession::begin_tick(std::int64_t tick) {
 void DeviceSession::publish() {
     const Clock::time_point now = Clock::now();
     published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = now;
-    if (!faults_) return connection_.publish(kStateChannels[options_.finger], state_);
+    if (!faults_) return connection_.publish(channel_of<device_state>(options_.finger), state_);
     std::array<std::uint8_t, FaultyLane::kMost_bytes> bytes{};
     const int size = state_.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     faults_->gone = faults_->device.is_gone(now);
@@ -251,8 +252,9 @@ void DeviceSession::publish() {
 void DeviceSession::deliver() {
     if (!faults_) return;
     const Clock::time_point now = Clock::now();
-    faults_->out.deliver(
-        now, [this](std::span<const std::uint8_t> bytes) { connection_.send(kStateChannels[options_.finger], bytes); });
+    faults_->out.deliver(now, [this](std::span<const std::uint8_t> bytes) {
+        connection_.send(channel_of<device_state>(options_.finger), bytes);
+    });
     faults_->in.deliver(now, [this](std::span<const std::uint8_t> bytes) {
         servo_force force;
         if (decode_whole(bytes, force)) on_force(force);

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/run/child.hpp"
@@ -33,7 +34,8 @@ constexpr const char* kPlot =
 
 }  // namespace
 
-double stiffness_at_once(Tables tables, const std::string& place, Poke where) {
+double stiffness_at_once(Tables tables, const std::optional<VibrationTables>& vibration, const std::string& place,
+                         Poke where) {
     tables.relaxation.clear();
     tables.limits = {};
     tables.static_friction = tables.kinetic_friction = 0.0;
@@ -42,7 +44,13 @@ double stiffness_at_once(Tables tables, const std::string& place, Poke where) {
     const haptable_model model = model_in_memory(tables, servo);
     const std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
     where.at_m = place_of(place, model);
-    const Poked end = poke({&model, node.data(), tables.name.c_str()}, where);
+    ServoVibration ringing;
+    haptable_modes modes{};
+    if (vibration) {
+        ringing = build_vibration(*vibration, tables, servo);
+        modes = vibration_in_memory(ringing);
+    }
+    const Poked end = poke({&model, node.data(), tables.name.c_str(), nullptr, vibration ? &modes : nullptr}, where);
     return end.force_n.norm() / end.depth_m;
 }
 

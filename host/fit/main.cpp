@@ -65,10 +65,10 @@ void run(Options& o) {
     if (o.tables.empty()) o.tables = fs::path("build") / scene.name;
     if (!fs::exists(o.tables / "summary.json"))
         throw Error(o.tables.string() + ": holds no tables of the scene: run haptable-precompute, or give --tables");
-    refuse_vibration(o.tables, "haptable-fit");
-    refuse_free_body(o.tables, "haptable-fit");
+    const TablesFolder folder(o.tables);
+    refuse_free_body(folder, "haptable-fit");
     o.where.depth_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
-    const double own_n_per_m = stiffness_at_once(read_tables(o.tables), o.place, o.where);
+    const double own_n_per_m = stiffness_at_once(read_tables(folder), read_vibration(folder), o.place, o.where);
     const PronyFit fit = fit_prony(record, static_cast<std::size_t>(o.terms), 8);
     if (!o.quiet && fit.relaxation.size() < static_cast<std::size_t>(o.terms))
         fmt::print(stderr, "haptable-fit: note: the record determines {} terms, not {}\n", fit.relaxation.size(),

@@ -129,12 +129,12 @@ ForceErrors compare_force(const HardBody& body, const Reference& reference, GodO
         const Vector3d on = 0.41 * a + 0.32 * b + 0.27 * c, finger = on - depth * normal;
         haptable_servo servo;
         haptable_output out{};
-        haptable_init(&servo);
+        haptable_servo_init(&servo);
         float x[3];
         put(on + depth * normal, x);
-        haptable_step(&model, &servo, x, 1000, &out);
+        haptable_servo_step(&model, &servo, x, 1000, &out);
         put(finger, x);
-        haptable_step(&model, &servo, x, 2000, &out);
+        haptable_servo_step(&model, &servo, x, 2000, &out);
         if (haptable_touches(out.state) == 0) {
             ++errors.missed;
             continue;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/hard/cases.hpp"
 #include "host/hard/reference.hpp"
 #include "host/precompute/digits.hpp"

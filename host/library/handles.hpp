@@ -15,9 +15,6 @@ struct haptable_object {
 
 struct haptable_finger {
     std::shared_ptr<const haptable::LoadedObject> loaded;
-    haptable_model model;      ///< the object's, but that it remembers for this finger alone
-    haptable_relaxed relaxed;  ///< where the body relaxes
-    haptable_freed freed;      ///< where there is friction
     haptable::SceneState state;
     haptable::EnergyAccount energy;
     std::uint32_t buttons = 0;  ///< held down
@@ -25,8 +22,6 @@ struct haptable_finger {
 
 struct haptable_fingers {
     std::shared_ptr<const haptable::LoadedObject> loaded;
-    haptable_model alone;  ///< the object's, for one finger while the other is away: it remembers for these alone
-    std::array<haptable_freed, HAPTABLE_FINGERS> freed;  ///< where there is friction
     haptable::SceneState state;
     std::array<haptable::EnergyAccount, HAPTABLE_FINGERS> energy;
     std::array<std::uint32_t, HAPTABLE_FINGERS> buttons{};  ///< held down

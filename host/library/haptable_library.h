@@ -13,7 +13,8 @@
  * The servo is the firmware's, compiled into the library: the same positions at the same times give the same bits as
  * build/NAME/servo. SI units: metres, newtons, joules, microseconds; indices 0-based; nodes are mesh nodes.
  *
- * A function that may fail returns NULL or -1, and haptable_library_error tells the calling thread why. */
+ * A function that may fail returns NULL or -1, and haptable_library_error tells the calling thread why. One that is
+ * given NULL for what it needs does nothing, returns NULL, -1 or zeros, and says so there. */
 #ifndef HAPTABLE_LIBRARY_H
 #define HAPTABLE_LIBRARY_H
 

@@ -2,6 +2,7 @@
 // The C side of the library: no exception leaves it.
 #include <algorithm>
 #include <exception>
+#include <initializer_list>
 #include <memory>
 #include <new>
 #include <string>
@@ -38,6 +39,12 @@ Value guarded(Value failed, Work work) noexcept {
         }
     }
     return failed;
+}
+
+/// True, and why, where one of the pointers that a function was given and needs is NULL.
+bool lacks(const char* function, std::initializer_list<const void*> needed) noexcept {
+    if (std::find(needed.begin(), needed.end(), nullptr) == needed.end()) return false;
+    return guarded(true, [&]() -> bool { throw Error(std::string(function) + ": a pointer that it needs is NULL"); });
 }
 
 #define HAPTABLE_COUNTER_NAME(name) #name,
@@ -125,27 +132,32 @@ std::uint32_t counter_of(const haptable_counters& c, std::uint32_t counter) {
 }  // namespace haptable
 
 using haptable::guarded;
+using haptable::lacks;
 
 std::uint32_t haptable_library_version(void) { return HAPTABLE_LIBRARY_VERSION; }
 
 const char* haptable_library_error(void) { return haptable::last_error.c_str(); }
 
 haptable_object* haptable_object_load(const char* folder, std::uint64_t tables_hash) {
+    if (lacks(__func__, {folder})) return nullptr;
     return guarded(static_cast<haptable_object*>(nullptr), [&] {
-        return new haptable_object{std::make_shared<const haptable::LoadedObject>(folder, tables_hash)};
+        return new haptable_object{
+            std::make_shared<const haptable::LoadedObject>(haptable::TablesFolder(folder), tables_hash)};
     });
 }
 
 void haptable_object_free(haptable_object* object) { delete object; }
 
 haptable_object_facts haptable_object_describe(const haptable_object* object) {
+    haptable_object_facts facts{};
+    facts.name = "";
+    if (lacks(__func__, {object})) return facts;
     const haptable::LoadedObject& loaded = *object->loaded;
     const haptable::Tables& tables = loaded.tables();
-    haptable_object_facts facts{};
     facts.name = tables.name.c_str();
-    facts.tables_hash = loaded.model().hash;
-    facts.max_force_n = loaded.model().max_force_n;
-    facts.stiffness_n_per_m = loaded.model().stiffness_limit_n_per_m;
+    facts.tables_hash = loaded.scene().model().hash;
+    facts.max_force_n = loaded.scene().model().max_force_n;
+    facts.stiffness_n_per_m = loaded.scene().model().stiffness_limit_n_per_m;
     facts.node_count = static_cast<std::uint32_t>(tables.position.size());
     facts.surface_count = static_cast<std::uint32_t>(tables.surface.size());
     facts.patch_count = static_cast<std::uint32_t>(tables.patch.size());
@@ -160,6 +172,7 @@ haptable_object_facts haptable_object_describe(const haptable_object* object) {
 
 int haptable_object_deform(const haptable_object* object, const haptable_touch* touch, const std::uint32_t* row,
                            std::size_t count, float (*displacement_m)[3]) {
+    if (lacks(__func__, {object, touch}) || (count > 0 && lacks(__func__, {displacement_m}))) return -1;
     return guarded(-1, [&] {
         const haptable::LoadedObject& loaded = *object->loaded;
         const auto rows = haptable::rows_of(loaded, row, count);
@@ -171,11 +184,14 @@ int haptable_object_deform(const haptable_object* object, const haptable_touch* 
 }
 
 std::uint32_t haptable_object_modes(const haptable_object* object) {
-    return object->loaded->modes() != nullptr ? object->loaded->modes()->count : 0;
+    if (lacks(__func__, {object})) return 0;
+    return object->loaded->scene().modes() != nullptr ? object->loaded->scene().modes()->count : 0;
 }
 
 int haptable_object_swing(const haptable_object* object, const float* swung, const std::uint32_t* row,
                           std::size_t count, float (*displacement_m)[3]) {
+    if (lacks(__func__, {object}) || (count > 0 && lacks(__func__, {displacement_m}))) return -1;
+    if (haptable_object_modes(object) > 0 && lacks(__func__, {swung})) return -1;
     return guarded(-1, [&] {
         const haptable::LoadedObject& loaded = *object->loaded;
         const auto rows = haptable::rows_of(loaded, row, count);
@@ -186,13 +202,11 @@ int haptable_object_swing(const haptable_object* object, const float* swung, con
 }
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
+    if (lacks(__func__, {object})) return nullptr;
     return guarded(static_cast<haptable_finger*>(nullptr), [&] {
-        const haptable::LoadedObject& loaded = *object->loaded;
-        auto* finger = new haptable_finger{
-            object->loaded, loaded.model(), {}, {}, {loaded.model(), nullptr, loaded.body(), loaded.modes()}, {}};
-        if (finger->model.relaxed != nullptr) finger->model.relaxed = &finger->relaxed;
-        if (finger->model.freed != nullptr) finger->model.freed = &finger->freed;
-        finger->state = {finger->model, nullptr, loaded.body(), loaded.modes()};
+        const haptable::LoadedScene& loaded = object->loaded->scene();
+        auto* finger =
+            new haptable_finger{object->loaded, {loaded.model(), nullptr, loaded.body(), loaded.modes()}, {}};
         finger->state.check(HAPTABLE_CHECK_ALL);
         return finger;
     });
@@ -202,6 +216,7 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
+    if (lacks(__func__, {finger, touch})) return;
     const haptable_input in = haptable::input_of(position_m, finger->buttons);
     haptable_output out;
     finger->state.step(&in, now_us, &out);
@@ -210,51 +225,58 @@ void haptable_finger_step(haptable_finger* finger, const float position_m[3], st
 }
 
 int haptable_finger_watch(haptable_finger* finger, std::uint32_t now_us, haptable_touch* touch) {
+    if (lacks(__func__, {finger, touch})) return 0;
     haptable_output out;
-    if (haptable_watch(&finger->state.servo(0), now_us, &out) == 0) return 0;
+    if (haptable_servo_watch(&finger->state.servo(0), now_us, &out) == 0) return 0;
     finger->energy.add({}, out);
     *touch = haptable::to_touch(*finger->loaded, out);
     return 1;
 }
 
-void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) { finger->buttons = buttons; }
+void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) {
+    if (!lacks(__func__, {finger})) finger->buttons = buttons;
+}
 
 void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3], std::size_t count,
                             std::uint32_t begin_us, haptable_touch* touch) {
+    if (count > 0 && lacks(__func__, {finger, position_m, touch})) return;
     for (std::size_t i = 0; i < count; ++i)
         haptable_finger_step(finger, position_m[i], begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US,
                              &touch[i]);
 }
 
 haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
-    return haptable::to_energy(finger->energy);
+    return lacks(__func__, {finger}) ? haptable_touch_energy{} : haptable::to_energy(finger->energy);
 }
 
-void haptable_finger_swung(const haptable_finger* finger, float* swung) { haptable::copy_swung(finger->state, swung); }
+void haptable_finger_swung(const haptable_finger* finger, float* swung) {
+    if (!lacks(__func__, {finger, swung})) haptable::copy_swung(finger->state, swung);
+}
 
-haptable_pose haptable_finger_pose(const haptable_finger* finger) { return haptable::to_pose(finger->state); }
+haptable_pose haptable_finger_pose(const haptable_finger* finger) {
+    return lacks(__func__, {finger}) ? haptable_pose{} : haptable::to_pose(finger->state);
+}
 
-int haptable_object_is_free(const haptable_object* object) { return object->loaded->body() != nullptr ? 1 : 0; }
+int haptable_object_is_free(const haptable_object* object) {
+    return !lacks(__func__, {object}) && object->loaded->scene().body() != nullptr ? 1 : 0;
+}
 
 std::uint32_t haptable_object_fingers(const haptable_object* object) {
-    return object->loaded->pair() != nullptr ? 2 : 1;
+    if (lacks(__func__, {object})) return 0;
+    return object->loaded->scene().pair() != nullptr ? 2 : 1;
 }
 
 haptable_fingers* haptable_fingers_new(const haptable_object* object) {
+    if (lacks(__func__, {object})) return nullptr;
     return guarded(static_cast<haptable_fingers*>(nullptr), [&] {
-        if (object->loaded->pair() == nullptr)
+        if (object->loaded->scene().pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
-        const haptable::LoadedObject& loaded = *object->loaded;
-        auto fingers = std::make_unique<haptable_fingers>(haptable_fingers{
-            object->loaded, loaded.model(), {}, {loaded.model(), loaded.pair(), loaded.body(), loaded.modes()}, {}});
-        if (fingers->alone.freed != nullptr) fingers->alone.freed = fingers->freed.data();
-        fingers->state = {fingers->alone, loaded.pair(), loaded.body(), loaded.modes()};
-        if (fingers->alone.freed != nullptr)
-            for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f)
-                fingers->state.pair()->view[f].model.freed = &fingers->freed[f];
+        const haptable::LoadedScene& loaded = object->loaded->scene();
+        auto* fingers =
+            new haptable_fingers{object->loaded, {loaded.model(), loaded.pair(), loaded.body(), loaded.modes()}, {}};
         fingers->state.check(HAPTABLE_CHECK_ALL);
-        return fingers.release();
+        return fingers;
     });
 }
 
@@ -262,6 +284,7 @@ void haptable_fingers_free(haptable_fingers* fingers) { delete fingers; }
 
 void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], const float second_m[3],
                            std::uint32_t now_us, haptable_touch touch[2]) {
+    if (lacks(__func__, {fingers, touch})) return;
     const float* position_m[HAPTABLE_FINGERS] = {first_m, second_m};
     haptable_input in[HAPTABLE_FINGERS];
     haptable_output out[HAPTABLE_FINGERS];
@@ -274,27 +297,32 @@ void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], co
 }
 
 void haptable_fingers_buttons(haptable_fingers* fingers, std::uint32_t finger, std::uint32_t buttons) {
-    if (finger < HAPTABLE_FINGERS) fingers->buttons[finger] = buttons;
+    if (!lacks(__func__, {fingers}) && finger < HAPTABLE_FINGERS) fingers->buttons[finger] = buttons;
 }
 
 void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3], const float (*second_m)[3],
                              std::size_t count, std::uint32_t begin_us, haptable_touch (*touch)[2]) {
+    if (count > 0 && lacks(__func__, {fingers, first_m, second_m, touch})) return;
     for (std::size_t i = 0; i < count; ++i)
         haptable_fingers_step(fingers, first_m[i], second_m[i],
                               begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, touch[i]);
 }
 
 haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, std::uint32_t finger) {
-    return finger < HAPTABLE_FINGERS ? haptable::to_energy(fingers->energy[finger]) : haptable_touch_energy{};
+    if (lacks(__func__, {fingers}) || finger >= HAPTABLE_FINGERS) return {};
+    return haptable::to_energy(fingers->energy[finger]);
 }
 
 void haptable_fingers_swung(const haptable_fingers* fingers, float* swung) {
-    haptable::copy_swung(fingers->state, swung);
+    if (!lacks(__func__, {fingers, swung})) haptable::copy_swung(fingers->state, swung);
 }
 
-haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) { return haptable::to_pose(fingers->state); }
+haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) {
+    return lacks(__func__, {fingers}) ? haptable_pose{} : haptable::to_pose(fingers->state);
+}
 
 std::uint32_t haptable_fingers_counter(const haptable_fingers* fingers, std::uint32_t finger, std::uint32_t counter) {
+    if (lacks(__func__, {fingers})) return 0;
     return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->state.servo(finger).counters, counter) : 0;
 }
 
@@ -305,5 +333,6 @@ const char* haptable_library_counter_name(std::uint32_t counter) {
 }
 
 std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32_t counter) {
+    if (lacks(__func__, {finger})) return 0;
     return haptable::counter_of(finger->state.servo(0).counters, counter);
 }

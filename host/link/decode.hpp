@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
+#include <type_traits>
 
 #include "host/link/messages.hpp"
 
@@ -37,6 +39,34 @@ bool decode_whole(std::span<const std::uint8_t> bytes, Message& message) {
     if (!is_of_type<Message>(bytes) || !has_room(&message, bytes, kFixed)) return false;
     const auto size = static_cast<int>(bytes.size());
     return message.decode(bytes.data(), 0, size) == size;
+}
+
+/// What came on a channel: on none of those that are asked for; a message of another version's type; one that is not
+/// whole; one that was taken.
+enum class Heard { elsewhere, other_version, damaged, taken };
+
+/// A function of several types.
+template <typename... Takes>
+struct Overloaded : Takes... {
+    using Takes::operator()...;
+};
+
+/// Calls take(message, finger) with the message that the bytes on this channel are. Channels whose type `take` does not
+/// take are elsewhere.
+template <typename Take>
+Heard take_message(std::string_view channel, std::span<const std::uint8_t> bytes, Take&& take) {
+    Heard heard = Heard::elsewhere;
+    each_channel([&]<typename Message>(const char* its, std::size_t finger) {
+        if constexpr (std::is_invocable_v<Take&, const Message&, std::size_t>) {
+            if (channel != its) return;
+            Message message;
+            heard = !is_of_type<Message>(bytes)     ? Heard::other_version
+                    : !decode_whole(bytes, message) ? Heard::damaged
+                                                    : Heard::taken;
+            if (heard == Heard::taken) take(static_cast<const Message&>(message), finger);
+        }
+    });
+    return heard;
 }
 
 }  // namespace haptable

@@ -11,8 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/rigid_body.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
@@ -20,8 +19,6 @@
 #include "host/live/page_server.hpp"
 #include "host/live/pointer.hpp"
 #include "host/page/pointer_device.hpp"
-#include "host/tables/pair.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -52,40 +49,25 @@ double number_of(const json& message, const char* key, double least, double most
     return std::clamp(value->get<double>(), least, most);
 }
 
-std::size_t modes_of(const std::filesystem::path& folder) {
-    const std::optional<VibrationTables> vibration = read_vibration(folder);
-    return vibration ? vibration->modes() : 0;
-}
-
 class LiveSession {
 public:
-    LiveSession(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options)
-        : tables_(tables),
-          options_(options),
-          servo_(build_model(tables)),
-          model_(model_in_memory(tables, servo_)),
-          fingers_(read_pair(folder) ? kFingers : 1),
-          is_free_(read_rigid_body(folder).has_value()),
-          modes_(modes_of(folder)),
-          ticks_(tables, servo_, model_.hash, fingers_, is_free_, modes_),
+    LiveSession(const TablesFolder& folder, const LiveOptions& options)
+        : options_(options),
+          scene_(folder),
+          fingers_(scene_.pair() != nullptr ? kFingers : 1),
+          is_free_(scene_.body() != nullptr),
+          modes_(scene_.modes() != nullptr ? scene_.modes()->count : 0),
+          ticks_(scene_.tables(), scene_.servo(), scene_.model().hash, fingers_, is_free_, modes_),
           live_(options.tell),
           server_(options.port, events()) {
-        server_.set_page(make_page(tables, folder, page_parts(), options.most_bytes, server_.socket_url()).html);
-        follow<servo_force>(kForceChannels);
-        follow<contact>(kContactChannels);
-        follow<device_state>(kStateChannels);
-        if (is_free_)
-            connection_.subscribe<body_pose>(kBodyChannel,
-                                             [this](const body_pose& pose, std::int64_t) { ticks_.take(pose); });
-        if (modes_ > 0)
-            connection_.subscribe<body_modes>(kModesChannel,
-                                              [this](const body_modes& modes, std::int64_t) { ticks_.take(modes); });
-        connection_.subscribe<servo_status>(kStatusChannel, [this](const servo_status& status, std::int64_t) {
-            if (status.model_hash == static_cast<std::int64_t>(model_.hash)) servo_seen_ = Clock::now();
+        server_.set_page(make_page(folder, page_parts(), options.most_bytes, server_.socket_url()).html);
+        each_channel([this]<typename Message>(const char* channel, std::size_t finger) {
+            if (finger >= fingers_) return;
+            connection_.subscribe<Message>(
+                channel, [this, finger](const Message& message, std::int64_t) { take(message, finger); });
         });
         for (std::size_t finger = 0; options.touch && finger < fingers_; ++finger)
-            pointers_.emplace_back(pointer_device(tables, folder), static_cast<std::int64_t>(model_.hash), options.tell,
-                                   finger);
+            pointers_.emplace_back(pointer_device(scene_.tables(), folder), hash(), options.tell, finger);
     }
 
     LiveReport run() {
@@ -107,12 +89,14 @@ public:
     }
 
 private:
+    std::int64_t hash() const { return static_cast<std::int64_t>(scene_.model().hash); }
+
     template <typename Message>
-    void follow(const std::array<const char*, kFingers>& channels) {
-        for (std::size_t finger = 0; finger < fingers_; ++finger)
-            connection_.subscribe<Message>(channels[finger], [this, finger](const Message& message, std::int64_t) {
-                ticks_.take(message, finger);
-            });
+    void take(const Message& message, std::size_t finger) {
+        ticks_.take(message, finger);
+    }
+    void take(const servo_status& status, std::size_t) {
+        if (status.model_hash == hash()) servo_seen_ = Clock::now();
     }
 
     PageServer::Events events() {
@@ -214,7 +198,8 @@ private:
         if (ticks_.left_out().other_tables > 0)
             return fmt::format("A servo of other tables ({:016x}) speaks here: serve the folder of that one.",
                                ticks_.other_hash());
-        return fmt::format("No servo is heard on {}: start build/{}/servo --lcm.", connection_.url(), tables_.name);
+        return fmt::format("No servo is heard on {}: start build/{}/servo --lcm.", connection_.url(),
+                           scene_.tables().name);
     }
 
     void tell(Clock::time_point now) {
@@ -247,10 +232,8 @@ private:
         std::string said;  ///< the last status that it got
     };
 
-    const Tables& tables_;
     const LiveOptions& options_;
-    ServoModel servo_;
-    haptable_model model_;
+    LoadedScene scene_;
     std::size_t fingers_;
     bool is_free_;       ///< nothing holds the body
     std::size_t modes_;  ///< by which it rings
@@ -268,8 +251,8 @@ private:
 
 }  // namespace
 
-LiveReport serve_session(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options) {
-    return LiveSession(tables, folder, options).run();
+LiveReport serve_session(const TablesFolder& folder, const LiveOptions& options) {
+    return LiveSession(folder, options).run();
 }
 
 }  // namespace haptable

@@ -34,6 +34,6 @@ struct LiveReport {
 
 /// Serves until Ctrl-C, or for so long. Only looks, unless `touch`: then the first page has the pointer, as long as it
 /// is open; further ones look. Throws Error where no page can be made or served.
-LiveReport serve_session(const Tables& tables, const std::filesystem::path& folder, const LiveOptions& options);
+LiveReport serve_session(const TablesFolder& folder, const LiveOptions& options);
 
 }  // namespace haptable

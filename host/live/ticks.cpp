@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 
@@ -102,19 +102,15 @@ void LiveTicks::take(const contact& load, std::size_t finger) {
     side.session = load.session;
     side.seq = load.seq;
     heard_ = now;
-    join(finger, load.utime, tick, now);
+    keep(joined_.add(finger, load.utime, tick));
+    joined_since_ = now;
+    side.last = tick;
+    if (joined_.is_full(side_.size())) end_tick();
 }
 
-void LiveTicks::join(std::size_t finger, std::int64_t utime, const LiveTick& tick, Clock::time_point now) {
-    if (open_ && (open_->utime != utime || open_->has[finger])) end_tick();
-    if (!open_) open_ = Open{utime, {}, now};
-    open_->has[finger] = true;
-    side_[finger].last = tick;
-    if (std::count(open_->has.begin(), open_->has.end(), true) == std::ssize(side_)) end_tick();
-}
-
-void LiveTicks::end_tick() {
-    open_.reset();
+/// Who had no answer in the tick is as it was last.
+void LiveTicks::keep(const std::optional<JoinedTick<LiveTick>::Tick>& joined) {
+    if (!joined) return;
     if ((is_free_ && !pose_) || swung_.size() != modes_) {
         ++lost_;  // nobody has said where the body is
         return;
@@ -124,9 +120,9 @@ void LiveTicks::end_tick() {
     swings_.insert(swings_.end(), swung_.begin(), swung_.end());
 }
 
-void LiveTicks::take(const body_pose& pose) {
-    if (!is_followed(pose.servo, pose.model_hash, Clock::now())) return;
-    if (open_ && open_->utime != pose.utime) end_tick();
+void LiveTicks::take(const body_pose& pose, std::size_t) {
+    if (!is_free_ || !is_followed(pose.servo, pose.model_hash, Clock::now())) return;
+    if (!joined_.is_of(pose.utime)) end_tick();
     LivePose now;
     if (copy_finite(pose.centre_m, 3, now.centre_m) && copy_finite(pose.turn, 4, now.turn))
         pose_ = now;
@@ -134,9 +130,9 @@ void LiveTicks::take(const body_pose& pose) {
         ++left_out_.damaged;
 }
 
-void LiveTicks::take(const body_modes& modes) {
-    if (!is_followed(modes.servo, modes.model_hash, Clock::now())) return;
-    if (open_ && open_->utime != modes.utime) end_tick();
+void LiveTicks::take(const body_modes& modes, std::size_t) {
+    if (modes_ == 0 || !is_followed(modes.servo, modes.model_hash, Clock::now())) return;
+    if (!joined_.is_of(modes.utime)) end_tick();
     const std::vector<float> swung = swung_of(modes, modes_);
     if (swung.empty() || !std::all_of(swung.begin(), swung.end(), [](float q) { return std::isfinite(q); }))
         ++left_out_.damaged;
@@ -145,7 +141,7 @@ void LiveTicks::take(const body_modes& modes) {
 }
 
 std::vector<LiveTick> LiveTicks::ticks() {
-    if (open_ && Clock::now() - open_->since >= kOther) end_tick();
+    if (Clock::now() - joined_since_ >= kOther) end_tick();
     given_poses_ = std::exchange(poses_, {});
     given_swings_ = std::exchange(swings_, {});
     return std::exchange(ticks_, {});

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "codegen/model.hpp"
-#include "host/link/channels.hpp"
 #include "host/link/clock.hpp"
+#include "host/link/joined.hpp"
 #include "host/link/messages.hpp"
-#include "host/link/ringing.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -56,8 +55,8 @@ public:
     void take(const servo_force& force, std::size_t finger = 0);
     void take(const contact& load, std::size_t finger = 0);
     /// Before the contacts of its tick.
-    void take(const body_pose& pose);
-    void take(const body_modes& modes);
+    void take(const body_pose& pose, std::size_t = 0);
+    void take(const body_modes& modes, std::size_t = 0);
     /// Of the device that has the servo: what it holds down.
     void take(const device_state& state, std::size_t finger = 0);
 
@@ -85,17 +84,10 @@ private:
         std::uint32_t buttons = 0;
         LiveTick last;  ///< of the servo that is followed
     };
-    /// A tick whose other finger may come yet.
-    struct Open {
-        std::int64_t utime = 0;
-        std::array<bool, kFingers> has{};
-        Clock::time_point since{};
-    };
-
     bool is_followed(std::int64_t servo, std::int64_t model_hash, Clock::time_point now);
     bool fill_contact(const servo_force& force, const contact& load, LiveTick& tick) const;
-    void join(std::size_t finger, std::int64_t utime, const LiveTick& tick, Clock::time_point now);
-    void end_tick();
+    void keep(const std::optional<JoinedTick<LiveTick>::Tick>& joined);
+    void end_tick() { keep(joined_.end()); }
     std::array<double, 3> area_coordinates(const std::array<std::int32_t, 3>& node, const double x_m[3]) const;
 
     const Tables& tables_;
@@ -103,7 +95,8 @@ private:
     std::vector<std::int32_t> vertex_;                           ///< [N] of each mesh node; -1: none
     std::map<std::array<std::int32_t, 3>, std::int32_t> patch_;  ///< by ascending mesh nodes
     std::vector<Side> side_;
-    std::optional<Open> open_;
+    JoinedTick<LiveTick> joined_;  ///< whose other finger may come yet
+    Clock::time_point joined_since_{};
     std::int64_t servo_ = 0;  ///< of the last tick
     Clock::time_point heard_{};
     std::vector<LiveTick> ticks_;

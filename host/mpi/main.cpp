@@ -8,6 +8,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/mpi/distributed_inverse.hpp"
+#include "host/precompute/owner.hpp"
 #include "host/precompute/tell.hpp"
 
 namespace {
@@ -28,7 +29,10 @@ void run(const Options& options, DistributedInverse& inverse) {
     Progress progress(options.telling.quiet);
     PrecomputeOptions how = options.how;
     how.inverse = &inverse;
-    tell(options.telling, scene, folder, precompute(scene, folder, progress, how));
+    if (options.folder.empty()) require_own(folder, scene);
+    const Result result = precompute(scene, folder, progress, how);
+    if (options.folder.empty()) note_owner(folder, scene);
+    tell(options.telling, scene, folder, result);
 }
 
 /// Only rank 0 reads the command line and the scene, and speaks.

@@ -4,42 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <set>
 
 #include "host/base/error.hpp"
-#include "host/tables/npy.hpp"
+#include "host/tables/columns.hpp"
 
 namespace haptable {
 
 namespace {
 
 constexpr int kHalfExponent = 15;  // binary16 ends below 2^16
-
-/// columns.npy, whichever way it is stored, by block: (column, row) -> [3,3].
-class Stored {
-public:
-    Stored(const Tables& tables, const std::filesystem::path& folder) : rows_(tables.row_id.size()) {
-        unit_ = tables.half_columns ? static_cast<float>(tables.column_unit_m_per_n) : 1.0F;
-        if (tables.half_columns)
-            half_.emplace(folder / "columns.npy");
-        else
-            single_.emplace(folder / "columns.npy");
-        const std::size_t have = tables.half_columns ? half_->values().size() : single_->values().size();
-        if (have != 9 * rows_ * tables.node_id.size())
-            throw Error((folder / "columns.npy").string() + ": does not fit the other tables: make them again");
-    }
-    float operator()(std::size_t column, std::size_t row, std::size_t k) const {
-        const std::size_t at = 9 * (column * rows_ + row) + k;
-        return unit_ * (half_ ? to_float(half_->values()[at]) : single_->values()[at]);
-    }
-
-private:
-    std::size_t rows_;
-    float unit_;
-    std::optional<MappedNpy<float>> single_;
-    std::optional<MappedNpy<Half>> half_;
-};
 
 /// The power of 2 in whose steps the largest number is just held.
 float unit_for(float largest) {
@@ -71,13 +45,12 @@ std::size_t packed_count(const PageRows& rows) {
     return 9 * (n * rows.node.size() - n * (n - (n > 0 ? 1 : 0)) / 2);
 }
 
-PageColumns pack_columns(const Tables& tables, const std::filesystem::path& folder, const PageRows& rows,
-                         Storage format) {
-    const Stored stored(tables, folder);
+PageColumns pack_columns(const Tables& tables, const TablesFolder& folder, const PageRows& rows, Storage format) {
+    const MappedColumns columns(tables, folder);
     const std::vector<std::size_t> row = stored_rows(tables, rows);
     const auto each = [&](std::size_t i, const std::function<void(float)>& take) {
         for (std::size_t r = i; r < row.size(); ++r)
-            for (std::size_t k = 0; k < 9; ++k) take(stored(i, row[r], k));
+            for (std::size_t k = 0; k < 9; ++k) take(columns.at(columns.block(i, row[r]) + k));
     };
     PageColumns packed{format, 1.0F, 0.0, {}};
     const bool half = format == Storage::kFloat16;

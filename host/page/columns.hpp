@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -35,7 +34,6 @@ struct PageColumns {
 };
 
 /// Reads columns.npy of `folder`. before: tables.has_columns.
-PageColumns pack_columns(const Tables& tables, const std::filesystem::path& folder, const PageRows& rows,
-                         Storage format);
+PageColumns pack_columns(const Tables& tables, const TablesFolder& folder, const PageRows& rows, Storage format);
 
 }  // namespace haptable

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "codegen/in_memory.hpp"
 #include "codegen/model_bytes.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
-#include "host/tables/npy.hpp"
+#include "host/tables/columns.hpp"
 
 namespace haptable {
 
@@ -17,23 +16,21 @@ namespace {
 
 constexpr double kRelease_n_per_ms = 0.01;  // a scene's default with least energy
 
-/// What stands beside the tables of a folder.
-struct Beside {
-    std::optional<PairTables> pair;
-    std::optional<VibrationTables> vibration;
-};
-
-PageMode mode_of(const Tables& tables, const Beside& beside) {
-    const ServoModel servo = build_model(tables);
-    const std::uint64_t hash = model_in_memory(tables, servo).hash;
-    Tables unlimited = tables;
+PageMode mode_of(const SceneFiles& files) {
+    const LoadedScene scene(files);
+    Tables unlimited = files.tables;
     unlimited.limits = {};  // a page has no motors, and a pointer jumps
-    const haptable_model model = model_in_memory(unlimited, servo);
-    PageMode mode{tables.force, tables.god_object, tables.static_friction, hash, model_bytes(model), "", ""};
-    if (beside.vibration) mode.vibration = vibration_bytes(build_vibration(*beside.vibration, unlimited, servo));
-    if (!beside.pair) return mode;
-    const ServoPair built = build_pair(*beside.pair, unlimited, servo);
-    mode.coupling = coupling_bytes(pair_in_memory(built, unlimited, model));
+    const haptable_model model = model_in_memory(unlimited, scene.servo());
+    PageMode mode{unlimited.force,
+                  unlimited.god_object,
+                  unlimited.static_friction,
+                  scene.model().hash,
+                  model_bytes(model),
+                  "",
+                  ""};
+    if (scene.servo_vibration() != nullptr) mode.vibration = vibration_bytes(*scene.servo_vibration());
+    if (scene.servo_pair() != nullptr)
+        mode.coupling = coupling_bytes(pair_in_memory(*scene.servo_pair(), unlimited, model));
     return mode;
 }
 
@@ -45,7 +42,8 @@ bool has(const std::vector<PageMode>& modes, const Tables& tables) {
 }
 
 /// Both god-objects over the blocks of one force, without friction and with it.
-void add_modes(Tables tables, const Beside& beside, std::vector<PageMode>& modes) {
+void add_modes(SceneFiles files, std::vector<PageMode>& modes) {
+    Tables& tables = files.tables;
     const double friction = tables.static_friction > 0.0 ? tables.static_friction : kPageFriction;
     const double kinetic = tables.static_friction > 0.0 ? tables.kinetic_friction : kPageFriction;
     for (const bool rough : {false, true})
@@ -56,10 +54,16 @@ void add_modes(Tables tables, const Beside& beside, std::vector<PageMode>& modes
             tables.release_n_per_ms = god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0;
             if (has(modes, tables)) continue;
             try {
-                modes.push_back(mode_of(tables, beside));
+                modes.push_back(mode_of(files));
             } catch (const Error&) {  // more than the servo can hold: the scene never asked for it
             }
         }
+}
+
+/// The same scene with other tables.
+SceneFiles with(SceneFiles files, Tables tables) {
+    files.tables = std::move(tables);
+    return files;
 }
 
 Tables interpolated(Tables tables) {
@@ -88,8 +92,8 @@ std::vector<std::int32_t> places(const std::vector<std::int32_t>& nodes, std::si
 
 }  // namespace
 
-Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& folder) {
-    const MappedNpy<float> columns(folder / "columns.npy");
+Tables consistent_by_columns(const Tables& tables, const TablesFolder& folder) {
+    const MappedColumns columns(tables, folder);
     const std::vector<std::int32_t> column = places(tables.node_id, tables.position.size());
     const std::vector<std::int32_t> row = places(tables.row_id, tables.position.size());
     Tables made = tables;
@@ -101,8 +105,8 @@ Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& 
         const std::int32_t to = row[static_cast<std::size_t>(edge[0])];
         const std::int32_t from = column[static_cast<std::size_t>(edge[1])];
         if (to >= 0 && from >= 0) {
-            const std::size_t at = static_cast<std::size_t>(from) * tables.row_id.size() + static_cast<std::size_t>(to);
-            for (std::size_t k = 0; k < 9; ++k) block[k] = static_cast<double>(columns.values()[9 * at + k]);
+            const std::size_t at = columns.block(static_cast<std::size_t>(from), static_cast<std::size_t>(to));
+            for (std::size_t k = 0; k < 9; ++k) block[k] = static_cast<double>(columns.at(at + k));
         }
         made.compliance.edge_id.push_back(edge);
         made.compliance.edge.push_back(block);
@@ -110,15 +114,15 @@ Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& 
     return made;
 }
 
-std::vector<PageMode> page_modes(const Tables& tables, const std::filesystem::path& folder) {
-    const Beside beside{read_pair(folder), read_vibration(folder)};
-    std::vector<PageMode> modes{mode_of(tables, beside)};
-    add_modes(interpolated(tables), beside, modes);
+std::vector<PageMode> page_modes(const SceneFiles& files) {
+    const Tables& tables = files.tables;
+    std::vector<PageMode> modes{mode_of(files)};
+    add_modes(with(files, interpolated(tables)), modes);
     if (tables.force == ForceLaw::kConsistent)
-        add_modes(tables, beside, modes);
+        add_modes(files, modes);
     else if (tables.has_columns && !tables.half_columns)
-        add_modes(consistent_by_columns(tables, folder), beside, modes);
-    if (tables.force == ForceLaw::kPressureMask) add_modes(tables, beside, modes);
+        add_modes(with(files, consistent_by_columns(tables, files.folder)), modes);
+    if (tables.force == ForceLaw::kPressureMask) add_modes(files, modes);
     return modes;
 }
 

@@ -2,11 +2,10 @@
 // In which ways a page lets its body be touched: every force and god-object that the tables of a scene hold.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "host/tables/tables.hpp"
+#include "codegen/loaded_scene.hpp"
 
 namespace haptable {
 
@@ -25,14 +24,14 @@ struct PageMode {
 /// one, where the tables hold it or columns of float32, whose L_ij between two touchable nodes are its edges; of the
 /// scene's own; each with both god-objects, without friction and with it (the scene's, or kPageFriction). What the
 /// servo cannot hold of these, or not for the scene's two fingers or modes of vibration, is left out. Throws Error as
-/// build_model does for the scene's own.
-std::vector<PageMode> page_modes(const Tables& tables, const std::filesystem::path& folder);
+/// LoadedScene does for the scene's own.
+std::vector<PageMode> page_modes(const SceneFiles& files);
 
 /// Coulomb's coefficient where the scene names none.
 inline constexpr double kPageFriction = 0.5;
 
 /// The tables with a consistent force whose edges are read from columns.npy of `folder`: L_ij in float32 instead of
 /// double. before: tables.has_columns.
-Tables consistent_by_columns(const Tables& tables, const std::filesystem::path& folder);
+Tables consistent_by_columns(const Tables& tables, const TablesFolder& folder);
 
 }  // namespace haptable

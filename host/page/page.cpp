@@ -8,11 +8,9 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 
-#include "codegen/model.hpp"
-#include "codegen/rigid_body.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
@@ -22,7 +20,6 @@
 #include "host/page/columns.hpp"
 #include "host/page/modes.hpp"
 #include "host/page/pointer_device.hpp"
-#include "host/tables/vibration.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/surface.hpp"
 
@@ -58,11 +55,6 @@ private:
 std::uint32_t crc_of(const std::string& bytes) {
     return static_cast<std::uint32_t>(
         crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<z_size_t>(bytes.size())));
-}
-
-json parse_summary(const fs::path& folder) {
-    const json summary = parse_json_or_discard(read_file(folder / "summary.json"));
-    return summary.is_object() ? summary : json::object();
 }
 
 /// Rest shape, patches and their marks.
@@ -110,25 +102,22 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
 }
 
 /// Of a body that nothing holds: what moves it, and for the picture where it rests.
-void add_body(const fs::path& folder, Blob& blob, json& scene) {
-    const std::optional<haptable_body> body = read_rigid_body(folder);
-    if (!body) return;
-    blob.add("body", {reinterpret_cast<const char*>(&*body), sizeof *body});
-    scene["body"] = {{"rest_centre", body->centre_m}};
-    if (body->point_count > 0) scene["body"]["floor"] = {{"normal", body->floor_normal}, {"height", body->floor_m}};
+void add_body(const haptable_body& body, Blob& blob, json& scene) {
+    blob.add("body", {reinterpret_cast<const char*>(&body), sizeof body});
+    scene["body"] = {{"rest_centre", body.centre_m}};
+    if (body.point_count > 0) scene["body"]["floor"] = {{"normal", body.floor_normal}, {"height", body.floor_m}};
 }
 
 /// Of a body that rings: phi of each of the page's rows, [r, m].
-void add_vibration(const Tables& tables, const fs::path& folder, const PageRows& rows, Blob& blob, json& scene) {
-    const std::optional<VibrationTables> vibration = read_vibration(folder);
-    if (!vibration) return;
-    const std::size_t modes = vibration->modes();
-    if (vibration->row.size() != modes * tables.row_id.size())
-        throw Error((folder / "mode_rows.npy").string() + ": does not fit row_id.npy: make the tables again");
+void add_vibration(const SceneFiles& files, const PageRows& rows, Blob& blob, json& scene) {
+    const VibrationTables& vibration = *files.vibration;
+    const std::size_t modes = vibration.modes();
+    if (vibration.row.size() != modes * files.tables.row_id.size())
+        files.folder.fail("mode_rows.npy", "does not fit row_id.npy");
     std::vector<std::array<float, 3>> phi;
-    for (const std::size_t row : stored_rows(tables, rows))
-        phi.insert(phi.end(), vibration->row.begin() + static_cast<std::ptrdiff_t>(row * modes),
-                   vibration->row.begin() + static_cast<std::ptrdiff_t>((row + 1) * modes));
+    for (const std::size_t row : stored_rows(files.tables, rows))
+        phi.insert(phi.end(), vibration.row.begin() + static_cast<std::ptrdiff_t>(row * modes),
+                   vibration.row.begin() + static_cast<std::ptrdiff_t>((row + 1) * modes));
     blob.add_rows("mode_rows", phi);
     scene["vibration"] = {{"modes", modes}};
 }
@@ -191,8 +180,8 @@ double typical_stiffness(const Tables& tables) {
     return *middle;
 }
 
-json describe(const Tables& tables, const fs::path& folder, const ServoModel& servo) {
-    const json summary = parse_summary(folder);
+json describe(const Tables& tables, const TablesFolder& folder, const ServoModel& servo) {
+    const json& summary = folder.summary();
     json scene{{"name", tables.name},
                {"scene", tables.scene_file},
                {"version", kVersion},
@@ -227,10 +216,10 @@ std::string replaced(const std::string& text, const std::map<std::string, std::s
 }
 
 /// Without columns a page would show a body that nothing moves.
-void require_columns(const Tables& tables, const fs::path& folder) {
+void require_columns(const Tables& tables, const TablesFolder& folder) {
     if (tables.has_columns) return;
     throw Error(fmt::format(
-        "{}: has no columns.npy, by which a page deforms the body: {}, and make the tables again", folder.string(),
+        "{}: has no columns.npy, by which a page deforms the body: {}, and make the tables again", folder.text(),
         tables.has_factor ? "raise tables.column_budget in the scene" : "leave out tables.columns = \"none\""));
 }
 
@@ -246,9 +235,9 @@ fs::path page_parts() {
     return parts;
 }
 
-Device pointer_device(const Tables& tables, const fs::path& folder) {
+Device pointer_device(const Tables& tables, const TablesFolder& folder) {
     Device device;
-    device.mass_kg.fill(parse_summary(folder).value("/device/mass_kg"_json_pointer, device.mass_kg[0]));
+    device.mass_kg.fill(folder.summary().value("/device/mass_kg"_json_pointer, device.mass_kg[0]));
     device.max_force_n = tables.max_force_n;
     device.damping_n_s_per_m = tables.damping_n_s_per_m;
     device.friction_n = tables.device_friction_n;
@@ -256,19 +245,21 @@ Device pointer_device(const Tables& tables, const fs::path& folder) {
     return device;
 }
 
-PageReport write_page(const Tables& tables, const fs::path& folder, const fs::path& parts, const fs::path& out,
-                      double most_bytes) {
-    const PageText page = make_page(tables, folder, parts, most_bytes);
+PageReport write_page(const TablesFolder& folder, const fs::path& parts, const fs::path& out, double most_bytes) {
+    const PageText page = make_page(folder, parts, most_bytes);
     write_file(out, page.html);
     return page.report;
 }
 
-PageText make_page(const Tables& tables, const fs::path& folder, const fs::path& parts, double most_bytes,
-                   const std::string& live) {
+PageText make_page(const TablesFolder& folder, const fs::path& parts, double most_bytes, const std::string& live) {
+    const SceneFiles files = read_scene_files(folder);
+    const LoadedScene own(files);
+    own.require_tables_hash(folder.tables_hash());
+    const Tables& tables = own.tables();
     require_columns(tables, folder);
-    const ServoModel servo = build_model(tables);
+    const ServoModel& servo = own.servo();
     const PageRows rows = page_rows(tables);
-    std::vector<PageMode> modes = page_modes(tables, folder);
+    std::vector<PageMode> modes = page_modes(files);
     if (!live.empty()) modes.resize(1);
     json scene = describe(tables, folder, servo);
     scene["live"] = !live.empty();
@@ -276,8 +267,8 @@ PageText make_page(const Tables& tables, const fs::path& folder, const fs::path&
     Blob blob;
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
-    add_body(folder, blob, scene);
-    add_vibration(tables, folder, rows, blob, scene);
+    if (files.body) add_body(*files.body, blob, scene);
+    if (files.vibration) add_vibration(files, rows, blob, scene);
     if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);
 
     std::map<std::string, std::string> text;

@@ -35,13 +35,13 @@ struct PageText {
 
 /// The page of the tables in `folder`; see write_page. With `live`, ws://HOST:PORT of a PageServer, it is that of a
 /// session elsewhere: it has the scene's own mode alone, and asks that server for ticks.
-PageText make_page(const Tables& tables, const std::filesystem::path& folder, const std::filesystem::path& parts,
-                   double most_bytes = kPageBytes, const std::string& live = {});
+PageText make_page(const TablesFolder& folder, const std::filesystem::path& parts, double most_bytes = kPageBytes,
+                   const std::string& live = {});
 
 /// Writes the page of the tables in `folder` to `out`, whole or not at all. Columns are float32 where the page is then
 /// at most `most_bytes`, else float16. Throws Error where it would be larger even so, or where the scene keeps a factor
 /// instead of columns, and says what would help.
-PageReport write_page(const Tables& tables, const std::filesystem::path& folder, const std::filesystem::path& parts,
-                      const std::filesystem::path& out, double most_bytes = kPageBytes);
+PageReport write_page(const TablesFolder& folder, const std::filesystem::path& parts, const std::filesystem::path& out,
+                      double most_bytes = kPageBytes);
 
 }  // namespace haptable

@@ -2,8 +2,6 @@
 // The device that a pointer's hand holds.
 #pragma once
 
-#include <filesystem>
-
 #include "host/device/point_device.hpp"
 #include "host/tables/tables.hpp"
 
@@ -11,6 +9,6 @@ namespace haptable {
 
 /// The scene's device by the figures in its tables: mass, damping, friction, encoder, limit. It is at the body, without
 /// scales, delay and lag.
-Device pointer_device(const Tables& tables, const std::filesystem::path& folder);
+Device pointer_device(const Tables& tables, const TablesFolder& folder);
 
 }  // namespace haptable

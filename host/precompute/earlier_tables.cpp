@@ -33,12 +33,12 @@ void copy_block(const ColumnReader& from, std::size_t from_block, ColumnFile& to
 }  // namespace
 
 EarlierTables::EarlierTables(const std::filesystem::path& folder, const Identity& wanted,
-                             std::span<const std::int32_t> rows, const std::string& column_format)
-    : folder_(folder) {
+                             std::span<const std::int32_t> rows, const std::string& column_format) {
     const std::optional<EarlierSummary> earlier = read_earlier(folder, wanted);
     if (!earlier) return;
+    folder_ = earlier->folder;
     summary_ = earlier->inverse;
-    const Tables tables = read_tables(folder);
+    const Tables tables = read_tables(*folder_);
     node_id_ = tables.node_id;
     row_id_ = tables.row_id;
     stiffness_ = tables.stiffness;
@@ -66,7 +66,7 @@ std::vector<Eigen::Matrix3d> EarlierTables::compliance() const {
 
 void EarlierTables::copy_columns(std::span<const std::int32_t> node, std::span<const std::int32_t> place,
                                  std::span<const std::int32_t> rows, ColumnFile& to) const {
-    const ColumnReader from(folder_ / "columns.npy",
+    const ColumnReader from(folder_->file("columns.npy"),
                             {summary_.columns.format == "float16", summary_.columns.unit_m_per_n});
     const std::vector<std::int32_t> earlier_row = places_in(row_id_, rows);
     const std::vector<std::int32_t> row_of_node = places_in(rows, node);             // in the new table

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,7 +44,7 @@ public:
                       std::span<const std::int32_t> rows, ColumnFile& to) const;
 
 private:
-    std::filesystem::path folder_;
+    std::optional<TablesFolder> folder_;  ///< where it holds tables of the same body
     InverseSummary summary_;
     bool has_blocks_ = false, has_columns_ = false, has_factor_ = false;
     std::vector<std::int32_t> node_id_, row_id_;

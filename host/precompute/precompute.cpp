@@ -332,17 +332,28 @@ Matrices take_over(const Run& run, Summary& summary) {
     return stiffness;
 }
 
-/// The tables, and the same as C; the summary, and again with sizes and times.
+/// The files that the folder has now, by name, each with its hash; one that is known is not read again.
+void list_files(const fs::path& folder, std::vector<WrittenFile>& files) {
+    for (const fs::path& file : files_in(folder)) {
+        const fs::path name = file.filename();
+        const bool is_known =
+            std::any_of(files.begin(), files.end(), [&](const auto& known) { return known.name == name; });
+        if (!is_known) files.push_back({name, fs::file_size(file), hash_file(file)});
+    }
+    std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+}
+
+/// The tables and the summary; the same as C, and the summary again with hash, sizes and times.
 void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optional<RigidBody>& rigid, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
     if (rigid) write_rigid_body(scene, body, *rigid, beside);
+    list_files(beside, summary.files);
     write_file(beside / "summary.json", to_json(scene, body, summary));
     clock.begin("codegen");
     summary.size = generate_model(beside);
-    for (const fs::path& file : files_in(beside))
-        summary.files.push_back({file.filename(), fs::file_size(file), hash_file(file)});
+    list_files(beside, summary.files);
     summary.stages = clock.end();
     write_file(beside / "summary.json", to_json(scene, body, summary));
 }

@@ -14,6 +14,7 @@
 #include "host/base/json.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/under_constrained.hpp"
+#include "host/scene/mass_range.hpp"
 
 namespace haptable {
 
@@ -61,6 +62,23 @@ std::int32_t farthest(const Body& body, Distance distance) {
 
 [[noreturn]] void fail(const Scene& scene, const std::string& what) {
     throw Error(fmt::format("{}:{}: body.{}", scene.file.string(), scene.free_body->line, what));
+}
+
+/// Mass, by whatever key, and inertia within what a tick computes in float.
+void require_moved(const Scene& scene, const RigidBody& rigid) {
+    constexpr double kRounding = 1e-9;  // of a sum over elements, where mass is given
+    if (!(rigid.mass_kg >= (1.0 - kRounding) * kLeastMass_kg && rigid.mass_kg <= (1.0 + kRounding) * kMostMass_kg))
+        fail(scene, fmt::format("density: the body has {:g} kg, and a servo moves {:g} to {:g} kg: give densities in "
+                                "kg/m^3 and the mesh in m ([mesh] scale)",
+                                rigid.mass_kg, kLeastMass_kg, kMostMass_kg));
+    const Vector3d inertia =
+        Eigen::SelfAdjointEigenSolver<Matrix3d>(rigid.inertia_kg_m2, Eigen::EigenvaluesOnly).eigenvalues();
+    if (!(inertia[0] >= kLeastInertia_kg_m2 && inertia[2] <= kMostInertia_kg_m2))
+        fail(scene, fmt::format("{}: the body's principal moments of inertia are {:g} to {:g} kg m^2, and a servo "
+                                "turns {:g} to {:g}: give mass in kg, densities in kg/m^3 and the mesh in m ([mesh] "
+                                "scale)",
+                                scene.mass_kg() > 0.0 ? "mass" : "density", inertia[0], inertia[2], kLeastInertia_kg_m2,
+                                kMostInertia_kg_m2));
 }
 
 /// Hz of the six suspended directions, without what couples them.
@@ -181,6 +199,7 @@ void require_one_body(const Scene& scene, const Body& body) {
 
 void write_rigid_body(const Scene& scene, const Body& body, const RigidBody& rigid,
                       const std::filesystem::path& folder) {
+    require_moved(scene, rigid);
     require_slow(scene, rigid);
     const Matrix3d& j = rigid.inertia_kg_m2;
     const auto& [k, d] = std::pair{scene.free_body->stiffness, scene.free_body->damping};

@@ -183,20 +183,6 @@ Precision precision_of(const nlohmann::json& json) {
     return json.at("precision") == "float" ? Precision::kFloat : Precision::kDouble;
 }
 
-/// summary.json of a folder, where it and all files that it names are as they were written.
-std::optional<nlohmann::json> read_intact(const std::filesystem::path& folder) {
-    if (!std::filesystem::exists(folder / "summary.json")) return {};
-    auto json = parse_json_or_discard(read_file(folder / "summary.json"));
-    if (!json.is_object() || !json.contains("bytes") || !json["bytes"].is_object() || !json.contains("hash")) return {};
-    for (const auto& [file, bytes] : json["bytes"].items()) {
-        std::error_code missing;
-        if (bytes != std::filesystem::file_size(folder / file, missing) || missing) return {};
-    }
-    for (const auto& [file, hash] : json["hash"].items())
-        if (hash != hash_file(folder / file)) return {};
-    return json;
-}
-
 std::string human_bytes(std::uintmax_t bytes) {
     if (bytes < 10'000) return fmt::format("{} B", bytes);
     if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) / 1e3);
@@ -225,23 +211,25 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
 std::string name_of(Precision precision) { return precision == Precision::kFloat ? "float" : "double"; }
 
 bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity) {
-    const auto old = read_intact(folder);
-    if (!old) return false;
+    const auto whole = TablesFolder::if_whole(folder);
+    if (!whole) return false;
+    const nlohmann::json& old = whole->summary();
     const nlohmann::json wanted = to_json(scene, identity);
     for (const auto& [key, value] : wanted.items())
-        if (!old->contains(key) || (*old)[key] != value) return false;
+        if (!old.contains(key) || old[key] != value) return false;
     return true;
 }
 
 std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, const Identity& identity) try {
-    const auto old = read_intact(folder);
-    if (!old || old->value("body_hash", "") != fmt::format("{:016x}", identity.body_hash) ||
-        old->value("program", "") != program_hash())
+    const auto whole = TablesFolder::if_whole(folder);
+    if (!whole) return {};
+    const nlohmann::json& json = whole->summary();
+    if (json.value("body_hash", "") != fmt::format("{:016x}", identity.body_hash) ||
+        json.value("program", "") != program_hash())
         return {};
-    EarlierSummary earlier;
+    EarlierSummary earlier{*whole, 0.0, 0.0, {}};
     auto& [factor, blocks, columns, checks, small_strain, locking, gravity] = earlier.inverse;
-    gravity = read_gravity(*old);
-    const nlohmann::json& json = *old;
+    gravity = read_gravity(json);
     json.at("tolerance").get_to(earlier.tolerance);
     json.at("column_tolerance").get_to(earlier.column_tolerance);
     json.at("threads").get_to(factor.threads);

@@ -110,6 +110,7 @@ struct Summary {
 
 /// What an earlier run told.
 struct EarlierSummary {
+    TablesFolder folder;  ///< whole
     double tolerance = 0.0, column_tolerance = 0.0;
     InverseSummary inverse;
 };

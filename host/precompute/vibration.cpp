@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "host/base/error.hpp"
+#include "host/scene/mass_range.hpp"
 
 namespace haptable {
 
@@ -34,6 +35,11 @@ Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeig
 
 void require_rendered(const Scene& scene, const VibrationModes& modes) {
     constexpr double kNyquist_hz = 0.5 / kTick_s;
+    if (const double slowest_hz = hz_of(modes.omega_rad_per_s[0]); !(slowest_hz >= kLeastMode_hz))
+        throw Error(
+            fmt::format("{}:{}: body.modes: mode 1 swings with {:.3g} Hz, and a servo's modes with {:g} Hz at "
+                        "least: give mass in kg, densities in kg/m^3, young in Pa and the mesh in m",
+                        scene.file.string(), scene.vibration->line, slowest_hz, kLeastMode_hz));
     Index slow = 0;
     while (slow < modes.omega_rad_per_s.size() && hz_of(modes.omega_rad_per_s[slow]) < kNyquist_hz) ++slow;
     if (slow == modes.omega_rad_per_s.size()) return;

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "host/link/channels.hpp"
+#include "host/link/messages.hpp"
 
 namespace haptable {
 

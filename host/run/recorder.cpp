@@ -28,53 +28,38 @@ bool is_fault(const std::string& counter) {
 }
 
 Recorder::Recorder(Connection& connection, LogWriter& log) : log_(log) {
-    for (std::size_t finger = 0; finger < kFingers; ++finger) listen(connection, finger);
-    listen<body_pose>(connection, kBodyChannel, [this](const body_pose& pose, std::int64_t) { body_.take(pose); });
-    listen<servo_status>(connection, kStatusChannel,
-                         [this](const servo_status& status, std::int64_t) { take(status); });
-}
-
-void Recorder::listen(Connection& connection, std::size_t finger) {
-    Side& side = side_[finger];
-    listen<device_state>(connection, kStateChannels[finger], [&](const device_state& state, std::int64_t utime) {
-        simulated_ = is_simulated(state);
-        take(state, utime, side);
-    });
-    listen<servo_force>(connection, kForceChannels[finger],
-                        [&](const servo_force& force, std::int64_t utime) { take(force, utime, side); });
-    listen<contact>(connection, kContactChannels[finger],
-                    [&](const contact& touched, std::int64_t) { take(touched, side); });
-}
-
-template <typename Message, typename Take>
-void Recorder::listen(Connection& connection, const char* channel, Take take) {
-    connection.listen(channel, [this, channel, take](std::span<const std::uint8_t> bytes, std::int64_t utime) {
-        log_.add(channel, bytes, utime);
-        Message message;
-        if (decode_whole(bytes, message)) take(message, utime);
+    each_channel([this, &connection]<typename Message>(const char* channel, std::size_t finger) {
+        connection.listen(channel, [this, channel, finger](std::span<const std::uint8_t> bytes, std::int64_t utime) {
+            log_.add(channel, bytes, utime);
+            Message message;
+            if (decode_whole(bytes, message)) take(message, utime, side_[finger]);
+        });
     });
 }
 
 void Recorder::take(const device_state& state, std::int64_t utime, Side& side) {
+    simulated_ = is_simulated(state);
     ++side.states;
-    side.sent[static_cast<std::size_t>(static_cast<std::uint64_t>(state.seq) % kWaiting)] = {state.seq, utime};
+    side.sent.add(state, utime);
 }
 
 void Recorder::take(const servo_force& force, std::int64_t utime, Side& side) {
     if (force.owner != force.session) return;
     side.servo_state = force.servo_state;
     side.force_n = std::hypot(force.force_n[0], force.force_n[1], force.force_n[2]);
-    auto& [seq, sent_utime] = side.sent[static_cast<std::size_t>(static_cast<std::uint64_t>(force.seq) % kWaiting)];
-    if (seq != force.seq || sent_utime == 0) return;
+    const std::optional<std::int64_t> sent_utime = side.sent.take(force);
+    if (!sent_utime) return;
     ++side.answers;
-    side.latency.add(static_cast<double>(utime - std::exchange(sent_utime, 0)));
+    side.latency.add(static_cast<double>(utime - *sent_utime));
 }
 
-void Recorder::take(const contact& touched, Side& side) const {
+void Recorder::take(const body_pose& pose, std::int64_t, Side&) { body_.take(pose); }
+
+void Recorder::take(const contact& touched, std::int64_t, Side& side) const {
     side.depth_m = touched.touches != 0 ? body_.offset_m(touched).norm() : 0.0;
 }
 
-void Recorder::take(const servo_status& status) {
+void Recorder::take(const servo_status& status, std::int64_t, Side&) {
     for (std::size_t i = 0; i < status.name.size(); ++i)
         if (is_fault(status.name[i]) && (faults_.size() < kMostFaults || faults_.contains(status.name[i])))
             faults_[status.name[i]] = status.value[i];

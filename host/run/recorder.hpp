@@ -6,10 +6,9 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <utility>
 
-#include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/joined.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
@@ -23,7 +22,7 @@ bool is_fault(const std::string& counter);
 
 class Recorder {
 public:
-    /// Subscribes to all channels. What is heard goes to `log` from the next message on.
+    /// Hears all channels of the list. What is heard goes to `log` from the next message on.
     Recorder(Connection& connection, LogWriter& log);
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
@@ -35,28 +34,26 @@ public:
     std::string line();
 
 private:
-    // Times of states that wait for their answer: an answer that is later yet has no latency.
+    // States that wait for their answer: one that is later yet has no latency.
     static constexpr std::size_t kWaiting = 64;
     // Counters of a servo are some tens; names that somebody else invents take no more memory than so many.
     static constexpr std::size_t kMostFaults = 256;
 
     /// What is heard of one finger and its device.
     struct Side {
-        std::array<std::pair<std::int64_t, std::int64_t>, kWaiting> sent{};  ///< seq, utime
+        OpenStates<std::int64_t> sent{kWaiting};  ///< when
         std::int64_t states = 0, told_states = 0, answers = 0;
         DurationStatistics latency;
         int servo_state = -1;
         double force_n = 0.0, depth_m = 0.0;  ///< of the last answer
     };
 
-    void listen(Connection& connection, std::size_t finger);
-    /// Keeps what comes on the channel, and takes what is whole.
-    template <typename Message, typename Take>
-    void listen(Connection& connection, const char* channel, Take take);
-    static void take(const device_state& state, std::int64_t utime, Side& side);
+    void take(const device_state& state, std::int64_t utime, Side& side);
     static void take(const servo_force& force, std::int64_t utime, Side& side);
-    void take(const contact& touched, Side& side) const;
-    void take(const servo_status& status);
+    void take(const body_pose& pose, std::int64_t, Side&);
+    static void take(const body_modes&, std::int64_t, Side&) {}  // kept, not told
+    void take(const contact& touched, std::int64_t, Side& side) const;
+    void take(const servo_status& status, std::int64_t, Side&);
     std::string line(Side& side) const;
     std::string grown_faults();
 

@@ -12,7 +12,7 @@
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
-#include "host/link/channels.hpp"
+#include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/run/child.hpp"
 #include "host/run/page.hpp"

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "host/base/file.hpp"
-#include "host/link/channels.hpp"
 #include "host/link/decode.hpp"
+#include "host/link/joined.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
 #include "host/run/body_frame.hpp"
@@ -19,19 +19,17 @@ namespace haptable {
 
 namespace {
 
-// States whose answer may still come.
-constexpr std::size_t kOpen = 4096;
-
 class Reader {
 public:
     void take(const LogReader::Event& event) {
-        for (std::size_t finger = 0; finger < kFingers; ++finger) {
-            if (event.channel == kStateChannels[finger]) return decode<device_state>(event, side_[finger]);
-            if (event.channel == kForceChannels[finger]) return decode<servo_force>(event, side_[finger]);
-            if (event.channel == kContactChannels[finger]) return decode<contact>(event, side_[finger]);
-        }
-        if (event.channel == kBodyChannel) return decode<body_pose>(event, side_[0]);
-        if (event.channel == kStatusChannel) decode<servo_status>(event, side_[0]);
+        const Heard heard = take_message(
+            event.channel, event.data,
+            Overloaded{[&](const device_state& state, std::size_t finger) { add(state, event.utime, side_[finger]); },
+                       [&](const servo_force& force, std::size_t finger) { add(force, event.utime, side_[finger]); },
+                       [&](const body_pose& pose, std::size_t) { body_.take(pose); },
+                       [&](const contact& touched, std::size_t finger) { add(touched, side_[finger]); },
+                       [&](const servo_status& status, std::size_t) { add(status, side_[0]); }});
+        if (heard == Heard::damaged || heard == Heard::other_version) ++timeline_.damaged;
     }
 
     Timeline finish(std::int64_t damaged) {
@@ -43,32 +41,17 @@ public:
 
 private:
     struct Open {
-        std::int64_t session = 0, seq = -1, utime = 0;
+        std::int64_t utime = 0;
         std::size_t tick = 0;
     };
 
     /// A finger and its device.
     struct Side {
         std::vector<Tick> ticks;
-        std::vector<Open> open = std::vector<Open>(kOpen);
+        OpenStates<Open> open;
         std::optional<std::size_t> held;  ///< the tick whose force acts
         double given_j = 0.0;
-
-        Open& at(std::int64_t seq) { return open[static_cast<std::size_t>(static_cast<std::uint64_t>(seq) % kOpen)]; }
-        Tick* asked(std::int64_t session, std::int64_t seq) {
-            const Open& found = at(seq);
-            return found.session == session && found.seq == seq ? &ticks[found.tick] : nullptr;
-        }
     };
-
-    template <typename Message>
-    void decode(const LogReader::Event& event, Side& side) {
-        Message message;
-        if (decode_whole(event.data, message))
-            add(message, event.utime, side);
-        else
-            ++timeline_.damaged;
-    }
 
     double since_begin_s(std::int64_t utime) {
         if (!begin_) begin_ = utime;
@@ -76,9 +59,8 @@ private:
     }
 
     void add(const device_state& state, std::int64_t utime, Side& side) {
-        if (side.asked(state.session, state.seq) != nullptr) return;  // once more: no tick
+        if (!side.open.add(state, {utime, side.ticks.size()})) return;  // once more: no tick
         timeline_.simulated = is_simulated(state);
-        side.at(state.seq) = {state.session, state.seq, utime, side.ticks.size()};
         Tick tick;
         tick.time_s = since_begin_s(timeline_.simulated ? state.utime : utime);
         tick.seq = state.seq;
@@ -87,8 +69,9 @@ private:
     }
 
     void add(const servo_force& force, std::int64_t utime, Side& side) {
-        Tick* tick = side.asked(force.session, force.seq);
-        if (tick == nullptr || force.owner != force.session || tick->answered) return;
+        const Open* const asked = side.open.find(force);
+        if (asked == nullptr || force.owner != force.session || side.ticks[asked->tick].answered) return;
+        Tick* const tick = &side.ticks[asked->tick];
         timeline_.tables_hash = static_cast<std::uint64_t>(force.model_hash);
         tick->answered = true;
         tick->servo_state = force.servo_state;
@@ -97,8 +80,8 @@ private:
         if (timeline_.simulated)
             tick->time_s = since_begin_s(force.utime);
         else
-            tick->latency_us = static_cast<double>(utime - side.at(force.seq).utime);
-        account(*tick, side.at(force.seq).tick, side);
+            tick->latency_us = static_cast<double>(utime - asked->utime);
+        account(*tick, asked->tick, side);
     }
 
     /// The force before this one was held until now (Hannaford and Ryu 2002).
@@ -112,11 +95,10 @@ private:
         side.held = acts ? std::optional(index) : std::nullopt;
     }
 
-    void add(const body_pose& pose, std::int64_t, const Side&) { body_.take(pose); }
-
-    void add(const contact& touched, std::int64_t, Side& side) const {
-        Tick* tick = side.asked(touched.session, touched.seq);
-        if (tick == nullptr) return;
+    void add(const contact& touched, Side& side) const {
+        const Open* const asked = side.open.find(touched);
+        if (asked == nullptr) return;
+        Tick* const tick = &side.ticks[asked->tick];
         std::copy_n(touched.god_object_m, 3, tick->god_object_m.begin());
         tick->depth_m = tick->stored_j = 0.0;
         if (touched.touches == 0) return;
@@ -125,7 +107,7 @@ private:
         for (const auto& load_n : touched.force_n) tick->stored_j += 0.5 * Eigen::Vector3d(load_n.data()).dot(u_m);
     }
 
-    void add(const servo_status& status, std::int64_t, const Side& side) {
+    void add(const servo_status& status, const Side& side) {
         StatusPoint point;
         point.time_s = side.ticks.empty() ? 0.0 : side.ticks.back().time_s;
         for (std::size_t i = 0; i < status.name.size(); ++i) point.counters[status.name[i]] = status.value[i];

@@ -19,6 +19,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/scene/device_models.hpp"
+#include "host/scene/mass_range.hpp"
 
 namespace haptable {
 
@@ -677,6 +678,14 @@ void require_free(const Section& root, const Section& section, const std::option
         section.fail("suspension_damping", "needs suspension, six stiffnesses; give them");
 }
 
+double read_mass(const Section& section) {
+    const double mass_kg = section.positive("mass");
+    if (!(mass_kg >= kLeastMass_kg && mass_kg <= kMostMass_kg))
+        section.fail("mass", fmt::format("is {:g} kg, and a servo moves {:g} to {:g} kg: give it in kg", mass_kg,
+                                         kLeastMass_kg, kMostMass_kg));
+    return mass_kg;
+}
+
 Section body_section(const Section& root) {
     return root.section("body",
                         {"free", "density", "mass", "suspension", "suspension_damping", "floor", "floor_normal",
@@ -699,7 +708,7 @@ std::optional<FreeBody> read_free_body(const Section& root, const std::optional<
     require_free(root, section, gravity);
     FreeBody body;
     if (section.has("density")) body.density_kg_per_m3 = section.positive("density");
-    if (section.has("mass")) body.mass_kg = section.positive("mass");
+    if (section.has("mass")) body.mass_kg = read_mass(section);
     body.stiffness = read_six(section, "suspension");
     body.damping = read_six(section, "suspension_damping");
     body.floor = read_floor(section, gravity);
@@ -750,7 +759,7 @@ std::optional<Vibration> read_vibration(const Section& root, const Scene& scene)
     if (!section.flag("free", false)) {
         require_weight(section, scene.gravity);
         if (section.has("density")) vibration.density_kg_per_m3 = section.positive("density");
-        if (section.has("mass")) vibration.mass_kg = section.positive("mass");
+        if (section.has("mass")) vibration.mass_kg = read_mass(section);
     }
     vibration.line = section.line("modes");
     return vibration;
@@ -886,18 +895,13 @@ DeviceMap read_device_map(const Section& section) {
     return map;
 }
 
-/// What two fingers need besides, and what they cannot have yet.
+/// What two fingers need besides.
 void read_coupling_bytes(const Section& section, const ContactOptions& contact, TableOptions& tables) {
     const std::int64_t bytes = section.integer("coupling_bytes", static_cast<std::int64_t>(tables.coupling_bytes));
     if (section.has("coupling_bytes") && contact.fingers == 1)
         section.fail("coupling_bytes", "belongs to two fingers; write fingers = 2 in [contact], or remove it");
     if (bytes <= 0) section.fail("coupling_bytes", fmt::format("is {} and must be greater than 0 (bytes)", bytes));
     tables.coupling_bytes = static_cast<std::uintmax_t>(bytes);
-    const bool packs_compliance = contact.force != ForceLaw::kInterpolated && tables.precision != Storage::kFloat32;
-    if (contact.fingers == 2 && packs_compliance)
-        section.fail("precision", fmt::format("\"{}\" stores a compliance that two fingers read in float32; remove it, "
-                                              "or write force = \"interpolated\" in [contact]",
-                                              word(tables.precision)));
 }
 
 TableOptions read_table_options(const Section& root, const ContactOptions& contact) {
@@ -1066,9 +1070,6 @@ Scene read_scene(const fs::path& file) {
     scene.device_map = read_device_map(device);
     scene.device.limits.grab = scene.contact.grab;
     scene.tables = read_table_options(root, scene.contact);
-    if (scene.contact.fingers == 2 && !scene.relaxation.empty())
-        root.fail("relaxation",
-                  "a body that relaxes remembers one finger: write fingers = 1, or remove [[relaxation]]");
     scene.device.limits.check = scene.tables.check;
     scene.vibration = read_vibration(root, scene);
     return scene;

@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <fstream>
-#include <map>
 #include <utility>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
-#include "host/link/channels.hpp"
 #include "host/link/decode.hpp"
 #include "host/link/finger_path.hpp"
+#include "host/link/joined.hpp"
 #include "host/link/log_reader.hpp"
-#include "host/link/messages.hpp"
 
 namespace haptable {
 
@@ -51,10 +49,11 @@ public:
     LogRecording() { recording_.is_log = true; }
 
     void take(const LogReader::Event& event) {
-        for (std::size_t finger = 0; finger < kFingers; ++finger) {
-            if (event.channel == kStateChannels[finger]) return decode<device_state>(event, finger);
-            if (event.channel == kForceChannels[finger]) return decode<servo_force>(event, finger);
-        }
+        const Heard heard = take_message(
+            event.channel, event.data,
+            Overloaded{[&](const device_state& state, std::size_t finger) { add(state, event.utime, finger); },
+                       [&](const servo_force& force, std::size_t finger) { add(force, finger); }});
+        if (heard == Heard::damaged || heard == Heard::other_version) ++recording_.damaged;
     }
 
     Recording finish() {
@@ -69,44 +68,30 @@ public:
     void count_damaged(std::int64_t more) { recording_.damaged += more; }
 
 private:
-    using Name = std::pair<std::int64_t, std::int64_t>;  ///< session, seq
-    // A state whose answer has not come after so many others has none.
-    static constexpr std::size_t kOpen = 4096;
-
     struct Asked {
         std::size_t finger = 0;
         device_state state;
         std::int64_t logged_utime = 0;
     };
+    /// The finger of a tick, and the tick's number and time where it came first.
+    struct Answered {
+        RecordedFinger finger;
+        std::int64_t number = 0;
+        std::uint32_t time_us = 0;
+    };
     struct Side {
-        std::map<Name, Asked> open;
+        OpenStates<Asked> open;
         std::optional<device_state> last;  ///< that was answered
         bool is_there = false;
     };
-    /// A tick that further answers may belong to.
-    struct Pending {
-        std::int64_t utime = 0;
-        RecordedTick tick;
-    };
-
-    template <typename Message>
-    void decode(const LogReader::Event& event, std::size_t finger) {
-        Message message;
-        if (decode_whole(event.data, message))
-            add(message, event.utime, finger);
-        else
-            ++recording_.damaged;
-    }
-
     void add(const device_state& state, std::int64_t utime, std::size_t finger) {
         Side& side = side_[finger];
         // Asked again, though it has its answer: no tick.
         if (side.last && side.last->session == state.session && side.last->seq == state.seq &&
             side.last->utime == state.utime)
             return;
-        if (recording_.ticks.empty() && !pending_) keep_unanswered({finger, state, utime});
-        side.open.try_emplace(Name(state.session, state.seq), Asked{finger, state, utime});
-        if (side.open.size() > kOpen) side.open.erase(side.open.begin());
+        if (recording_.ticks.empty() && !joined_.is_open()) keep_unanswered({finger, state, utime});
+        side.open.add(state, Asked{finger, state, utime});
     }
 
     /// Of a log in which nobody answers.
@@ -117,16 +102,14 @@ private:
         if (!again) unanswered_.push_back(asked);
     }
 
-    void add(const servo_force& force, std::int64_t, std::size_t finger) {
+    void add(const servo_force& force, std::size_t finger) {
         Side& side = side_[finger];
         if (force.owner != force.session) return;
         if (is_last_word(force, side)) return fall_silent(side);
-        const auto found = side.open.find(Name(force.session, force.seq));
-        if (found == side.open.end()) return;
+        const std::optional<Asked> asked = side.open.take(force);
+        if (!asked) return;
         recording_.tables_hash = static_cast<std::uint64_t>(force.model_hash);
-        const Asked asked = found->second;
-        side.open.erase(found);  // a second answer to it is none
-        add_finger(asked, force.utime,
+        add_finger(*asked, force.utime,
                    std::array{static_cast<float>(force.force_n[0]), static_cast<float>(force.force_n[1]),
                               static_cast<float>(force.force_n[2])});
     }
@@ -142,26 +125,20 @@ private:
     }
 
     void add_finger(const Asked& asked, std::int64_t utime, std::optional<std::array<float, 3>> force_n) {
-        if (pending_ && (pending_->utime != utime || pending_->tick.finger[asked.finger])) end_tick();
-        if (!pending_) begin_tick(asked, utime);
         Side& side = side_[asked.finger];
-        RecordedFinger finger;
-        std::copy_n(asked.state.position_m, 3, finger.position_m.begin());
-        finger.buttons = buttons_of(asked.state);
-        finger.begins = begins(side, asked.state);
-        finger.force_n = force_n;
-        pending_->tick.finger[asked.finger] = finger;
+        const bool has_servo_time = is_simulated(asked.state) || recording_.fingers == 2 || asked.finger > 0;
+        // Of one finger the state's, which came before the servo's answer; of two, times must ascend.
+        const std::int64_t at = has_servo_time ? utime : asked.logged_utime;
+        Answered answered{{}, asked.state.seq, static_cast<std::uint32_t>(at)};
+        std::copy_n(asked.state.position_m, 3, answered.finger.position_m.begin());
+        answered.finger.buttons = buttons_of(asked.state);
+        answered.finger.begins = begins(side, asked.state);
+        answered.finger.force_n = force_n;
+        keep(joined_.add(asked.finger, utime, answered));
         if (asked.finger > 0) recording_.fingers = 2;
         side.last = asked.state;
         side.is_there = true;
         unanswered_.clear();
-    }
-
-    void begin_tick(const Asked& asked, std::int64_t utime) {
-        const bool has_servo_time = is_simulated(asked.state) || recording_.fingers == 2 || asked.finger > 0;
-        // Of one finger the state's, which came before the servo's answer; of two, times must ascend.
-        const std::int64_t at = has_servo_time ? utime : asked.logged_utime;
-        pending_ = Pending{utime, {asked.state.seq, static_cast<std::uint32_t>(at)}};
     }
 
     /// As the servo's gate judges it.
@@ -173,22 +150,31 @@ private:
     }
 
     /// Who was not answered stayed where it was.
-    void end_tick() {
-        if (!pending_) return;
+    void keep(const std::optional<JoinedTick<Answered>::Tick>& joined) {
+        if (!joined) return;
+        const Answered& first = *joined->part[joined->first];
+        RecordedTick tick{first.number, first.time_us};
         for (std::size_t finger = 0; finger < kFingers; ++finger) {
             const Side& side = side_[finger];
-            if (pending_->tick.finger[finger] || !side.is_there) continue;
-            RecordedFinger& still = pending_->tick.finger[finger].emplace();
-            std::copy_n(side.last->position_m, 3, still.position_m.begin());
-            still.buttons = buttons_of(*side.last);
+            if (joined->part[finger])
+                tick.finger[finger] = joined->part[finger]->finger;
+            else if (side.is_there)
+                tick.finger[finger] = still(*side.last);
         }
-        recording_.ticks.push_back(pending_->tick);
-        pending_.reset();
+        recording_.ticks.push_back(tick);
+    }
+    void end_tick() { keep(joined_.end()); }
+
+    static RecordedFinger still(const device_state& last) {
+        RecordedFinger finger;
+        std::copy_n(last.position_m, 3, finger.position_m.begin());
+        finger.buttons = buttons_of(last);
+        return finger;
     }
 
     Recording recording_;
     std::array<Side, kFingers> side_;
-    std::optional<Pending> pending_;
+    JoinedTick<Answered> joined_;
     std::vector<Asked> unanswered_;
 };
 

@@ -37,7 +37,7 @@ ServoSession::ServoSession(const ServoScene& scene, Connection& connection, Serv
 }
 
 void ServoSession::subscribe(std::size_t finger) {
-    connection_.subscribe<device_state>(kStateChannels[finger],
+    connection_.subscribe<device_state>(channel_of<device_state>(finger),
                                         [this, finger](const device_state& state, std::int64_t received_utime) {
                                             if (finger < side_.size()) return on_state(finger, state, received_utime);
                                             side_[0].gate.count_absent_finger();
@@ -167,9 +167,10 @@ void ServoSession::answer(std::size_t lead) {
     const auto of = [&](auto message) {
         return addressed(message, side_[lead].gate.state(), tick_utime_, answer_.servo(), *scene_.model);
     };
-    if (scene_.body != nullptr) connection_.publish(kBodyChannel, of(to_pose_message(*scene_.body, *state.touched())));
+    if (scene_.body != nullptr)
+        connection_.publish(channel_of<body_pose>(), of(to_pose_message(*scene_.body, *state.touched())));
     if (scene_.modes != nullptr)
-        connection_.publish(kModesChannel, of(to_modes_message(*scene_.modes, *state.modes())));
+        connection_.publish(channel_of<body_modes>(), of(to_modes_message(*scene_.modes, *state.modes())));
     for (std::size_t finger = 0; finger < side_.size(); ++finger)
         if (side_[finger].waits) answer_.publish_contact(side_[finger].gate.state(), fingers_.output(finger), finger);
 }

@@ -26,7 +26,7 @@ void Answer::refuse(const device_state& state, std::int64_t owner, std::size_t f
     refusal.servo = force_.servo;
     refusal.owner = owner;
     refusal.model_hash = force_.model_hash;
-    connection_.publish(kForceChannels[finger], refusal);
+    connection_.publish(channel_of<servo_force>(finger), refusal);
 }
 
 void Answer::publish_force(const device_state& state, const haptable_output& output, std::int64_t utime,
@@ -37,7 +37,7 @@ void Answer::publish_force(const device_state& state, const haptable_output& out
     std::copy_n(output.force_n, 3, force_.force_n);
     force_.servo_state = static_cast<std::int8_t>(output.state);
     force_.faults = output.faults;
-    connection_.publish(kForceChannels[finger], force_);
+    connection_.publish(channel_of<servo_force>(finger), force_);
 }
 
 void Answer::publish_contact(const device_state& state, const haptable_output& output, std::size_t finger) {
@@ -55,7 +55,7 @@ void Answer::publish_contact(const device_state& state, const haptable_output& o
         contact_.force_n[corner].assign(output.nodal_force_n[corner], output.nodal_force_n[corner] + 3);
     }
     contact_.count = static_cast<std::int32_t>(contact_.node.size());
-    connection_.publish(kContactChannels[finger], contact_);
+    connection_.publish(channel_of<contact>(finger), contact_);
 }
 
 }  // namespace haptable

@@ -2,7 +2,6 @@
 // What a servo publishes for one state, whoever computed it: servo_force and contact.
 #pragma once
 
-#include "host/link/channels.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"

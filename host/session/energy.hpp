@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/link/summary.hpp"
 
 namespace haptable {

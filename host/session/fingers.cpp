@@ -52,7 +52,7 @@ void Fingers::note(const FingerInputs& in) {
 bool Fingers::release(std::size_t finger) {
     haptable_servo& servo = state_.servo(finger);
     const bool was_there = servo.state != HAPTABLE_SILENT;
-    haptable_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out_[finger]);
+    haptable_servo_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out_[finger]);
     // The account begins anew: nothing is given over a silence.
     if (was_there) report_[finger].energy.add({}, out_[finger]);
     return was_there;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "host/link/channels.hpp"
+#include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
 #include "host/session/energy.hpp"
 #include "host/session/scene.hpp"

@@ -6,8 +6,7 @@
 
 #include "firmware/haptable_body.h"
 #include "firmware/haptable_modes.h"
-#include "host/link/channels.hpp"
-#include "host/link/ringing.hpp"
+#include "host/link/messages.hpp"
 
 namespace haptable {
 

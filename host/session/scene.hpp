@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/session/scene_state.hpp"
 

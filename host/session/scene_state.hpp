@@ -17,16 +17,16 @@ public:
                const haptable_modes* modes) {
         haptable_scene_make(&model, pair, body, modes, &scene_);
         memory_.resize((scene_.bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
-        haptable_scene_init(&scene_, memory_.data());
+        haptable_init(&scene_, memory_.data());
         if (body != nullptr) touched_ = *this->body();
     }
 
-    /// haptable_scene_step. in, out: [fingers()]
+    /// haptable_step. in, out: [fingers()]
     void step(const haptable_input in[], std::uint32_t now_us, haptable_output out[]) {
         if (scene_.body != nullptr) touched_ = *body();
-        haptable_scene_step(&scene_, memory_.data(), in, now_us, out);
+        haptable_step(&scene_, memory_.data(), in, now_us, out);
     }
-    void check(std::uint32_t bytes) { haptable_scene_check(&scene_, memory_.data(), bytes); }
+    void check(std::uint32_t bytes) { haptable_check(&scene_, memory_.data(), bytes); }
 
     const haptable_scene& scene() const { return scene_; }
     std::size_t fingers() const { return scene_.pair != nullptr ? 2 : 1; }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 

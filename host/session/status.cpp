@@ -28,7 +28,7 @@ void Status::add(const ForceReport& forces, const std::string& suffix) {
 void Status::publish(Connection& connection) {
     (*this)("undecodable_messages", static_cast<std::int64_t>(connection.undecodable()));
     message_.count = static_cast<std::int32_t>(message_.name.size());
-    connection.publish(kStatusChannel, message_);
+    connection.publish(channel_of<servo_status>(), message_);
 }
 
 }  // namespace haptable

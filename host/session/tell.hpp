@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/link/live_state.hpp"
 #include "host/session/counted.hpp"
 

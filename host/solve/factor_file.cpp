@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "host/base/error.hpp"
-
 namespace haptable {
 
 namespace fs = std::filesystem;
@@ -54,15 +52,15 @@ double factor_file_bytes(const Supernodes& s) {
            static_cast<double>(s.row.size() + 4 * s.first_column.size() + s.permutation.size()) * sizeof(std::int32_t);
 }
 
-FactorFile::FactorFile(const fs::path& folder)
-    : first_column_(folder / kFactorFiles[0]),
-      row_begin_(folder / kFactorFiles[1]),
-      value_begin_(folder / kFactorFiles[2]),
-      row_(folder / kFactorFiles[3]),
-      permutation_(folder / kFactorFiles[4]),
-      unknown_node_(folder / kFactorFiles[5]),
-      positive_(folder / kFactorFiles[6]),
-      value_(folder / kFactorFiles[7]) {
+FactorFile::FactorFile(const TablesFolder& folder)
+    : first_column_(folder.file(kFactorFiles[0])),
+      row_begin_(folder.file(kFactorFiles[1])),
+      value_begin_(folder.file(kFactorFiles[2])),
+      row_(folder.file(kFactorFiles[3])),
+      permutation_(folder.file(kFactorFiles[4])),
+      unknown_node_(folder.file(kFactorFiles[5])),
+      positive_(folder.file(kFactorFiles[6])),
+      value_(folder.file(kFactorFiles[7])) {
     check(folder);
 }
 
@@ -77,11 +75,10 @@ Supernodes FactorFile::supernodes() const {
 }
 
 /// Damaged indices must be an error here, not a read beyond an array later.
-void FactorFile::check(const fs::path& folder) const {
+void FactorFile::check(const TablesFolder& folder) const {
     const auto n = static_cast<std::int32_t>(permutation_.values().size());
     const auto require = [&](bool ok, const char* file) {
-        if (!ok)
-            throw Error((folder / file).string() + ": does not fit the factor's other files: make the tables again");
+        if (!ok) folder.fail(file, "does not fit the factor's other files");
     };
     const auto ascends = [](std::span<const std::int32_t> list, std::size_t last) {
         return list.size() > 1 && list.front() == 0 && std::is_sorted(list.begin(), list.end()) &&

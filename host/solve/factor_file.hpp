@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "host/solve/supernodes.hpp"
+#include "host/tables/folder.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -27,14 +28,14 @@ double factor_file_bytes(const Supernodes& factor);
 class FactorFile {
 public:
     /// Throws Error that names the file: missing, damaged, or not fitting the others.
-    explicit FactorFile(const std::filesystem::path& folder);
+    explicit FactorFile(const TablesFolder& folder);
 
     Supernodes supernodes() const;  ///< without `value`
     std::span<const float> value() const { return value_.values(); }
     std::span<const std::int32_t> unknown_node() const { return unknown_node_.values(); }
 
 private:
-    void check(const std::filesystem::path& folder) const;
+    void check(const TablesFolder& folder) const;
 
     MappedNpy<std::int32_t> first_column_, row_begin_, value_begin_, row_, permutation_, unknown_node_, positive_;
     MappedNpy<float> value_;

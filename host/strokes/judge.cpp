@@ -74,8 +74,7 @@ public:
           where_(touched.solid),
           size_m_(touched.solid.size_m()),
           rounding_m_(kRoundings * touched.solid.reach_m()) {
-        if (model_.frictionless != nullptr) model_.freed = &freed_;
-        haptable_init(&servo_);
+        haptable_servo_init(&servo_);
     }
     Trial(const Trial&) = delete;
     Trial& operator=(const Trial&) = delete;
@@ -357,12 +356,10 @@ private:
     bool is_frictionless(const float finger_m[3], double share) const {
         haptable_model smooth = model_;
         smooth.god_object = model_.frictionless;
-        haptable_servo servo = before_;
-        haptable_freed freed = freed_before_;
-        const bool is_known =
-            freed.servo == &servo_ && freed.tick == servo.counters.ticks && freed.contacts == servo.counters.contacts;
-        freed.servo = &servo;
-        smooth.freed = &freed;
+        haptable_room room{};
+        haptable_servo& servo = room.fingers.servo[0] = before_;
+        const haptable_freed& freed = room.freed[0] = freed_before_;
+        const bool is_known = freed.tick == servo.counters.ticks && freed.contacts == servo.counters.contacts;
         if (smooth.energy == nullptr && is_known) servo.contact = freed.at;
         const Vector3d held_n = share * (last_.s * (now_.x - last_.god));
         for (int c = 0; c < 3; ++c) servo.contact.load_n[c] = static_cast<float>(held_n[c]);
@@ -393,9 +390,10 @@ private:
     std::vector<Judged>* ticks_;
     std::string faults_;  ///< of this tick
     const Touched& touched_;
-    haptable_model model_;  ///< remembers for this stroke alone: others run beside it
-    haptable_servo servo_{}, before_{};
-    haptable_freed freed_{}, freed_before_{};  ///< with friction
+    haptable_model model_;
+    haptable_room room_{};
+    haptable_servo &servo_ = room_.fingers.servo[0], before_{};
+    haptable_freed &freed_ = room_.freed[0], freed_before_{};  ///< with friction
     Whereabouts where_;
     double size_m_;
     double rounding_m_;  ///< of a god-object

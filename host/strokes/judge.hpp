@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_scene.h"
 #include "host/strokes/law.hpp"
 #include "host/strokes/solid.hpp"
 #include "host/strokes/stroke.hpp"
@@ -56,7 +56,7 @@ struct Touched {
     const Law& law;
     const ServoModel& servo;
     const haptable_model& model;
-    decltype(&haptable_step) step = &haptable_step;  ///< the servo; a test may put a worse one in its place
+    decltype(&haptable_servo_step) step = &haptable_servo_step;  ///< the servo; a test may put a worse one in its place
 };
 
 /// One tick as the judge saw it.

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "codegen/pair.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
@@ -55,10 +55,10 @@ PairTally stroke_by_two(const Scene& given, const TouchMode& mode, std::size_t c
     const fs::path folder = options.campaign.folder / "pairs" / (scene.name + "-" + word(mode.force));
     const StrokedBody body(scene, folder, progress);
     const haptable_model model = body.model(scene.contact);
-    Tables tables = read_tables(folder);
-    tables.god_object = mode.god_object;
-    const ServoPair servo = build_pair(*read_pair(folder), tables, body.servo());
-    const haptable_pair_model pair = pair_in_memory(servo, tables, model);
+    SceneFiles files = read_scene_files(folder);
+    files.tables.god_object = mode.god_object;
+    const ServoPair servo = build_pair(files.pair.value(), files.tables, body.servo());
+    const haptable_pair_model pair = pair_in_memory(servo, files.tables, model);
     const Touched touched = body.touched(model);
     return run_pairs(
         {touched, pair}, StrokeMaker(body.servo()), options.campaign.seed, count, workers, [&](std::size_t done) {

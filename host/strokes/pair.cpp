@@ -17,8 +17,8 @@ struct Behind {
     const Stroke* other = nullptr;
     int finger = 0;  ///< that is judged
     std::size_t tick = 0;
-    haptable_pair pair{};
-    std::array<haptable_freed, HAPTABLE_FINGERS> freed{};
+    haptable_room room{};
+    haptable_pair& pair = room.fingers;
     PairTally* tally = nullptr;
 };
 thread_local Behind behind;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
@@ -31,19 +31,21 @@ void count(const haptable_output out[2]) {
     if (contacts == 2 && behind.pair.touches[0] != behind.pair.touches[1]) ++behind.tally->left_ticks;
 }
 
-/// As haptable_step, for the judged finger: the other one is at its own stroke's tick.
+/// As haptable_servo_step, for the judged finger: the other one is at its own stroke's tick.
 void step_both(const haptable_model* model, haptable_servo* servo, const float finger_m[3], std::uint32_t now_us,
                haptable_output* out) {
     if (model->god_object != behind.tables->model->god_object) /* the judge asks what one finger would do */
-        return haptable_step(model, servo, finger_m, now_us, out);
+        return haptable_servo_step(model, servo, finger_m, now_us, out);
     const std::array<float, 3>& other = (*behind.other)[std::min(behind.tick++, behind.other->size() - 1)];
     float positions_m[2][3];
     std::copy_n(finger_m, 3, positions_m[behind.finger]);
     std::copy_n(other.begin(), 3, positions_m[1 - behind.finger]);
     haptable_output both[2];
     behind.pair.servo[behind.finger] = *servo;
+    behind.pair.servo[behind.finger].finger = static_cast<std::uint8_t>(behind.finger);
     haptable_pair_step(behind.tables, &behind.pair, positions_m[0], positions_m[1], now_us, both);
     *servo = behind.pair.servo[behind.finger];
+    servo->finger = 0;
     *out = both[behind.finger];
     count(both);
 }
@@ -57,8 +59,6 @@ void judge_one(const TouchedByTwo& by, const StrokeMaker& maker, std::uint64_t s
     behind.tick = 0;
     behind.tally = &tally;
     haptable_pair_init(&by.pair, &behind.pair);
-    if (by.pair.freed != nullptr)
-        for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) behind.pair.view[f].model.freed = &behind.freed[f];
     Touched touched = by.touched;
     touched.step = step_both;
     const Verdict verdict = judge(touched, own);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/modes.hpp"
 #include "host/base/progress.hpp"
 #include "host/inverse/cholmod_inverse.hpp"

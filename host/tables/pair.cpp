@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "host/base/error.hpp"
-#include "host/base/file.hpp"
-#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
+#include "host/tables/tables.hpp"
 
 namespace haptable {
 
@@ -18,22 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <std::size_t k>
+template <std::size_t k, typename T>
 void write_rows(const fs::path& path, const std::vector<std::size_t>& shape,
-                const std::vector<std::array<double, k>>& rows) {
-    const double* first = rows.empty() ? nullptr : rows.front().data();
-    write_npy<double>(path, shape, std::span<const double>(first, k * rows.size()));
-}
-
-template <std::size_t k>
-std::vector<std::array<double, k>> read_rows(const fs::path& path, std::size_t count) {
-    const Array<double> array = read_npy<double>(path);
-    if (array.values.size() != k * count)
-        throw Error(fmt::format("{}: has {} numbers where {} belong: make the tables again", path.string(),
-                                array.values.size(), k * count));
-    std::vector<std::array<double, k>> rows(count);
-    for (std::size_t i = 0; i < array.values.size(); ++i) rows[i / k][i % k] = array.values[i];
-    return rows;
+                const std::vector<std::array<T, k>>& rows) {
+    const T* first = rows.empty() ? nullptr : rows.front().data();
+    write_npy<T>(path, shape, std::span<const T>(first, k * rows.size()));
 }
 
 template <typename T>
@@ -41,78 +29,99 @@ void write_all(const fs::path& path, const std::vector<T>& values) {
     write_npy<T>(path, {values.size()}, values);
 }
 
-template <std::size_t k>
-void write_steps(const fs::path& path, const std::vector<std::size_t>& shape,
-                 const std::vector<std::array<std::int16_t, k>>& rows) {
-    const std::int16_t* first = rows.empty() ? nullptr : rows.front().data();
-    write_npy<std::int16_t>(path, shape, std::span<const std::int16_t>(first, k * rows.size()));
-}
-
-[[noreturn]] void fail(const fs::path& path) {
-    throw Error(path.string() + ": does not fit the coupling's other files: make the tables again");
-}
-
-template <std::size_t k>
-std::vector<std::array<std::int16_t, k>> read_steps(const fs::path& path, std::size_t count) {
-    const Array<std::int16_t> array = read_npy<std::int16_t>(path);
-    if (array.values.size() != k * count) fail(path);
-    std::vector<std::array<std::int16_t, k>> rows(count);
-    for (std::size_t i = 0; i < array.values.size(); ++i) rows[i / k][i % k] = array.values[i];
-    return rows;
+[[noreturn]] void fail(const TablesFolder& folder, const char* name) {
+    folder.fail(name, "does not fit the coupling's other files");
 }
 
 template <typename T>
-std::vector<T> read_all(const fs::path& path, std::size_t count) {
-    std::vector<T> values = read_npy<T>(path).values;
-    if (values.size() != count) fail(path);
+std::vector<T> read_all(const TablesFolder& folder, const char* name, std::size_t count) {
+    std::vector<T> values = read_npy<T>(folder.file(name)).values;
+    if (values.size() != count) fail(folder, name);
     return values;
 }
 
-std::vector<std::int32_t> read_places(const fs::path& path, std::size_t count, std::size_t places) {
-    std::vector<std::int32_t> values = read_all<std::int32_t>(path, count);
+template <std::size_t k, typename T>
+std::vector<std::array<T, k>> read_rows(const TablesFolder& folder, const char* name, std::size_t count) {
+    const std::vector<T> values = read_all<T>(folder, name, k * count);
+    std::vector<std::array<T, k>> rows(count);
+    for (std::size_t i = 0; i < values.size(); ++i) rows[i / k][i % k] = values[i];
+    return rows;
+}
+
+std::vector<std::int32_t> read_places(const TablesFolder& folder, const char* name, std::size_t count,
+                                      std::size_t places) {
+    std::vector<std::int32_t> values = read_all<std::int32_t>(folder, name, count);
     for (const std::int32_t place : values)
-        if (place < 0 || static_cast<std::size_t>(place) >= places) fail(path);
+        if (place < 0 || static_cast<std::size_t>(place) >= places) fail(folder, name);
     return values;
 }
 
 /// What each patch loads: begins ascend, and no patch has more than the servo's room.
-void read_loads(const fs::path& folder, PairClusters& to) {
-    const fs::path path = folder / "coupling_load_begin.npy";
-    to.load_begin = read_npy<std::int32_t>(path).values;
-    if (to.load_begin.size() < 2 || to.load_begin.front() != 0) fail(path);
+void read_loads(const TablesFolder& folder, PairClusters& to) {
+    constexpr const char* kBegin = "coupling_load_begin.npy";
+    to.load_begin = read_npy<std::int32_t>(folder.file(kBegin)).values;
+    if (to.load_begin.size() < 2 || to.load_begin.front() != 0) fail(folder, kBegin);
     for (std::size_t p = 0; p + 1 < to.load_begin.size(); ++p)
         if (to.load_begin[p + 1] < to.load_begin[p] ||
             to.load_begin[p + 1] - to.load_begin[p] > static_cast<std::int32_t>(kMostLoaded))
-            fail(path);
+            fail(folder, kBegin);
     const auto count = static_cast<std::size_t>(to.load_begin.back());
-    to.load_place = read_places(folder / "coupling_load_place.npy", count, to.places());
-    to.load_share = read_steps<6>(folder / "coupling_load_share.npy", count);
+    to.load_place = read_places(folder, "coupling_load_place.npy", count, to.places());
+    to.load_share = read_rows<6, std::int16_t>(folder, "coupling_load_share.npy", count);
 }
 
-void read_forms(const fs::path& folder, PairClusters& to) {
+void read_forms(const TablesFolder& folder, PairClusters& to) {
     const std::size_t cores = core_count(to.places());
-    const fs::path path = folder / "coupling_form.npy";
-    to.form = read_all<std::uint8_t>(path, cores);
+    to.form = read_all<std::uint8_t>(folder, "coupling_form.npy", cores);
     for (const std::uint8_t form : to.form)
-        if (form < kDenseForm && form > to.rank) fail(path);
-    to.step = read_all<float>(folder / "coupling_step.npy", cores);
+        if (form < kDenseForm && form > to.rank) fail(folder, "coupling_form.npy");
+    to.step = read_all<float>(folder, "coupling_step.npy", cores);
     to.begin = core_begins(to.form, to.places());
-    to.core = read_all<std::int8_t>(folder / "coupling_core.npy", to.begin.back());
+    to.core = read_all<std::int8_t>(folder, "coupling_core.npy", to.begin.back());
 }
 
-PairClusters read_clusters(const fs::path& folder, std::size_t controls, std::size_t places, std::size_t rank,
+PairClusters read_clusters(const TablesFolder& folder, std::size_t controls, std::size_t places, std::size_t rank,
                            bool is_loaded) {
-    if (rank > kMostRank || places == 0) fail(folder / "summary.json");
+    if (rank > kMostRank || places == 0) fail(folder, "summary.json");
     PairClusters to;
     to.rank = rank;
-    to.scale = read_all<float>(folder / "coupling_scale.npy", places);
-    to.basis = read_steps<3>(folder / "coupling_basis.npy", places * rank);
+    to.scale = read_all<float>(folder, "coupling_scale.npy", places);
+    for (const float scale : to.scale)
+        if (!(scale >= 0.0F && std::isfinite(scale)))
+            folder.fail("coupling_scale.npy", fmt::format("{} is no scale: it is not negative", scale));
+    to.basis = read_rows<3, std::int16_t>(folder, "coupling_basis.npy", places * rank);
     read_forms(folder, to);
     if (is_loaded)
         read_loads(folder, to);
     else
-        to.place = read_places(folder / "coupling_place.npy", controls, places);
+        to.place = read_places(folder, "coupling_place.npy", controls, places);
     return to;
+}
+
+bool is_zero(const std::array<double, 9>& block) {
+    return std::all_of(block.begin(), block.end(), [](double entry) { return entry == 0.0; });
+}
+
+/// A load on a control moves it along, and two loads together give no work: of C the diagonal blocks are positive
+/// definite (zero where a control is held still), and every minor of two rows is not negative.
+void require_definite(const TablesFolder& folder, const std::vector<std::array<double, 9>>& block, std::size_t n) {
+    constexpr double kRounding = 1e-6;  // of blocks in double
+    const auto place = [](std::size_t k, std::size_t l) { return k * (k + 1) / 2 + l; };
+    for (std::size_t k = 0; k < n; ++k) {
+        const auto& own = block[place(k, k)];
+        if (!is_definite(own) && !is_zero(own))
+            folder.fail("coupling.npy",
+                        fmt::format("the block of place {} is not positive definite: it would pull", k));
+        for (std::size_t l = 0; l < k; ++l)
+            for (std::size_t e = 0; e < 9; ++e) {
+                const double both = own[4 * (e / 3)] * block[place(l, l)][4 * (e % 3)], c = block[place(k, l)][e];
+                if (!(c * c <= (1.0 + kRounding) * both))
+                    folder.fail("coupling.npy",
+                                fmt::format("places {} and {} couple by more than they give: two fingers there would "
+                                            "pull",
+                                            k, l));
+            }
+    }
 }
 
 }  // namespace
@@ -142,35 +151,36 @@ void write_pair(const PairTables& tables, const fs::path& folder) {
     if (tables.is_exact()) return write_rows(folder / "coupling.npy", {tables.block.size(), 3, 3}, tables.block);
     const PairClusters& c = tables.clusters;
     write_all(folder / "coupling_scale.npy", c.scale);
-    write_steps(folder / "coupling_basis.npy", {c.places(), c.rank, 3}, c.basis);
+    write_rows(folder / "coupling_basis.npy", {c.places(), c.rank, 3}, c.basis);
     write_all(folder / "coupling_step.npy", c.step);
     write_all(folder / "coupling_form.npy", c.form);
     write_all(folder / "coupling_core.npy", c.core);
     if (c.load_begin.empty()) return write_all(folder / "coupling_place.npy", c.place);
     write_all(folder / "coupling_load_begin.npy", c.load_begin);
     write_all(folder / "coupling_load_place.npy", c.load_place);
-    write_steps(folder / "coupling_load_share.npy", {c.load_place.size(), 6}, c.load_share);
+    write_rows(folder / "coupling_load_share.npy", {c.load_place.size(), 6}, c.load_share);
 }
 
-std::optional<PairTables> read_pair(const fs::path& folder) {
+std::optional<PairTables> read_pair(const TablesFolder& folder) {
     using nlohmann::json;
-    const fs::path path = folder / "summary.json";
     try {
-        const json contact = parse_json(read_file(path)).at("contact");
+        const json& contact = folder.summary().at("contact");
         if (contact.value("fingers", 1) == 1) return {};
         const json& pair = contact.at("pair");
         PairTables tables;
         pair.at("meeting_m").get_to(tables.meeting_m);
+        if (!(tables.meeting_m >= 0.0 && std::isfinite(tables.meeting_m)))
+            folder.fail("summary.json", fmt::format("meeting_m = {} is no distance", tables.meeting_m));
         pair.at("controls").get_to(tables.control_count);
         const std::size_t n = tables.control_count, places = pair.at("clustered");
-        if (places == 0)
-            tables.block = read_rows<9>(folder / "coupling.npy", n * (n + 1) / 2);
-        else
+        if (places == 0) {
+            tables.block = read_rows<9, double>(folder, "coupling.npy", n * (n + 1) / 2);
+            require_definite(folder, tables.block, n);
+        } else
             tables.clusters = read_clusters(folder, n, places, pair.at("rank"), pair.at("loads") != 0);
         return tables;
     } catch (const json::exception& error) {
-        throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
-                    "): make the tables again");
+        folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
     }
 }
 

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "host/tables/folder.hpp"
+
 namespace haptable {
 
 /// The servo's numbers (haptable_pair.h): places of a cluster, the most vectors of a basis, the most places that a
@@ -64,6 +66,6 @@ std::size_t pair_bytes(const PairTables& tables);
 void write_pair(const PairTables& tables, const std::filesystem::path& folder);
 
 /// None where the folder's scene has one finger. Throws Error that names the file: missing, damaged or not fitting.
-std::optional<PairTables> read_pair(const std::filesystem::path& folder);
+std::optional<PairTables> read_pair(const TablesFolder& folder);
 
 }  // namespace haptable

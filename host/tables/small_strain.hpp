@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include <filesystem>
 #include <optional>
+
+#include "host/tables/folder.hpp"
 
 namespace haptable {
 
 /// Depth, m, from which the force of these tables is expected to be more than 10 % off a rubber's, as summary.json of
 /// haptable-precompute tells it; none where it does not. Throws Error where there is no summary.
-std::optional<double> read_small_strain_depth(const std::filesystem::path& folder);
+std::optional<double> read_small_strain_depth(const TablesFolder& folder);
 
 }  // namespace haptable

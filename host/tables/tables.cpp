@@ -3,16 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
-#include "host/base/hash.hpp"
-#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -67,6 +63,7 @@ void read_options(const json& contact, const json& device, Tables& tables) {
     }
     tables.release_n_per_ms = contact.value("release_n_per_ms", 0.0);
     tables.passivity = contact.value("passivity", false);
+    tables.fingers = contact.value("fingers", 1);
     if (contact.contains("coupling")) {
         tables.auto_coupling = contact.at("coupling").is_string();
         if (!tables.auto_coupling) tables.coupling_n_per_m = contact.at("coupling").get<double>();
@@ -104,14 +101,12 @@ SafetyLimits read_limits(const json& summary) {
     return limits;
 }
 
-void read_summary(const fs::path& path, Tables& tables) {
+void read_summary(const TablesFolder& folder, Tables& tables) {
     try {
-        const json summary = parse_json(read_file(path));
+        const json& summary = folder.summary();
         tables.name = summary.at("name").get<std::string>();
-        const std::string hash = summary.at("model_hash").get<std::string>();
-        const auto [end, failed] = std::from_chars(hash.data(), hash.data() + hash.size(), tables.model_hash, 16);
-        if (failed != std::errc() || end != hash.data() + hash.size())
-            throw Error(path.string() + ": model_hash is not hexadecimal");
+        tables.model_hash = folder.model_hash();
+        tables.tables_hash = folder.tables_hash();
         tables.scene_file = summary.at("scene").get<std::string>();
         tables.force = choice<ForceLaw>(summary.at("contact"), "force");
         tables.god_object = choice<GodObject>(summary.at("contact"), "god_object");
@@ -134,8 +129,7 @@ void read_summary(const fs::path& path, Tables& tables) {
         tables.half_columns = columns.value("format", "") == "float16";
         tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
     } catch (const json::exception& error) {
-        throw Error(path.string() + ": is not a summary of haptable-precompute (" + error.what() +
-                    "): make the tables again");
+        folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
     }
 }
 
@@ -145,33 +139,33 @@ void require_count(const fs::path& path, std::size_t count, std::size_t wanted) 
             fmt::format("{}: has {} entries where {} belong: make the tables again", path.string(), count, wanted));
 }
 
-void read_mask(const fs::path& folder, const Tables& tables, ComplianceTables& c) {
-    c.vertex_id = read_npy<std::int32_t>(folder / "vertex_id.npy").values;
-    c.vertex = read_blocks(folder / "vertex_compliance.npy");
-    c.patch = read_blocks(folder / "patch_compliance.npy");
-    c.spread_begin = read_npy<std::int32_t>(folder / "spread_begin.npy").values;
-    c.spread_node = read_npy<std::int32_t>(folder / "spread_node.npy").values;
-    c.spread_weight = read_npy<float>(folder / "spread_weight.npy").values;
-    check_nodes(folder / "vertex_id.npy", c.vertex_id, tables.position.size());
-    check_nodes(folder / "spread_node.npy", c.spread_node, tables.position.size());
-    require_count(folder / "vertex_compliance.npy", c.vertex.size(), c.vertex_id.size());
-    require_count(folder / "patch_compliance.npy", c.patch.size(), 3 * tables.patch.size());
-    require_count(folder / "spread_begin.npy", c.spread_begin.size(), c.vertex_id.size() + c.edge_id.size() + 1);
-    require_count(folder / "spread_weight.npy", c.spread_weight.size(), c.spread_node.size());
+void read_mask(const TablesFolder& folder, const Tables& tables, ComplianceTables& c) {
+    c.vertex_id = read_npy<std::int32_t>(folder.file("vertex_id.npy")).values;
+    c.vertex = read_blocks(folder.file("vertex_compliance.npy"));
+    c.patch = read_blocks(folder.file("patch_compliance.npy"));
+    c.spread_begin = read_npy<std::int32_t>(folder.file("spread_begin.npy")).values;
+    c.spread_node = read_npy<std::int32_t>(folder.file("spread_node.npy")).values;
+    c.spread_weight = read_npy<float>(folder.file("spread_weight.npy")).values;
+    check_nodes(folder.file("vertex_id.npy"), c.vertex_id, tables.position.size());
+    check_nodes(folder.file("spread_node.npy"), c.spread_node, tables.position.size());
+    require_count(folder.file("vertex_compliance.npy"), c.vertex.size(), c.vertex_id.size());
+    require_count(folder.file("patch_compliance.npy"), c.patch.size(), 3 * tables.patch.size());
+    require_count(folder.file("spread_begin.npy"), c.spread_begin.size(), c.vertex_id.size() + c.edge_id.size() + 1);
+    require_count(folder.file("spread_weight.npy"), c.spread_weight.size(), c.spread_node.size());
     std::int32_t before = 0;
     for (std::int32_t begin : c.spread_begin)
         if (begin < std::exchange(before, begin) || static_cast<std::size_t>(begin) > c.spread_node.size())
-            throw Error((folder / "spread_begin.npy").string() + ": does not ascend: make the tables again");
+            throw Error(folder.file("spread_begin.npy").string() + ": does not ascend: make the tables again");
 }
 
-void read_compliance(const fs::path& folder, Tables& tables) {
+void read_compliance(const TablesFolder& folder, Tables& tables) {
     ComplianceTables& c = tables.compliance;
     c.degree = tables.force == ForceLaw::kConsistent ? 2 : tables.force == ForceLaw::kPressureMask ? 4 : 0;
     if (c.degree == 0) return;
-    c.edge_id = read_rows<std::int32_t, 2>(folder / "edge_id.npy");
-    c.edge = read_blocks(folder / "edge_compliance.npy");
-    for (const auto& edge : c.edge_id) check_nodes(folder / "edge_id.npy", edge, tables.position.size());
-    require_count(folder / "edge_compliance.npy", c.edge.size(),
+    c.edge_id = read_rows<std::int32_t, 2>(folder.file("edge_id.npy"));
+    c.edge = read_blocks(folder.file("edge_compliance.npy"));
+    for (const auto& edge : c.edge_id) check_nodes(folder.file("edge_id.npy"), edge, tables.position.size());
+    require_count(folder.file("edge_compliance.npy"), c.edge.size(),
                   c.edge_id.size() * static_cast<std::size_t>(c.degree - 1));
     if (c.degree == 4) read_mask(folder, tables, c);
 }
@@ -214,15 +208,6 @@ void check_limits(const fs::path& path, const Tables& tables) {
     positive("force_scale", tables.force_scale);
 }
 
-/// By the pivots of its symmetric part.
-bool is_definite(const std::array<double, 9>& block) {
-    const auto at = [&block](std::size_t a, std::size_t b) { return 0.5 * (block[3 * a + b] + block[3 * b + a]); };
-    const double d0 = at(0, 0), d1 = at(1, 1) - at(0, 1) * at(0, 1) / d0;
-    const double l = at(1, 2) - at(0, 1) * at(0, 2) / d0;
-    const double d2 = at(2, 2) - at(0, 2) * at(0, 2) / d0 - l * l / d1;
-    return d0 > 0.0 && d1 > 0.0 && d2 > 0.0;  // false for what is not a number
-}
-
 /// A finger that presses is pushed back: every block of a free node.
 void check_definite(const fs::path& path, const std::vector<std::int32_t>& node,
                     const std::vector<std::array<double, 9>>& blocks) {
@@ -231,52 +216,37 @@ void check_definite(const fs::path& path, const std::vector<std::int32_t>& node,
             fail(path, fmt::format("the block of node {} is not positive definite: it would pull", node[i]));
 }
 
-/// The files that were read are those that precompute wrote.
-void check_hashes(const fs::path& folder, const std::vector<std::string>& files) {
-    const json summary = parse_json(read_file(folder / "summary.json"));
-    const json hashes = summary.value("hash", json::object());
-    for (const std::string& file : files)
-        if (hashes.contains(file) && hashes.at(file) != hash_file(folder / file))
-            fail(folder / file, "is not the file that was written with summary.json");
-}
-
-/// What of the folder decides forces; columns.npy and the factor are for pictures.
-std::vector<std::string> read_files(const Tables& tables) {
-    std::vector<std::string> files{"position.npy", "surface.npy", "patch.npy", "node_id.npy", "stiffness.npy"};
-    if (tables.has_columns || tables.has_factor) files.emplace_back("row_id.npy");
-    if (tables.compliance.degree != 0) files.insert(files.end(), {"edge_id.npy", "edge_compliance.npy"});
-    if (tables.compliance.degree == 4)
-        files.insert(files.end(), {"vertex_id.npy", "vertex_compliance.npy", "patch_compliance.npy", "spread_begin.npy",
-                                   "spread_node.npy", "spread_weight.npy"});
-    return files;
-}
-
 }  // namespace
 
-Tables read_tables(const fs::path& folder) {
-    if (!fs::exists(folder / "summary.json"))
-        throw Error((folder / "summary.json").string() + ": is not there: make the tables with haptable-precompute");
+bool is_definite(const std::array<double, 9>& block) {
+    const auto at = [&block](std::size_t a, std::size_t b) { return 0.5 * (block[3 * a + b] + block[3 * b + a]); };
+    const double d0 = at(0, 0), d1 = at(1, 1) - at(0, 1) * at(0, 1) / d0;
+    const double l = at(1, 2) - at(0, 1) * at(0, 2) / d0;
+    const double d2 = at(2, 2) - at(0, 2) * at(0, 2) / d0 - l * l / d1;
+    return d0 > 0.0 && d1 > 0.0 && d2 > 0.0;  // false for what is not a number
+}
+
+Tables read_tables(const TablesFolder& folder) {
     Tables tables;
-    read_summary(folder / "summary.json", tables);
-    tables.position = read_rows<double, 3>(folder / "position.npy");
-    tables.surface = read_rows<std::int32_t, 3>(folder / "surface.npy");
-    tables.patch = read_rows<std::int32_t, 3>(folder / "patch.npy");
-    tables.node_id = read_npy<std::int32_t>(folder / "node_id.npy").values;
-    tables.stiffness = read_rows<double, 9>(folder / "stiffness.npy");
-    if (tables.has_columns || tables.has_factor) tables.row_id = read_npy<std::int32_t>(folder / "row_id.npy").values;
+    read_summary(folder, tables);
+    tables.position = read_rows<double, 3>(folder.file("position.npy"));
+    tables.surface = read_rows<std::int32_t, 3>(folder.file("surface.npy"));
+    tables.patch = read_rows<std::int32_t, 3>(folder.file("patch.npy"));
+    tables.node_id = read_npy<std::int32_t>(folder.file("node_id.npy")).values;
+    tables.stiffness = read_rows<double, 9>(folder.file("stiffness.npy"));
 
     const std::size_t nodes = tables.position.size();
-    check_patches(folder / "surface.npy", tables.surface, nodes);
-    check_patches(folder / "patch.npy", tables.patch, nodes);
-    check_nodes(folder / "node_id.npy", tables.node_id, nodes);
-    check_nodes(folder / "row_id.npy", tables.row_id, nodes);
-    if (tables.stiffness.size() != tables.node_id.size())
-        throw Error(fmt::format("{}: has {} blocks for the {} nodes of node_id.npy: make the tables again",
-                                (folder / "stiffness.npy").string(), tables.stiffness.size(), tables.node_id.size()));
+    check_patches(folder.file("surface.npy"), tables.surface, nodes);
+    check_patches(folder.file("patch.npy"), tables.patch, nodes);
+    check_nodes(folder.file("node_id.npy"), tables.node_id, nodes);
+    if (tables.has_columns || tables.has_factor) {
+        tables.row_id = read_npy<std::int32_t>(folder.file("row_id.npy")).values;
+        check_nodes(folder.file("row_id.npy"), tables.row_id, nodes);
+    }
+    require_count(folder.file("stiffness.npy"), tables.stiffness.size(), tables.node_id.size());
     read_compliance(folder, tables);
-    check_limits(folder / "summary.json", tables);
-    check_definite(folder / "stiffness.npy", tables.node_id, tables.stiffness);
-    check_hashes(folder, read_files(tables));
+    check_limits(folder.path() / "summary.json", tables);
+    check_definite(folder.file("stiffness.npy"), tables.node_id, tables.stiffness);
     return tables;
 }
 

@@ -11,6 +11,7 @@
 #include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
 #include "host/base/relaxation.hpp"
+#include "host/tables/folder.hpp"
 
 namespace haptable {
 
@@ -33,15 +34,17 @@ struct ComplianceTables {
 /// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
 struct Tables {
     // summary.json
-    std::string name;              ///< of the scene; names the C model
-    std::uint64_t model_hash = 0;  ///< of what they were made from: scene, mesh, options, tool version
-    std::string scene_file;        ///< file name only, no folder
+    std::string name;               ///< of the scene; names the C model
+    std::uint64_t model_hash = 0;   ///< of what they were made from: scene, mesh, options, tool version
+    std::uint64_t tables_hash = 0;  ///< of all parts of the servo's tables, which messages carry; 0: not yet known
+    std::string scene_file;         ///< file name only, no folder
     ForceLaw force = ForceLaw::kInterpolated;
     GodObject god_object = GodObject::kNearest;
     Storage precision = Storage::kFloat32;   ///< of S in the servo
     std::uintmax_t flash_budget = 0;         ///< bytes; 0: none
     double rigid_stiffness_n_per_m = 0.0;    ///< S of a fixed node, N/m
     double mask_radius_m = 0.0;              ///< of a pressure mask; 0 for the other forces
+    int fingers = 1;                         ///< or 2
     std::vector<RelaxationTerm> relaxation;  ///< none: an elastic body
     double static_friction = 0.0;            ///< 0: without friction
     double kinetic_friction = 0.0;
@@ -75,6 +78,9 @@ struct Tables {
 };
 
 /// Reads and checks the folder. Throws Error that names the file: missing, damaged, or not fitting the others.
-Tables read_tables(const std::filesystem::path& folder);
+Tables read_tables(const TablesFolder& folder);
+
+/// True where the symmetric part of a 3x3 block, row by row, is positive definite.
+bool is_definite(const std::array<double, 9>& block);
 
 }  // namespace haptable

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <span>
@@ -25,14 +26,31 @@ void write_vectors(const fs::path& path, std::size_t modes, const std::vector<st
 }
 
 template <typename T>
-std::vector<std::array<T, 3>> read_vectors(const fs::path& path, std::size_t modes) {
-    const Array<T> array = read_npy<T>(path);
+std::vector<std::array<T, 3>> read_vectors(const TablesFolder& folder, const char* name, std::size_t modes) {
+    const Array<T> array = read_npy<T>(folder.file(name));
     if (array.shape.size() != 3 || array.shape[1] != modes || array.shape[2] != 3)
-        throw Error(
-            fmt::format("{}: is not of the {} modes of modes.json: make the tables again", path.string(), modes));
+        folder.fail(name, fmt::format("is not of the {} modes of modes.json", modes));
     std::vector<std::array<T, 3>> vectors(array.values.size() / 3);
-    for (std::size_t i = 0; i < array.values.size(); ++i) vectors[i / 3][i % 3] = array.values[i];
+    for (std::size_t i = 0; i < array.values.size(); ++i) {
+        if (!std::isfinite(array.values[i])) folder.fail(name, fmt::format("number {} of it is not finite", i));
+        vectors[i / 3][i % 3] = array.values[i];
+    }
     return vectors;
+}
+
+/// Each mode comes back and fades.
+void require_rings(const TablesFolder& folder, const VibrationTables& tables) {
+    if (tables.modes() == 0) folder.fail("modes.json", "names no mode");
+    if (!(tables.damping_ratio > 0.0 && tables.damping_ratio < 1.0))
+        folder.fail("modes.json", fmt::format("damping_ratio = {} is none: from 0 to 1", tables.damping_ratio));
+    double before = 0.0;
+    for (const double omega : tables.omega_rad_per_s) {
+        if (!(omega > 0.0 && omega >= before && std::isfinite(omega)))
+            folder.fail(
+                "modes.json",
+                fmt::format("omega_rad_per_s has {} after {}: frequencies are positive and ascend", omega, before));
+        before = omega;
+    }
 }
 
 }  // namespace
@@ -46,33 +64,24 @@ void write_vibration(const VibrationTables& tables, const fs::path& folder) {
     if (!tables.row.empty()) write_vectors(folder / "mode_rows.npy", tables.modes(), tables.row);
 }
 
-std::optional<VibrationTables> read_vibration(const fs::path& folder) {
-    const fs::path path = folder / "modes.json";
-    if (!fs::exists(path)) return {};
+std::optional<VibrationTables> read_vibration(const TablesFolder& folder) {
+    if (!folder.has("modes.json")) return {};
     try {
-        const auto json = parse_json(read_file(path));
+        const auto json = parse_json(read_file(folder.file("modes.json")));
         VibrationTables tables;
         json.at("damping_ratio").get_to(tables.damping_ratio);
         json.at("controls").get_to(tables.control_count);
         json.at("omega_rad_per_s").get_to(tables.omega_rad_per_s);
-        tables.shape = read_vectors<double>(folder / "mode_shape.npy", tables.modes());
-        if (tables.modes() == 0 || tables.shape.size() != tables.control_count * tables.modes())
-            throw Error(fmt::format("{}: has {} places and modes.json {}: make the tables again",
-                                    (folder / "mode_shape.npy").string(), tables.shape.size(), tables.control_count));
-        if (fs::exists(folder / "mode_rows.npy"))
-            tables.row = read_vectors<float>(folder / "mode_rows.npy", tables.modes());
+        require_rings(folder, tables);
+        tables.shape = read_vectors<double>(folder, "mode_shape.npy", tables.modes());
+        if (tables.shape.size() != tables.control_count * tables.modes())
+            folder.fail("mode_shape.npy",
+                        fmt::format("has {} places and modes.json {}", tables.shape.size(), tables.control_count));
+        if (folder.has("mode_rows.npy")) tables.row = read_vectors<float>(folder, "mode_rows.npy", tables.modes());
         return tables;
     } catch (const nlohmann::json::exception& error) {
-        throw Error(fmt::format("{}: {}: make the tables again", path.string(), error.what()));
+        folder.fail("modes.json", error.what());
     }
-}
-
-void refuse_vibration(const fs::path& folder, const char* who) {
-    if (!fs::exists(folder / "modes.json")) return;
-    throw Error(
-        fmt::format("{}: its body rings, which {} cannot: remove modes from [body] of the scene and make the "
-                    "tables again",
-                    folder.string(), who));
 }
 
 }  // namespace haptable

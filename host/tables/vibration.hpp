@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "host/tables/folder.hpp"
+
 namespace haptable {
 
 /// m modes; n controls, which are those of PairTables: the servo's free vertices, or under a mask all its vertices and
@@ -25,9 +27,6 @@ struct VibrationTables {
 void write_vibration(const VibrationTables& tables, const std::filesystem::path& folder);
 
 /// None where the folder's body does not ring. Throws Error that names the file: missing, damaged or not fitting.
-std::optional<VibrationTables> read_vibration(const std::filesystem::path& folder);
-
-/// Throws Error where the folder's body rings: for `who`, which has its model alone, that of what follows at once.
-void refuse_vibration(const std::filesystem::path& folder, const char* who);
+std::optional<VibrationTables> read_vibration(const TablesFolder& folder);
 
 }  // namespace haptable

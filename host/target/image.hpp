@@ -27,7 +27,7 @@ struct TargetTick {
     std::array<float, 3> position_m{};              ///< after the tick; of a body that nothing holds
     std::array<float, 4> turn{};                    ///< likewise
     std::array<float, HAPTABLE_MODES> q{};          ///< after the tick; of the scene's modes, others 0
-    std::uint64_t instructions = 0;                 ///< of haptable_scene_step and its call; 0 when not counted
+    std::uint64_t instructions = 0;                 ///< of haptable_step and its call; 0 when not counted
 
     /// Whether each of so many fingers is in contact.
     bool touches(std::size_t fingers = 1) const;

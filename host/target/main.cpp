@@ -5,16 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
-#include "firmware/haptable.h"
+#include "codegen/loaded_scene.hpp"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/report/page.hpp"
-#include "host/tables/pair.hpp"
-#include "host/tables/vibration.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/strokes.hpp"
@@ -62,29 +57,15 @@ TargetPath<6> strokes_of(const Tables& tables) {
 }
 
 /// The scene of a folder without the device's limits: the body's own force, at any jump.
-struct Unlimited {
-    Unlimited(const std::filesystem::path& folder, const Tables& of) : tables(of), body(read_rigid_body(folder)) {
-        tables.limits = {};
-        servo = build_model(tables);
-        model = model_in_memory(tables, servo);
-        if (const auto files = read_pair(folder)) {
-            built_pair = build_pair(*files, tables, servo);
-            pair = pair_in_memory(built_pair, tables, model);
-        }
-        if (const auto files = read_vibration(folder)) vibration = build_vibration(*files, tables, servo);
-    }
-    TargetScene scene() const {
-        return {model, pair ? &*pair : nullptr, body ? &*body : nullptr, vibration ? &*vibration : nullptr};
-    }
+SceneFiles unlimited(const TablesFolder& folder) {
+    SceneFiles files = read_scene_files(folder);
+    files.tables.limits = {};
+    return files;
+}
 
-    Tables tables;
-    ServoModel servo;
-    haptable_model model{};
-    ServoPair built_pair;
-    std::optional<haptable_pair_model> pair;
-    std::optional<haptable_body> body;
-    std::optional<ServoVibration> vibration;
-};
+TargetScene measured(const LoadedScene& scene) {
+    return {scene.model(), scene.pair(), scene.body(), scene.servo_vibration()};
+}
 
 /// What one scene's ticks take on every target, of fingers that have `size` coordinates.
 template <std::size_t size>
@@ -92,7 +73,7 @@ class SceneCounts {
 public:
     explicit SceneCounts(const std::filesystem::path& folder)
         : tables_(read_tables(folder)), path_m_(walked(strokes_of<size>(tables_))) {
-        const Unlimited unlimited(folder, tables_);
+        const LoadedScene scene(unlimited(folder));
         const auto jumping_m = strokes_of<size>(tables_);
         for (const char* target : kTargets) {
             const TargetImage image(folder.parent_path(), folder.filename(), target);
@@ -100,7 +81,7 @@ public:
             if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
             ticks_.push_back(image.replay(path_m_));
             limited_.push_back(count_ticks(path_m_, ticks_.back()));
-            counts_.push_back(count_ticks(jumping_m, measuring.measure(unlimited.scene(), jumping_m)));
+            counts_.push_back(count_ticks(jumping_m, measuring.measure(measured(scene), jumping_m)));
             image_.push_back(image);
         }
     }
@@ -171,7 +152,8 @@ int main(int argc, char** argv) {
         for (const char* target : kTargets) counted.columns.emplace_back(target);
         counted.columns.emplace_back("worst, of 1 ms at 168 MHz");
         for (const std::string& folder : folders)
-            read_pair(folder) ? add<6>(folder, counted, estimated) : add<3>(folder, counted, estimated);
+            read_pair(std::filesystem::path(folder)) ? add<6>(folder, counted, estimated)
+                                                     : add<3>(folder, counted, estimated);
         Numbers numbers("make instructions");
         numbers.add("instructions", counted);
         if (!estimated.rows.empty()) numbers.add("cycles", estimated);

@@ -17,7 +17,7 @@ std::vector<Mode> every_mode() {
     return modes;
 }
 
-haptable_model in_mode(haptable_model model, const Mode& mode, haptable_freed* freed) {
+haptable_model in_mode(haptable_model model, const Mode& mode) {
     Tables options;
     options.force = mode.force;
     options.god_object = mode.god_object;
@@ -29,7 +29,6 @@ haptable_model in_mode(haptable_model model, const Mode& mode, haptable_freed* f
         options.passivity = true;
     }
     set_modes(options, model);
-    model.freed = model.frictionless != nullptr ? freed : nullptr;
     return model;
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "firmware/haptable_pair.h"
 #include "host/base/modes.hpp"
 
@@ -25,9 +25,9 @@ struct Mode {
 /// Three forces, two god-objects, each alone, with friction, with passivity and release.
 std::vector<Mode> every_mode();
 
-/// The model as it is touched in that mode; with friction it remembers in `freed`, which it needs to be stepped.
+/// The model as it is touched in that mode.
 /// before: the model's tables are of the mode's force.
-haptable_model in_mode(haptable_model model, const Mode& mode, haptable_freed* freed = nullptr);
+haptable_model in_mode(haptable_model model, const Mode& mode);
 
 /// What a tick costs by reasoning, in instructions: a rest, and so much each step of the walk, box of the index, point
 /// whose energy is taken. The numbers hold for Cortex-M4F, M7, M33 and rv32imafc at -O2.

@@ -11,11 +11,10 @@
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
-#include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/joined.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/link/messages.hpp"
-#include "host/link/ringing.hpp"
 
 namespace haptable {
 
@@ -93,18 +92,15 @@ void require_tables(const contact& message, const ContactLoads& loads, const std
             source, static_cast<std::uint64_t>(message.model_hash), loads.tables().name, loads.tables_hash()));
 }
 
-/// The contact message of an event. Throws Error where it is none of ours.
-contact decode(const LogReader::Event& event, const std::string& source) {
-    contact message;
-    if (!is_of_type<contact>(event.data))
-        throw Error(
-            fmt::format("{}: event {} on {} is of another version of haptable, whose messages have other "
-                        "fields: draw it with that version",
-                        source, event.number, event.channel));
-    if (!decode_whole(event.data, message))
-        throw Error(fmt::format("{}: event {} on {} is no whole contact message: is the log damaged?", source,
-                                event.number, event.channel));
-    return message;
+/// Why an event is no message of ours.
+std::string reason_of(Heard heard, const LogReader::Event& event, const std::string& source) {
+    if (heard == Heard::other_version)
+        return fmt::format(
+            "{}: event {} on {} is of another version of haptable, whose messages have other fields: draw it with that "
+            "version",
+            source, event.number, event.channel);
+    return fmt::format("{}: event {} on {} is no whole message: is the log damaged?", source, event.number,
+                       event.channel);
 }
 
 /// The newest frames of each finger of one servo, as one.
@@ -151,19 +147,17 @@ public:
     /// Throws Error, and takes nothing, where the message is not one that the servo can have sent.
     void take(std::size_t finger, const contact& message) {
         ContactFrame frame = to_frame(message, loads_, 0, source_);
-        if (tick_ && (tick_->utime != message.utime || tick_->has[finger])) end_tick();
-        if (!tick_) tick_ = Tick{message.utime, message.seq};
-        tick_->has[finger] = true;
+        end_tick(joined_.add(finger, message.utime, message.seq));
         both_.take(finger, message, frame, motion);
         ++messages_;
     }
 
     void finish(const Omissions& left_out) {
-        end_tick();
+        end_tick(joined_.end());
         if (messages_ == 0 && left_out.count() > 0) throw Error(left_out.first());
         if (messages_ == 0)
-            throw Error(
-                fmt::format("{}: holds no message on {}: record it while the servo runs", source_, kContactChannel));
+            throw Error(fmt::format("{}: holds no message on {}: record it while the servo runs", source_,
+                                    channel_of<contact>()));
         if (!wanted_.empty())
             throw Error(fmt::format("{}: has no contact message with seq {}", source_, *wanted_.begin()));
         if (choice_.ticks.empty()) hold_until(last_utime_ - begin_utime_ + 1);
@@ -173,15 +167,10 @@ public:
     LastMotion motion;
 
 private:
-    /// Of the first of its messages.
-    struct Tick {
-        std::int64_t utime = 0, seq = 0;
-        std::array<bool, kFingers> has{};
-    };
-
-    void end_tick() {
-        if (!tick_) return;
-        const auto [utime, seq, has] = *std::exchange(tick_, std::nullopt);
+    /// Its number is that of the first of its messages.
+    void end_tick(const std::optional<JoinedTick<std::int64_t>::Tick>& tick) {
+        if (!tick) return;
+        const std::int64_t utime = tick->utime, seq = *tick->part[tick->first];
         ContactFrame frame = both_.frame();
         frame.number = seq;
         const bool first = ticks_++ == 0;
@@ -212,7 +201,7 @@ private:
     const FrameChoice& choice_;
     std::string source_;
     std::set<std::int64_t> wanted_;
-    std::optional<Tick> tick_;
+    JoinedTick<std::int64_t> joined_;  ///< seq
     BothFingers both_;
     std::optional<ContactFrame> held_;
     std::int64_t messages_ = 0, ticks_ = 0;
@@ -255,17 +244,16 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
     Omissions left_out;
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
-        if (body_pose pose; event->channel == kBodyChannel && decode_whole(event->data, pose))
-            chooser.motion.take(pose);
-        if (body_modes modes; event->channel == kModesChannel && decode_whole(event->data, modes))
-            chooser.motion.take(modes);
-        for (std::size_t finger = 0; finger < kFingers; ++finger) {
-            if (event->channel != kContactChannels[finger]) continue;
-            try {
-                chooser.take(finger, decode(*event, file.string()));
-            } catch (const Error& error) {
-                left_out.add(error.what());
-            }
+        try {
+            const Heard heard = take_message(
+                event->channel, event->data,
+                Overloaded{[&](const body_pose& pose, std::size_t) { chooser.motion.take(pose); },
+                           [&](const body_modes& modes, std::size_t) { chooser.motion.take(modes); },
+                           [&](const contact& touched, std::size_t finger) { chooser.take(finger, touched); }});
+            if (heard == Heard::damaged || heard == Heard::other_version)
+                left_out.add(reason_of(heard, *event, file.string()));
+        } catch (const Error& error) {
+            left_out.add(error.what());
         }
     }
     chooser.finish(left_out);
@@ -321,11 +309,13 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
     const std::chrono::milliseconds period(limits.every_ms);
     Connection connection;
     Newest newest(loads, connection.url());
-    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& m, std::int64_t) { newest.motion.take(m); });
-    connection.subscribe<body_modes>(kModesChannel, [&](const body_modes& m, std::int64_t) { newest.motion.take(m); });
+    connection.subscribe<body_pose>(channel_of<body_pose>(),
+                                    [&](const body_pose& m, std::int64_t) { newest.motion.take(m); });
+    connection.subscribe<body_modes>(channel_of<body_modes>(),
+                                     [&](const body_modes& m, std::int64_t) { newest.motion.take(m); });
     for (std::size_t finger = 0; finger < kFingers; ++finger)
         connection.subscribe<contact>(
-            kContactChannels[finger],
+            channel_of<contact>(finger),
             [&newest, finger](const contact& message, std::int64_t) { newest.take(finger, message); });
     const Clock::time_point begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
@@ -355,7 +345,7 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
         throw Error(
             fmt::format("{}: no message came on {}: is the servo running with --lcm, and with the same "
                         "LCM_DEFAULT_URL?",
-                        connection.url(), kContactChannel));
+                        connection.url(), channel_of<contact>()));
     return {newest.messages, newest.left_out.count() + static_cast<std::int64_t>(connection.undecodable())};
 }
 

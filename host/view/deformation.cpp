@@ -54,20 +54,20 @@ void sweep(std::size_t blocks, const float* __restrict a, const float* __restric
 
 void Deformation::Free::operator()(float* memory) const { std::free(memory); }
 
-Deformation::Deformation(const Tables& tables, const std::filesystem::path& folder)
+Deformation::Deformation(const Tables& tables, const TablesFolder& folder)
     : rows_(tables.row_id.size()),
       blocks_((3 * rows_ + kLane - 1) / kLane),
       column_of_(tables.position.size(), -1),
       slot_of_(tables.node_id.size(), -1) {
     if (!tables.has_columns && !tables.has_factor)
-        throw Error(folder.string() +
+        throw Error(folder.text() +
                     ": has no columns to draw a deformation from: set columns = \"surface\" "
                     "under [tables] of the scene and make the tables again");
     if (tables.has_factor) {
         open_factor(tables, folder);
         return;
     }
-    open_columns(tables, folder);
+    columns_.emplace(tables, folder);
     for (std::size_t i = 0; i < tables.node_id.size(); ++i)
         column_of_[static_cast<std::size_t>(tables.node_id[i])] = static_cast<std::int32_t>(i);
     held_.fill(-1);
@@ -75,27 +75,11 @@ Deformation::Deformation(const Tables& tables, const std::filesystem::path& fold
     displacement_.reset(aligned_floats(blocks_ * kLane));
 }
 
-void Deformation::open_columns(const Tables& tables, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / "columns.npy";
-    if (tables.half_columns)
-        half_columns_.emplace(file);
-    else
-        columns_.emplace(file);
-    unit_ = static_cast<float>(tables.column_unit_m_per_n);
-    const std::vector<std::size_t> expected{tables.node_id.size(), rows_, 3, 3};
-    if ((tables.half_columns ? half_columns_->shape() : columns_->shape()) != expected)
-        throw Error(
-            fmt::format("{}: does not have the {} columns of {} rows that node_id.npy and row_id.npy name: "
-                        "make the tables again",
-                        file.string(), expected[0], expected[1]));
-}
-
-void Deformation::open_factor(const Tables& tables, const std::filesystem::path& folder) {
+void Deformation::open_factor(const Tables& tables, const TablesFolder& folder) {
     factor_.emplace(folder);
     unknown_of_.assign(tables.position.size(), -1);
-    const auto fail = [&](std::int32_t node) {
-        throw Error(fmt::format("{}: does not fit the tables at node {}: make the tables again",
-                                (folder / "factor_unknown_node.npy").string(), node));
+    const auto fail = [&folder](std::int32_t node) {
+        folder.fail("factor_unknown_node.npy", fmt::format("does not fit the tables at node {}", node));
     };
     for (std::size_t u = 0; u < factor_->unknown_node().size(); ++u) {
         const std::int32_t node = factor_->unknown_node()[u];
@@ -116,9 +100,7 @@ void Deformation::fill(std::int32_t column, float* panel) const noexcept {
     const std::size_t first = static_cast<std::size_t>(column) * components * 3;
     for (std::size_t k = 0; k < components; ++k)
         for (std::size_t b = 0; b < 3; ++b)
-            panel[k / kLane * kBlock + b * kLane + k % kLane] =
-                half_columns_ ? unit_ * to_float(half_columns_->values()[first + 3 * k + b])
-                              : columns_->values()[first + 3 * k + b];
+            panel[k / kLane * kBlock + b * kLane + k % kLane] = columns_->at(first + 3 * k + b);
 }
 
 float* Deformation::slot(std::size_t index) const noexcept { return panels_.get() + index * blocks_ * kBlock; }

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,7 +11,7 @@
 
 #include "host/solve/factor_file.hpp"
 #include "host/solve/frame_solver.hpp"
-#include "host/tables/npy.hpp"
+#include "host/tables/columns.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -26,8 +25,8 @@ struct NodalForce {
 };
 
 /// Equation 8 over the rows of columns.npy, in float32; where the scene keeps the factor instead, by one solve a call.
-/// The file stays on the disk and is mapped: of a table that is larger than the memory only the columns that are
-/// touched are read.
+/// The file is read once for its hash, then mapped: of a table that is larger than the memory only the columns that are
+/// touched stay there.
 ///
 /// A column is copied the first time its node is loaded, into one of kSlots slots, in the order that the vector units
 /// want: [blocks, 3, 16], so that one load brings 16 coefficients of one force component. As stored, [r, 3, 3], they
@@ -35,9 +34,9 @@ struct NodalForce {
 /// doubles a table that can have gigabytes.
 class Deformation {
 public:
-    /// Maps `folder`/columns.npy or the factor's files. Throws Error when the scene has neither or when they do not fit
-    /// the tables.
-    Deformation(const Tables& tables, const std::filesystem::path& folder);
+    /// Maps the folder's columns.npy or the factor's files. Throws Error when the scene has neither or when they do not
+    /// fit the tables.
+    Deformation(const Tables& tables, const TablesFolder& folder);
 
     std::size_t rows() const { return rows_; }
 
@@ -56,15 +55,12 @@ private:
     float* slot(std::size_t index) const noexcept;
     void fill(std::int32_t column, float* panel) const noexcept;
 
-    void open_columns(const Tables& tables, const std::filesystem::path& folder);
-    void open_factor(const Tables& tables, const std::filesystem::path& folder);
+    void open_factor(const Tables& tables, const TablesFolder& folder);
     std::span<const float> multiply(std::span<const NodalForce> loads) noexcept;
     std::span<const float> solve(std::span<const NodalForce> loads);
 
-    std::optional<MappedNpy<float>> columns_;      // [n,r,3,3]
-    std::optional<MappedNpy<Half>> half_columns_;  // the same, in units of
-    float unit_ = 1.0F;                            // m/N
-    std::optional<FactorFile> factor_;             // instead of columns
+    std::optional<MappedColumns> columns_;
+    std::optional<FactorFile> factor_;  // instead of columns
     std::optional<FrameSolver> solver_;
     std::vector<std::int32_t> unknown_of_;  ///< [N] unknown node of a mesh node, or -1: with the factor
     std::size_t rows_;

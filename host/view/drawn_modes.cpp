@@ -5,8 +5,6 @@
 
 #include <utility>
 
-#include "host/base/error.hpp"
-
 namespace haptable {
 
 DrawnModes::DrawnModes(const Tables& tables, VibrationTables vibration)
@@ -40,13 +38,12 @@ std::span<const float> DrawnModes::add_to(std::span<const float> displacement_m,
     return displacement_m_;
 }
 
-std::optional<DrawnModes> read_drawn_modes(const Tables& tables, const std::filesystem::path& folder) {
+std::optional<DrawnModes> read_drawn_modes(const Tables& tables, const TablesFolder& folder) {
     std::optional<VibrationTables> vibration = read_vibration(folder);
     if (!vibration || vibration->row.empty()) return {};
     if (vibration->row.size() != tables.row_id.size() * vibration->modes())
-        throw Error(fmt::format("{}: has {} rows and row_id.npy {}: make the tables again",
-                                (folder / "mode_rows.npy").string(), vibration->row.size() / vibration->modes(),
-                                tables.row_id.size()));
+        folder.fail("mode_rows.npy", fmt::format("has {} rows and row_id.npy {}",
+                                                 vibration->row.size() / vibration->modes(), tables.row_id.size()));
     return DrawnModes(tables, *std::move(vibration));
 }
 

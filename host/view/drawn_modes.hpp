@@ -2,7 +2,6 @@
 // u_r = sum over the loaded nodes i of (L_rest)_ri F_i + sum phi_kr q_k
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <vector>
@@ -31,6 +30,6 @@ private:
 };
 
 /// Of the tables in a folder; none where the body does not ring, or nothing of it is drawn.
-std::optional<DrawnModes> read_drawn_modes(const Tables& tables, const std::filesystem::path& folder);
+std::optional<DrawnModes> read_drawn_modes(const Tables& tables, const TablesFolder& folder);
 
 }  // namespace haptable

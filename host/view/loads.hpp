@@ -23,8 +23,8 @@ public:
     ContactLoads& operator=(const ContactLoads&) = delete;
 
     const Tables& tables() const { return tables_; }
-    std::uint64_t tables_hash() const { return model_.hash; }  ///< that messages of their servo carry
-    bool is_patch(PatchNodes nodes) const;                     ///< touchable, the nodes in any order
+    std::uint64_t tables_hash() const { return tables_.tables_hash; }  ///< that messages of their servo carry
+    bool is_patch(PatchNodes nodes) const;                             ///< touchable, the nodes in any order
 
     /// The load that the servo itself computes (equations 9 and 10, or C^-1 u; not cut to the device's limit), in
     /// newtons, for a contact on the patch `nodes` at area coordinates alpha. Before: is_patch(nodes).

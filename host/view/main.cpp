@@ -266,8 +266,8 @@ void print(const Report& report, const Options& options) {
     summary.print(options.json, options.quiet);
 }
 
-void make_page(const Options& options, const Tables& tables) {
-    const PageReport report = write_page(tables, options.folder, page_parts(), options.page, 1e6 * options.page_mb);
+void make_page(const Options& options) {
+    const PageReport report = write_page(options.folder, page_parts(), options.page, 1e6 * options.page_mb);
     SummaryLines summary;
     summary.add("page", options.page.string());
     summary.add("megabytes", 1e-6 * static_cast<double>(report.bytes));
@@ -287,7 +287,7 @@ void serve(Options& o) {
         fmt::print("{}\n", url);
         std::fflush(stdout);
     };
-    const LiveReport report = serve_session(read_tables(o.folder), o.folder, o.live);
+    const LiveReport report = serve_session(o.folder, o.live);
     SummaryLines summary;
     summary.add("pages", report.pages);
     summary.add("ticks", report.ticks);
@@ -319,7 +319,7 @@ void complete(Options& o) {
 
 void view(Options& options) {
     if (options.serve) return serve(options);
-    if (!options.page.empty()) return make_page(options, read_tables(options.folder));
+    if (!options.page.empty()) return make_page(options);
     if (options.out.empty()) throw BadCommandLine("--out is required");
     complete(options);
     const Tables tables = read_tables(options.folder);

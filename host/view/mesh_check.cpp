@@ -3,13 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/base/file.hpp"
-#include "host/base/json.hpp"
-
 namespace haptable {
 
-MeshCheck read_mesh_check(const std::filesystem::path& folder, std::size_t node_count) try {
-    const auto mesh = parse_json(read_file(folder / "summary.json")).at("mesh");
+MeshCheck read_mesh_check(const TablesFolder& folder, std::size_t node_count) try {
+    const auto mesh = folder.summary().at("mesh");
     const auto known = [&](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < node_count; };
     MeshCheck check;
     for (const auto& element : mesh.at("worst_elements")) {

@@ -4,8 +4,9 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <vector>
+
+#include "host/tables/folder.hpp"
 
 namespace haptable {
 
@@ -22,6 +23,6 @@ struct MeshCheck {
 
 /// Of the tables in `folder`. Where summary.json tells none (tables of an earlier version) or names nodes that there
 /// are not: none.
-MeshCheck read_mesh_check(const std::filesystem::path& folder, std::size_t node_count);
+MeshCheck read_mesh_check(const TablesFolder& folder, std::size_t node_count);
 
 }  // namespace haptable

@@ -32,7 +32,7 @@ Eigen::Vector3f to_float(const Eigen::Vector3d& v) { return v.cast<float>(); }
 
 }  // namespace
 
-Painter::Painter(const Tables& tables, const std::filesystem::path& folder, const ViewOptions& view, bool deform)
+Painter::Painter(const Tables& tables, const TablesFolder& folder, const ViewOptions& view, bool deform)
     : tables_(tables),
       view_(view),
       small_strain_m_(read_small_strain_depth(folder)),
@@ -46,7 +46,7 @@ Painter::Painter(const Tables& tables, const std::filesystem::path& folder, cons
         check_ = read_mesh_check(folder, tables.position.size());
 }
 
-Painter::Painter(const Sag& sag, const std::filesystem::path& folder, const ViewOptions& view)
+Painter::Painter(const Sag& sag, const TablesFolder& folder, const ViewOptions& view)
     : Painter(sag.tables, folder, view, false) {
     if (view.color != "displacement") throw Error("--color " + view.color + ": of a sag the colours show displacement");
     sag_m_ = &sag.displacement_m;

@@ -30,9 +30,9 @@ struct Ranges {
 class Painter {
 public:
     /// `folder`: of the tables. Without `deform` only the rest shape can be painted, and no columns are needed.
-    Painter(const Tables& tables, const std::filesystem::path& folder, const ViewOptions& view, bool deform);
+    Painter(const Tables& tables, const TablesFolder& folder, const ViewOptions& view, bool deform);
     /// The body under its own weight, whatever the frame; no columns are needed.
-    Painter(const Sag& sag, const std::filesystem::path& folder, const ViewOptions& view);
+    Painter(const Sag& sag, const TablesFolder& folder, const ViewOptions& view);
 
     /// Deforms the surface as the frame's loads do and widens the ranges by it.
     void measure(const ContactFrame& frame, Ranges& ranges);

@@ -8,14 +8,12 @@
 
 namespace haptable {
 
-Sag read_sag(Tables tables, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / "sag.npy";
-    if (!std::filesystem::exists(file))
-        throw Error(folder.string() + ": has no sag: give the scene a [gravity] and make the tables again");
-    const MappedNpy<double> sag_m(file);
+Sag read_sag(Tables tables, const TablesFolder& folder) {
+    if (!folder.has("sag.npy"))
+        throw Error(folder.text() + ": has no sag: give the scene a [gravity] and make the tables again");
+    const MappedNpy<double> sag_m(folder.file("sag.npy"));
     if (sag_m.shape() != std::vector<std::size_t>{tables.position.size(), 3})
-        throw Error(fmt::format("{}: does not have the {} nodes of position.npy: make the tables again", file.string(),
-                                tables.position.size()));
+        folder.fail("sag.npy", fmt::format("does not have the {} nodes of position.npy", tables.position.size()));
     Sag sag{std::move(tables), {}};
     sag.tables.patch = sag.tables.surface;
     sag.tables.row_id.clear();

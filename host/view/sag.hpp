@@ -15,6 +15,6 @@ struct Sag {
 };
 
 /// Of tables in `folder`. Throws Error where their scene has no [gravity].
-Sag read_sag(Tables tables, const std::filesystem::path& folder);
+Sag read_sag(Tables tables, const TablesFolder& folder);
 
 }  // namespace haptable

@@ -13,7 +13,6 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/index.hpp"
-#include "host/base/json.hpp"
 #include "host/base/vtu_text.hpp"
 
 namespace haptable {
@@ -39,15 +38,15 @@ Law read_law(const nlohmann::json& material) {
 }
 
 /// The scene's material, then those of its regions.
-std::vector<Law> read_laws(const std::filesystem::path& file) {
-    const auto json = parse_json_or_discard(read_file(file));
+std::vector<Law> read_laws(const TablesFolder& folder) {
+    const nlohmann::json& json = folder.summary();
     try {
         std::vector<Law> laws{read_law(json.at("material"))};
         if (json.contains("regions"))
             for (const auto& region : json.at("regions")) laws.push_back(read_law(region));
         return laws;
     } catch (const nlohmann::json::exception&) {
-        throw Error(file.string() + ": does not tell the material: make the tables again");
+        folder.fail("summary.json", "does not tell the material");
     }
 }
 
@@ -238,10 +237,10 @@ float von_mises(const Eigen::Matrix<float, 6, 1>& deviator_pa) {
     return std::sqrt(1.5F * (deviator_pa.head<3>().squaredNorm() + 2.0F * deviator_pa.tail<3>().squaredNorm()));
 }
 
-SurfaceStress::SurfaceStress(const Tables& tables, const std::filesystem::path& folder, const DrawnSurface& surface)
+SurfaceStress::SurfaceStress(const Tables& tables, const TablesFolder& folder, const DrawnSurface& surface)
     : share_(surface.nodes(), 0.0F) {
-    const MeshFile file(folder / "mesh.vtu");
-    const ElementLaws laws(read_laws(folder / "summary.json"), file);
+    const MeshFile file(folder.file("mesh.vtu"));
+    const ElementLaws laws(read_laws(folder), file);
     const NodePlaces nodes(tables, surface, file);
     const std::vector<Nodes> tets = file.tets();
     std::set<Patch> patches;

@@ -43,7 +43,7 @@ class SurfaceStress {
 public:
     /// Reads mesh.vtu and summary.json of the tables' folder. Throws Error that says what is in the way: columns of the
     /// surface alone, tables of an earlier version.
-    SurfaceStress(const Tables& tables, const std::filesystem::path& folder, const DrawnSurface& surface);
+    SurfaceStress(const Tables& tables, const TablesFolder& folder, const DrawnSurface& surface);
 
     /// [m] at every drawn node the mean over its elements at the surface, each taken at the node, Pa. displacement_m:
     /// [r,3] of equation 8.

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 PathLike = Union[str, "os.PathLike[str]"]
 
-_TYPES = {"HAPTABLE_STATE": "device_state", "HAPTABLE_FORCE": "servo_force", "HAPTABLE_CONTACT": "contact",
-          "HAPTABLE_STATUS": "servo_status"}
 _SYNC = 0xEDA1DA01
 _LONGEST_CHANNEL = 63
 _HEADER = struct.Struct(">IqqII")
@@ -78,9 +76,10 @@ class LogEvent(NamedTuple):
 
 
 def read_log(file: PathLike) -> Iterator[LogEvent]:
-    """The events of an LCM log as lcm-logger and haptable-run write it, in its order. haptable's messages are decoded.
-    Raises ValueError, which names the byte, where the file is none, and for a message that is damaged or of another
-    version of its type; what a crash cut off at the end is left out."""
+    """The events of an LCM log as lcm-logger and haptable-run write it, in its order. The messages of every channel of
+    haptable.messages.CHANNELS are decoded, a second finger's, poses and modes too. Raises ValueError, which names the
+    byte, where the file is none, and for a message that is damaged or of another version of its type; what a crash cut
+    off at the end is left out."""
     with open(file, "rb") as stream:
         size = os.fstat(stream.fileno()).st_size
         while len(header := stream.read(_HEADER.size)) == _HEADER.size:
@@ -103,7 +102,5 @@ def read_log(file: PathLike) -> Iterator[LogEvent]:
 
 
 def _decode(channel: str, data: bytes) -> Any:
-    name = _TYPES.get(channel)
-    if name is None:
-        return data
-    return getattr(importlib.import_module(f"haptable.messages.{name}"), name).decode(data)
+    message = importlib.import_module("haptable.messages").CHANNELS.get(channel)
+    return data if message is None else message.decode(data)

@@ -2,6 +2,8 @@
 """Bodies and servos: libhaptable (haptable_library.h), with NumPy's arrays as its memory."""
 from __future__ import annotations
 
+import enum
+import math
 import os
 from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
@@ -20,11 +22,31 @@ _new_touch = ffi.new_allocator(should_clear_after_alloc=False)
 _touch_type, _float32 = ffi.typeof("struct haptable_touch*"), np.dtype(np.float32)
 _buffer = ffi.buffer
 _COUNTERS = [ffi.string(lib.haptable_library_counter_name(i)).decode() for i in range(lib.haptable_library_counters())]
-_STATES = ("silent", "free", "contact", "rejected", "limited", "faulted")
+# As haptable-run and servo --poke do it: from outside, slowly enough that no search is left for the next tick.
+_CLEARANCE, _STEP, _HOLD, _HOLD_OF_MODES = 0.01, 2e-5, 100, 5000
 
 
 class HaptableError(Exception):
     """What the library refuses: one line that names the file and what to do."""
+
+    __module__ = "haptable"
+
+
+class State(enum.IntEnum):
+    """What a tick was, of Contact.state and of the field "state" of CONTACT.
+
+    A finger touches by coming through the surface from outside. Inside the body without having come through it, as at
+    a first position there, it is FREE: lead it in from outside, a little every tick, or use Body.poke. A position that
+    is not finite, or is farther from the last than the scene's max_speed lets a hand go in a tick, is REJECTED: the
+    servo's counters say which (rejected_positions, implausible), and the contact goes on from the next one
+    that is believed."""
+
+    SILENT = 0  #: no position yet, or none for 20 ms: zero force
+    FREE = 1  #: outside, or never came in through the surface: zero force
+    CONTACT = 2  #: the god-object is on the surface
+    REJECTED = 3  #: the position is none, or is not believed: zero force
+    LIMITED = 4  #: contact, with less force than the body's
+    FAULTED = 5  #: a fault waits to be acknowledged: zero force
 
 
 def _error() -> HaptableError:
@@ -47,12 +69,12 @@ class Contact:
         return self._touch.state in (2, 4)
 
     def __repr__(self) -> str:
-        return f"<Contact {self.state}, nodes {self.nodes.tolist()}, force {self.force.tolist()} N>"
+        return f"<Contact {self.state.name}, nodes {self.nodes.tolist()}, force {self.force.tolist()} N>"
 
     @property
-    def state(self) -> str:
-        """silent, free, contact, rejected, limited or faulted."""
-        return _STATES[self._touch.state]
+    def state(self) -> State:
+        """The number that replay has in the field "state", by name."""
+        return State(self._touch.state)
 
     @property
     def faults(self) -> int:
@@ -118,10 +140,10 @@ class Servo:
     """One finger on a body, with a state of its own; for one thread at a time. Calls release the GIL.
 
     >>> servo = load("build/cube").servo()
-    >>> servo.step([0.0, 0.0, 1.0]).state
-    'free'
-    >>> servo.step([0.0, float("nan"), 1.0]).state
-    'rejected'
+    >>> servo.step([0.0, 0.0, 1.0]).state.name
+    'FREE'
+    >>> servo.step([0.0, float("nan"), 1.0]).state.name
+    'REJECTED'
     >>> servo.counters["rejected_positions"]
     1
     """
@@ -135,23 +157,27 @@ class Servo:
         self._us = 0
 
     def step(self, position: ArrayLike, time: Optional[float] = None) -> Contact:
-        """One tick. position: [3] m, float32 is taken as it is. time: s; otherwise 1 ms after the last tick."""
+        """One tick. position: [3] m, float32 is taken as it is. time: s; otherwise 1 ms after the last tick. Raises
+        ValueError for another shape, and for a time that is not finite."""
         if (type(position) is not np.ndarray or position.dtype is not _float32 or position.shape != (3,)
                 or not position.flags.c_contiguous):
             position = _position(position)
         touch = _new_touch(_touch_type)
-        us = self._us if time is None else round(time * 1e6) & 0xFFFFFFFF
+        us = self._us if time is None else _microseconds(time)
         _step(self._finger, _from_buffer(_float3, position), us, touch)
         self._us = (us + 1000) & 0xFFFFFFFF
         return Contact(touch)
 
     def replay(self, positions: ArrayLike, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
-        """One tick a row, one a millisecond. positions: [n, 3] m. Returns [n] of dtype CONTACT, or fills `out`.
+        """One tick a row, one a millisecond. positions: [n, 3] m. Returns [n] of dtype CONTACT, or fills `out`. Raises
+        ValueError for other shapes.
 
         >>> path = np.float32([0.015, 0.015, 0.032]) - np.outer(np.arange(60), np.float32([0, 0, 1e-4]))
         >>> felt = load("build/cube").servo().replay(path)
         >>> felt["force"].shape, int(felt["state"][-1])
         ((60, 3), 2)
+        >>> bool(felt["state"][-1] == State.CONTACT)
+        True
         """
         x = np.ascontiguousarray(positions, np.float32)
         if x.ndim != 2 or x.shape[1] != 3:
@@ -209,10 +235,10 @@ class Pair:
     def step(self, first: Optional[ArrayLike], second: Optional[ArrayLike],
              time: Optional[float] = None) -> Tuple[Contact, Contact]:
         """One tick of both. Positions: [3] m; None: that finger is away, and the other feels what it would alone.
-        time: s; otherwise 1 ms after the last tick."""
+        time: s; otherwise 1 ms after the last tick. Raises ValueError as Servo.step does."""
         position = [ffi.NULL if x is None else _from_buffer(_float3, _position(x)) for x in (first, second)]
         touch = ffi.new("struct haptable_touch[2]")
-        us = self._us if time is None else round(time * 1e6) & 0xFFFFFFFF
+        us = self._us if time is None else _microseconds(time)
         lib.haptable_fingers_step(self._fingers, position[0], position[1], us, touch)
         self._us = (us + 1000) & 0xFFFFFFFF
         return _contact_of(touch[0]), _contact_of(touch[1])
@@ -298,14 +324,74 @@ class Body:
         """Two fingers without contact, of a scene that has them."""
         return Pair(self)
 
+    @property
+    def normals(self) -> NDArray[np.float64]:
+        """[N, 3] of length 1, outwards at rest: of a mesh node on the surface the mean of its patches by area;
+        0 inside.
+
+        >>> body = load("build/cube")
+        >>> top = int(np.argmin(np.linalg.norm(body.rest - (0.015, 0.015, 0.03), axis=1)))
+        >>> body.normals[top].round(6).tolist()
+        [0.0, 0.0, 1.0]
+        """
+        a, b, c = (self.rest[self.surface[:, corner]] for corner in range(3))
+        normals = np.zeros_like(self.rest)
+        for corner in range(3):
+            np.add.at(normals, self.surface[:, corner], np.cross(b - a, c - a))
+        size = np.linalg.norm(normals, axis=1, keepdims=True)
+        result: NDArray[np.float64] = np.divide(normals, size, out=normals, where=size > 0.0)
+        return result
+
+    def poke(self, points: ArrayLike, depth: ArrayLike, direction: Optional[ArrayLike] = None) -> NDArray[Any]:
+        """What a finger feels that is pushed straight in and rests there, as servo --poke has it: from 1 cm outside at
+        20 mm/s, then 0.1 s of rest (5 s of a body that rings). Each point has a servo of its own.
+
+        points: [..., 3] m, where it goes through the surface; depth: [...] m beyond; direction: [..., 3] of any length,
+        or where it is None against the normal of the surface node that is nearest. They are broadcast. Returns [...] of
+        dtype CONTACT; FREE where the way meets no touchable patch. Raises ValueError for other shapes, for numbers that
+        are not finite, and for a body that nothing holds, which would give way.
+
+        >>> body = load("build/cube")
+        >>> felt = body.poke((0.015, 0.015, 0.03), [1e-3, 2e-3])
+        >>> felt.shape, bool(felt["force"][1, 2] > felt["force"][0, 2] > 0)
+        ((2,), True)
+        """
+        if self.free:
+            raise ValueError(f"{self.name}: nothing holds it, and a poke would push it away: use Servo.step")
+        at = np.asarray(points, np.float64)
+        if at.shape[-1:] != (3,):
+            raise ValueError(f"points: [..., 3] in m, not {list(at.shape)}")
+        if direction is None:
+            nodes = np.unique(self.surface)
+            normals, rest = self.normals[nodes], self.rest[nodes]
+            nearest = np.array([np.argmin(np.linalg.norm(rest - x, axis=1)) for x in at.reshape(-1, 3)], int)
+            inwards = -normals[nearest].reshape(at.shape)
+        else:
+            inwards = np.asarray(direction, np.float64)
+            if inwards.shape[-1:] != (3,):
+                raise ValueError(f"direction: [..., 3], not {list(inwards.shape)}")
+        at, inwards, deep = np.broadcast_arrays(at, inwards, np.asarray(depth, np.float64)[..., None])
+        size = np.linalg.norm(inwards, axis=-1, keepdims=True)
+        if not (np.isfinite(at).all() and np.isfinite(inwards).all() and np.isfinite(deep).all() and (size > 0).all()):
+            raise ValueError("points, depth, direction: finite, and a direction that has a length")
+        felt = np.empty(at.shape[:-1], CONTACT)
+        hold = _HOLD_OF_MODES if self.modes else _HOLD
+        for index in np.ndindex(felt.shape):
+            way = _CLEARANCE + float(deep[index][0])
+            steps = max(math.ceil(way / _STEP), 1)
+            share = np.minimum(np.arange(steps + hold + 1) / steps, 1.0)[:, None]
+            path = at[index] + (way * share - _CLEARANCE) * (inwards[index] / size[index])
+            felt[index] = self.servo().replay(path)[-1]
+        return felt
+
     def deform(self, contact: Union[Contact, np.void], rows: Optional[Sequence[int]] = None,
                out: Optional[NDArray[np.float32]] = None,
                swung: Optional[ArrayLike] = None) -> NDArray[np.float32]:
         """Displacements [rows, 3] in m under a contact's load (equation 8): of all rows, in the order of row_nodes, or
         of those numbered in `rows`. contact: of step, or one element of what replay gives. swung: what Servo.swung was
         in that tick, of a body that rings. rows: [k] whole numbers. out: [k, 3] float32, contiguous and writeable.
-        Raises ValueError for arrays of other shapes, TypeError for rows that are no whole numbers, HaptableError for
-        rows that there are not, and where the tables have no columns."""
+        Raises ValueError for arrays of other shapes, TypeError for rows that are no whole numbers and for another kind
+        of contact, HaptableError for rows that there are not, and where the tables have no columns."""
         q = np.ascontiguousarray([] if swung is None else swung, np.float32)
         if q.shape != (self.modes,):
             raise ValueError(f"swung: [{self.modes}], as Servo.swung has it")
@@ -341,6 +427,13 @@ def _position(position: ArrayLike) -> NDArray[np.float32]:
     return x
 
 
+def _microseconds(time: float) -> int:
+    """Of the servo's clock, which wraps."""
+    if not math.isfinite(time):
+        raise ValueError(f"time: finite, in s, not {time}")
+    return round(time * 1e6) & 0xFFFFFFFF
+
+
 def _finger(number: int) -> int:
     if number not in (0, 1):
         raise IndexError(f"finger: 0 or 1, not {number}")
@@ -374,14 +467,19 @@ def _touch_of(contact: np.void) -> Any:
 
 def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = None) -> Body:
     """The folder that haptable-precompute wrote, every file checked by its hash. tables_hash: 16 hex digits of the
-    tables that are wanted. Raises HaptableError.
+    tables that are wanted. Raises HaptableError, and ValueError for a tables_hash that is none.
 
     >>> load("no/such/folder")
     Traceback (most recent call last):
       ...
-    haptable._servo.HaptableError: no/such/folder/summary.json: is not there: make the tables with haptable-precompute
+    haptable.HaptableError: no/such/folder/summary.json: is not there: make the tables with haptable-precompute
     """
-    wanted = int(tables_hash, 16) if tables_hash else 0
+    try:
+        wanted = int(tables_hash, 16) if tables_hash else 0
+    except ValueError:
+        raise ValueError(f"tables_hash: 16 hex digits, not {tables_hash!r}") from None
+    if not 0 <= wanted < 2**64:
+        raise ValueError(f"tables_hash: 16 hex digits, not {tables_hash!r}")
     handle = lib.haptable_object_load(os.fsencode(folder), wanted)
     if handle == ffi.NULL:
         raise _error()

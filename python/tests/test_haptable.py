@@ -3,6 +3,7 @@
 
 HAPTABLE_LOG: a log of our own writer with known messages (tests/packaging/python_test.cpp makes it)."""
 import doctest
+import json
 import os
 import pathlib
 import struct
@@ -59,7 +60,7 @@ class Package(unittest.TestCase):
         for row, position in zip(felt, positions):
             contact = servo.step(position)
             self.assertEqual(bool(contact), row["state"] in (2, 4))
-            for name in ("force", "god_object", "nodes", "alpha", "nodal_forces"):
+            for name in ("state", "faults", "force", "god_object", "nodes", "alpha", "nodal_forces"):
                 self.assertTrue(np.array_equal(getattr(contact, name), row[name]), name)
         self.assertEqual(servo.counters["ticks"], 60)
         self.assertGreater(servo.energy["stored_j"], 0.0)
@@ -109,6 +110,55 @@ class Package(unittest.TestCase):
             self.body.servo().replay([[0.0, 1.0]])
         with self.assertRaises(ValueError):
             self.body.servo().replay(press(), np.empty(59, haptable.CONTACT))
+
+    def test_errors_are_the_documented_ones(self):
+        servo = self.body.servo()
+        for time in (float("nan"), float("inf")):
+            with self.assertRaisesRegex(ValueError, "time: finite"):
+                servo.step([0, 0, 1], time)
+        for wrong in ("word", "-1", "1" + 16 * "0"):
+            with self.assertRaisesRegex(ValueError, "tables_hash: 16 hex digits"):
+                haptable.load(CUBE, wrong)
+        self.assertEqual(haptable.HaptableError.__module__, "haptable")
+        with self.assertRaises(TypeError):
+            self.body.deform(np.zeros(3))
+
+    def test_a_state_has_one_name(self):
+        # Inside without having come in, and a jump: what each is called, and counted as.
+        servo = self.body.servo()
+        inside = servo.step((0.015, 0.015, 0.015))
+        self.assertEqual((inside.state, bool(inside)), (haptable.State.FREE, False))
+        positions = np.vstack([press(), [[0.015, 0.015, 0.5]], [[np.nan, 0, 0]]]).astype(np.float32)
+        felt, servo = self.body.servo().replay(positions), self.body.servo()
+        states = [servo.step(x).state for x in positions]
+        self.assertEqual(states, felt["state"].tolist())
+        self.assertEqual(states[-2:], [haptable.State.REJECTED] * 2)
+        self.assertEqual((servo.counters["implausible"], servo.counters["rejected_positions"]), (1, 1))
+        self.assertEqual(haptable.State(felt["state"][59]).name, "CONTACT")
+
+    def test_a_poke_is_the_servos(self):
+        felt = self.body.poke((0.012, 0.014, 0.03), 0.003, (0, 0, -2.0))
+        said = subprocess.run([CUBE / "servo", "--poke", "0.012,0.014,0.03", "--depth", "0.003", "--json"], check=True,
+                              capture_output=True, text=True).stdout
+        self.assertEqual(" ".join(f"{float(x):.6g}" for x in felt["force"]), json.loads(said)["force_n"])
+        # By the surface's normal, and many at once.
+        nodes = np.unique(self.body.patches)
+        nodes = nodes[np.abs(self.body.rest[nodes, 2] - 0.03) < 1e-9]
+        normals = self.body.normals
+        inside = np.setdiff1d(np.arange(len(normals)), np.unique(self.body.surface))
+        self.assertTrue(np.allclose(np.linalg.norm(normals[np.unique(self.body.surface)], axis=1), 1.0))
+        self.assertEqual(np.count_nonzero(normals[inside]), 0)
+        outwards = ((self.body.rest - 0.015) * normals).sum(axis=1)
+        self.assertTrue((outwards[np.unique(self.body.surface)] > 0).all())
+        many = self.body.poke(self.body.rest[nodes], 1e-3)
+        self.assertEqual(many.shape, nodes.shape)
+        one = self.body.poke(self.body.rest[nodes[3]], 1e-3, -normals[nodes[3]])
+        self.assertTrue(np.array_equal(one["force"], many[3]["force"]))
+        self.assertEqual(self.body.poke((0.5, 0.5, 0.5), 0.001, (0, 0, -1))["state"], haptable.State.FREE)
+        for wrong in (((0, 0), 1, (0, 0, 1)), ((0, 0, 0), 1, (0, 0)), ((0, 0, 0), np.nan, (0, 0, 1)),
+                      ((0, 0, 0), 1, (0, 0, 0)), ((0, 0, np.inf), 1, (0, 0, 1)), ((0, 0, 0), [1, 2], np.ones((3, 3)))):
+            with self.assertRaises(ValueError):
+                self.body.poke(*wrong)
 
     def test_arrays_that_do_not_fit_are_refused(self):
         felt = self.body.servo().replay(press())[-1]
@@ -205,7 +255,7 @@ class Package(unittest.TestCase):
         for row, x in zip(alone, first):
             contact, away = half.step(x, None)
             self.assertTrue(np.array_equal(contact.force, row["force"]))
-            self.assertEqual(away.state, "silent")
+            self.assertEqual(away.state, haptable.State.SILENT)
         with self.assertRaisesRegex(ValueError, "of each finger"):
             pair.replay(first, second[1:])
 
@@ -215,6 +265,8 @@ class Package(unittest.TestCase):
         program = BUILD / "bin" / "haptable-precompute"
         body = haptable.load(haptable.precompute("meshes/grasp-cube.toml", self.path / "grasp", program=program))
         self.assertTrue(body.free)
+        with self.assertRaisesRegex(ValueError, "nothing holds it"):
+            body.poke((0, 0.015, 0.015), 0.001, (1, 0, 0))
         pair, held = body.pair(), 0.0
         for tick in range(2500):  # squeezed from two sides, lifted by 16 mm, and held
             inwards, up = 4e-6 * min(tick, 400) - 1e-4, 2e-5 * min(max(tick - 500, 0), 800)
@@ -241,7 +293,7 @@ class Package(unittest.TestCase):
             contact = servo.step(side + np.float32([x, 0, 0]))
         self.assertTrue(contact)
         free = [(servo.step(side - np.float32([0.01, 0, 0])), servo.swung) for _ in range(300)]
-        self.assertEqual(free[-1][0].state, "free")
+        self.assertEqual(free[-1][0].state, haptable.State.FREE)
         moved = np.array([body.deform(felt, swung=swung)[:, 0] for felt, swung in free])
         at = int(np.argmax(np.abs(moved).max(axis=0)))
         self.assertGreater(moved[:, at].max(), 1e-5)
@@ -262,17 +314,25 @@ class Package(unittest.TestCase):
 
     @unittest.skipUnless("HAPTABLE_LOG" in os.environ, "no HAPTABLE_LOG")
     def test_reads_logs(self):
+        from haptable import messages
         events = list(haptable.read_log(os.environ["HAPTABLE_LOG"]))
-        self.assertEqual([e.channel for e in events], ["HAPTABLE_STATE", "HAPTABLE_FORCE", "HAPTABLE_CONTACT", "OTHER"])
-        self.assertEqual([e.utime for e in events], [1, 2, 3, 4])
-        state, force, contact, other = (e.message for e in events)
-        self.assertEqual(tuple(state.position_m), (0.25, -0.5, 1.0))
-        self.assertEqual((force.seq, tuple(force.force_n)), (7, (0.0, 0.0, 1.5)))
+        self.assertEqual([e.channel for e in events], [*messages.CHANNELS, "OTHER"])
+        self.assertEqual([e.utime for e in events], list(range(1, len(events) + 1)))
+        for event in events[:-1]:  # each has its channel's type, and its time again
+            self.assertIs(type(event.message), messages.CHANNELS[event.channel])
+            self.assertEqual(event.message.utime, event.utime)
+        by = {e.channel: e.message for e in events}
+        self.assertEqual(tuple(by["HAPTABLE_STATE"].position_m), (0.25, -0.5, 1.0))
+        self.assertEqual(tuple(by["HAPTABLE_FORCE_2"].force_n), (0.0, 0.0, 1.5))
+        contact = by["HAPTABLE_CONTACT_2"]
         self.assertEqual((list(contact.node), [list(f) for f in contact.force_n]), ([3, 5], [[1, 2, 3], [4, 5, 6]]))
-        self.assertEqual(other, b"bytes")
+        self.assertEqual(tuple(by["HAPTABLE_BODY"].centre_m), (0.0, 0.5, 0.0))
+        self.assertEqual((by["HAPTABLE_MODES"].count, by["HAPTABLE_MODES"].swung[1]), (2, 0.75))
+        self.assertEqual((by["HAPTABLE_STATUS"].name, by["HAPTABLE_STATUS"].value), (["ticks"], [9]))
+        self.assertEqual(by["OTHER"], b"bytes")
         cut = self.path / "cut.lcmlog"
         cut.write_bytes(pathlib.Path(os.environ["HAPTABLE_LOG"]).read_bytes()[:-3])
-        self.assertEqual(len(list(haptable.read_log(cut))), 3)
+        self.assertEqual(len(list(haptable.read_log(cut))), len(events) - 1)
         with self.assertRaisesRegex(ValueError, "no event of an LCM log"):
             list(haptable.read_log("README.md"))
 

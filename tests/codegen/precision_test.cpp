@@ -209,13 +209,13 @@ TEST(Precision, TheServoTakesPackedTablesThroughAWholeStep) {
     const TestModel ball(sphere_shape(3, 0.05));
     const Stored exact(ball, Storage::kFloat32), packed(ball, Storage::kInt16);
     haptable_servo a, b;
-    haptable_init(&a);
-    haptable_init(&b);
+    haptable_servo_init(&a);
+    haptable_servo_init(&b);
     for (std::uint32_t tick = 0; tick < 200; ++tick) {
         const float finger[3] = {0.002F, 0.003F, 0.055F - 0.0001F * static_cast<float>(tick)};
         haptable_output one, other;
-        haptable_step(&exact.model, &a, finger, 1000 * tick, &one);
-        haptable_step(&packed.model, &b, finger, 1000 * tick, &other);
+        haptable_servo_step(&exact.model, &a, finger, 1000 * tick, &one);
+        haptable_servo_step(&packed.model, &b, finger, 1000 * tick, &other);
         ASSERT_EQ(one.state, other.state);
         ASSERT_EQ(one.patch, other.patch);
         for (int k = 0; k < 3; ++k)

@@ -570,7 +570,7 @@ TEST(Faults, AForceThatEndsOnTheSurfaceIsReleased) {
     haptable_model released = *model.get();
     released.release_n = 0.01F;
     haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     servo.contact.patch = 0;
     servo.felt_n[2] = 0.5F;
     const float motion_m[3] = {1e-4F, 0.0F, 0.0F};
@@ -588,7 +588,7 @@ TEST(Faults, NoMoreIsHeldBackThanIsStored) {
     released.release_n = 0.01F;
     released.stiffness_limit_n_per_m = 1000.0F;
     haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     servo.contact.patch = 0;
     servo.contact.god_object_m[2] = 0.0F;
     servo.finger_m[2] = -1e-3F;

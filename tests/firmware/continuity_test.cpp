@@ -40,10 +40,10 @@ struct Slide {
 Slide slide(const haptable_model& model, double depth_m, int ticks_per_ms = 1) {
     haptable_servo servo;
     haptable_output out;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     const auto to = [&](const Vector3d& x) {
         const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
-        haptable_step(&model, &servo, finger, 0, &out);
+        haptable_servo_step(&model, &servo, finger, 0, &out);
         return to_vector(out.force_n);
     };
     const Vector3d begin(0.006, 0.011, 0.03 - depth_m);
@@ -93,16 +93,16 @@ TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
             for (int press = 0; press < 100; ++press) {
                 haptable_servo servo;
                 haptable_output out, then;
-                haptable_init(&servo);
+                haptable_servo_init(&servo);
                 float finger[3] = {over(random), over(random), 0.0301F};
                 const float end = 0.03F - deep(random), step = (finger[2] - end) / 20.0F;
-                haptable_step(&model, &servo, finger, 0, &out);
+                haptable_servo_step(&model, &servo, finger, 0, &out);
                 for (int tick = 0; tick < 20; ++tick, finger[2] -= step, finger[0] += 1e-5F)
-                    haptable_step(&model, &servo, finger, 0, &out);
-                for (int tick = 0; tick < 4; ++tick) haptable_step(&model, &servo, finger, 0, &out);
+                    haptable_servo_step(&model, &servo, finger, 0, &out);
+                for (int tick = 0; tick < 4; ++tick) haptable_servo_step(&model, &servo, finger, 0, &out);
                 EXPECT_EQ(out.state, HAPTABLE_CONTACT);
                 for (int tick = 0; tick < 20; ++tick) {
-                    haptable_step(&model, &servo, finger, 0, &then);
+                    haptable_servo_step(&model, &servo, finger, 0, &then);
                     ASSERT_EQ(std::memcmp(out.force_n, then.force_n, sizeof out.force_n), 0) << force << " " << god;
                     ASSERT_EQ(std::memcmp(out.alpha, then.alpha, sizeof out.alpha), 0) << force << " " << god;
                 }

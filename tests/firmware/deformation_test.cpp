@@ -13,6 +13,7 @@
 #include "host/tables/npy.hpp"
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/finger.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 
@@ -32,11 +33,11 @@ protected:
     template <typename Each>
     void run(Each each) const {
         haptable_servo servo;
-        haptable_init(&servo);
-        haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
+        haptable_servo_init(&servo);
+        check_tables(model, servo);
         for (std::size_t i = 0; i < path_m.size(); ++i) {
             haptable_output out;
-            haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+            haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
             each(i, out);
         }
     }

@@ -106,7 +106,7 @@ TEST(LineFrame, HasTheDocumentedBytes) {
                                first.nodal_force_n[1], first.nodal_force_n[2]})
         for (int a = 0; a < 3; ++a) three[a] = ++value;
     value = 0.0F;
-    haptable_line_pose& pose = answer.pose;
+    haptable_body_pose& pose = answer.pose;
     for (const auto& [floats, count] : {std::pair{pose.position_m, 3}, std::pair{pose.turn, 4},
                                         std::pair{pose.velocity_m_per_s, 3}, std::pair{pose.spin_rad_per_s, 3}})
         for (int a = 0; a < count; ++a) floats[a] = value -= 0.5F;
@@ -167,7 +167,7 @@ TEST(LineFrame, ComesOutAsItWentIn) {
             EXPECT_EQ(std::memcmp(a.nodal_force_n, b.nodal_force_n, sizeof a.nodal_force_n), 0);
         }
         const haptable_line_answer none{};
-        const haptable_line_pose& pose = parts.is_free ? answer.pose : none.pose;
+        const haptable_body_pose& pose = parts.is_free ? answer.pose : none.pose;
         EXPECT_TRUE(same_bits(got.pose.position_m, pose.position_m) && same_bits(got.pose.turn, pose.turn));
         EXPECT_TRUE(same_bits(got.pose.velocity_m_per_s, pose.velocity_m_per_s));
         EXPECT_TRUE(same_bits(got.pose.spin_rad_per_s, pose.spin_rad_per_s));
@@ -294,7 +294,8 @@ public:
         haptable_line_answer answer{};
         for (int f = 0; f < hello.fingers; ++f)
             if ((state.begins >> f & 1) != 0)
-                haptable_watch(&beside.servo(f), beside.servo(f).position_us + HAPTABLE_SILENCE_US, &answer.out[f]);
+                haptable_servo_watch(&beside.servo(f), beside.servo(f).position_us + HAPTABLE_SILENCE_US,
+                                     &answer.out[f]);
         if (const haptable_body_state* body = beside.body()) {
             std::copy_n(body->position_m, 3, answer.pose.position_m);
             std::copy_n(body->turn, 4, answer.pose.turn);

@@ -79,7 +79,7 @@ haptable_output step(const haptable_model& model, haptable_servo& servo,
     haptable_counters& tick = servo.counters;
     tick.most_steps = tick.most_held_steps = tick.most_boxes = tick.most_energies = 0;
     haptable_output out;
-    haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+    haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
     return out;
 }
 
@@ -105,8 +105,9 @@ TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
                 const TargetImage image(build_folder(), "cube", target);
                 if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
                 const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-                haptable_servo servo;
-                haptable_init(&servo);
+                haptable_room room{};
+                haptable_servo& servo = room.fingers.servo[0];
+                haptable_servo_init(&servo);
                 for (std::size_t i = 0; i < path_m.size(); ++i)
                     ASSERT_TRUE(same(ticks[i], step(model, servo, path_m, i))) << target << " tick " << i;
                 EXPECT_GT(servo.counters.contact_ticks, 90U) << target;
@@ -137,8 +138,9 @@ std::uint64_t relaxing_tick(const TargetImage& image, const RelaxingBody& body,
                             const std::vector<std::array<float, 3>>& path_m) {
     const haptable_model model = body.model();
     const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    haptable_servo_init(&servo);
     std::size_t behind = 0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         const haptable_output out = step(model, servo, path_m, i);
@@ -257,12 +259,12 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
         for (const Mode& mode : every_mode()) {
             if (mode.force != ForceLaw::kInterpolated) continue;  // its blocks are made up
-            haptable_freed freed{};
-            const haptable_model model = in_mode(*tip.get(), mode, &freed);
+            const haptable_model model = in_mode(*tip.get(), mode);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
             const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-            haptable_servo servo;
-            haptable_init(&servo);
+            haptable_room room{};
+            haptable_servo& servo = room.fingers.servo[0];
+            haptable_servo_init(&servo);
             for (std::size_t i = 0; i < path_m.size(); ++i) {
                 const haptable_output out = step(model, servo, path_m, i);
                 ASSERT_TRUE(same(ticks[i], out)) << mode.name() << " tick " << i;
@@ -289,14 +291,14 @@ std::array<std::uint64_t, 2> reference(const std::string& words) {
 TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const ElasticBody& touched = body(one.body, one.mode.force);
-    haptable_freed freed{};
-    const haptable_model model = in_mode(touched.model(), one.mode, &freed);
+    const haptable_model model = in_mode(touched.model(), one.mode);
     const auto path_m = hard_path(touched.tables(), 60);
     const std::vector<TargetTick> ticks = image.measure({model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(one.mode, fan);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    haptable_servo_init(&servo);
     std::uint64_t worst = 0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         const haptable_output out = step(model, servo, path_m, i);

@@ -83,8 +83,7 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const TargetImage image(build_folder(), "cube", one.target);
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const ElasticBody& touched = body(one.mode.force, one.coupling_bytes);
-    haptable_freed freed{};
-    const haptable_model model = in_mode(touched.model(), one.mode, &freed);
+    const haptable_model model = in_mode(touched.model(), one.mode);
     Tables tables = touched.tables();
     const ServoPair servo = build_pair(touched.pair(), tables, touched.servo());
     const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);
@@ -93,7 +92,8 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const std::vector<TargetTick> ticks = image.measure({model, &pair_model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const PairTickCost each = pair_cost_of(one.mode, fan);
-    haptable_pair pair;
+    haptable_room room{};
+    haptable_pair& pair = room.fingers;
     haptable_pair_init(&pair_model, &pair);
     std::size_t both = 0;
     double most = 0.0;

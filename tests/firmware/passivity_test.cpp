@@ -31,10 +31,11 @@ protected:
     /// J: the most that all hands were given since the session's begin, less what they gave.
     double most_given(const haptable_model& model, std::uint32_t seed) const {
         const haptable_pair_model tables = pair_in_memory(coupling_, body_.tables(), model);
-        haptable_pair pair;
+        haptable_room room{};
+        haptable_pair& pair = room.fingers;
         haptable_servo servo;
         haptable_pair_init(&tables, &pair);
-        haptable_init(&servo);
+        haptable_servo_init(&servo);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> over(0.0, 0.03), height(0.01, 0.04);
         Hand hand[2];
@@ -52,7 +53,7 @@ protected:
             if (fingers() == 2)
                 haptable_pair_step(&tables, &pair, first.data(), second.data(), 1000 * tick, out);
             else
-                haptable_step(&model, &servo, first.data(), 1000 * tick, out);
+                haptable_servo_step(&model, &servo, first.data(), 1000 * tick, out);
             for (int f = 0; f < fingers(); ++f) {
                 const Vector3d from = hand[f].at_m, force = to_vector(out[f].force_n);
                 hand[f].move(force);

@@ -41,17 +41,14 @@ public:
         model_.rest_share = law.rest_share;
         model_.tick_share = law.tick_share;
         model_.relaxation_reach_m = 0.005F;
-        model_.relaxed = &relaxed_;
     }
     Relaxing(const Relaxing&) = delete;
     Relaxing& operator=(const Relaxing&) = delete;
     haptable_model& model() { return model_; }
-    const haptable_relaxed& relaxed() const { return relaxed_; }
 
 private:
     haptable_model model_;
     std::vector<std::array<float, 3>> row_;
-    haptable_relaxed relaxed_{};
 };
 
 /// A cube whose every point is a spring of 500 N/m at once.
@@ -328,12 +325,12 @@ Walk wander(Relaxing& body, const std::vector<RelaxationTerm>& terms, double ste
         if ((aim - x).norm() < step_m) aim = {anywhere(random), anywhere(random), anywhere(random)};
         x += step_m * (aim - x).normalized();
         const Vector3d from = finger.at();
-        const haptable_relaxed before = body.relaxed();
+        const haptable_relaxed before = finger.relaxed();
         finger.to(x);
-        const bool goes_on = before.pressed == 0.0F || body.relaxed().pressed != 0.0F;
+        const bool goes_on = before.pressed == 0.0F || finger.relaxed().pressed != 0.0F;
         const bool is_new = finger.touches() && before.touches == 0;
-        const double lost = goes_on && !is_new ? lost_in_tick(terms, before, body.relaxed()) : 0.0;
-        const double size = std::pow(double(std::max(before.dent, body.relaxed().dent)), 2);
+        const double lost = goes_on && !is_new ? lost_in_tick(terms, before, finger.relaxed()) : 0.0;
+        const double size = std::pow(double(std::max(before.dent, finger.relaxed().dent)), 2);
         double worst = 0.0;
         for (const RelaxationTerm& term : terms) worst = std::max(worst, term.time_s / kTick_s);
         walk.negative += lost < -8.0 * kFloat * (1.0 + worst) * size;
@@ -419,19 +416,20 @@ TEST(Relaxation, AGrabbedBodyIsPulledToo) {
     grabbed.god_object = haptable_god_object_grab;
     const RelaxationTerm term{0.6, 0.5};
     Relaxing body(grabbed, {term}, true);
-    haptable_servo servo;
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
     haptable_output out;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     std::uint32_t time_us = 0;
     ExactTerms exact_terms({term});
     const auto to = [&](double x, double depth_m) {
         const float at[3] = {float(0.0145 + x), 0.0151F, float(kTop_m - depth_m)};
-        haptable_step(&body.model(), &servo, at, time_us += HAPTABLE_TICK_US, &out);
+        haptable_servo_step(&body.model(), &servo, at, time_us += HAPTABLE_TICK_US, &out);
         return double(float(kTop_m)) - double(at[2]);
     };
     to(0.0, -1e-6);
     exact_terms.to(to(0.0, 1e-4));
-    haptable_buttons(&servo, HAPTABLE_BUTTON_GRAB);
+    haptable_servo_buttons(&servo, HAPTABLE_BUTTON_GRAB);
     for (int tick = 0; tick < 5000; ++tick) {
         const double force = kSpring * exact_terms.to(to(0.0, 1e-4 + 0.002 * std::sin(0.004 * tick)));
         ASSERT_WITHIN(std::abs(double(out.force_n[2]) - force), exact(0.0021)) << tick;
@@ -439,15 +437,47 @@ TEST(Relaxation, AGrabbedBodyIsPulledToo) {
     EXPECT_LT(out.force_n[2], 1.0F);
 }
 
-TEST(Relaxation, WhatAnotherServoOrAPauseLeftIsForgotten) {
+// One const model: what one servo presses is nothing to the other, which begins later and elsewhere.
+TEST(Relaxation, TwoServosShareAModel) {
+    const Springs springs;
+    for (const bool held : {false, true}) {
+        Relaxing body(springs.model(), {{0.5, 0.5}}, held);
+        const haptable_model& shared = body.model();
+        haptable_room room[2]{};
+        for (haptable_room& each : room) haptable_servo_init(&each.fingers.servo[0]);
+        Finger one(shared), two(shared);
+        Finger* const alone[2] = {&one, &two};
+        for (int tick = 0; tick < 2000; ++tick) {
+            const Vector3d at[2] = {
+                {0.0145, 0.0151, kTop_m - (tick > 0 ? 0.003 : -1e-6)},
+                {0.021, 0.008, kTop_m - (tick > 700 ? 0.002 + 0.001 * std::sin(0.01 * tick) : -1e-3)}};
+            for (int f = 0; f < 2; ++f) {
+                const float x[3] = {float(at[f].x()), float(at[f].y()), float(at[f].z())};
+                haptable_output out;
+                haptable_servo_step(&shared, &room[f].fingers.servo[0], x,
+                                    static_cast<std::uint32_t>(tick + 1) * HAPTABLE_TICK_US, &out);
+                alone[f]->to(at[f]);
+                ASSERT_EQ(to_vector(out.force_n), alone[f]->force()) << f << " at tick " << tick;
+            }
+        }
+        EXPECT_LT(one.force().z(), 0.52 * kSpring * 0.003) << "it has relaxed";
+        EXPECT_GT(two.force().z(), 0.52 * kSpring * 0.002) << "and this one less";
+    }
+}
+
+TEST(Relaxation, WhatAPauseLeftIsForgotten) {
     const Springs springs;
     Relaxing body(springs.model(), {{0.5, 10.0}});
-    Press one(body);
-    for (int tick = 0; tick < 20'000; ++tick) one.to(0.003);
-    EXPECT_LT(one.finger().force().z(), 0.6 * kSpring * 0.003);
-    Press two(body);
-    two.to(0.0);
-    EXPECT_WITHIN(std::abs(two.to(0.003) - kSpring * 0.003), .epsilon = 1e-3, .size = kSpring * 0.003);
+    Finger finger(body.model());
+    const auto press = [&](std::uint32_t after_us) {
+        finger.to({0.0145, 0.0151, kTop_m + 1e-6}, after_us);
+        return finger.to({0.0145, 0.0151, kTop_m - 0.003}).force_n[2];
+    };
+    const float fresh_n = press(HAPTABLE_TICK_US);
+    for (int tick = 0; tick < 20'000; ++tick) finger.to({0.0145, 0.0151, kTop_m - 0.003});
+    EXPECT_LT(finger.force().z(), 0.6 * kSpring * 0.003);
+    EXPECT_EQ(press(HAPTABLE_SILENCE_US), fresh_n);
+    EXPECT_LT((finger.to({0.0145, 0.0151, kTop_m + 1e-6}), press(HAPTABLE_TICK_US)), fresh_n) << "a dent is met later";
 }
 
 }  // namespace

@@ -27,17 +27,17 @@ public:
         Tables tables = box_.tables();
         tables.limits = limits;
         set_modes(tables, model_);
-        model_.crc = haptable_tables_crc(&model_);
-        haptable_init(&servo);
-        haptable_check(&model_, &servo, HAPTABLE_CHECK_ALL);
+        model_.crc = haptable_crc_of(&model_, haptable_span_of_model);
+        haptable_servo_init(&servo);
+        check_tables(model_, servo);
     }
 
     const haptable_output& to(const Vector3d& x, std::uint32_t buttons = 0, std::uint32_t after_us = 1000) {
         const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
         finger_m = to_vector(finger);
         before_n = to_vector(out.force_n);
-        haptable_buttons(&servo, buttons);
-        haptable_step(&model_, &servo, finger, now_us += after_us, &out);
+        haptable_servo_buttons(&servo, buttons);
+        haptable_servo_step(&model_, &servo, finger, now_us += after_us, &out);
         return out;
     }
     /// Down onto the top, to a depth in m, over some ticks.
@@ -122,7 +122,7 @@ TEST(Plausible, ASensorThatGlitchesAgainAndAgainIsAFaultThatLatches) {
     for (int tick = 0; tick < 3000; ++tick) servo.to(Guarded::at(-0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
     EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED) << "a button that is held down from before acknowledges nothing";
     EXPECT_EQ(int{servo.out.faults}, HAPTABLE_FAULT_POSITIONS);
-    haptable_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out);
+    haptable_servo_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out);
     servo.press(0.001);
     EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED) << "silence acknowledges nothing";
     EXPECT_EQ(servo.force(), 0.0);
@@ -258,7 +258,7 @@ TEST(ForceReturn, ByARampAtAStartInsideAndAfterSilence) {
         EXPECT_GE(ticks, 100);
         EXPECT_WITHIN(std::abs(servo.force() - pressed.force()), .count = 64, .epsilon = kFloat, .condition = 15.0,
                       .size = pressed.force());
-        ASSERT_EQ(haptable_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out), 1);
+        ASSERT_EQ(haptable_servo_watch(&servo.servo, servo.now_us += HAPTABLE_SILENCE_US, &servo.out), 1);
         EXPECT_EQ(servo.force(), 0.0);
     }
 }
@@ -287,11 +287,11 @@ SafetyLimits check_only() {
 
 TEST(TableCheck, NoForceBeforeItWasMade) {
     Guarded servo(check_only());
-    haptable_init(&servo.servo);
+    haptable_servo_init(&servo.servo);
     servo.press(0.001);
     EXPECT_EQ(servo.out.state, HAPTABLE_FAULTED);
     EXPECT_EQ(int{servo.out.faults}, HAPTABLE_FAULT_TABLES);
-    haptable_check(&servo.model(), &servo.servo, HAPTABLE_CHECK_ALL);
+    check_tables(servo.model(), servo.servo);
     servo.press(0.001);
     EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT) << "nothing was found that a user would have to acknowledge";
 }
@@ -323,8 +323,8 @@ TEST(TableCheck, NoticesEveryFlippedBit) {
         while (byte >= blocks[in].bytes) byte -= blocks[in++].bytes;
         auto* at = static_cast<unsigned char*>(blocks[in].at) + byte;
         *at = static_cast<unsigned char>(*at ^ (1U << bit));
-        haptable_init(&servo.servo);
-        haptable_check(&model, &servo.servo, HAPTABLE_CHECK_ALL);
+        haptable_servo_init(&servo.servo);
+        check_tables(model, servo.servo);
         EXPECT_EQ(servo.servo.faults, HAPTABLE_FAULT_TABLES) << "table " << in << ", byte " << byte << ", bit " << bit;
         *at = static_cast<unsigned char>(*at ^ (1U << bit));
     }
@@ -341,8 +341,7 @@ TEST(TableCheck, GoesOnInSlicesAndLatches) {
     model.stiffness_n_per_m = reinterpret_cast<const haptable_float6*>(stiffness.data());
     const auto slices = [&] {
         int slice = 0;
-        for (; slice < 1000 && servo.servo.faults == 0; ++slice)
-            haptable_check(&model, &servo.servo, HAPTABLE_CHECK_BYTES);
+        for (; slice < 1000 && servo.servo.faults == 0; ++slice) check_tables(model, servo.servo, HAPTABLE_CHECK_BYTES);
         return slice;
     };
     EXPECT_LT(slices(), 1000);
@@ -355,7 +354,7 @@ TEST(TableCheck, GoesOnInSlicesAndLatches) {
     model.stiffness_n_per_m = whole;
     servo.to(Guarded::at(0.001));
     servo.to(Guarded::at(0.001), HAPTABLE_BUTTON_ACKNOWLEDGE);
-    haptable_check(&model, &servo.servo, HAPTABLE_CHECK_ALL);
+    check_tables(model, servo.servo);
     servo.press(0.001);
     EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT);
 }
@@ -407,11 +406,11 @@ TEST(GrabOfACompliance, PullsTwiceAsHardTwiceAsFar) {
     set_modes(tables, model);
     haptable_servo servo{};
     haptable_output out{};
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     const auto to = [&](const Vector3d& finger_m, std::uint32_t buttons) {
         const float finger[3] = {float(finger_m.x()), float(finger_m.y()), float(finger_m.z())};
-        haptable_buttons(&servo, buttons);
-        haptable_step(&model, &servo, finger, 0, &out);
+        haptable_servo_buttons(&servo, buttons);
+        haptable_servo_step(&model, &servo, finger, 0, &out);
         return to_vector(out.force_n);
     };
     to({0.0131, 0.0142, 0.0305}, 0);
@@ -462,7 +461,7 @@ private:
     void silence() {
         servo_.before_n = to_vector(servo_.out.force_n);
         servo_.now_us += 500U * below(50);
-        if (haptable_watch(&servo_.servo, servo_.now_us, &servo_.out) != 0) {
+        if (haptable_servo_watch(&servo_.servo, servo_.now_us, &servo_.out) != 0) {
             EXPECT_EQ(servo_.out.state, HAPTABLE_SILENT);
             EXPECT_EQ(servo_.force(), 0.0);
         } else {
@@ -498,8 +497,8 @@ TEST(StateMachine, KeepsItsLimitsInAHundredThousandRandomSequences) {
             haptable_counters seen{};
             for (int sequence = 0; sequence < 25000 && !HasFailure(); ++sequence) {
                 if (random() % 4U == 0) {  // a new servo; the others go on from where they are
-                    haptable_init(&servo.servo);
-                    haptable_check(&servo.model(), &servo.servo, HAPTABLE_CHECK_ALL);
+                    haptable_servo_init(&servo.servo);
+                    check_tables(servo.model(), servo.servo);
                     servo.out = {};
                 }
                 Mixture(servo, random).run(40);

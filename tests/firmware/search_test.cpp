@@ -115,8 +115,8 @@ TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
 class WithAndWithoutClearance {
 public:
     explicit WithAndWithoutClearance(const TestModel& model) : model_(*model.get()) {
-        haptable_init(&with_);
-        haptable_init(&without_);
+        haptable_servo_init(&with_);
+        haptable_servo_init(&without_);
     }
 
     /// One tick of both: 1 where they have the same bits of force, god-object and path.
@@ -124,8 +124,8 @@ public:
         const std::array<float, 3> finger_m{float(x[0]), float(x[1]), float(x[2])};
         haptable_output out{}, searched{};
         if (without_.contact.patch == HAPTABLE_NONE && without_.segment.unfinished == 0) without_.segment.fraction = 0;
-        haptable_step(&model_, &with_, finger_m.data(), time_us_ += HAPTABLE_TICK_US, &out);
-        haptable_step(&model_, &without_, finger_m.data(), time_us_, &searched);
+        haptable_servo_step(&model_, &with_, finger_m.data(), time_us_ += HAPTABLE_TICK_US, &out);
+        haptable_servo_step(&model_, &without_, finger_m.data(), time_us_, &searched);
         boxes_ += with_.segment.boxes;
         searches_ += with_.segment.boxes > 0 ? 1U : 0U;
         boxes_without_ += without_.segment.boxes;

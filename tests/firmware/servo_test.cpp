@@ -20,11 +20,11 @@ Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), doubl
 
 class ServoTest : public testing::Test {
 protected:
-    ServoTest() : model(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.001) { haptable_init(&servo); }
+    ServoTest() : model(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.001) { haptable_servo_init(&servo); }
 
     void step(const Vector3d& x) {
         const float finger[3] = {float(x.x()), float(x.y()), float(x.z())};
-        haptable_step(model.get(), &servo, finger, now_us += 1000, &out);
+        haptable_servo_step(model.get(), &servo, finger, now_us += 1000, &out);
     }
     void press(double depth) {
         step({0.0131, 0.0172, 0.031});
@@ -47,7 +47,7 @@ TEST_F(ServoTest, ForceIsThatOfEquations9To12) {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> over(0.0, 0.03), deep(0.0, 0.004);
     for (int i = 0; i < 2000; ++i) {
-        haptable_init(&servo);
+        haptable_servo_init(&servo);
         const double x = over(random), y = over(random), depth = deep(random);
         step({x, y, 0.032});
         step({x, y, 0.030 - depth});
@@ -76,7 +76,7 @@ std::vector<double> force_at(const haptable_model& model, haptable_servo& servo,
     std::vector<double> force_n;
     haptable_output out;
     for (int tick = 0; tick < 60; ++tick) {
-        haptable_step(&model, &servo, finger, now_us += 1000, &out);
+        haptable_servo_step(&model, &servo, finger, now_us += 1000, &out);
         force_n.push_back(to_vector(out.force_n).norm());
     }
     return force_n;
@@ -121,8 +121,8 @@ TEST_F(ServoTest, AGodObjectThatIsNearKeepsItsForce) {
 TEST_F(ServoTest, AFixedNodeIsRigid) {
     const TestModel half_fixed(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.02);
     const float before[3] = {-0.001F, 0.015F, 0.01F}, in[3] = {0.001F, 0.015F, 0.01F};
-    haptable_step(half_fixed.get(), &servo, before, 0, &out);
-    haptable_step(half_fixed.get(), &servo, in, 1000, &out);
+    haptable_servo_step(half_fixed.get(), &servo, before, 0, &out);
+    haptable_servo_step(half_fixed.get(), &servo, in, 1000, &out);
     ASSERT_EQ(out.state, HAPTABLE_CONTACT);
     // 1 mm is told from positions of up to 30 mm.
     const Bound bound{.count = 8, .epsilon = kFloat, .condition = 30.0, .size = 1000.0 * 0.001};
@@ -139,7 +139,7 @@ TEST_F(ServoTest, ForceIsContinuousOverEdgesAndVertices) {
     // S changes by at most 2 max|S| over a patch at least edge/sqrt(2) high.
     const double bound = step_m * (most + 2 * most * depth / (edge / std::sqrt(2.0)));
     for (const Vector3d& way : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0.31, 0.95, 0)}) {
-        haptable_init(&servo);
+        haptable_servo_init(&servo);
         const Vector3d begin(0.0075, 0.0075, 0.030 - depth);  // over a vertex
         step(begin + Vector3d(0, 0, 0.003));
         step(begin);
@@ -189,16 +189,16 @@ TEST_F(ServoTest, WhatIsNoPositionGivesZeroForceDropsTheContactAndIsCounted) {
 }
 
 TEST_F(ServoTest, SilenceBringsTheForceToZero) {
-    EXPECT_EQ(haptable_watch(&servo, 0, &out), 1) << "no position yet";
+    EXPECT_EQ(haptable_servo_watch(&servo, 0, &out), 1) << "no position yet";
     now_us = 0xFFFFFFFFU - 1500;  // the clock wraps within the test
     press(0.001);
-    EXPECT_EQ(haptable_watch(&servo, now_us + HAPTABLE_SILENCE_US - 1, &out), 0);
+    EXPECT_EQ(haptable_servo_watch(&servo, now_us + HAPTABLE_SILENCE_US - 1, &out), 0);
     EXPECT_EQ(out.state, HAPTABLE_CONTACT);
-    EXPECT_EQ(haptable_watch(&servo, now_us + HAPTABLE_SILENCE_US, &out), 1);
+    EXPECT_EQ(haptable_servo_watch(&servo, now_us + HAPTABLE_SILENCE_US, &out), 1);
     EXPECT_EQ(out.state, HAPTABLE_SILENT);
     expect_silent_output();
     EXPECT_EQ(servo.counters.silences, 1U);
-    EXPECT_EQ(haptable_watch(&servo, now_us + 10 * HAPTABLE_SILENCE_US, &out), 1);
+    EXPECT_EQ(haptable_servo_watch(&servo, now_us + 10 * HAPTABLE_SILENCE_US, &out), 1);
     EXPECT_EQ(servo.counters.silences, 1U) << "one silence is counted once";
     press(0.001);
     EXPECT_EQ(out.state, HAPTABLE_CONTACT);
@@ -208,12 +208,12 @@ TEST_F(ServoTest, TwoObjectsRunSideBySide) {
     const TestModel other(sphere_shape(2, 0.02));
     haptable_servo other_servo{};
     haptable_output other_out{};
-    haptable_init(&other_servo);
+    haptable_servo_init(&other_servo);
     const float above[3] = {0.0F, 0.0F, 0.03F}, in[3] = {0.0F, 0.0F, 0.019F};
-    haptable_step(other.get(), &other_servo, above, 0, &other_out);
+    haptable_servo_step(other.get(), &other_servo, above, 0, &other_out);
     press(0.001);
     const Vector3d alone = to_vector(out.force_n);
-    haptable_step(other.get(), &other_servo, in, 1000, &other_out);
+    haptable_servo_step(other.get(), &other_servo, in, 1000, &other_out);
     step({0.0131, 0.0172, 0.029});
     EXPECT_EQ(to_vector(out.force_n), alone);
     EXPECT_EQ(other_out.state, HAPTABLE_CONTACT);

@@ -17,6 +17,7 @@
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/finger.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
@@ -42,9 +43,10 @@ protected:
 
 /// The host's servo, ready for its first tick.
 haptable_servo checked(const haptable_model& model) {
-    haptable_servo servo;
-    haptable_init(&servo);
-    haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    haptable_servo_init(&servo);
+    check_tables(model, servo);
     return servo;
 }
 
@@ -80,7 +82,7 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     haptable_servo servo = checked(model);
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out;
-        haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+        haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
         const TargetTick::Finger& got = ticks[i].finger[0];
         ASSERT_EQ(got.state, out.state) << "tick " << i;
         ASSERT_EQ(got.patch, out.patch) << "tick " << i;
@@ -137,7 +139,7 @@ TEST_P(Target, AnswersFramesThroughGarbage) {
         if (haptable_line_take_hello(&frame, &hello) != 0 && ++hellos == 1) continue;
         ASSERT_EQ(haptable_line_take_answer(&frame, &own, &answer), 1);
         if (frame.sequence == next) {
-            haptable_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
+            haptable_servo_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
             ++next;
         }
         const haptable_output& got = answer.out[0];
@@ -199,15 +201,16 @@ TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
     const haptable_model model = model_in_memory(host_tables, built);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(paper, fan), slide = cost_of(paper, fan, 1);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    haptable_servo_init(&servo);
     std::uint64_t worst = 0;
     std::uint32_t most_steps = 0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         const bool was_in_contact = haptable_touches(servo.state) != 0;
         servo.counters.most_steps = servo.counters.most_boxes = 0;
         haptable_output out;
-        haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+        haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
         ASSERT_LE(ticks[i].instructions, cost(each, servo.counters)) << "tick " << i;
         most_steps = std::max(most_steps, servo.counters.most_steps);
         if (was_in_contact && haptable_touches(out.state) != 0) worst = std::max(worst, ticks[i].instructions);
@@ -257,12 +260,13 @@ TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
         const ServoModel built = build_model(host_tables);
         const haptable_model model = model_in_memory(host_tables, built);
         const std::vector<TargetTick> ticks = TargetImage(build_folder(), "cube", target).measure({model}, path_m);
-        haptable_servo servo;
-        haptable_init(&servo);
+        haptable_room room{};
+        haptable_servo& servo = room.fingers.servo[0];
+        haptable_servo_init(&servo);
         std::size_t behind = 0;
         for (std::size_t i = 0; i < path_m.size(); ++i) {
             haptable_output out;
-            haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+            haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
             EXPECT_TRUE(same_bits(ticks[i].finger[0].force_n, out.force_n)) << "tick " << i;
             if (testing::Test::HasFailure()) break;
             behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;

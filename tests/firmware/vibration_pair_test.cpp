@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "firmware/haptable_scene.h"
 #include "tests/jelly.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/scene_session.hpp"
@@ -99,7 +100,8 @@ TEST(ModesPair, ForcesThatAreHeldAreTheStaticOnes) {
         for (const bool is_whole : {true, false}) {
             const haptable_pair_model of_whole = still.pair(whole);
             const haptable_pair_model& tables = is_whole ? of_whole : session.tables;
-            haptable_pair pair;
+            haptable_room room{};
+            haptable_pair& pair = room.fingers;
             haptable_pair_init(&tables, &pair);
             float finger[2][3];
             haptable_output out[2];

@@ -290,6 +290,10 @@ TEST(Modes, OfABodyThatIsTooStiffAreRefused) {
     const std::string none = error_of([&] { Jelly{scene}; });
     EXPECT_NE(none.find(":12: body.modes: mode 1 swings with"), std::string::npos) << none;
     EXPECT_NE(none.find("remove modes"), std::string::npos) << none;
+    scene.material.young_pa = 1e-3;
+    const std::string slow = error_of([&] { Jelly{scene}; });
+    EXPECT_NE(slow.find(":12: body.modes: mode 1 swings with"), std::string::npos) << slow;
+    EXPECT_NE(slow.find("0.01 Hz at least"), std::string::npos) << slow;
     scene.material.young_pa = 5e6;
     const std::string some = error_of([&] { Jelly{scene}; });
     EXPECT_NE(some.find("write modes = "), std::string::npos) << some;

@@ -11,8 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "haptable/body_modes.hpp"
-#include "haptable/body_pose.hpp"
 #include "host/base/error.hpp"
 #include "host/link/decode.hpp"
 #include "host/mesh/readers.hpp"

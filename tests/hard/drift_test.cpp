@@ -49,14 +49,14 @@ struct Ran {
 Ran run(const haptable_model& model, std::uint32_t laps, const Path& path = lap(), const Path& approach = {}) {
     Path second(kLap);
     Ran ran{};
-    haptable_init(&ran.servo);
+    haptable_servo_init(&ran.servo);
     haptable_output out{};
     std::uint32_t now_us = 0;
-    for (const auto& x : approach) haptable_step(&model, &ran.servo, x.data(), now_us += HAPTABLE_TICK_US, &out);
+    for (const auto& x : approach) haptable_servo_step(&model, &ran.servo, x.data(), now_us += HAPTABLE_TICK_US, &out);
     for (std::uint32_t l = 0; l < laps; ++l)
         for (std::size_t tick = 0; tick < kLap; ++tick) {
-            haptable_step(&model, &ran.servo, path[tick].data(), now_us += HAPTABLE_TICK_US, &out);
-            if (haptable_watch(&ran.servo, now_us + 1, &out) != 0) ++ran.changed;  // it was not silent
+            haptable_servo_step(&model, &ran.servo, path[tick].data(), now_us += HAPTABLE_TICK_US, &out);
+            if (haptable_servo_watch(&ran.servo, now_us + 1, &out) != 0) ++ran.changed;  // it was not silent
             ran.most_given_j = std::max(ran.most_given_j, double(ran.servo.given_j));
             ran.most_force_n = std::max(ran.most_force_n, std::hypot(double(out.force_n[0]), double(out.force_n[1]),  //
                                                                      double(out.force_n[2])));

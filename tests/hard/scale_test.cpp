@@ -27,7 +27,7 @@ HardCase scaled_cube(int length, int young) {
 std::vector<Eigen::Vector3d> felt(const HardBody& body, int length, int young, GodObject god_object) {
     const haptable_model model = body.model(god_object);
     haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     std::vector<Eigen::Vector3d> forces;
     for (int tick = 0; tick < 4000; ++tick) {
         const double turn = 0.003 * tick, dip = std::sin(0.05 * tick);
@@ -36,7 +36,7 @@ std::vector<Eigen::Vector3d> felt(const HardBody& body, int length, int young, G
         float finger[3];
         for (int c = 0; c < 3; ++c) finger[c] = static_cast<float>(std::ldexp(x[c], length));
         haptable_output out;
-        haptable_step(&model, &servo, finger, static_cast<std::uint32_t>(tick) * 1000U, &out);
+        haptable_servo_step(&model, &servo, finger, static_cast<std::uint32_t>(tick) * 1000U, &out);
         forces.emplace_back(std::ldexp(double(out.force_n[0]), -young - 2 * length),
                             std::ldexp(double(out.force_n[1]), -young - 2 * length),
                             std::ldexp(double(out.force_n[2]), -young - 2 * length));

@@ -21,6 +21,7 @@
 #include "host/servo/servo.hpp"
 #include "host/servo/session.hpp"
 #include "host/view/deformation.hpp"
+#include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
@@ -151,8 +152,8 @@ TEST_P(ElementLoop, ServoDeviceAndViewerAsProcessesOverUdp) {
     const std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
     const ServoScene scene{&model, node.data(), "cube"};
     ServoProcess serving(scene, {"--lcm", "--no-realtime", "--quiet", "--csv", (folder / "servo.csv").string()});
-    Process device({program("haptable-device").string(), (folder / "scene.toml").string(), "--lockstep", "--path",
-                    "poke,drag", "--seconds", "86400", "--no-realtime", "--quiet", "--csv",
+    Process device({program("haptable-device").string(), (folder / "scene.toml").string(), "--tables", in.string(),
+                    "--lockstep", "--path", "poke,drag", "--seconds", "86400", "--no-realtime", "--quiet", "--csv",
                     (folder / "device.csv").string()});
     const Outcome viewer = run(fmt::format("{} {} --lcm --frames 40 --seconds 60 --size 320x240 --json --quiet -o {}",
                                            program("haptable-view").string(), in.string(), (folder / "out").string()));
@@ -195,13 +196,13 @@ TEST_P(ElementLoop, TheDrawnSurfaceMeetsTheFinger) {
     const haptable_model model = model_in_memory(tables, servo);
     Deformation deformation(tables, in);
     haptable_servo state;
-    haptable_init(&state);
-    haptable_check(&model, &state, HAPTABLE_CHECK_ALL);
+    haptable_servo_init(&state);
+    check_tables(model, state);
     haptable_output out{};
     int checked = 0;
     for (int tick = 0; tick < 400; ++tick) {
         const float x[3] = {0.009F + 3e-5F * float(tick), 0.011F + 1e-5F * float(tick), tick == 0 ? 0.0305F : 0.029F};
-        haptable_step(&model, &state, x, 0, &out);
+        haptable_servo_step(&model, &state, x, 0, &out);
         if (out.patch == HAPTABLE_NONE || tick % 20 != 19) continue;
         std::vector<NodalForce> loads;
         Vector3d moved = Vector3d::Zero(), u;

@@ -38,6 +38,7 @@ public:
         const std::size_t rows = vibration_.mode.size() * pair_.scene().model->free_count;
         for (std::size_t k = 0; k < rows; ++k) vibration_.shape.push_back({0.0F, 2.0F, 4.0F});
         modes_ = vibration_in_memory(vibration_);
+        body_.crc = haptable_crc_of(&body_, haptable_span_of_body);
     }
     EveryScene(const EveryScene&) = delete;
     EveryScene& operator=(const EveryScene&) = delete;

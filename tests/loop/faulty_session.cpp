@@ -49,7 +49,7 @@ public:
           each_tick_(each_tick) {
         time_.also([this] { return std::min(servo_.watch_at(), next_status_); },
                    [this](Clock::time_point now) { work(now); });
-        connection_.subscribe<servo_force>(kForceChannel,
+        connection_.subscribe<servo_force>(channel_of<servo_force>(),
                                            [this](const servo_force& force, std::int64_t) { see(force); });
         options_.faults = plan;
         options_.seed = seed;

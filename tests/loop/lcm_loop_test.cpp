@@ -27,10 +27,12 @@ protected:
             if (!std::filesystem::exists(program)) GTEST_SKIP() << program << " is not built: make scene";
         try {
             connection = std::make_unique<Connection>(url);
-            connection->subscribe<servo_force>(kForceChannel, [this](const servo_force& force, std::int64_t) {
-                if (std::abs(force.force_n[2]) > 0.1) ++pressed;
-                if (force.servo_state == servo_force::SILENT) silent.push_back(force);
-            });
+            connection->subscribe<servo_force>(channel_of<servo_force>(),
+                                               [this](const servo_force& force, std::int64_t) {
+                                                   if (std::abs(force.force_n[2]) > 0.1) ++pressed;
+                                                   if (force.servo_state == servo_force::SILENT)
+                                                       silent.push_back(force);
+                                               });
         } catch (const Error& error) {
             GTEST_SKIP() << error.what();
         }

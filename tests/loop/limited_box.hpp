@@ -13,7 +13,7 @@ public:
         Tables tables = box_.model().tables();
         tables.limits = {5.0, 200.0, 0.3, 5.0, 0.05, true, true};
         set_modes(tables, model_);
-        model_.crc = haptable_tables_crc(&model_);
+        model_.crc = haptable_crc_of(&model_, haptable_span_of_model);
     }
     ServoScene scene() const { return {&model_, box_.scene().node, "box"}; }
     haptable_model& model() { return model_; }

@@ -87,7 +87,7 @@ TEST_F(LogReplay, KnowsTimesAndSessions) {
         device_state state = simulated_state(seq, utime += 1000);
         state.session = session;
         state.position_m[0] = 0.0111, state.position_m[1] = 0.0123, state.position_m[2] = z_m;
-        connection.publish(kStateChannel, state);
+        connection.publish(channel_of<device_state>(), state);
         handle_all(connection);
     };
     for (int seq = 0; seq < 10; ++seq) tell(kSession, seq, 0.0301 - 1e-4 * seq);
@@ -120,7 +120,7 @@ TEST_F(LogReplay, TellsAnotherForce) {
     while (const auto event = reader.next()) {
         std::vector<std::uint8_t> data(event->data.begin(), event->data.end());
         servo_force force;
-        if (event->channel == kForceChannel && decode_whole(event->data, force) && force.seq == 400) {
+        if (event->channel == channel_of<servo_force>() && decode_whole(event->data, force) && force.seq == 400) {
             force.force_n[2] = static_cast<double>(std::nextafter(static_cast<float>(force.force_n[2]), 100.0F));
             force.encode(data.data(), 0, static_cast<int>(data.size()));
         }
@@ -145,7 +145,7 @@ TEST_F(LogReplay, OfALogWithoutAServoTakesItsStates) {
         const device_state state = simulated_state(seq, 1000 * seq);
         std::vector<std::uint8_t> data(static_cast<std::size_t>(state.getEncodedSize()));
         state.encode(data.data(), 0, static_cast<int>(data.size()));
-        for (int twice = 0; twice < 2; ++twice) lonely.add(kStateChannel, data, 1000 * seq);
+        for (int twice = 0; twice < 2; ++twice) lonely.add(channel_of<device_state>(), data, 1000 * seq);
     }
     lonely.finish();
     const Recording recording = read_recording(log);

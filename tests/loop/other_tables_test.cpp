@@ -82,12 +82,12 @@ TEST_F(OtherTables, AreOfTheSameInputsAndHaveAnotherHash) {
 TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
     Connection connection("memq://");
     int forces = 0;
-    connection.subscribe<servo_force>(kForceChannel, [&](const servo_force&, std::int64_t) { ++forces; });
+    connection.subscribe<servo_force>(channel_of<servo_force>(), [&](const servo_force&, std::int64_t) { ++forces; });
     ServoSession session(ours.scene(), connection, nullptr);
     device_state state = simulated_state(0, 0);
     for (const Built* wanted : {&theirs, &ours}) {
         state.model_hash = static_cast<std::int64_t>(wanted->model.hash);
-        connection.publish(kStateChannel, state);
+        connection.publish(channel_of<device_state>(), state);
         handle_all(connection);
         EXPECT_EQ(forces, wanted == &ours ? 1 : 0);
     }
@@ -100,7 +100,7 @@ TEST_F(OtherTables, ABridgeRefusesATargetOfTheOther) {
     SerialTarget line(pipes.line(), ours.scene());
     FakeTarget<Pipes> target(theirs.scene(), pipes);
     BridgeSession session(ours.scene(), connection, line, {}, nullptr);
-    connection.publish(kStateChannel, simulated_state(0, 0));
+    connection.publish(channel_of<device_state>(), simulated_state(0, 0));
     handle_all(connection);
     target.answer();
     expect_both_named([&] { session.take_answers(); });

@@ -119,7 +119,8 @@ TEST_F(Python, LcmLoggerHearsASessionOfTheDefaultUrl) {
     LogReader log(log_file);
     std::map<std::string, int> heard;  // on a busy machine not all
     while (const auto event = log.next()) ++heard[std::string(event->channel)];
-    for (const char* channel : {kStateChannel, kForceChannel, kContactChannel}) EXPECT_GT(heard[channel], 0) << channel;
+    for (const char* channel : {channel_of<device_state>(), channel_of<servo_force>(), channel_of<contact>()})
+        EXPECT_GT(heard[channel], 0) << channel;
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(SafetyLoop, AReplayGivesTheRecordOfTheLiveSession) {
             std::copy(at.position_m.begin(), at.position_m.end(), state.position_m);
             state.buttons = static_cast<std::int32_t>(at.buttons);
             path += fmt::format("{},{},{},{}\n", at.position_m[0], at.position_m[1], at.position_m[2], at.buttons);
-            connection.publish(kStateChannel, state);
+            connection.publish(channel_of<device_state>(), state);
             handle_all(connection);
         }
         counters = session.report().counters;

@@ -12,9 +12,10 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "host/bridge/session.hpp"
-#include "host/link/ringing.hpp"
+#include "host/link/messages.hpp"
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/finger.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/process.hpp"
 
@@ -172,7 +173,7 @@ TEST_F(TargetLoop, ABodyThatMovesIsWhereTheHostHasIt) {
         const Process image({"sh", "scripts/qemu.sh", target, elf(target, "loop", "free-cube"), pipes.to_target(),
                              pipes.from_target()});
         expect_motion_of_the_host<body_pose>({"--pipes", pipes.to_target(), pipes.from_target()}, "free-cube",
-                                             "meshes/free-cube.toml", kBodyChannel,
+                                             "meshes/free-cube.toml", channel_of<body_pose>(),
                                              [](const body_pose& m) { return m.centre_m; });
     }
     for (const char* target : {"cortex-m7", "rv32"}) {  // one that rings
@@ -181,7 +182,7 @@ TEST_F(TargetLoop, ABodyThatMovesIsWhereTheHostHasIt) {
         const Process image(
             {"sh", "scripts/qemu.sh", target, elf(target, "loop", "ringing"), pipes.to_target(), pipes.from_target()});
         expect_motion_of_the_host<body_modes>({"--pipes", pipes.to_target(), pipes.from_target()}, "ringing",
-                                              "tests/firmware/modes.toml", kModesChannel,
+                                              "tests/firmware/modes.toml", channel_of<body_modes>(),
                                               [](const body_modes& m) { return m.swung; });
     }
     for (const auto& [target, scene, file] :
@@ -315,18 +316,18 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     options.retry = std::chrono::microseconds(3000);
     BridgeSession session(scene, connection, target, options, nullptr);
     std::vector<servo_force> forces;
-    connection.subscribe<servo_force>(kForceChannel,
+    connection.subscribe<servo_force>(channel_of<servo_force>(),
                                       [&](const servo_force& force, std::int64_t) { forces.push_back(force); });
     haptable_servo servo;
-    haptable_init(&servo);
-    haptable_check(&model, &servo, HAPTABLE_CHECK_ALL);
+    haptable_servo_init(&servo);
+    check_tables(model, servo);
     Noise noise;
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(50);
     std::size_t tick = 0;
     for (; noise.garbage < 1'000'000 && tick < path_m.size(); ++tick) {
         device_state state = simulated_state(static_cast<std::int64_t>(tick), static_cast<std::int64_t>(tick) * 1000);
         for (std::size_t a = 0; a < 3; ++a) state.position_m[a] = double(path_m[tick][a]);
-        connection.publish(kStateChannel, state);
+        connection.publish(channel_of<device_state>(), state);
         while (forces.size() <= tick && Clock::now() < give_up) {
             handle_all(connection);
             far.put_to_target(noise.on(near.take()));
@@ -335,7 +336,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
             session.watch(Clock::now());
         }
         haptable_output out;
-        haptable_step(&model, &servo, path_m[tick].data(), static_cast<std::uint32_t>(tick * 1000), &out);
+        haptable_servo_step(&model, &servo, path_m[tick].data(), static_cast<std::uint32_t>(tick * 1000), &out);
         ASSERT_EQ(forces.size(), tick + 1) << "no answer to state " << tick;
         ASSERT_EQ(forces.back().seq, static_cast<std::int64_t>(tick));
         for (int a = 0; a < 3; ++a) ASSERT_EQ(forces.back().force_n[a], double(out.force_n[a])) << "tick " << tick;

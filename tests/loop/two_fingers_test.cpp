@@ -11,6 +11,7 @@
 #include "host/run/recorder.hpp"
 #include "host/run/timeline.hpp"
 #include "host/servo/session.hpp"
+#include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
@@ -37,13 +38,13 @@ protected:
         time.also([this] { return session.watch_at(); }, [this](Clock::time_point now) { session.watch(now); });
         for (std::size_t finger = 0; finger < kFingers; ++finger) {
             connection.subscribe<servo_force>(
-                kForceChannels[finger],
+                channel_of<servo_force>(finger),
                 [this, finger](const servo_force& m, std::int64_t) { forces[finger].push_back(m); });
-            connection.subscribe<contact>(kContactChannels[finger], [this, finger](const contact& m, std::int64_t) {
+            connection.subscribe<contact>(channel_of<contact>(finger), [this, finger](const contact& m, std::int64_t) {
                 contacts[finger].push_back(m);
             });
         }
-        connection.subscribe<servo_status>(kStatusChannel,
+        connection.subscribe<servo_status>(channel_of<servo_status>(),
                                            [this](const servo_status& m, std::int64_t) { status_ = m; });
     }
 
@@ -55,7 +56,7 @@ protected:
         return state;
     }
     void send(std::size_t finger, const device_state& state) {
-        connection.publish(kStateChannels[finger], state);
+        connection.publish(channel_of<device_state>(finger), state);
         handle_all(connection);
     }
     void lockstep(std::size_t finger, std::int64_t seq, double depth_m) {
@@ -102,14 +103,14 @@ protected:
 TEST_F(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
     const ServoScene one = soft_pair().scene_of_one();
     haptable_servo servo;
-    haptable_init(&servo);
-    haptable_check(one.model, &servo, HAPTABLE_CHECK_ALL);
+    haptable_servo_init(&servo);
+    check_tables(*one.model, servo);
     for (std::int64_t seq = 0; seq < 50; ++seq) {
         const double depth_m = 1e-4 * static_cast<double>(seq - 10);
         lockstep(0, seq, depth_m);
         haptable_output out;
-        haptable_step(one.model, &servo, to_finger(place(0, depth_m).data()).data(),
-                      static_cast<std::uint32_t>(seq * 1000), &out);
+        haptable_servo_step(one.model, &servo, to_finger(place(0, depth_m).data()).data(),
+                            static_cast<std::uint32_t>(seq * 1000), &out);
         ASSERT_EQ(forces[0].size(), static_cast<std::size_t>(seq) + 1);
         for (int a = 0; a < 3; ++a) ASSERT_EQ(forces[0].back().force_n[a], double{out.force_n[a]});
     }
@@ -122,7 +123,8 @@ TEST_F(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
 TEST_F(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
     lockstep(0, 0, -0.001);
     lockstep(1, 0, -0.001);
-    haptable_pair pair;
+    haptable_room room{};
+    haptable_pair& pair = room.fingers;
     haptable_pair_init(soft_pair().scene().pair, &pair);
     haptable_output out[2];
     for (std::int64_t seq = 1; seq < 60; ++seq) {
@@ -276,10 +278,11 @@ TEST(TwoFingersOfOne, AFingerThatTheSceneHasNotIsToldAndNotAnswered) {
     ServoSession session(soft_pair().scene_of_one(), connection, nullptr,
                          [&](const std::string& line) { told.push_back(line); });
     int answers = 0;
-    for (const char* channel : kForceChannels)
-        connection.subscribe<servo_force>(channel, [&](const servo_force&, std::int64_t) { ++answers; });
+    for (std::size_t finger = 0; finger < kFingers; ++finger)
+        connection.subscribe<servo_force>(channel_of<servo_force>(finger),
+                                          [&](const servo_force&, std::int64_t) { ++answers; });
     for (int twice = 0; twice < 2; ++twice) {
-        connection.publish(kStateChannels[1], simulated_state(twice, 1000 * twice));
+        connection.publish(channel_of<device_state>(1), simulated_state(twice, 1000 * twice));
         handle_all(connection);
         session.publish_status();
     }

@@ -102,6 +102,7 @@ MovingSession::MovingSession(const MovingTables& tables, const Touching& touchin
         }
         f.body.floor_friction = static_cast<float>(touching.floor_friction);
         if (!touching.floor) f.body.point_count = 0;
+        f.body.crc = haptable_crc_of(&f.body, haptable_span_of_body);
     }
     floor_m_ = double(f.body.floor_m);
     f.scene = std::make_unique<SceneState>(f.model, for_two ? &f.pair : nullptr, tables.is_free() ? &f.body : nullptr,

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 
+#include "host/scene/mass_range.hpp"
 #include "tests/hand.hpp"
 #include "tests/moving/adapter.hpp"
 #include "tests/moving/bodies.hpp"
@@ -30,6 +31,28 @@ std::unique_ptr<MovingTables> tables_of(const Shaped& shaped, double mass_kg = 0
                            folder().path() / (shaped.name + std::to_string(mass_kg)));
     scene.free_body->mass_kg = mass_kg;
     return std::make_unique<MovingTables>(scene);
+}
+
+// At the ends of what [body] mass may be a body is pushed, and all that is felt and all of its motion are numbers.
+TEST(Inertia, BodiesAtTheEndsOfTheRangeMoveAsNumbers) {
+    for (const double mass_kg : {kLeastMass_kg, kMostMass_kg}) {
+        const auto tables = tables_of(block(), mass_kg);
+        Touching touching;
+        touching.fingers = 2;
+        MovingSession session(*tables, touching);
+        int contact_ticks = 0;
+        for (int tick = 0; tick < 4000; ++tick) {
+            const double deep_m = 0.002 * std::sin(0.004 * tick);
+            session.step({Vector3d(-deep_m, 0.014, 0.016), Vector3d(0.03 + deep_m, 0.013, 0.017)});
+            contact_ticks += session.felt(0).touches || session.felt(1).touches;
+            const Motion motion = session.motion();
+            ASSERT_TRUE(session.felt(0).is_sound && session.felt(1).is_sound && motion.centre_m.allFinite() &&
+                        motion.momentum.allFinite() && motion.spin_momentum.allFinite() &&
+                        motion.turn.coeffs().allFinite())
+                << mass_kg << " kg, tick " << tick;
+        }
+        EXPECT_GT(contact_ticks, 0) << mass_kg;
+    }
 }
 
 // An hour without a touch, at rest and in spins about a general axis: linear momentum to the last bit, angular momentum

@@ -65,11 +65,12 @@ TEST(Manifests, OfZephyrAndEspIdfNameEveryFile) {
 constexpr const char* kMain =
     "#include <stdio.h>\n#include \"haptable.h\"\n#include \"model.h\"\n"
     "int main(void) {\n"
-    "    static struct haptable_servo servo;\n    struct haptable_output out;\n    uint32_t tick;\n"
-    "    haptable_init(&servo);\n    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);\n"
+    "    static HAPTABLE_MODEL_STATE state;\n    struct haptable_output out;\n    uint32_t tick;\n"
+    "    haptable_init(&HAPTABLE_MODEL_SCENE, &state);\n"
+    "    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);\n"
     "    for (tick = 0; tick < 60; ++tick) {\n"
-    "        const float finger_m[3] = {0.015f, 0.015f, 0.032f - 1e-4f * (float)tick};\n"
-    "        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, 1000u * tick, &out);\n    }\n"
+    "        const struct haptable_input in = {{0.015f, 0.015f, 0.032f - 1e-4f * (float)tick}, 0, 1};\n"
+    "        haptable_step(&HAPTABLE_MODEL_SCENE, &state, &in, 1000u * tick, &out);\n    }\n"
     "    printf(\"%.9g,%.9g,%.9g\\n\", (double)out.force_n[0], (double)out.force_n[1], (double)out.force_n[2]);\n"
     "    return 0;\n}\n";
 

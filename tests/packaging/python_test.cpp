@@ -3,6 +3,7 @@
 // Skipped where PyPI could not be reached (make test makes build/python).
 #include <gtest/gtest.h>
 
+#include "host/base/file.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/link/messages.hpp"
 #include "tests/process.hpp"
@@ -14,31 +15,43 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <typename Message>
-void write(LogWriter& log, std::int64_t utime, const char* channel, const Message& message) {
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    log.add(channel, bytes, utime);
-}
-
-void write_log(const fs::path& file) {
-    LogWriter log(file);
-    device_state state{};
+// What each type is known by again.
+void fill(device_state& state) {
     state.position_m[0] = 0.25;
     state.position_m[1] = -0.5;
     state.position_m[2] = 1.0;
-    write(log, 1, kStateChannel, state);
-    servo_force force{};
-    force.seq = 7;
-    force.force_n[2] = 1.5F;
-    write(log, 2, kForceChannel, force);
-    contact touch{};
+}
+void fill(servo_force& force) { force.force_n[2] = 1.5; }
+void fill(body_pose& pose) { pose.centre_m[1] = 0.5; }
+void fill(body_modes& modes) {
+    modes.count = 2;
+    modes.swung[1] = 0.75F;
+}
+void fill(contact& touch) {
     touch.count = 2;
     touch.node = {3, 5};
     touch.force_n = {{1, 2, 3}, {4, 5, 6}};
-    write(log, 3, kContactChannel, touch);
+}
+void fill(servo_status& status) {
+    status.count = 1;
+    status.name = {"ticks"};
+    status.value = {9};
+}
+
+/// A message of every channel, in the order of the list, and one of nobody's.
+void write_log(const fs::path& file) {
+    LogWriter log(file);
+    std::int64_t utime = 0;
+    each_channel([&]<typename Message>(const char* channel, std::size_t) {
+        Message message{};
+        message.utime = ++utime;
+        fill(message);
+        std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+        message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+        log.add(channel, bytes, utime);
+    });
     const std::vector<std::uint8_t> other{'b', 'y', 't', 'e', 's'};
-    log.add("OTHER", other, 4);
+    log.add("OTHER", other, ++utime);
     log.finish();
 }
 
@@ -55,6 +68,10 @@ TEST(PythonPackage, PassesItsTestsInACleanVenv) {
                                "/bin/python python/tests/test_haptable.py");
     EXPECT_EQ(tested.status, 0) << tested.err;
     EXPECT_EQ(tested.err.find("skipped"), std::string::npos) << tested.err;
+    // What pip installs of a page's program that hears a session.
+    const Outcome imported =
+        run(venv + "/bin/python -c 'from haptable.messages import contact, device_state, servo_force'", folder.path());
+    EXPECT_EQ(imported.status, 0) << imported.err;
 
     // The notebook, in a folder with these tables, so that its page does not come into the source tree.
     fs::create_directories(folder.path() / "work/build");
@@ -65,6 +82,37 @@ TEST(PythonPackage, PassesItsTestsInACleanVenv) {
     EXPECT_EQ(notebook.status, 0) << notebook.err;
     EXPECT_EQ(notebook.out, "5 cells ran\n");
     EXPECT_TRUE(fs::exists(folder.path() / "work/press.html"));
+}
+
+// setuptools keeps a list of files by their absolute paths. What make would build is nothing here.
+TEST(PythonPackage, InstallsInAFolderThatWasCopiedAfterABuild) {
+    if (!has_wheels()) GTEST_SKIP() << kNoWheels;
+    const TemporaryFolder folder;
+    fs::create_directories(folder.path() / "bin");
+    write_file(folder.path() / "bin/make",
+               "#!/bin/sh\nparts=build/package/python\nmkdir -p $parts/messages && touch $parts/messages/__init__.py\n"
+               "echo 'int nothing;' | gcc -shared -fPIC -x c - -o $parts/libhaptable.so.1 && "
+               "ln -sf libhaptable.so.1 $parts/libhaptable.so\n");
+    fs::permissions(folder.path() / "bin/make", fs::perms::owner_all);
+    const std::string at = folder.path().string();
+    const Outcome made = run("mkdir " + at + "/first && tar cf - python setup.py pyproject.toml docs/PYTHON.md " +
+                             "host/base/program.hpp host/library/haptable_library.h | tar xf - -C " + at +
+                             "/first && python3 -m venv " + at + "/venv");
+    ASSERT_EQ(made.status, 0) << made.err;
+    const auto install = [&](const char* name) {
+        return run("unset BUILD; PATH=" + at + "/bin:$PATH " + pip_of_wheels() + at +
+                       "/venv/bin/pip install --quiet --no-deps --disable-pip-version-check .",
+                   folder.path() / name);
+    };
+    Outcome installed = install("first");
+    ASSERT_EQ(installed.status, 0) << installed.err;
+    fs::copy(folder.path() / "first", folder.path() / "copy",
+             fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+    installed = install("copy");
+    EXPECT_EQ(installed.status, 0) << installed.err;
+    fs::remove_all(folder.path() / "first");
+    installed = install("copy");
+    EXPECT_EQ(installed.status, 0) << installed.err;
 }
 
 }  // namespace

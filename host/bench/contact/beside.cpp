@@ -50,10 +50,10 @@ std::vector<char> contact_ticks(haptable_model model, const std::vector<FingerPa
     for (const FingerPath& stroke : strokes) {
         haptable_servo servo;
         haptable_output out{};
-        haptable_init(&servo);
+        haptable_servo_init(&servo);
         bool before = false;
         for (const auto& finger_m : stroke) {
-            haptable_step(&model, &servo, finger_m.data(), 0, &out);
+            haptable_servo_step(&model, &servo, finger_m.data(), 0, &out);
             const bool now = haptable_touches(out.state) != 0;
             touches.push_back(before && now ? 1 : 0);
             before = now;
@@ -112,15 +112,15 @@ Touched proxy_on(const Tables& tables, Friction... friction) {
 Touched servo_on(const haptable_model& model) {
     struct State {
         haptable_model model;
-        haptable_servo servo;
+        haptable_room room;
         haptable_output out;
-        haptable_freed freed;  // with friction
     };
     auto state = std::make_shared<State>();
     state->model = model;
-    if (model.frictionless != nullptr) state->model.freed = &state->freed;
-    return {[state](const auto&) { haptable_init(&state->servo); },
-            [state](const auto& x) { haptable_step(&state->model, &state->servo, x.data(), 0, &state->out); }};
+    return {[state](const auto&) { haptable_servo_init(&state->room.fingers.servo[0]); },
+            [state](const auto& x) {
+                haptable_servo_step(&state->model, &state->room.fingers.servo[0], x.data(), 0, &state->out);
+            }};
 }
 
 /// Modes without passivity, which no proxy has.

@@ -48,11 +48,11 @@ BenchFinger::BenchFinger(const haptable_model& model) : model_(model) {
     begin();
 }
 
-void BenchFinger::begin() { haptable_init(&servo_); }
+void BenchFinger::begin() { haptable_servo_init(&servo_); }
 
 Vector3d BenchFinger::to(const Vector3d& x_m) {
     for (std::size_t c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x_m[static_cast<Eigen::Index>(c)]);
-    haptable_step(&model_, &servo_, finger_m_.data(), 0, &out_);
+    haptable_servo_step(&model_, &servo_, finger_m_.data(), 0, &out_);
     return vector(out_.force_n);
 }
 

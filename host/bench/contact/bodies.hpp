@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "firmware/haptable_scene.h"
 #include "host/bench/subject.hpp"
 #include "host/scene/scene.hpp"
 
@@ -47,7 +48,8 @@ public:
 
 private:
     haptable_model model_;
-    haptable_servo servo_{};
+    haptable_room room_{};
+    haptable_servo& servo_ = room_.fingers.servo[0];
     haptable_output out_{};
     std::array<float, 3> finger_m_{};
 };

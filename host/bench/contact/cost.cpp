@@ -23,7 +23,7 @@ double time_of_step(const Subject& subject) {
     haptable_output out{};
     const double begin = cpu_s();
     for (std::size_t i = 0; i < kRounds * kTicks; ++i)
-        haptable_step(&subject.model(), &servo, path[i % kTicks].data(), 0, &out);
+        haptable_servo_step(&subject.model(), &servo, path[i % kTicks].data(), 0, &out);
     return (cpu_s() - begin) / static_cast<double>(kRounds * kTicks);
 }
 

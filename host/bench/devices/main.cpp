@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "codegen/model.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/program.hpp"
 #include "host/device/ringing.hpp"
 #include "host/report/page.hpp"

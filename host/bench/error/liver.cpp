@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "codegen/in_memory.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"
@@ -58,7 +58,7 @@ std::vector<Part> parts() {
 class Press {
 public:
     explicit Press(const haptable_model& model, const Eigen::AlignedBox3d& box) : model_(model) {
-        haptable_init(&servo_);
+        haptable_servo_init(&servo_);
         finger_m_ = {box.center().x(), box.center().y(), box.max().z() + 0.001};
     }
     /// At the end, N. Throws Error where the body is not met.
@@ -79,10 +79,11 @@ private:
     void step() {
         float x[3];
         for (int c = 0; c < 3; ++c) x[c] = static_cast<float>(finger_m_[c]);
-        haptable_step(&model_, &servo_, x, now_us_ += HAPTABLE_TICK_US, &out_);
+        haptable_servo_step(&model_, &servo_, x, now_us_ += HAPTABLE_TICK_US, &out_);
     }
     haptable_model model_;
-    haptable_servo servo_{};
+    haptable_room room_{};
+    haptable_servo& servo_ = room_.fingers.servo[0];
     haptable_output out_{};
     Vector3d finger_m_;
     std::uint32_t now_us_ = 0;

@@ -65,7 +65,7 @@ double time_of_tick(const Subject& subject, const haptable_model& model) {
     for (int repetition = 0; repetition < kRepetitions; ++repetition) {
         const double begin = process_cost().cpu_s;
         for (std::size_t i = 0; i < kRounds * kTicks; ++i)
-            haptable_step(&model, &servo, path[i % kTicks].data(), 0, &out);
+            haptable_servo_step(&model, &servo, path[i % kTicks].data(), 0, &out);
         sample.push_back((process_cost().cpu_s - begin) / static_cast<double>(kRounds * kTicks));
     }
     return median(sample);

@@ -46,11 +46,11 @@ void echo() {
     servo_force answer{};
     answer.servo = random_session();
     answer.servo_state = servo_force::FREE;
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state& state, std::int64_t) {
         answer.utime = utime_now();
         answer.seq = state.seq;
         answer.session = answer.owner = state.session;
-        connection.publish(kForceChannel, answer);
+        connection.publish(channel_of<servo_force>(), answer);
     });
     while (!interrupted()) connection.handle_until(Clock::now() + std::chrono::milliseconds(100));
 }
@@ -70,10 +70,12 @@ class Wire {
 public:
     explicit Wire(Connection& connection) {
         connection.subscribe<device_state>(
-            kStateChannel, [this](const device_state& state, std::int64_t utime) { note(state.seq, utime, sent_); });
-        connection.subscribe<servo_force>(kForceChannel, [this](const servo_force& force, std::int64_t utime) {
-            if (force.owner == force.session) note(force.seq, utime, answered_);
-        });
+            channel_of<device_state>(),
+            [this](const device_state& state, std::int64_t utime) { note(state.seq, utime, sent_); });
+        connection.subscribe<servo_force>(channel_of<servo_force>(),
+                                          [this](const servo_force& force, std::int64_t utime) {
+                                              if (force.owner == force.session) note(force.seq, utime, answered_);
+                                          });
     }
 
     struct Times {

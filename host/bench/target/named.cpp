@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "codegen/in_memory.hpp"
-#include "firmware/haptable.h"
+#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/target/image.hpp"

@@ -50,19 +50,53 @@ struct NoInside : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// The domain, counting the points that are put on creases: around noisy ones CGAL puts them without end.
+/// The domain, counting the points that are put on creases: around noisy ones CGAL puts them without end. And with
+/// points to begin with on each of several parts: those of CGAL, on rays from the middle of all, miss small ones.
 class CountingDomain : public Domain {
 public:
-    using Domain::Domain;
+    explicit CountingDomain(const SurfaceMesh& surface) : Domain(surface), across_(segments_across(surface)) {}
     /// Until the next call, at most so many.
     void allow(std::size_t points) { left_ = points; }
     Point construct_point_on_curve(const Point& from, const Curve_index& curve, double distance) const {
         if (left_-- == 0) throw TooManyPoints();
         return Domain::construct_point_on_curve(from, curve, distance);
     }
+    auto construct_initial_points_object() const {
+        return [this](auto points, int count = 8) {
+            points = Domain::construct_initial_points_object()(points, count);
+            for (const Kernel::Segment_3& segment : across_) {
+                if (!do_intersect_surface_object()(segment)) continue;
+                const auto met = construct_intersection_object()(segment);
+                *points++ = std::make_pair(std::get<0>(met), std::get<1>(met));
+            }
+            return points;
+        };
+    }
 
 private:
+    /// Short ones through some faces of each part; none of a surface of one part.
+    static std::vector<Kernel::Segment_3> segments_across(const SurfaceMesh& surface) {
+        constexpr std::size_t kOfPart = 16;
+        constexpr double kShort = 1e-3;  // of a face
+        std::vector<std::size_t> part(surface.number_of_faces());
+        const auto of = boost::make_iterator_property_map(part.begin(), get(boost::face_index, surface));
+        std::vector<std::vector<SurfaceMesh::Face_index>> faces(pmp::connected_components(surface, of));
+        for (const auto face : surface.faces()) faces[part[face]].push_back(face);
+        std::vector<Kernel::Segment_3> across;
+        for (const auto& list : faces)
+            for (std::size_t k = 0; faces.size() > 1 && k < std::min(kOfPart, list.size()); ++k) {
+                const auto h = surface.halfedge(list[k * list.size() / std::min(kOfPart, list.size())]);
+                const Point &a = surface.point(surface.source(h)), &b = surface.point(surface.target(h)),
+                            &c = surface.point(surface.target(surface.next(h)));
+                const auto normal = CGAL::cross_product(b - a, c - a);
+                const auto way = kShort / std::sqrt(std::sqrt(normal.squared_length())) * normal;
+                across.emplace_back(CGAL::centroid(a, b, c) - way, CGAL::centroid(a, b, c) + way);
+            }
+        return across;
+    }
+
     mutable std::size_t left_ = 0;
+    std::vector<Kernel::Segment_3> across_;
 };
 
 /// A criterion of the refinement that counts the nodes there are whenever it is asked.

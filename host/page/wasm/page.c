@@ -132,8 +132,8 @@ int page_begin(const struct haptable_model* model, const struct haptable_pair_mo
     haptable_scene_make(model, tables, is_free ? &body : 0, modes, &scene);
     if (!state || scene.bytes > had) state = page_reserve(scene.bytes);
     if (!state) return 0;
-    haptable_scene_init(&scene, state);
-    haptable_scene_check(&scene, state, HAPTABLE_CHECK_ALL);
+    haptable_init(&scene, state);
+    haptable_check(&scene, state, HAPTABLE_CHECK_ALL);
     now_us = 0;
     return 1;
 }
@@ -170,7 +170,7 @@ static struct page_tick* step(const float (*finger_m)[3], const uint32_t* button
     }
     for (a = 0; is_free && a < 3; ++a) begun_m[a] = haptable_scene_body(&scene, state)->position_m[a];
     for (a = 0; is_free && a < 4; ++a) begun_turn[a] = haptable_scene_body(&scene, state)->turn[a];
-    haptable_scene_step(&scene, state, in, now_us, out);
+    haptable_step(&scene, state, in, now_us, out);
     now_us += HAPTABLE_TICK_US;
     for (f = 0; f < fingers; ++f) {
         fill(&ticks[f], in[f].is_there ? finger_m[f] : nowhere, &out[f]);

@@ -21,25 +21,26 @@ typedef struct {
 int device_read(float finger_m[3]);
 void device_write(const float force_n[3]);
 
-static struct haptable_servo servo; /* the interrupt's alone, once it runs */
+static HAPTABLE_MODEL_STATE state; /* the interrupt's alone, once it runs */
+static struct haptable_input in[HAPTABLE_MODEL_FINGERS];
+static struct haptable_output out[HAPTABLE_MODEL_FINGERS];
 
 void TIMER0_IRQ_0_Handler(void);
 void TIMER0_IRQ_0_Handler(void) {
-    struct haptable_output out;
-    float finger_m[3];
     TIMER0->INTR = 1u;                    /* alarm 0's, by writing it */
     TIMER0->ALARM[0] += HAPTABLE_TICK_US; /* of the last alarm, not of now: no drift */
-    if (device_read(finger_m))
-        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, TIMER0->TIMERAWL, &out);
-    else if (!haptable_watch(&servo, TIMER0->TIMERAWL, &out))
+    in[0].is_there = 1;
+    if (device_read(in[0].finger_m))
+        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, TIMER0->TIMERAWL, out);
+    else if (!haptable_watch(&HAPTABLE_MODEL_SCENE, &state, TIMER0->TIMERAWL, out))
         return; /* in time still: the last force stays */
-    device_write(out.force_n);
+    device_write(out[0].force_n);
 }
 
 int main(void) {
     SCB_CPACR |= 0xFu << 20; /* the floating-point unit */
-    haptable_init(&servo);
-    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
     TIMER0->INTE = 1u;
     NVIC_ISER0 = 1u << TIMER0_IRQ_0_IRQn;
     TIMER0->ALARM[0] = TIMER0->TIMERAWL + HAPTABLE_TICK_US; /* arms it */

@@ -25,24 +25,25 @@ typedef struct {
 int device_read(float finger_m[3]);
 void device_write(const float force_n[3]);
 
-static struct haptable_servo servo; /* the interrupt's alone, once it runs */
+static HAPTABLE_MODEL_STATE state; /* the interrupt's alone, once it runs */
+static struct haptable_input in[HAPTABLE_MODEL_FINGERS];
+static struct haptable_output out[HAPTABLE_MODEL_FINGERS];
 
 void TIM2_IRQHandler(void);
 void TIM2_IRQHandler(void) {
-    struct haptable_output out;
-    float finger_m[3];
     TIM2->SR = 0; /* the update's flag */
-    if (device_read(finger_m))
-        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, TIM5->CNT, &out);
-    else if (!haptable_watch(&servo, TIM5->CNT, &out))
+    in[0].is_there = 1;
+    if (device_read(in[0].finger_m))
+        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, TIM5->CNT, out);
+    else if (!haptable_watch(&HAPTABLE_MODEL_SCENE, &state, TIM5->CNT, out))
         return; /* in time still: the last force stays */
-    device_write(out.force_n);
+    device_write(out[0].force_n);
 }
 
 int main(void) {
     SCB_CPACR |= 0xFu << 20; /* the floating-point unit */
-    haptable_init(&servo);
-    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
     RCC_APB1ENR |= RCC_APB1ENR_TIM2EN | RCC_APB1ENR_TIM5EN;
     TIM5->PSC = TIM_CLOCK_HZ / 1000000u - 1u; /* 32 bits that count microseconds */
     TIM5->ARR = 0xFFFFFFFFu;

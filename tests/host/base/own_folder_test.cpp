@@ -65,8 +65,7 @@ TEST_F(BaseOwnFolder, AFolderWithoutMarkIsLeftAsItIs) {
 
 TEST_F(BaseOwnFolder, OneOfAnotherKindIsLeftAsItIs) {
     write();
-    EXPECT_NE(refusal(kTables).find("holds haptable's session, not tables"), std::string::npos)
-        << refusal(kTables);
+    EXPECT_NE(refusal(kTables).find("holds haptable's session, not tables"), std::string::npos) << refusal(kTables);
     EXPECT_EQ(count(place_), 3U);
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "host/bridge/session.hpp"
-#include "host/link/ringing.hpp"
+#include "host/link/messages.hpp"
 #include "host/servo/replay.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/loop/every_scene.hpp"
@@ -21,10 +21,11 @@ protected:
     BridgeOfEveryScene() {
         for (std::size_t finger = 0; finger < fingers; ++finger)
             connection.subscribe<servo_force>(
-                kForceChannels[finger],
+                channel_of<servo_force>(finger),
                 [this, finger](const servo_force& m, std::int64_t) { answered[finger] = m.seq; });
-        connection.subscribe<body_pose>(kBodyChannel, [this](const body_pose& m, std::int64_t) { poses.push_back(m); });
-        connection.subscribe<body_modes>(kModesChannel,
+        connection.subscribe<body_pose>(channel_of<body_pose>(),
+                                        [this](const body_pose& m, std::int64_t) { poses.push_back(m); });
+        connection.subscribe<body_modes>(channel_of<body_modes>(),
                                          [this](const body_modes& m, std::int64_t) { swung.push_back(m); });
     }
     void publish(std::int64_t seq) {
@@ -36,7 +37,7 @@ protected:
             state.position_m[0] = finger == 0 ? in_m : 0.03 - 0.5 * in_m;
             state.position_m[1] = finger == 0 ? 0.013 : 0.016;
             state.position_m[2] = 0.02;
-            connection.publish(kStateChannels[finger], state);
+            connection.publish(channel_of<device_state>(finger), state);
         }
         handle_all(connection);
     }

@@ -6,6 +6,7 @@
 
 #include "host/bridge/session.hpp"
 #include "host/servo/replay.hpp"
+#include "tests/finger.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/loop/soft_pair.hpp"
 
@@ -50,9 +51,9 @@ protected:
                   });
         for (std::size_t finger = 0; finger < kFingers; ++finger) {
             connection.subscribe<servo_force>(
-                kForceChannels[finger],
+                channel_of<servo_force>(finger),
                 [this, finger](const servo_force& m, std::int64_t) { forces[finger].push_back(m); });
-            connection.subscribe<contact>(kContactChannels[finger], [this, finger](const contact& m, std::int64_t) {
+            connection.subscribe<contact>(channel_of<contact>(finger), [this, finger](const contact& m, std::int64_t) {
                 contacts[finger].push_back(m);
             });
         }
@@ -65,7 +66,7 @@ protected:
         handle_all(connection);
     }
     void send(std::size_t finger, std::int64_t seq, double depth_m, std::int8_t mode) {
-        connection.publish(kStateChannels[finger], state_at(finger, seq, depth_m, mode));
+        connection.publish(channel_of<device_state>(finger), state_at(finger, seq, depth_m, mode));
         handle_all(connection);
         exchange();
     }
@@ -137,14 +138,15 @@ TEST_F(BridgeOfTwo, InLockstepATickIsBothAndItsForcesAreTheHosts) {
 TEST_F(BridgeOfTwo, OneDeviceFeelsWhatASceneOfOneGives) {
     const ServoScene one = soft_pair().scene_of_one();
     haptable_servo servo;
-    haptable_init(&servo);
-    haptable_check(one.model, &servo, HAPTABLE_CHECK_ALL);
+    haptable_servo_init(&servo);
+    check_tables(*one.model, servo);
     for (std::int64_t seq = 0; seq < 30; ++seq) {
         const double depth_m = 1e-4 * static_cast<double>(seq - 10);
         lockstep(0, seq, depth_m);
         haptable_output out;
         const device_state at = state_at(0, seq, depth_m, device_state::SIMULATED);
-        haptable_step(one.model, &servo, to_finger(at.position_m).data(), static_cast<std::uint32_t>(seq * 1000), &out);
+        haptable_servo_step(one.model, &servo, to_finger(at.position_m).data(), static_cast<std::uint32_t>(seq * 1000),
+                            &out);
         ASSERT_EQ(forces[0].size(), static_cast<std::size_t>(seq) + 1);
         for (int a = 0; a < 3; ++a) ASSERT_EQ(forces[0].back().force_n[a], double{out.force_n[a]});
     }
@@ -226,7 +228,7 @@ TEST_F(BridgeOfTwo, ASilentFingerIsReleasedAndTheOtherGoesOn) {
     // Another device for it, inside: it feels nothing, and the first goes on in its contact.
     device_state again = state_at(1, 0, 0.001, device_state::REAL_TIME);
     again.session = 77;
-    connection.publish(kStateChannels[1], again);
+    connection.publish(channel_of<device_state>(1), again);
     handle_all(connection);
     exchange();
     EXPECT_EQ(forces[1].back().session, 77);
@@ -242,7 +244,7 @@ TEST(BridgeOfOne, ASecondDeviceIsToldThatTheSceneHasOneFinger) {
     std::vector<std::string> told;
     BridgeSession session(box.scene(), connection, line, {}, nullptr,
                           [&](const std::string& text) { told.push_back(text); });
-    connection.publish(kStateChannels[1], simulated_state(0, 0));
+    connection.publish(channel_of<device_state>(1), simulated_state(0, 0));
     handle_all(connection);
     session.publish_status();
     EXPECT_TRUE(pipes.take().empty());
@@ -260,7 +262,7 @@ TEST(BridgeOfTwoOverAPort, BothAreAnswered) {
     BridgeSession session(soft_pair().scene(), connection, line, {}, nullptr);
     std::array<std::int64_t, kFingers> seq{-1, -1};
     for (std::size_t finger = 0; finger < kFingers; ++finger)
-        connection.subscribe<servo_force>(kForceChannels[finger],
+        connection.subscribe<servo_force>(channel_of<servo_force>(finger),
                                           [&, finger](const servo_force& m, std::int64_t) { seq[finger] = m.seq; });
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(20);
     for (std::int64_t tick = 0; tick < 20; ++tick)
@@ -268,7 +270,7 @@ TEST(BridgeOfTwoOverAPort, BothAreAnswered) {
             for (std::size_t finger = 0; finger < kFingers; ++finger)
                 if (seq[finger] != tick)
                     connection.publish(
-                        kStateChannels[finger],
+                        channel_of<device_state>(finger),
                         state_at(finger, tick, 1e-4 * static_cast<double>(tick - 5), device_state::SIMULATED));
             handle_all(connection);
             target.answer();

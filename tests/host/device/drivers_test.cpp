@@ -243,7 +243,7 @@ TEST(HapiBoardTest, ASessionFeelsAWallThroughIt) {
     Connection connection("memq://");
     const double y_m = FiveBar{0.07, 0.09, 0.038}.end_m(Vector2d(130.0, 40.0) * kDegree)->y();
     std::int64_t ticks = 0;
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state& state, std::int64_t) {
         servo_force force{};
         force.seq = state.seq;
         force.session = force.owner = state.session;
@@ -252,7 +252,7 @@ TEST(HapiBoardTest, ASessionFeelsAWallThroughIt) {
         // The body's z is the plate's y: a wall 2 mm above the finger pushes it down.
         force.force_n[2] = -500.0 * (state.position_m[2] - (y_m - 0.002));
         force.servo_state = servo_force::CONTACT;
-        connection.publish(kForceChannel, force);
+        connection.publish(channel_of<servo_force>(), force);
         if (++ticks == 50) board.unplug();
     });
     const auto driver = open_driver("hapi", at_port(board.port()));

@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Models, RingingOf, testing::Values("phantom", "premium-
 double speed_after_two_seconds(double stiffness_n_per_m) {
     WorkFolder folder;
     Connection connection("memq://");
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state& state, std::int64_t) {
         servo_force force{};
         force.seq = state.seq;
         force.session = force.owner = state.session;
@@ -110,7 +110,7 @@ double speed_after_two_seconds(double stiffness_n_per_m) {
         force.model_hash = 1;
         force.servo_state = servo_force::CONTACT;
         force.force_n[0] = -stiffness_n_per_m * state.position_m[0];
-        connection.publish(kForceChannel, force);
+        connection.publish(channel_of<servo_force>(), force);
     });
     const double begin_m = 0.5 * std::sqrt(Device().mass_kg[0] / stiffness_n_per_m);
     const auto path = recorded_path({FingerTick{{0.0, 0.0, 0.0}}});

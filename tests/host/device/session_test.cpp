@@ -36,10 +36,12 @@ class DeviceSessionTest : public testing::Test {
 protected:
     /// Calls `answer` for every state; what it leaves in the force is published when it returns true.
     void partner(std::function<bool(const device_state&, servo_force&)> answer) {
-        connection.subscribe<device_state>(kStateChannel, [this, answer](const device_state& state, std::int64_t) {
-            servo_force force = answer_to(state);
-            if (answer(state, force)) connection.publish(kForceChannel, force);
-        });
+        connection.subscribe<device_state>(channel_of<device_state>(),
+                                           [this, answer](const device_state& state, std::int64_t) {
+                                               servo_force force = answer_to(state);
+                                               if (answer(state, force))
+                                                   connection.publish(channel_of<servo_force>(), force);
+                                           });
     }
     DeviceReport run(const SessionOptions& options, const std::string& record_name = "device.csv") {
         const auto path = scripted_path("poke", PathOptions{});
@@ -72,11 +74,11 @@ SessionOptions lockstep(double patience_s = 5.0) {
 
 // A servo of other tables does not answer it: its status tells the device so, and the device its user.
 TEST_F(DeviceSessionTest, AServoOfAnotherSceneIsTold) {
-    connection.subscribe<device_state>(kStateChannel, [this](const device_state& state, std::int64_t) {
+    connection.subscribe<device_state>(channel_of<device_state>(), [this](const device_state& state, std::int64_t) {
         EXPECT_EQ(state.model_hash, 0x5eed);
         servo_status status{};
         status.model_hash = 0xc0be;
-        connection.publish(kStatusChannel, status);
+        connection.publish(channel_of<servo_status>(), status);
     });
     SessionOptions options;
     options.seconds = 0.2;
@@ -144,7 +146,7 @@ TEST_F(DeviceSessionTest, LockstepSurvivesLostMessages) {
     int lost = 0;
     std::int64_t seen = -1;
     Connection again("memq://");
-    again.subscribe<device_state>(kStateChannel, [&](const device_state& state, std::int64_t) {
+    again.subscribe<device_state>(channel_of<device_state>(), [&](const device_state& state, std::int64_t) {
         servo_force force = answer_to(state);
         push_up(state, force);
         const bool first_time = state.seq > seen;
@@ -152,7 +154,7 @@ TEST_F(DeviceSessionTest, LockstepSurvivesLostMessages) {
         if (first_time && state.seq % 300 == 150)
             ++lost;
         else
-            again.publish(kForceChannel, force);
+            again.publish(channel_of<servo_force>(), force);
     });
     const auto path = scripted_path("poke", PathOptions{});
     DeviceRecord record(folder / "lossy.csv");
@@ -182,7 +184,7 @@ TEST_F(DeviceSessionTest, IgnoresASecondServo) {
             foreign.servo = 10;
             if (other_tables) foreign.model_hash = 5;
             foreign.force_n[0] = 3.0;
-            if (state.seq > 0) connection.publish(kForceChannel, foreign);
+            if (state.seq > 0) connection.publish(channel_of<servo_force>(), foreign);
         }
         return push_up(state, force);
     });
@@ -202,7 +204,7 @@ TEST_F(DeviceSessionTest, IgnoresWhatIsAnotherDevices) {
         servo_force theirs = force;
         theirs.session = theirs.owner = state.session + 1;
         theirs.force_n[0] = 3.0;
-        connection.publish(kForceChannel, theirs);
+        connection.publish(channel_of<servo_force>(), theirs);
         return push_up(state, force);
     });
     const DeviceReport report = run(lockstep());
@@ -246,11 +248,11 @@ TEST_F(DeviceSessionTest, LockstepGoesOnWithAnotherServo) {
 TEST_F(DeviceSessionTest, IgnoresAnOvertakenAnswer) {
     partner([this](const device_state& state, servo_force& force) {
         push_up(state, force);
-        connection.publish(kForceChannel, force);
+        connection.publish(channel_of<servo_force>(), force);
         servo_force old = force;
         --old.seq;
         old.force_n[0] = 3.0;
-        if (state.seq > 0) connection.publish(kForceChannel, old);
+        if (state.seq > 0) connection.publish(channel_of<servo_force>(), old);
         return false;
     });
     EXPECT_LT(run(lockstep()).largest_force_n, 1.0);
@@ -282,7 +284,7 @@ TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfMoreThan20Ms) {
         force.servo_state = servo_force::CONTACT;
         under_way.emplace_back(Clock::now() + std::chrono::milliseconds(30), force);
         for (; under_way.front().first <= Clock::now(); under_way.pop_front())
-            connection.publish(kForceChannel, under_way.front().second);
+            connection.publish(channel_of<servo_force>(), under_way.front().second);
         return false;
     });
     SessionOptions options;
@@ -321,7 +323,7 @@ TEST_F(DeviceSessionTest, TheReportTellsOfAnswersThatAreMoreThan64TicksLate) {
     std::optional<servo_force> late;
     partner([&](const device_state& state, servo_force& force) {
         if (state.seq == 1) late = force;
-        if (state.seq == 120) connection.publish(kForceChannel, *late);
+        if (state.seq == 120) connection.publish(channel_of<servo_force>(), *late);
         return state.seq == 0;
     });
     SessionOptions options;

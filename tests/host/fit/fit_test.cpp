@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/precompute/precompute.hpp"
 #include "tests/bodies.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -150,20 +151,21 @@ TEST(Fit, FindsTheSceneThatTheServoFelt) {
     Tables tables = cube.tables();
     tables.limits = {};
     tables.relaxation = kTwo;
-    const double own = stiffness_at_once(tables, "top", {.depth_m = 0.003});
-    EXPECT_WITHIN(std::abs(own - stiffness_at_once(cube.tables(), "top", {.depth_m = 0.003})), .size = own)
+    const double own = stiffness_at_once(tables, {}, "top", {.depth_m = 0.003});
+    EXPECT_WITHIN(std::abs(own - stiffness_at_once(cube.tables(), {}, "top", {.depth_m = 0.003})), .size = own)
         << "at once, whatever it does later";
     const ServoModel servo_model = build_model(tables);
     const haptable_model model = model_in_memory(tables, servo_model);
-    haptable_servo servo;
-    haptable_init(&servo);
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    haptable_servo_init(&servo);
     const Eigen::Vector3d top = place_of("top", model);
     ForceRecord record;
     for (int tick = -10; tick < 60'000; ++tick) {
         const double depth_m = std::min(0.003, 3e-5 * tick);
         const float finger_m[3] = {float(top.x()), float(top.y()), float(top.z() - depth_m)};
         haptable_output out;
-        haptable_step(&model, &servo, finger_m, static_cast<std::uint32_t>(tick + 10) * HAPTABLE_TICK_US, &out);
+        haptable_servo_step(&model, &servo, finger_m, static_cast<std::uint32_t>(tick + 10) * HAPTABLE_TICK_US, &out);
         if (tick < 0 || (tick > 1000 && tick % 20 != 0)) continue;
         record.time_s.push_back(1e-3 * tick);
         record.depth_m.push_back(std::max(0.0, depth_m));
@@ -176,6 +178,24 @@ TEST(Fit, FindsTheSceneThatTheServoFelt) {
     for (const RelaxationTerm& term : fit.relaxation) (term.time_s < 1.0 ? early : late) += term.share;
     EXPECT_WITHIN(std::abs(early - 0.3), .epsilon = 2e-3);
     EXPECT_WITHIN(std::abs(late - 0.25), .epsilon = 2e-3);
+}
+
+// A body that rings comes to rest under the same force: its tables are those of what the modes leave, and stiffer.
+TEST(Fit, TheStiffnessOfABodyThatRingsIsThatOfTheWhole) {
+    const auto stiffness = [](bool rings, bool alone) {
+        const TemporaryFolder folder;
+        Scene scene = cube_scene(5, 0.3);
+        if (rings) scene.vibration = Vibration{8, 0.1, 1000.0, 0.0, 1};
+        scene.tables.columns = ColumnRows::kNone;
+        Progress quiet(true);
+        precompute(scene, folder.path(), quiet);
+        std::optional<VibrationTables> vibration;
+        if (!alone) vibration = read_vibration(folder.path());
+        return stiffness_at_once(read_tables(folder.path()), vibration, "top", {.depth_m = 0.003});
+    };
+    const double whole = stiffness(false, true);
+    EXPECT_GT(stiffness(true, true), 1.01 * whole) << "the test must tell them apart";
+    EXPECT_NEAR(stiffness(true, false), whole, 1e-4 * whole);
 }
 
 TEST(Fit, ARecordThatIsNoneIsAnErrorAtItsLine) {

@@ -2,6 +2,8 @@
 // M = L S L^T of stiffnesses with pressures, and what is made of it, against dense references.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <Eigen/Core>
 #include <numeric>
 
@@ -15,6 +17,7 @@
 #include "tests/bodies.hpp"
 #include "tests/host/inverse/dense_reference.hpp"
 #include "tests/pressures.hpp"
+#include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -250,6 +253,7 @@ TEST(SignedInverse, AFactorFromItsFilesDisplacesAsTheDenseInverse) {
     const test::TemporaryFolder folder;
     const Nodes all = all_nodes(k);
     write_factor(Factor(k).supernodes(), all, folder.path());
+    test::seal(folder.path(), nlohmann::json::object());
     const FactorFile file(folder.path());
     const std::vector<FrameSolver::Load> loads{{3, {1.0F, -2.0F, 0.5F}}, {90, {0.0F, 0.0F, 1.0F}}};
     FrameSolver solver(file.supernodes(), file.value().data(), all);

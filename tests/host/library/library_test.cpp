@@ -91,17 +91,21 @@ constexpr const char* kOfGenerated =
     "#include <string.h>\n"
     "#include \"haptable_library.h\"\n"
     "#include \"model.h\"\n"
-    "static struct haptable_servo servo;\n"
+    "static HAPTABLE_MODEL_STATE state;\n"
     "static int begin(const char* folder) {\n"
     "    (void)folder;\n"
-    "    haptable_init(&servo);\n"
-    "    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);\n"
+    "    haptable_init(&HAPTABLE_MODEL_SCENE, &state);\n"
+    "    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);\n"
     "    return 0;\n"
     "}\n"
     "static void tick(const float x[3], uint32_t us, struct haptable_touch* touch) {\n"
     "    struct haptable_output out;\n"
+    "    struct haptable_input in;\n"
     "    int c;\n"
-    "    haptable_step(&HAPTABLE_MODEL, &servo, x, us, &out);\n"
+    "    memcpy(in.finger_m, x, sizeof in.finger_m);\n"
+    "    in.buttons = 0;\n"
+    "    in.is_there = 1;\n"
+    "    haptable_step(&HAPTABLE_MODEL_SCENE, &state, &in, us, &out);\n"
     "    touch->state = out.state;\n"
     "    touch->faults = out.faults;\n"
     "    for (c = 0; c < 3; ++c)\n"
@@ -319,9 +323,9 @@ TEST_F(Library, ReplayIsManySteps) {
 
 // Both at once as the firmware has it, and where the other is away what one finger feels.
 TEST_F(Library, TwoFingersHaveTheServosBits) {
-    std::string scene = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, "float32");
-    scene.insert(scene.find("[contact]\n") + 10, "fingers = 2\n");
-    ASSERT_NO_FATAL_FAILURE(precompute(scene));
+    std::string text = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, "float32");
+    text.insert(text.find("[contact]\n") + 10, "fingers = 2\n");
+    ASSERT_NO_FATAL_FAILURE(precompute(text));
     const fs::path folder = folder_.path() / "tables";
     const Object object(haptable_object_load(folder.c_str(), 0));
     ASSERT_NE(object, nullptr) << haptable_library_error();
@@ -331,9 +335,12 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
     const haptable_model model = model_in_memory(tables, built);
     const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
     const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-    haptable_pair pair;
+    haptable_room room{};
+    haptable_pair& pair = room.fingers;
     haptable_pair_init(&pair_model, &pair);
-    haptable_pair_check(&pair_model, &pair, HAPTABLE_CHECK_ALL);
+    haptable_scene scene;
+    haptable_scene_make(&model, &pair_model, nullptr, nullptr, &scene);
+    haptable_check(&scene, &pair, HAPTABLE_CHECK_ALL);
 
     const std::vector<std::array<float, 3>> first_m = hard_path(tables, 30);
     std::vector<std::array<float, 3>> second_m(first_m.rbegin(), first_m.rend());
@@ -473,9 +480,7 @@ TEST_F(Library, RingsAsASessionDoes) {
         ASSERT_EQ(haptable_object_modes(object.get()), 4U);
         const Tables tables = read_tables(folder);
         const ServoModel built = build_model(tables);
-        haptable_freed freed{};
-        haptable_model model = model_in_memory(tables, built);
-        if (model.freed != nullptr) model.freed = &freed;
+        const haptable_model model = model_in_memory(tables, built);
         const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
         const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder);

@@ -15,14 +15,14 @@ namespace {
 TEST(Connection, BringsMessagesInOrderWithAllTheirFields) {
     Connection connection("memq://");
     std::vector<contact> came;
-    connection.subscribe<contact>(kContactChannel, [&](const contact& m, std::int64_t) { came.push_back(m); });
+    connection.subscribe<contact>(channel_of<contact>(), [&](const contact& m, std::int64_t) { came.push_back(m); });
     contact message{};
     for (std::int64_t seq = 0; seq < 100; ++seq) {
         message.seq = seq;
         message.count = static_cast<std::int32_t>(seq % 4);
         message.node.assign(static_cast<std::size_t>(message.count), 17);
         message.force_n.assign(static_cast<std::size_t>(message.count), {0.5, 0.0, -0.25});
-        connection.publish(kContactChannel, message);
+        connection.publish(channel_of<contact>(), message);
     }
     handle_all(connection);
     ASSERT_EQ(came.size(), 100U);
@@ -37,9 +37,9 @@ TEST(Connection, BringsMessagesInOrderWithAllTheirFields) {
 TEST(Connection, CountsMessagesOfAnotherType) {
     Connection connection("memq://");
     int came = 0;
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state&, std::int64_t) { ++came; });
-    connection.publish(kStateChannel, servo_force{});
-    connection.publish(kStateChannel, device_state{});
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state&, std::int64_t) { ++came; });
+    connection.publish(channel_of<device_state>(), servo_force{});
+    connection.publish(channel_of<device_state>(), device_state{});
     handle_all(connection);
     EXPECT_EQ(came, 1);
     EXPECT_EQ(connection.undecodable(), 1U);
@@ -47,7 +47,7 @@ TEST(Connection, CountsMessagesOfAnotherType) {
 
 TEST(Connection, WaitsForItsDeadline) {
     Connection connection("memq://");
-    connection.subscribe<device_state>(kStateChannel, [](const device_state&, std::int64_t) {});
+    connection.subscribe<device_state>(channel_of<device_state>(), [](const device_state&, std::int64_t) {});
     const Clock::time_point deadline = Clock::now() + std::chrono::milliseconds(3);
     EXPECT_FALSE(connection.handle_until(deadline));
     EXPECT_GE(Clock::now(), deadline);
@@ -91,10 +91,10 @@ TEST(Connection, HearsOtherMachinesWhereItIsTold) {
 TEST(Connection, WhatAHandlerThrowsComesOut) {
     Connection connection("memq://");
     int came = 0;
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state&, std::int64_t) {
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state&, std::int64_t) {
         if (++came == 1) throw Error("the line takes nothing");
     });
-    for (int i = 0; i < 3; ++i) connection.publish(kStateChannel, device_state{});
+    for (int i = 0; i < 3; ++i) connection.publish(channel_of<device_state>(), device_state{});
     EXPECT_THROW(handle_all(connection), Error);
     handle_all(connection);
     EXPECT_EQ(came, 3);

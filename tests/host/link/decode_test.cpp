@@ -7,9 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "haptable/body_modes.hpp"
-#include "haptable/body_pose.hpp"
-
 namespace haptable::test {
 namespace {
 

@@ -120,18 +120,18 @@ TEST_F(UdpReceiverTest, HostilePacketsHarmNobody) {
     const int port = port_of(2);
     Connection connection(url_of(port));
     int came = 0;
-    connection.subscribe<device_state>(kStateChannel, [&](const device_state&, std::int64_t) { ++came; });
+    connection.subscribe<device_state>(channel_of<device_state>(), [&](const device_state&, std::int64_t) { ++came; });
     const Sender sender(port);
-    const std::string name = std::string(kStateChannel) + '\0';
+    const std::string name = std::string(channel_of<device_state>()) + '\0';
     for (const std::uint32_t offset : {0xFFFFFFFFU - 199U, 0x7FFFFFFFU, 900U}) {
         sender.send(fragment(0, 0, 1000, name + std::string(100, 'a')));
         sender.send(fragment(offset, 1, 1000, std::string(300, 'b')));
     }
     sender.send(fragment(0, 0, 0xFFFFFFFFU, name));
-    const std::string whole = packet(kStateChannel, std::string(200, 'c'));
+    const std::string whole = packet(channel_of<device_state>(), std::string(200, 'c'));
     for (std::size_t cut = 0; cut < whole.size(); ++cut) sender.send(whole.substr(0, cut));
     sender.send(packet(std::string(5000, 'n'), ""));
-    connection.publish(kStateChannel, device_state{});
+    connection.publish(channel_of<device_state>(), device_state{});
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(5);
     while (came == 0 && connection.handle_until(give_up)) {
     }

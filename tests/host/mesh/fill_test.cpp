@@ -343,6 +343,17 @@ TEST_F(Fill, BodiesThatIntersectAreWrappedTogether) {
     EXPECT_EQ(audit.cavities, 0U);
 }
 
+// CGAL's own first points, on rays from the middle of all, met one of the two.
+TEST_F(Fill, SmoothBodiesAreAllFilled) {
+    Shape two = sphere_shape(3, 1.0);
+    add(sphere_shape(2, 0.15), {2.6, 0.0, 0.0}, false, two);
+    for (const std::optional<bool> wrap : {std::optional<bool>(false), std::optional<bool>(true)}) {
+        const Audit audit = audit_mesh(fill(to_off(two), "a.off", {0.1, 0, wrap}));
+        EXPECT_EQ(audit.bodies, 2U);
+        EXPECT_WITHIN(std::abs(audit.volume_m3 - (1.0 + 0.003375) * kBall), lost(0.1));
+    }
+}
+
 TEST_F(Fill, ASheetBoundsNoBody) {
     Shape sheet{"sheet", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
     try {

@@ -58,7 +58,7 @@ protected:
         servo = build_model(tables);
         model = model_in_memory(tables, servo);
         for (const std::int32_t node : servo.node) nodes.push_back(static_cast<std::uint32_t>(node));
-        write_page(tables, folder / "cube", parts(), page());
+        write_page(folder / "cube", parts(), page());
     }
     fs::path page() const { return folder / "touch.html"; }
     std::string url() const { return "file://" + page().string(); }
@@ -262,7 +262,7 @@ TEST_F(TouchPage, ReplaysTheHostsBits) {
 TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
     const Tables consistent = consistent_by_columns(tables, folder / "cube");
     const auto path_m = stroke_path(tables, 50);
-    const std::vector<PageMode> modes = page_modes(tables, folder / "cube");
+    const std::vector<PageMode> modes = page_modes(read_scene_files(folder / "cube"));
     EXPECT_EQ(modes.size(), 8U);
     Browser& browser = shared_browser();
     open(browser, url());
@@ -287,7 +287,7 @@ TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
 TEST_F(TouchPage, DeformsAsTheViewerDoes) {
     double most_bytes = kPageBytes;
     for (const bool half : {false, true}) {
-        const PageReport report = write_page(tables, folder / "cube", parts(), page(), most_bytes);
+        const PageReport report = write_page(folder / "cube", parts(), page(), most_bytes);
         EXPECT_EQ(report.columns, half ? "float16" : "float32");
         most_bytes = static_cast<double>(report.bytes) - 1e4;  // too little for float32
         Browser& browser = shared_browser();
@@ -316,7 +316,7 @@ mask_radius = 0.012
     ASSERT_EQ(run(program("haptable-precompute").string() + " mask.toml -o cube-mask --quiet", folder.path()).status,
               0);
     const Tables mask = read_tables(folder / "cube-mask");
-    write_page(mask, folder / "cube-mask", parts(), page());
+    write_page(folder / "cube-mask", parts(), page());
     Browser& browser = shared_browser();
     open(browser, url());
     press(browser, top(browser));
@@ -345,7 +345,7 @@ fingers = 2
 )");
         ASSERT_EQ(run(program("haptable-precompute").string() + " two.toml -o two --quiet", folder.path()).status, 0);
         tables = read_tables(folder / "two");
-        write_page(tables, folder / "two", parts(), page());
+        write_page(folder / "two", parts(), page());
         tables.limits = {};  // as a page has it
         servo = build_model(tables);
         model = model_in_memory(tables, servo);
@@ -418,7 +418,7 @@ friction = 0.8
 )");
     ASSERT_EQ(run(program("haptable-precompute").string() + " loose.toml -o loose --quiet", folder.path()).status, 0);
     tables = read_tables(folder / "loose");
-    write_page(tables, folder / "loose", parts(), page());
+    write_page(folder / "loose", parts(), page());
     tables.limits = {};
     servo = build_model(tables);
     model = model_in_memory(tables, servo);
@@ -492,7 +492,7 @@ mode_damping = 0.001
             run(program("haptable-precompute").string() + " jelly.toml -o " + name + " --quiet", folder.path());
         ASSERT_EQ(made.status, 0) << made.err;
         tables = read_tables(folder / name);
-        write_page(tables, folder / name, parts(), page());
+        write_page(folder / name, parts(), page());
         tables.limits = {};
         servo = build_model(tables);
         model = model_in_memory(tables, servo);

@@ -11,6 +11,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/model_bytes.hpp"
 #include "codegen/pair.hpp"
+#include "firmware/haptable_scene.h"
 #include "host/base/file.hpp"
 #include "host/page/base64.hpp"
 #include "host/session/fingers.hpp"
@@ -137,17 +138,17 @@ TEST_P(ModeInBrowser, GivesTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     for (const char* name : {"cube", "needle"}) {
         const ElasticBody& touched = body(name, GetParam().force);
-        haptable_freed freed{};
-        const haptable_model model = in_mode(touched.model(), GetParam(), &freed);
+        const haptable_model model = in_mode(touched.model(), GetParam());
         const auto path_m = long_path(touched.tables());
         ASSERT_GE(2 * path_m.size(), kTicks);
         const std::vector<PageTick> ticks = in_browser(model, path_m);
         ASSERT_EQ(ticks.size(), path_m.size());
-        haptable_servo servo;
-        haptable_init(&servo);
+        haptable_room room{};
+        haptable_servo& servo = room.fingers.servo[0];
+        haptable_servo_init(&servo);
         for (std::size_t i = 0; i < path_m.size(); ++i) {
             haptable_output out;
-            haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+            haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
             ASSERT_TRUE(same(ticks[i], out)) << name << " tick " << i;
         }
         EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3) << name;
@@ -166,10 +167,10 @@ TEST(PackedInBrowser, GivesTheHostsBits) {
             const auto path_m = stroke_path(tables, 100);
             const std::vector<PageTick> ticks = in_browser(model, path_m);
             haptable_servo servo;
-            haptable_init(&servo);
+            haptable_servo_init(&servo);
             for (std::size_t i = 0; i < path_m.size(); ++i) {
                 haptable_output out;
-                haptable_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+                haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
                 ASSERT_TRUE(same(ticks[i], out)) << word(force) << " " << word(precision) << " tick " << i;
             }
         }

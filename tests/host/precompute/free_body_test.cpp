@@ -2,6 +2,8 @@
 // precompute() of a body that nothing holds: its tables, body.json, and the C of it.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
 #include "host/mesh/cube.hpp"
@@ -11,6 +13,7 @@
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
+#include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -83,6 +86,22 @@ TEST_F(FreeBodyTables, AHeldBodyHasNothingOfIt) {
     EXPECT_EQ(read_file(folder.path() / "model.h").find("haptable_body"), std::string::npos);
 }
 
+TEST_F(FreeBodyTables, SaysWhatMassAndInertiaAServoMoves) {
+    Scene light = free_cube();
+    light.free_body->line = 7;
+    light.free_body->mass_kg = 0.0;
+    light.free_body->density_kg_per_m3 = 1e-5;
+    EXPECT_NE(test::error_of([&] { run(light); }).find("cube.toml:7: body.density: the body has"), std::string::npos);
+    light.free_body->density_kg_per_m3 = 1e15;
+    EXPECT_NE(test::error_of([&] { run(light); }).find("and a servo moves 1e-06 to 1e+06 kg"), std::string::npos);
+    Scene small = free_cube();
+    small.free_body->line = 7;
+    small.free_body->mass_kg = 1e-6;
+    small.mesh.side_m = 1e-4;
+    EXPECT_NE(test::error_of([&] { run(small); }).find("cube.toml:7: body.mass: the body's principal moments"),
+              std::string::npos);
+}
+
 TEST_F(FreeBodyTables, SaysWhatItCannotBe) {
     Scene fast = free_cube();
     fast.free_body->line = 7;
@@ -109,6 +128,7 @@ TEST_F(FreeBodyTables, SaysWhatItCannotBe) {
 TEST(RigidBodyFile, SaysWhatItLacks) {
     const test::TemporaryFolder folder;
     write_file(folder.path() / "body.json", "{\"mass_kg\": 1}");
+    test::seal(folder.path(), nlohmann::json::object());
     EXPECT_NE(test::error_of([&] { read_rigid_body(folder.path()); }).find("centre_m"), std::string::npos);
 }
 

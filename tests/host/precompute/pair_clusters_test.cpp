@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The coupling in clusters, of a matrix like a half-space's: bytes, error, files.
 #include "host/precompute/pair_clusters.hpp"
+#include "host/base/json.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <fstream>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -120,8 +122,9 @@ protected:
              std::to_string(tables.clusters.rank) + R"(, "loads": )" +
              std::to_string(tables.clusters.load_place.size()) + "}}}");
     }
-    void tell(const std::string& summary) { std::ofstream(folder_ / "summary.json") << summary; }
+    void tell(const std::string& summary) { seal(folder_, parse_json(summary)); }
     void expect_refused(const std::string& file) {
+        seal(folder_);
         try {
             read_pair(folder_);
             FAIL() << file;

@@ -169,6 +169,30 @@ TEST_F(PrecomputeProgram, CheckDrawsWhatItFound) {
     EXPECT_EQ(data_of("-o a --quiet", 1).at("loose").size(), 26U);
 }
 
+// A box without its top: what closes it is far from the scan, and the page says how far.
+TEST_F(PrecomputeProgram, CheckDrawsHowFarAWrapIsFromItsScan) {
+    write_file(folder_.path() / "box.off",
+               "OFF\n8 10 0\n0 0 0\n30 0 0\n0 30 0\n30 30 0\n0 0 30\n30 0 30\n0 30 30\n30 30 30\n"
+               "3 0 2 1\n3 1 2 3\n3 0 1 5\n3 0 5 4\n3 1 3 7\n3 1 7 5\n3 3 2 6\n3 3 6 7\n3 2 0 4\n3 2 4 6\n");
+    std::string scene = kScene;
+    scene.replace(scene.find("generate = \"cube\"\nnodes_per_side = 3"), 36,
+                  "file = \"box.off\"\nscale = 0.001\nnode_count = 300");
+    write_file(scene_,
+               scene.replace(scene.find("box = ["), scene.find(']', scene.find("box = [")) - scene.find("box = [") + 1,
+                             "below = 0.001"));
+    const test::Outcome check = run("scene.toml --check -o a");
+    ASSERT_EQ(check.status, 0) << check.err;
+    EXPECT_NE(check.err.find("wrapped before it was filled (the surface does not bound a body: 4 open"),
+              std::string::npos)
+        << check.err;
+    const std::string page = read_file(folder_.path() / "a/check.html");
+    const std::size_t begin = page.find("const data = ") + 13;
+    const auto data = parse_json(page.substr(begin, page.find(";\n", begin) - begin));
+    ASSERT_EQ(data.at("away").size(), data.at("point").size());
+    EXPECT_NEAR(data.at("farthest").get<double>(), 0.015, 0.003) << "the middle of the top, to its nearest side";
+    EXPECT_NE(page.find("far from the scan (at most 1"), std::string::npos);
+}
+
 // A body that nothing holds is not under-constrained.
 TEST_F(PrecomputeProgram, CheckTakesABodyThatIsFree) {
     const std::string held = "[[fixed]]\nbox = [-1, -1, -1, 1, 1, 0]\n";

@@ -76,6 +76,11 @@ TEST_F(FreeBodyScene, ErrorsNameLineAndKey) {
     for (const char* key : {"floor = 0", "floor_normal = [0, 0, 1]", "floor_friction = 1"})
         expect_error(fmt::format("[body]\n{}\n", key), 8,
                      std::string(key).substr(0, std::string(key).find(' ')) + ": is of a body that is not held");
+    expect_error("[body]\nfree = true\nmass = 0.99e-6\n", 9, "mass: is 9.9e-07 kg, and a servo moves 1e-06 to 1e+06");
+    expect_error("[body]\nfree = true\nmass = 1.01e6\n", 9, "mass: is 1.01e+06 kg");
+    expect_error("[body]\nmodes = 4\nmass = 1e-15\n", 9, "mass: is 1e-15 kg");
+    EXPECT_EQ(read("[body]\nfree = true\nmass = 1e-6\n").free_body->mass_kg, 1e-6);
+    EXPECT_EQ(read("[body]\nfree = true\nmass = 1e6\n").free_body->mass_kg, 1e6);
     expect_error("[body]\nmass = 1\n", 8, "mass: is of a body that moves; add free = true or modes");
 }
 

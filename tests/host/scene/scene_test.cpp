@@ -62,6 +62,13 @@ protected:
     const std::filesystem::path path_ = folder_.path() / "scene.toml";
 };
 
+// Their number before each of them: 200,000 rows are refused at once.
+TEST_F(SceneFile, DisplayRowsAreCountedFirst) {
+    std::string rows = "columns = \"surface\"\ndisplay_rows = [7";
+    for (int i = 1; i < 2000; ++i) rows += ", 7";
+    expect_error("columns = \"none\"", rows + "]", 19, "names 2000 nodes, and a target's display has at most 1000");
+}
+
 TEST_F(SceneFile, IsNotCalledAsAFolderOfTheBuild) {
     expect_error("name = \"a\"", "name = \"tests\"", 1, "\"tests\" is a folder of the build itself");
     // What the Makefile and its scripts name below build/, but for the scenes among it.

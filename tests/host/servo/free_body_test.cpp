@@ -62,11 +62,12 @@ TEST_F(FreeBodySession, EachAnswerIsFollowedByItsPose) {
     Connection connection{"memq://"};
     ServoSession session(scene(), connection, nullptr);
     std::vector<body_pose> poses;
-    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose& m, std::int64_t) { poses.push_back(m); });
+    connection.subscribe<body_pose>(channel_of<body_pose>(),
+                                    [&](const body_pose& m, std::int64_t) { poses.push_back(m); });
     for (std::int64_t seq = 0; seq < 100; ++seq) {
         device_state state = simulated_state(seq, seq * 1000);
         state.position_m[2] = 0.1;
-        connection.publish(kStateChannel, state);
+        connection.publish(channel_of<device_state>(), state);
         handle_all(connection);
     }
     ASSERT_EQ(poses.size(), 100U);
@@ -83,8 +84,8 @@ TEST_F(FreeBodySession, ABodyThatIsHeldHasNone) {
     Connection connection{"memq://"};
     ServoSession session(box.scene(), connection, nullptr);
     int poses = 0;
-    connection.subscribe<body_pose>(kBodyChannel, [&](const body_pose&, std::int64_t) { ++poses; });
-    connection.publish(kStateChannel, simulated_state(0, 0));
+    connection.subscribe<body_pose>(channel_of<body_pose>(), [&](const body_pose&, std::int64_t) { ++poses; });
+    connection.publish(channel_of<device_state>(), simulated_state(0, 0));
     handle_all(connection);
     EXPECT_EQ(poses, 0);
 }

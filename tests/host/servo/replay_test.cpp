@@ -52,11 +52,11 @@ TEST_F(ReplayTest, WritesWhatTheServoGives) {
     EXPECT_EQ(lines_of(read_file(folder / "out.csv"))[0], kHeader);
     ASSERT_EQ(rows.size(), 300U);
     haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const std::array<float, 3> finger = to_finger(in[i].data());
         haptable_output out;
-        haptable_step(box.scene().model, &servo, finger.data(), static_cast<std::uint32_t>(i * 1000), &out);
+        haptable_servo_step(box.scene().model, &servo, finger.data(), static_cast<std::uint32_t>(i * 1000), &out);
         const std::vector<double>& row = rows[i];
         ASSERT_EQ(row.size(), 20U);
         EXPECT_EQ(row[0], static_cast<double>(i));

@@ -20,11 +20,11 @@ class ServoSessionTest : public testing::Test {
 protected:
     ServoSessionTest()
         : session(box.scene(), connection, nullptr, [this](const std::string& line) { told.push_back(line); }) {
-        connection.subscribe<servo_force>(kForceChannel,
+        connection.subscribe<servo_force>(channel_of<servo_force>(),
                                           [this](const servo_force& m, std::int64_t) { forces.push_back(m); });
-        connection.subscribe<contact>(kContactChannel,
+        connection.subscribe<contact>(channel_of<contact>(),
                                       [this](const contact& m, std::int64_t) { contacts.push_back(m); });
-        connection.subscribe<servo_status>(kStatusChannel,
+        connection.subscribe<servo_status>(channel_of<servo_status>(),
                                            [this](const servo_status& m, std::int64_t) { statuses.push_back(m); });
     }
 
@@ -52,7 +52,7 @@ protected:
     }
     /// States that come at once.
     void send(const std::vector<device_state>& states) {
-        for (const device_state& one : states) connection.publish(kStateChannel, one);
+        for (const device_state& one : states) connection.publish(channel_of<device_state>(), one);
         handle_all(connection);
     }
     std::int64_t status(const std::string& name) {
@@ -76,14 +76,14 @@ protected:
 
 TEST_F(ServoSessionTest, AnswersEachStateAsTheFirmwareDoes) {
     haptable_servo servo;
-    haptable_init(&servo);
+    haptable_servo_init(&servo);
     for (std::int64_t seq = 0; seq < 50; ++seq) {
         const double z = 0.0305 - 1e-4 * static_cast<double>(seq);
         ask(seq, z);
         const double position_m[3] = {0.0131, 0.0112, z};
         haptable_output out;
-        haptable_step(box.scene().model, &servo, to_finger(position_m).data(), static_cast<std::uint32_t>(seq * 1000),
-                      &out);
+        haptable_servo_step(box.scene().model, &servo, to_finger(position_m).data(),
+                            static_cast<std::uint32_t>(seq * 1000), &out);
         ASSERT_EQ(forces.size(), static_cast<std::size_t>(seq) + 1);
         EXPECT_EQ(forces.back().seq, seq);
         EXPECT_EQ(forces.back().utime, seq * 1000);
@@ -291,7 +291,7 @@ TEST_F(ServoSessionTest, InLockstepEveryStateIsATick) {
 
 TEST_F(ServoSessionTest, AStateThatWaited20MsIsNone) {
     send({real_state(0, 0.031)});
-    connection.publish(kStateChannel, real_state(1, 0.0305));
+    connection.publish(channel_of<device_state>(), real_state(1, 0.0305));
     std::this_thread::sleep_for(std::chrono::milliseconds(21));
     handle_all(connection);
     EXPECT_EQ(forces.size(), 1U);

@@ -8,6 +8,7 @@
 #include "host/precompute/precompute.hpp"
 #include "host/tables/tables.hpp"
 #include "host/view/deformation.hpp"
+#include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -79,10 +80,14 @@ TEST_F(Frames, DamagedFactorFilesAreErrorsThatNameThem) {
         if (std::string(name) != "factor_value.npy") {            // any float is a value
             write_file(solves_ / name, bad);
             EXPECT_THROW(Deformation(tables, solves_), Error) << name;
+            test::seal(solves_);
+            EXPECT_THROW(Deformation(tables, solves_), Error) << name;
         }
         write_file(solves_ / name, good.substr(0, good.size() - 4));
+        test::seal(solves_);
         EXPECT_THROW(Deformation(tables, solves_), Error) << name;
         write_file(solves_ / name, good);
+        test::seal(solves_);
     }
     EXPECT_NO_THROW(Deformation(tables, solves_));
 }

@@ -62,7 +62,7 @@ TEST(Solid, RefusesAnOpenSurface) {
 // ---- faults ----
 
 /// The servo with something wrong.
-using Step = decltype(&haptable_step);
+using Step = decltype(&haptable_servo_step);
 
 struct SpoiledCase {
     const char* what;
@@ -78,7 +78,7 @@ bool in_contact(const haptable_output* out) { return out->state == HAPTABLE_CONT
 void never_lets_go(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
                    haptable_output* out) {
     const haptable_contact held = servo->contact;
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     if (held.patch == HAPTABLE_NONE || in_contact(out)) return;
     servo->contact = held;
     out->state = HAPTABLE_CONTACT;
@@ -90,11 +90,11 @@ void never_lets_go(const haptable_model* model, haptable_servo* servo, const flo
 
 void drops_what_is_deep(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
                         haptable_output* out) {
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     Eigen::Map<const Eigen::Vector3f> finger(x), god(out->god_object_m);
     if (!in_contact(out) || (finger - god).norm() < 0.002F) return;
     const haptable_counters counters = servo->counters;
-    haptable_init(servo);
+    haptable_servo_init(servo);
     servo->counters = counters;
     *out = {};
     out->state = HAPTABLE_FREE;
@@ -102,13 +102,13 @@ void drops_what_is_deep(const haptable_model* model, haptable_servo* servo, cons
 
 void pushes_too_hard(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
                      haptable_output* out) {
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     if (in_contact(out)) out->force_n[0] += 10.0F;
 }
 
 void is_a_little_soft(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
                       haptable_output* out) {
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     for (auto& nodal : out->nodal_force_n)
         for (float& component : nodal) component *= 0.9995F;
 }
@@ -116,7 +116,7 @@ void is_a_little_soft(const haptable_model* model, haptable_servo* servo, const 
 /// All on one node: the sum is right, the picture is not.
 void loads_one_node(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
                     haptable_output* out) {
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     for (int axis = 0; axis < 3; ++axis)
         for (int c = 1; c < 3; ++c) {
             out->nodal_force_n[0][axis] += out->nodal_force_n[c][axis];
@@ -126,7 +126,7 @@ void loads_one_node(const haptable_model* model, haptable_servo* servo, const fl
 
 void clicks(const haptable_model* model, haptable_servo* servo, const float x[3], std::uint32_t us,
             haptable_output* out) {
-    haptable_step(model, servo, x, us, out);
+    haptable_servo_step(model, servo, x, us, out);
     if (in_contact(out) && servo->counters.ticks % 16 < 8) out->force_n[1] += 0.3F;
 }
 
@@ -136,7 +136,7 @@ void gives_energy(const haptable_model* model, haptable_servo* servo, const floa
     haptable_model nearest = *model;
     nearest.god_object = haptable_god_object_nearest;
     nearest.release = nullptr;
-    haptable_step(&nearest, servo, x, us, out);
+    haptable_servo_step(&nearest, servo, x, us, out);
 }
 
 /// Stuck where the contact began.
@@ -144,7 +144,7 @@ void never_slips(const haptable_model* model, haptable_servo* servo, const float
                  haptable_output* out) {
     haptable_model sticky = *model;
     sticky.static_friction = sticky.kinetic_friction = 100.0F;
-    haptable_step(&sticky, servo, x, us, out);
+    haptable_servo_step(&sticky, servo, x, us, out);
 }
 
 class Spoiled : public testing::TestWithParam<SpoiledCase> {};
@@ -172,7 +172,7 @@ Tally stroke_cube(const SpoiledCase& spoiled, Step step) {
 
 TEST_P(Spoiled, IsSeen) {
     const auto fault = static_cast<std::size_t>(GetParam().fault);
-    EXPECT_EQ(stroke_cube(GetParam(), haptable_step).faulty[fault], 0U) << "a servo that is well";
+    EXPECT_EQ(stroke_cube(GetParam(), haptable_servo_step).faulty[fault], 0U) << "a servo that is well";
     EXPECT_GT(stroke_cube(GetParam(), GetParam().step).faulty[fault], 0U);
 }
 

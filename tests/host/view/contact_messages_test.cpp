@@ -11,10 +11,8 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/link/channels.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
-#include "host/link/ringing.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -44,7 +42,7 @@ protected:
         return m;
     }
 
-    void write_log(const std::vector<contact>& messages, const std::string& channel = kContactChannel,
+    void write_log(const std::vector<contact>& messages, const std::string& channel = channel_of<contact>(),
                    int cut = 0) const {
         std::vector<std::pair<std::string, contact>> on_channel;
         for (const contact& m : messages) on_channel.emplace_back(channel, m);
@@ -109,10 +107,10 @@ TEST_F(ViewContactMessages, AFrameHasTheModesThatItsServoTold) {
             modes.servo = tick == 2 ? 99 : 0;
             modes.count = 2;
             modes.swung[0] = 0.5F * static_cast<float>(tick);
-            add(log, kModesChannel, modes);
+            add(log, channel_of<body_modes>(), modes);
             contact m = message(1000 * tick, tick);
             if (tick == 1) m.count = m.touches = 0, m.node.clear(), m.force_n.clear();
-            add(log, kContactChannel, m);
+            add(log, channel_of<contact>(), m);
         }
     }
     const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
@@ -163,12 +161,12 @@ TEST_F(ViewContactMessages, TwoFingersAreOneFrame) {
     silent.count = silent.touches = 0;
     silent.node.clear();
     silent.force_n.clear();
-    write_log({{kContactChannel, message(0, 0)},
-               {kContactChannels[1], second(0, 50)},
-               {kContactChannel, message(1000, 1)},
-               {kContactChannels[1], second(2000, 51)},
-               {kContactChannels[1], silent},
-               {kContactChannel, message(4000, 4)}});
+    write_log({{channel_of<contact>(), message(0, 0)},
+               {channel_of<contact>(1), second(0, 50)},
+               {channel_of<contact>(), message(1000, 1)},
+               {channel_of<contact>(1), second(2000, 51)},
+               {channel_of<contact>(1), silent},
+               {channel_of<contact>(), message(4000, 4)}});
     const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
     ASSERT_EQ(frames.size(), 5U);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -188,7 +186,7 @@ TEST_F(ViewContactMessages, TwoFingersAreOneFrame) {
 }
 
 TEST_F(ViewContactMessages, ASecondFingerAloneIsAFrame) {
-    write_log({message(0, 0), message(1000, 1)}, kContactChannels[1]);
+    write_log({message(0, 0), message(1000, 1)}, channel_of<contact>(1));
     const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
     ASSERT_EQ(frames.size(), 2U);
     EXPECT_TRUE(frames[1].contact);
@@ -219,7 +217,7 @@ TEST_F(ViewContactMessages, ErrorsNameTheLog) {
     EXPECT_NE(error_of().find("is not an LCM log"), std::string::npos);
     write_log({message(0, 0)}, "OTHER_CHANNEL");
     EXPECT_NE(error_of().find("holds no message on HAPTABLE_CONTACT"), std::string::npos) << error_of();
-    write_log({message(0, 0)}, kContactChannel, 5);
+    write_log({message(0, 0)}, channel_of<contact>(), 5);
     EXPECT_NE(error_of().find("damaged"), std::string::npos) << error_of();
     contact other = message(0, 0);
     other.model_hash = 5;
@@ -248,7 +246,7 @@ TEST_F(ViewContactMessages, LeavesOutWhatIsDamagedInALog) {
 TEST_F(ViewContactMessages, ALogOfAnEarlierVersionIsRefused) {
     write_log({message(0, 0)});
     std::string bytes = read_file(log_);
-    bytes[28 + std::string(kContactChannel).size()] ^= 1;  // of the hash of the type's fields
+    bytes[28 + std::string(channel_of<contact>()).size()] ^= 1;  // of the hash of the type's fields
     write_file(log_, bytes);
     EXPECT_NE(error_of().find("of another version of haptable"), std::string::npos) << error_of();
 }
@@ -288,7 +286,7 @@ protected:
 
 TEST_F(Live, FollowsAServo) {
     const FollowedContacts followed =
-        follow([this](std::int64_t seq) { sender->publish(kContactChannel, message(1000 * seq, seq)); });
+        follow([this](std::int64_t seq) { sender->publish(channel_of<contact>(), message(1000 * seq, seq)); });
     ASSERT_EQ(drawn.size(), 4U);
     for (std::size_t i = 1; i < drawn.size(); ++i) EXPECT_GT(drawn[i].number, drawn[i - 1].number);
     EXPECT_GT(followed.messages, 4);
@@ -299,12 +297,12 @@ TEST_F(Live, LeavesOutWhatIsDamagedAndASecondServo) {
     const FollowedContacts followed = follow([this](std::int64_t seq) {
         contact damaged = message(1000 * seq, seq), second = damaged;
         damaged.node[0] = -1;
-        sender->publish(kContactChannel, damaged);
-        sender->publish(kContactChannel, servo_force{});
-        sender->publish(kContactChannel, message(1000 * seq, seq));
+        sender->publish(channel_of<contact>(), damaged);
+        sender->publish(channel_of<contact>(), servo_force{});
+        sender->publish(channel_of<contact>(), message(1000 * seq, seq));
         second.servo = 99;
         second.finger_m[0] = 1.0;
-        sender->publish(kContactChannel, second);
+        sender->publish(channel_of<contact>(), second);
     });
     ASSERT_EQ(drawn.size(), 4U);
     for (const ContactFrame& frame : drawn) EXPECT_EQ(frame.finger_m[0], 0.0);

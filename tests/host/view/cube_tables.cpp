@@ -10,8 +10,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "host/base/file.hpp"
+#include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
+#include "tests/sealed.hpp"
 
 namespace haptable::test {
 
@@ -123,7 +124,7 @@ void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& o
         write_npy<std::int32_t>(folder / "row_id.npy", {n}, free);
         write_npy<float>(folder / "columns.npy", {n, n, 3, 3}, columns);
     }
-    write_file(folder / "summary.json", summary(options));
+    seal(folder, parse_json(summary(options)));
 }
 
 }  // namespace haptable::test

@@ -21,6 +21,7 @@
 #include "host/view/png.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
+#include "tests/sealed.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -406,6 +407,7 @@ TEST_F(ViewPicture, ASagIsDrawnFromTheShapeWithoutWeight) {
     std::vector<double> sag_m;
     for (const auto& x : tables_.position) sag_m.insert(sag_m.end(), {0.0, 0.0, -0.05 * x[2]});
     write_npy<double>(folder_.path() / "sag.npy", {tables_.position.size(), 3}, sag_m);
+    seal(folder_.path());
     const Sag sag = read_sag(tables_, folder_.path());
     ViewOptions view;
     view.exaggeration = 2.0;
@@ -427,6 +429,7 @@ TEST_F(ViewPicture, ASagIsDrawnFromTheShapeWithoutWeight) {
     EXPECT_THROW(Painter(sag, folder_.path(), view), Error);
     sag_m.pop_back();
     write_npy<double>(folder_.path() / "sag.npy", {sag_m.size()}, sag_m);
+    seal(folder_.path());
     EXPECT_NE(error_of([&] { read_sag(tables_, folder_.path()); }).find("make the tables again"), std::string::npos);
 }
 

@@ -3,7 +3,9 @@
 #include <haptable.h>
 #include <model.h>
 
-static haptable_servo servo;
+static HAPTABLE_MODEL_STATE state;
+static haptable_input in[HAPTABLE_MODEL_FINGERS];
+static haptable_output out[HAPTABLE_MODEL_FINGERS];
 static uint32_t next_us;
 
 static int device_read(float finger_m[3]) {
@@ -14,19 +16,18 @@ static int device_read(float finger_m[3]) {
 static void device_write(const float force_n[3]) { (void)force_n; }  // N, to your motors
 
 void setup() {
-    haptable_init(&servo);
-    haptable_check(&HAPTABLE_MODEL, &servo, HAPTABLE_CHECK_ALL);
+    haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+    haptable_check(&HAPTABLE_MODEL_SCENE, &state, HAPTABLE_CHECK_ALL);
     next_us = micros();
 }
 
 void loop() {
-    haptable_output out;
-    float finger_m[3];
     if ((int32_t)(micros() - next_us) < 0) return;
     next_us += HAPTABLE_TICK_US;
-    if (device_read(finger_m))
-        haptable_step(&HAPTABLE_MODEL, &servo, finger_m, micros(), &out);
-    else if (!haptable_watch(&servo, micros(), &out))
+    in[0].is_there = 1;
+    if (device_read(in[0].finger_m))
+        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, micros(), out);
+    else if (!haptable_watch(&HAPTABLE_MODEL_SCENE, &state, micros(), out))
         return;  // in time still: the last force stays
-    device_write(out.force_n);
+    device_write(out[0].force_n);
 }

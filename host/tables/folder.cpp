@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/tables/folder.hpp"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/hash.hpp"
+#include "host/base/json.hpp"
+
+namespace haptable {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr const char* kSummary = "summary.json";
+
+/// A name alone: no way out of the folder.
+bool is_plain(const std::string& name) {
+    return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
+}
+
+bool is_regular(const fs::path& path) {
+    std::error_code ignored;
+    return fs::is_regular_file(path, ignored);
+}
+
+/// 16 hex digits; 0 where there are none.
+std::uint64_t hash_in(const json& summary, const char* key, const fs::path& path) {
+    const auto text = summary.find(key);
+    if (text == summary.end()) return 0;
+    const std::string digits = text->is_string() ? text->get<std::string>() : "";
+    std::uint64_t hash = 0;
+    const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), hash, 16);
+    if (failed != std::errc() || end != digits.data() + digits.size())
+        throw Error(path.string() + ": " + key + " is not hexadecimal: make the tables again");
+    return hash;
+}
+
+}  // namespace
+
+struct TablesFolder::Content {
+    fs::path path;
+    json summary;
+    std::uint64_t model_hash = 0, tables_hash = 0;
+    std::map<std::string, std::string> hash;  ///< by file
+    std::mutex lock;                          ///< of what follows
+    std::set<std::string> checked;
+};
+
+TablesFolder::TablesFolder(fs::path path) : content_(std::make_shared<Content>()) {
+    content_->path = std::move(path);
+    const fs::path file = content_->path / kSummary;
+    std::error_code ignored;
+    if (!fs::exists(file, ignored))
+        throw Error(file.string() + ": is not there: make the tables with haptable-precompute");
+    if (!is_regular(file)) fail(kSummary, "is no file");
+    json& summary = content_->summary;
+    summary = parse_json_or_discard(read_file(file));
+    const auto hashes = summary.is_object() ? summary.find("hash") : summary.end();
+    if (!summary.is_object() || hashes == summary.end() || !hashes->is_object())
+        fail(kSummary, "is not a summary of haptable-precompute");
+    for (const auto& [name, hash] : hashes->items()) {
+        if (!is_plain(name)) fail(kSummary, "names " + json_text(json(name)) + ", which is no file of its folder");
+        content_->hash[name] = hash.is_string() ? hash.get<std::string>() : "";
+    }
+    content_->model_hash = hash_in(summary, "model_hash", file);
+    content_->tables_hash = hash_in(summary, "tables_hash", file);
+}
+
+std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
+    TablesFolder folder(path);
+    for (const auto& [name, hash] : folder.content_->hash) folder.file(name);
+    return folder;
+} catch (const Error&) {
+    return {};
+}
+
+const fs::path& TablesFolder::path() const { return content_->path; }
+
+const json& TablesFolder::summary() const { return content_->summary; }
+
+std::uint64_t TablesFolder::model_hash() const { return content_->model_hash; }
+
+std::uint64_t TablesFolder::tables_hash() const { return content_->tables_hash; }
+
+bool TablesFolder::has(const std::string& name) const { return content_->hash.contains(name); }
+
+fs::path TablesFolder::file(const std::string& name) const {
+    const fs::path path = content_->path / name;
+    const auto hash = content_->hash.find(name);
+    if (hash == content_->hash.end()) fail(name, "is missing: summary.json does not name it");
+    const std::lock_guard guard(content_->lock);
+    if (content_->checked.contains(name)) return path;
+    if (!is_regular(path)) fail(name, "is missing");
+    if (hash_file(path) != hash->second) fail(name, "is not the file that was written with summary.json");
+    content_->checked.insert(name);
+    return path;
+}
+
+void TablesFolder::fail(const std::string& name, const std::string& what) const {
+    throw Error((content_->path / name).string() + ": " + what + ": make the tables again");
+}
+
+}  // namespace haptable

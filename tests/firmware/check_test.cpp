@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The check of the tables (docs/SAFETY.md): every table of every part of a scene.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <random>
+
+#include "tests/bodies.hpp"
+#include "tests/finger.hpp"
+#include "tests/loop/every_scene.hpp"
+
+namespace haptable::test {
+namespace {
+
+constexpr int kFlips = 2000;  // of each part
+
+/// A body that nothing holds, which rings under two fingers, of the tables given; its check is on.
+class Whole {
+public:
+    explicit Whole(const ServoScene& of) : model(*of.model), pair(*of.pair), body(*of.body), modes(*of.modes) {
+        model.check = haptable_check_crc;
+        model.crc = haptable_crc_of(&model, haptable_span_of_model);
+        pair.model = &model;
+        pair.crc = haptable_crc_of(&pair, haptable_span_of_pair);
+        haptable_scene_make(&model, &pair, &body, &modes, &scene);
+        state.resize((scene.bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
+    }
+    Whole(const Whole&) = delete;
+    Whole& operator=(const Whole&) = delete;
+
+    haptable_servo& servo(int finger) { return *haptable_scene_servo(state.data(), finger); }
+    /// What a whole check finds in a state that was not checked before: the faults of both fingers.
+    int faults() {
+        haptable_init(&scene, state.data());
+        haptable_check(&scene, state.data(), HAPTABLE_CHECK_ALL);
+        EXPECT_EQ(servo(0).check.verdict, servo(1).check.verdict);
+        EXPECT_EQ(servo(0).faults, servo(1).faults);
+        return servo(0).faults;
+    }
+    int step(float z) {
+        haptable_input in[2] = {{{0.0131F, 0.0172F, z}, 0, 1}, {{0.0171F, 0.0132F, z}, 0, 1}};
+        haptable_output out[2];
+        haptable_step(&scene, state.data(), in, now_us += HAPTABLE_TICK_US, out);
+        EXPECT_EQ(out[0].state == HAPTABLE_FAULTED, out[1].state == HAPTABLE_FAULTED);
+        return out[0].state;
+    }
+
+    haptable_model model;
+    haptable_pair_model pair;
+    haptable_body body;
+    haptable_modes modes;
+    haptable_scene scene{};
+    std::vector<std::max_align_t> state;
+    std::uint32_t now_us = 0;
+};
+
+/// Where a bit may be flipped without a table that seems longer than it is: tables and floats, not numbers of rows.
+struct Place {
+    unsigned char* at;
+    std::uint32_t bytes;
+};
+
+/// counts: whether a field of so many bytes is a number of rows.
+std::vector<Place> places(const void* tables, haptable_span_fn* span,
+                          const std::function<bool(std::uint32_t)>& counts) {
+    std::vector<Place> found;
+    for (std::uint32_t field = 0;; ++field) {
+        const haptable_span of = span(tables, field);
+        if (of.bytes == HAPTABLE_SPAN_END) return found;
+        if (of.bytes > 0 && !counts(of.bytes))
+            found.push_back({static_cast<unsigned char*>(const_cast<void*>(of.at)), of.bytes});
+    }
+}
+
+/// Flips so many bits, one after another, by lot; each is to be found. Returns how many were.
+int found(Whole& whole, const std::vector<Place>& places, unsigned seed) {
+    std::mt19937 random(seed);
+    std::size_t all = 0;
+    for (const Place& place : places) all += place.bytes;
+    int found = 0;
+    for (int flip = 0; flip < kFlips; ++flip) {
+        std::size_t byte = std::uniform_int_distribution<std::size_t>(0, all - 1)(random), in = 0;
+        // The first flips are one in each table.
+        if (std::size_t(flip) < places.size()) {
+            in = std::size_t(flip);
+            byte %= places[in].bytes;
+        } else {
+            while (byte >= places[in].bytes) byte -= places[in++].bytes;
+        }
+        const auto bit = static_cast<unsigned char>(1U << random() % 8U);
+        places[in].at[byte] ^= bit;
+        found += whole.faults() == HAPTABLE_FAULT_TABLES ? 1 : 0;
+        places[in].at[byte] ^= bit;
+    }
+    return found;
+}
+
+TEST(SceneCheck, NoticesEveryFlippedBitOfEveryPart) {
+    Whole whole(every_scene().scene({2, true, true}));
+    ASSERT_EQ(whole.faults(), 0);
+    // Numbers of rows are those of 16 bits; of the modes one of 8.
+    const auto of_16_bits = [](std::uint32_t bytes) { return bytes <= 2; };
+    EXPECT_EQ(found(whole, places(&whole.model, haptable_span_of_model, of_16_bits), 1), kFlips);
+    EXPECT_EQ(found(whole, places(&whole.pair, haptable_span_of_pair, of_16_bits), 2), kFlips);
+    EXPECT_EQ(found(whole, places(&whole.body, haptable_span_of_body, of_16_bits), 3), kFlips);
+    EXPECT_EQ(found(whole, places(&whole.modes, haptable_span_of_modes, of_16_bits), 4), kFlips);
+    for (std::uint32_t* crc : {&whole.model.crc, &whole.pair.crc, &whole.body.crc, &whole.modes.crc}) {
+        *crc ^= 1U;
+        EXPECT_EQ(whole.faults(), HAPTABLE_FAULT_TABLES);
+        *crc ^= 1U;
+    }
+    EXPECT_EQ(whole.faults(), 0);
+}
+
+// 64 bytes at a time, beside the ticks; an acknowledgement does not end what is damaged.
+TEST(SceneCheck, GoesOnBesideTheTicksThroughEveryPart) {
+    Whole whole(every_scene().scene({2, true, true}));
+    ASSERT_EQ(whole.faults(), 0);
+    EXPECT_NE(whole.step(0.04F), HAPTABLE_FAULTED);
+    for (const bool last : {false, true}) {
+        float& value = last ? const_cast<haptable_mode*>(whole.modes.mode)->stiffness : whole.body.mass_kg;
+        const float was = value;
+        value = std::nextafter(value, 1e9F);
+        int slices = 0;
+        for (; slices < 100'000 && whole.servo(1).faults == 0; ++slices)
+            haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_BYTES);
+        EXPECT_LT(slices, 100'000);
+        EXPECT_EQ(whole.servo(0).faults, HAPTABLE_FAULT_TABLES);
+        EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED);
+        value = was;
+        EXPECT_EQ(whole.faults(), 0);
+    }
+}
+
+TEST(SceneCheck, GivesNoForceBeforeItWasMade) {
+    Whole whole(every_scene().scene({2, true, true}));
+    haptable_init(&whole.scene, whole.state.data());
+    EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED);
+    haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_ALL);
+    EXPECT_EQ(whole.step(0.04F), HAPTABLE_FREE);
+}
+
+}  // namespace
+}  // namespace haptable::test
