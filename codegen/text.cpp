@@ -292,8 +292,8 @@ void add_scene(const Tables& tables, const Parts& parts, ModelText& text) {
     if (moves) members += "    struct haptable_account account;\n";
     text.header.insert(
         text.header.rfind("#endif"),
-        fmt::format("/* The scene: all that one step needs, and the state that it keeps. */\n#include "
-                    "\"haptable_scene.h\"\n\n{1} {{\n{2}}};\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
+        fmt::format("/* The scene: all that one step needs, and the state that it keeps. */\n#include"
+                    " \"haptable_scene.h\"\n\n{1} {{\n{2}}};\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
                     "extern const struct haptable_scene {0}_scene;\n\n#ifdef __cplusplus\n}}\n#endif\n\n"
                     "#ifndef HAPTABLE_MODEL_SCENE\n#define HAPTABLE_MODEL_SCENE {0}_scene\n"
                     "#define HAPTABLE_MODEL_STATE {1}\n#define HAPTABLE_MODEL_FINGERS {3}\n#endif\n\n",

@@ -502,11 +502,11 @@ static void push(const struct haptable_body* body, const struct frame* f, const 
                  const float moment[3], struct haptable_body_state* state) {
     float gained[3];
     float along[3];
-    float weight[3];
-    float a[3];
     int i;
     for (i = 0; i < 3; ++i) gained[i] = DT * body->gravity_m_per_s2[i];
     if (s->is_turned) {
+        float weight[3];
+        float a[3];
         to_body(f, gained, weight);
         for (i = 0; i < 3; ++i) along[i] = 2.0f * (motion[i] - s->before[i]) - weight[i];
         to_world(f, along, weight);

@@ -148,7 +148,7 @@ uint32_t haptable_line_write_answer(uint32_t sequence, const struct haptable_lin
 }
 
 int haptable_line_take_hello(const struct haptable_line_frame* frame, struct haptable_line_hello* hello) {
-    static const struct haptable_line_hello none;
+    static const struct haptable_line_hello none = {0};
     struct walk walk = {frame->payload, 1};
     if (frame->type != HAPTABLE_LINE_HELLO || frame->length == 0) return 0;
     *hello = none;
@@ -163,7 +163,7 @@ int haptable_line_take_hello(const struct haptable_line_frame* frame, struct hap
 
 int haptable_line_take_state(const struct haptable_line_frame* frame, const struct haptable_line_hello* hello,
                              struct haptable_line_state* state) {
-    static const struct haptable_line_state none;
+    static const struct haptable_line_state none = {0};
     struct walk walk = {frame->payload, 1};
     if (frame->type != HAPTABLE_LINE_STATE || frame->length != HAPTABLE_LINE_STATE_PAYLOAD(hello->fingers)) return 0;
     *state = none;
@@ -173,7 +173,7 @@ int haptable_line_take_state(const struct haptable_line_frame* frame, const stru
 
 int haptable_line_take_answer(const struct haptable_line_frame* frame, const struct haptable_line_hello* hello,
                               struct haptable_line_answer* answer) {
-    static const struct haptable_line_answer none;
+    static const struct haptable_line_answer none = {0};
     struct walk walk = {frame->payload, 1};
     const int is_free = (hello->flags & HAPTABLE_LINE_FREE) != 0u;
     int f;

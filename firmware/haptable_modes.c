@@ -144,7 +144,6 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
     struct haptable_met* met = &state->met[finger];
     float shape[HAPTABLE_MODES][3];
     float apart_m[3];
-    float cost_j;
     float part = 1.0f;
     int k;
     if (contact->patch != HAPTABLE_NONE) {
@@ -156,7 +155,8 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
     for (k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], apart_m);
     vec_add_scaled(-1.0f, met->shift_m, apart_m);
     if (contact->patch != HAPTABLE_NONE) {
-        cost_j = 0.5f * model->stiffness_limit_n_per_m * vec_dot(apart_m, apart_m) - vec_dot(load_n, apart_m);
+        const float cost_j =
+            0.5f * model->stiffness_limit_n_per_m * vec_dot(apart_m, apart_m) - vec_dot(load_n, apart_m);
         if (cost_j > *credit_j) part = *credit_j > 0.0f ? *credit_j / cost_j : 0.0f;
         if (cost_j > 0.0f) *credit_j -= part * cost_j;
     }
@@ -164,7 +164,7 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
 }
 
 void haptable_modes_init(struct haptable_modes_state* state) {
-    static const struct haptable_modes_state fresh;
+    static const struct haptable_modes_state fresh = {0};
     int f;
     *state = fresh;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) state->met[f].patch = HAPTABLE_NONE;

@@ -19,12 +19,12 @@ static const struct haptable_compliance_form mask_form = {
 
 /* The net of degree 2 of the point: that of the patch, or at alpha of its net of degree 4. */
 static inline void open_net(const struct net* net, int degree, const float alpha[3], struct reduced* quadratic) {
-    int n;
     if (degree == 4) {
         int corner = 0;
         const enum place_on_patch feature = feature_of(alpha, &corner);
         quadratic_net(net, alpha, feature, corner, quadratic);
     } else {
+        int n;
         for (n = 0; n < 6; ++n) quadratic->block[n] = net->block[n];
     }
 }

@@ -37,18 +37,18 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
     const struct haptable_contact* contact = &servo->contact;
     const float unit_m = 1e-3f;
     const int at = 3 * finger;
-    float s[3][3];
     float across[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
-    float full_n[3];
     float share = 0.0f;
     float volume = 0.0f;
     int i;
     int j;
     if (contact->patch != HAPTABLE_NONE) {
+        float full_n[3];
         load_of(model, contact, servo->finger_m, full_n);
         share = share_of(full_n, load_n);
     }
     if (share > 0.0f) {
+        float s[3][3];
         for (i = 0; i < 3; ++i) {
             float at_m[3];
             float column_n[3];

@@ -37,7 +37,7 @@ arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
 arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen firmware/haptable_pair.h host/precompute
-arrow host/mpi host/base host/scene host/inverse host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
+arrow host/mpi host/base host/scene host/inverse host/precompute/owner.hpp host/precompute/precompute.hpp host/precompute/locking.hpp host/precompute/tell.hpp host/mpi
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable_model.h firmware/haptable_body.h model.h haptable/

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
 # tidy.sh COMPILER FILE OPTION...: clang-tidy on one file. What it had nothing to say of is remembered for every clone of
-# this user, by the checks and by all that it reads (the preprocessed text, with comments and macros): it takes 20 s a
-# file, the preprocessor one. TIDIED=FOLDER: where; default $XDG_CACHE_HOME/haptable/tidy.
+# this user, by the checks and by all that it reads (our files as they are, the preprocessed text with its macros): it
+# takes 20 s a file, the preprocessor one. TIDIED=FOLDER: where; default $XDG_CACHE_HOME/haptable/tidy.
 set -eu
 compiler=$1 file=$2
 shift 2
 checks=tests/clang-tidy.yaml
 tidied=${TIDIED:-${XDG_CACHE_HOME:-$HOME/.cache}/haptable/tidy}
-read_by_it=$({ clang-tidy --version && cat "$checks" "$0" && "$compiler" "$@" -E -C -dD "$file"; } | sha256sum)
+read_by_it=$({ clang-tidy --version && cat "$checks" "$0" && "$compiler" "$@" -E -dD "$file" &&
+    "$compiler" "$@" -MM "$file" | tr -d '\\' | tr ' ' '\n' | grep -v ':$' | xargs cat; } | sha256sum)
 known=$tidied/${read_by_it%% *}
 [ ! -e "$known" ] || exit 0
 # int is as wide as a pointer on every target, and what it counts is below 65,536.

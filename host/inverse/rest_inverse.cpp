@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/inverse/rest_inverse.hpp"
 
-#include <utility>
-
 namespace haptable {
 
-RestInverse::RestInverse(Inverse& whole, Eigen::SparseMatrix<double> mass, int count)
-    : CorrectedInverse(whole), mass_(std::move(mass)), count_(count) {}
+RestInverse::RestInverse(Inverse& whole, const Eigen::SparseMatrix<double>& mass, int count)
+    : CorrectedInverse(whole), mass_(mass), count_(count) {}
 
 FactorFacts RestInverse::factorize(const Stiffness& k, Progress& progress) {
     FactorFacts facts = whole().factorize(k, progress);

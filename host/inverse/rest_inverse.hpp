@@ -14,7 +14,7 @@ namespace haptable {
 class RestInverse : public CorrectedInverse {
 public:
     /// whole: must outlive it. mass: of the same unknowns. count: modes.
-    RestInverse(Inverse& whole, Eigen::SparseMatrix<double> mass, int count);
+    RestInverse(Inverse& whole, const Eigen::SparseMatrix<double>& mass, int count);
 
     FactorFacts factorize(const Stiffness& k, Progress& progress) override;
     void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override;

@@ -50,6 +50,8 @@ template <typename... Takes>
 struct Overloaded : Takes... {
     using Takes::operator()...;
 };
+template <typename... Takes>
+Overloaded(Takes...) -> Overloaded<Takes...>;
 
 /// Calls take(message, finger) with the message that the bytes on this channel are. Channels whose type `take` does not
 /// take are elsewhere.
