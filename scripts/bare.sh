@@ -22,7 +22,7 @@ cp -r "$tidied/." "$work/cache/haptable"
 cat >"$work/inside" <<END
 unset MAKEFLAGS MAKELEVEL MFLAGS
 export HOME=/root XDG_CACHE_HOME=/cache
-[ ! -e /certificates.crt ] || export PIP_CERT=/certificates.crt
+[ ! -e /certificates.crt ] || export PIP_CERT=/certificates.crt REQUESTS_CA_BUNDLE=/certificates.crt
 cd /haptable
 TIMEFORMAT='bare: %R s, of which the processors worked %U s and the kernel %S s'
 time { $1; }
