@@ -161,14 +161,14 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library
+test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-all: make test, then what proves packages, installed copies and several machines
 .PHONY: test-all
 test-all: test
-	@$(MAKE) --no-print-directory test-mpi $(BUILD)/setup-package.stamp
+	@$(MAKE) --no-print-directory test-mpi
 	@BUILD=$(BUILD) sh scripts/test.sh whole
 
 # test-tried: make test in a clone in a Debian 12 that has git and make and nothing else

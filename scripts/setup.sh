@@ -15,7 +15,7 @@ packages_of() {
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws
-    test) echo libgtest-dev python3-venv clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ffmpeg cmake ;;
+    test) echo libgtest-dev python3-venv clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ffmpeg locales ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
     figures) echo ffmpeg chromium ;;

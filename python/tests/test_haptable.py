@@ -328,7 +328,7 @@ class Package(unittest.TestCase):
         self.assertEqual((list(contact.node), [list(f) for f in contact.force_n]), ([3, 5], [[1, 2, 3], [4, 5, 6]]))
         self.assertEqual(tuple(by["HAPTABLE_BODY"].centre_m), (0.0, 0.5, 0.0))
         self.assertEqual((by["HAPTABLE_MODES"].count, by["HAPTABLE_MODES"].swung[1]), (2, 0.75))
-        self.assertEqual((by["HAPTABLE_STATUS"].name, by["HAPTABLE_STATUS"].value), (["ticks"], [9]))
+        self.assertEqual((list(by["HAPTABLE_STATUS"].name), list(by["HAPTABLE_STATUS"].value)), (["ticks"], [9]))
         self.assertEqual(by["OTHER"], b"bytes")
         cut = self.path / "cut.lcmlog"
         cut.write_bytes(pathlib.Path(os.environ["HAPTABLE_LOG"]).read_bytes()[:-3])

@@ -727,6 +727,7 @@ TEST_F(TouchPageOfTwo, HasTheViewersColours) {
                       dark ? color->on_dark : color->on_light)
                 << name;
         }
+        ASSERT_TRUE(browser.wait_until("document.querySelector('#legend i:not(.part)') !== null"));
         EXPECT_EQ(browser.evaluate("Array.from(document.querySelectorAll('#legend i:not(.part)'), e => "
                                    "getComputedStyle(e).backgroundColor).join()"),
                   browser.evaluate("[haptable.picture().fingers[0].finger, haptable.picture().fingers[1].finger, "
