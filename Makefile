@@ -20,6 +20,10 @@ override NAME := $(call plain,NAME)
 SCENE ?= meshes/cube.toml
 $(call as_given,SCENE)
 
+# Debian's, which has the packages of scripts/setup.sh's set lab; another one needs lab/requirements.txt.
+LAB_PYTHON ?= /usr/bin/python3
+LAB = $(LAB_PYTHON) -m lab --build $(BUILD)
+
 CC = gcc
 CXX = g++
 # Warnings are errors under the compiler that we use, without those of its optimiser: whether it gives these depends on
@@ -162,7 +166,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
 test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
-	@$(MAKE) --no-print-directory test-fuzz images test-python
+	@$(MAKE) --no-print-directory test-fuzz images test-python test-lab
 	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-all: make test, then what proves packages, installed copies and several machines
@@ -177,9 +181,11 @@ test-tried: | $(BUILD)/setup-bare.stamp
 	@sh scripts/bare.sh 'make test'
 
 # What the tests run besides, side by side: none makes what another does.
-.PHONY: test-fuzz test-mpi test-python
+.PHONY: test-fuzz test-mpi test-python test-lab
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+test-lab: $(BUILD)/setup-lab.stamp
+	@$(LAB_PYTHON) -m pytest -q -p no:cacheprovider tests/lab
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
 test-python:
@@ -308,18 +314,19 @@ bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-b
 # report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages and into one page
 PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md))
 .PHONY: report
-report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp
+report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
 	@mkdir -p $(BUILD)/report $(MEASURED)
 	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --take $(MEASURED) $(PAGES)
 	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --check $(PAGES)
 	@BUILD=$(BUILD) sh scripts/report.sh $(DOCS) $(BUILD)/report
 
-# figures: remake every picture of README and docs
+# figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
+FIGURES ?=
 .PHONY: figures
-figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact haptable-report) $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
-	@sh scripts/setup.sh figures
+figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact) $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
+	@sh scripts/setup.sh lab figures
 	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
-	@BUILD=$(BUILD) sh scripts/figures.sh
+	@$(LAB) figures $(FIGURES)
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders
 .PHONY: lint
@@ -340,7 +347,7 @@ format: $(BUILD)/setup-lint.stamp
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
 .PHONY: setup
-setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lint package)
+setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lab lint package)
 
 # clean: remove what was made, but not people's tables
 .PHONY: clean

@@ -14,7 +14,7 @@ own() {
     printf 'haptable %s\n.\n' "$2" >"$mark"
 }
 
-# plain WORD...: ends the script where a word holds what sed or gnuplot would read otherwise.
+# plain WORD...: ends the script where a word holds what sed would read otherwise.
 plain() {
     for word in "$@"; do
         case $word in *[!A-Za-z0-9/._+@~,-]*)

@@ -26,9 +26,9 @@ from_docs() { # PAGE
 inward="s:href=\"($(echo "$pages" | tr ' ' '|'))\.md(#[^\"]*)?\":href=\"#\1\":g"
 outward="s:(href|src)=\"([a-zA-Z.][^\":]*)\":\1=\"$(realpath --relative-to="$out" docs)/\2\":g"
 
-sh scripts/plots.sh "$docs/numbers.json" "$out"
+/usr/bin/python3 -m lab --build "$BUILD" plots "$docs/numbers.json" "$out"
 
-# An <img> of an SVG becomes the SVG; gnuplot's prolog (XML, DOCTYPE) stays outside.
+# An <img> of an SVG becomes the SVG; its prolog (XML, DOCTYPE) stays outside.
 with_pictures() {
     awk -v fresh="$out" '
         match($0, /<img src="[^"]*\.svg"/) {

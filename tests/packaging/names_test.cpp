@@ -170,9 +170,7 @@ TEST_P(Names, OfScripts) {
              "scripts/qemu.sh cortex-m7 " + name + " " + name,
              "CROSS= sh scripts/size.sh " + name + " " + name,
              "CROSS= sh scripts/stack.sh " + name + " " + name,
-             "scripts/plots.sh " + name + " " + name,
              "scripts/report.sh " + name + " " + name,
-             "BUILD=" + name + " sh scripts/figures.sh",
              "BUILD=" + name + " sh scripts/bench-page.sh " + name + " " + name,
              "BUILD=" + name + " LINE=" + name + " BAUD=1 SECONDS_=0.01 sh scripts/loop.sh " + name + " " + name +
                  " rv32",

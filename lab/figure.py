@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How every figure of the project is drawn: one style, SVG and PDF, and refused where it cannot be read."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  after use()
+from matplotlib.lines import Line2D  # noqa: E402
+
+from lab import LabError  # noqa: E402
+
+ROOT = Path(__file__).resolve().parent.parent
+plt.style.use(Path(__file__).with_name("haptable.mplstyle"))
+
+#: Okabe and Ito's, by name.
+BLUE, VERMILION, GREEN, PINK, ORANGE, SKY, BLACK = plt.rcParams["axes.prop_cycle"].by_key()["color"]
+GREY, INK = "#7A828E", "#2D3748"
+
+
+def thing_colors() -> dict[str, str]:
+    """Colours on a light ground of what pictures, pages and plots share (host/view/colors.inc), by thing."""
+    text = (ROOT / "host/view/colors.inc").read_text(encoding="utf-8")
+    return {name: "#" + color for name, color in re.findall(r"^COLOR\((\w+), 0x([0-9a-f]{6}),", text, re.M)}
+
+
+class Unshown(LabError):
+    """A figure that does not show what it is about."""
+
+
+class Figure:
+    """A figure by its name. `must` refuses it; `save` writes NAME.svg and NAME.pdf into a folder, or neither."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.figure: Any = None
+
+    def must(self, condition: bool, what: str) -> None:
+        """Raises Unshown, "NAME: is to show WHAT", unless `condition`. A comparison with NaN is no."""
+        if not condition:
+            raise Unshown(f"{self.name}: is to show {what}")
+
+    def axes(self, rows: int = 1, columns: int = 1, *, width: float, height: float, **more: Any) -> Any:
+        """Axes of a new figure of `width` x `height` inches: one, or an array."""
+        self.figure, axes = plt.subplots(rows, columns, figsize=(width, height), **more)
+        return axes
+
+    def save(self, folder: Path) -> None:
+        try:
+            self.figure.canvas.draw()
+            self._require_units()
+            self._require_clear()
+            files = {ending: folder / f"{self.name}.{ending}" for ending in ("svg", "pdf")}
+            for ending, file in files.items():
+                # No clock in a file: the same figure has the same bytes.
+                about = {"Date": None, "Creator": None} if ending == "svg" else {"CreationDate": None}
+                self.figure.savefig(file.with_suffix(f".{ending}.beside"), format=ending, metadata=about)
+            for ending, file in files.items():
+                os.replace(file.with_suffix(f".{ending}.beside"), file)
+        finally:
+            plt.close(self.figure)
+
+    def _require_units(self) -> None:
+        """Every scale that is drawn is named, and a quantity has its unit behind a comma."""
+        for axes in self.figure.axes:
+            if not axes.axison:
+                continue
+            for axis in (axes.xaxis, axes.yaxis):
+                numbers = any(re.fullmatch(r"\S*\d\S*", t.get_text()) for t in axis.get_ticklabels() if t.get_visible())
+                shared = axis.axes.get_shared_x_axes() if axis is axes.xaxis else axes.get_shared_y_axes()
+                names = {(a.get_xlabel() if axis is axes.xaxis else a.get_ylabel())
+                         for a in [axes, *shared.get_siblings(axes)]} | {
+                    t.get_text() for t in (getattr(self.figure, "_supxlabel" if axis is axes.xaxis else "_supylabel"),)
+                    if t is not None}
+                self.must(not numbers or any(", " in name for name in names), "the unit of every axis")
+
+    def _marked(self) -> Iterator[tuple[float, float, float]]:
+        """Places and diameters of all symbols, points."""
+        scale = 72.0 / self.figure.dpi
+        for axes in self.figure.axes:
+            for line in axes.get_lines():
+                if line.get_marker() in (None, "None", "", " "):
+                    continue
+                for x, y in line.get_transform().transform(line.get_xydata()):
+                    if all(map(math.isfinite, (x, y))) and axes.bbox.contains(x, y):
+                        yield x * scale, y * scale, line.get_markersize()
+
+    def _require_clear(self) -> None:
+        """No symbol lies on another, no text on another, and all text is in the picture."""
+        for (x, y, size), (x2, y2, size2) in itertools.combinations(self._marked(), 2):
+            self.must(math.hypot(x - x2, y - y2) >= 0.4 * (size + size2), "no symbols on top of each other")
+        renderer = self.figure.canvas.get_renderer()
+        texts = [t for axes in self.figure.axes for t in [axes.title, *axes.texts]]
+        texts += [t for owner in [self.figure, *self.figure.axes]
+                  for legend in ([owner.get_legend()] if hasattr(owner, "get_legend") else owner.legends)
+                  if legend is not None for t in legend.get_texts()]
+        texts += self.figure.texts
+        boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_visible() and t.get_text()]
+        whole = self.figure.bbox
+        for text, box in boxes:
+            self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1
+                      and box.y1 <= whole.y1 + 1, f"all of '{text}'")
+        for (text, box), (text2, box2) in itertools.combinations(boxes, 2):
+            over = min(box.x1, box2.x1) - max(box.x0, box2.x0), min(box.y1, box2.y1) - max(box.y0, box2.y0)
+            self.must(min(over) <= 1, f"'{text}' beside '{text2}', not on it")
+
+
+def thinned(axes: Any, x: Any, y: Any, apart: float, taken: list[tuple[float, float]]) -> list[int]:
+    """Which points of a curve have room for a symbol: `apart` points or more from one another and from `taken`, which
+    grows by theirs. Limits and scales of `axes` are set."""
+    scale = 72.0 / axes.figure.dpi
+    kept = []
+    for k, (px, py) in enumerate(axes.transData.transform(list(zip(x, y))) * scale):
+        if all(math.hypot(px - qx, py - qy) >= apart for qx, qy in taken):
+            taken.append((px, py))
+            kept.append(k)
+    return kept
+
+
+def key(label: str, **look: Any) -> Line2D:
+    """An entry of a legend."""
+    return Line2D([], [], label=label, **look)

@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Pictures of README.md and docs/, by name: `make figures` calls this when programs and scenes are made.
+
+Drawings and plots are lab.drawings and lab.plots; pictures and films are haptable-view's. A picture that does not show
+what it is about is an error, and the one that is there stays.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from lab import LabError, drawings, plots
+from lab.figure import Figure
+from lab.numbers import read_numbers
+from lab.plots import force_size
+
+Places = list[tuple[float, ...]]  #: (ms, coordinates in mm ...)
+
+
+# ---- paths and what was felt on them -------------------------------------------------------------------------------
+
+def smooth(places: Places) -> np.ndarray:
+    """A finger's path through places, a row a ms, metres: between them it moves smoothly (minimum jerk)."""
+    rows = []
+    for (t, *at), (until, *to) in zip(places, places[1:]):
+        s = np.arange(until - t)[:, None] / (until - t)
+        s = s**3 * (10 - 15 * s + 6 * s**2)
+        rows.append(np.array(at) + s * (np.array(to) - np.array(at)))
+    return np.concatenate(rows) / 1e3
+
+
+def shows(felt: pd.DataFrame, about: str, column: str, low: float, high: float) -> None:
+    """Raises LabError where `column` ("|force|": the force's size) is never at most `low`, or never at least `high`."""
+    values = force_size(felt) if column == "|force|" else felt[column]
+    if not (len(values) and values.min() <= low and values.max() >= high):
+        raise LabError(f"{about}: {column} is to go from {low:g} to {high:g}, and goes from {values.min():g} to "
+                       f"{values.max():g}")
+
+
+def presses(felt: pd.DataFrame, about: str, newtons: float, tick: int) -> None:
+    """Raises LabError without a contact with this force, or more, at `tick`."""
+    at = felt[felt["tick"] == tick]
+    shows(at, f"{about}: at tick {tick}", "contact", 1, 1)
+    shows(at, f"{about}: at tick {tick}", "|force|", np.inf, newtons)
+
+
+class Studio:
+    """Where figures are made: `build` has programs and scenes, `pictures` takes what is whole."""
+
+    def __init__(self, build: Path, pictures: Path) -> None:
+        self.build, self.pictures, self.work = build, pictures, build / "figures"
+        mark = self.work / ".haptable"
+        if self.work.exists() and not mark.is_file() and any(self.work.iterdir()):
+            raise LabError(f"{self.work}: holds files that are not haptable's figures (by its .haptable): move them "
+                           "away, or give another BUILD")
+        self.work.mkdir(parents=True, exist_ok=True)
+        mark.write_text("haptable figures\n.\n", encoding="utf-8")
+
+    def run(self, *command: object, **more: str) -> str:
+        """Standard output. Raises LabError where the command fails."""
+        ended = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True, check=False,
+                               env={**os.environ, "BUILD": str(self.build), **more})
+        if ended.returncode != 0:
+            raise LabError(f"{command[0]}: ended with status {ended.returncode}")
+        return ended.stdout
+
+    def put(self, name: str) -> None:
+        """The picture in work/, now that it is whole."""
+        if (self.work / name).stat().st_size >= 3_000_000:
+            raise LabError(f"{self.work / name}: is over 3 MB")
+        os.replace(self.work / name, self.pictures / name)
+        print(f"  {self.pictures / name}")
+
+    def draw(self, figure: Figure) -> None:
+        """NAME.svg into the pictures; NAME.pdf stays in work/."""
+        figure.save(self.work)
+        self.put(f"{figure.name}.svg")
+
+    def path(self, name: str, *fingers: np.ndarray) -> Path:
+        """The file of a path, a row a tick, of one finger or two."""
+        file = self.work / f"{name}.path.csv"
+        header = "x,y,z" if len(fingers) == 1 else "x,y,z,x2,y2,z2"
+        np.savetxt(file, np.hstack(fingers), fmt="%.6f", delimiter=",", header=header, comments="")
+        return file
+
+    def felt(self, name: str, scene: str, *fingers: np.ndarray) -> pd.DataFrame:
+        """What a servo gives on that path; kept as NAME.csv."""
+        path, csv = self.path(name, *fingers), self.work / f"{name}.csv"
+        self.run(self.build / scene / "servo", "--quiet", "--replay", path, "--out", csv)
+        return pd.read_csv(csv)
+
+    def view(self, name: str, scene: str, *options: object) -> None:
+        """haptable-view draws the picture or film NAME of the scene's tables."""
+        self.run(self.build / "bin/haptable-view", self.build / scene, "--quiet", *options, "-o", self.work / name)
+        self.put(name)
+
+    def film(self, name: str, *options: object) -> None:
+        self.view(f"{name}.gif", name if name != "mouse" else "mouse-mask", "--csv", self.work / f"{name}.csv", *options)
+
+
+def counts(tables: Path, key: str, least: float) -> None:
+    """Raises LabError where the tables' summary.json has less of `key`."""
+    def find(node: object) -> object:
+        if isinstance(node, dict):
+            return node[key] if key in node else next((v for v in map(find, node.values()) if v is not None), None)
+        return None
+
+    number = find(json.loads((tables / "summary.json").read_text(encoding="utf-8")))
+    if not isinstance(number, (int, float)) or number < least:
+        raise LabError(f"{tables}/summary.json: {key} is to be {least:g} or more, and is {number}")
+
+
+# ---- drawings and plots --------------------------------------------------------------------------------------------
+
+def figure_contact(s: Studio) -> None:
+    """From outside to 6 mm under the cube's top, at 0.1 m/s."""
+    t = np.linspace(0, 1, 71)[:, None]
+    s.draw(drawings.contact(s.felt("tick", "cube", np.array([0.013, 0.0165, 0.031]) + t * [-0.0012, 0.0007, -0.007])))
+
+
+def _relaxation_path(s: Studio) -> np.ndarray:
+    """Down 10 mm into the liver for 8 s, out for 1 s, and again."""
+    poked = json.loads(s.run(s.build / "liver-capsule/servo", "--poke", "top", "--json"))
+    top = np.array([float(v) for v in poked["at_m"].split()])
+    down = smooth([(0, 5), (400, -10), (8400, -10), (8600, 5), (9600, 5), (10000, -10), (14000, -10), (14300, 5)])
+    return top + down * [0, 0, 1]
+
+
+def figure_relaxation(s: Studio) -> None:
+    s.draw(plots.relaxation(s.felt("relaxation", "liver-capsule", _relaxation_path(s))))
+
+
+def figure_fingers(s: Studio) -> None:
+    """Two fingers on the cube's top: the second 1 mm deep, the first to 4 mm and out again."""
+    tick = np.arange(1600)
+    first = np.interp(tick, [500, 900, 1000, 1400], [0, 1, 1, 0])
+    second = np.interp(tick, [0, 300], [0, 1])
+    def above(x: float, depth: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.full(1600, x), np.full(1600, 0.0152), 0.0302 - depth])
+    s.draw(plots.fingers(s.felt("fingers", "cube-two", above(0.0113, 0.0042 * first), above(0.0188, 0.0012 * second))))
+
+
+def figure_relaxation_sliding(s: Studio) -> None:
+    """The table of docs/TIME.md, which a test measures."""
+    lines = Path("docs/TIME.md").read_text(encoding="utf-8").splitlines()
+    begin = next((k for k, line in enumerate(lines) if line.startswith("|") and "speed x time / radius" in line), None)
+    if begin is None:
+        raise LabError("docs/TIME.md: has no table of 'speed x time / radius': relaxation-sliding is drawn of it")
+    rows = []
+    for line in lines[begin + 2:]:
+        if not line.startswith("|"):
+            break
+        rows.append([float(cell) for cell in line.strip("|").split("|")[:3]])
+    s.draw(plots.relaxation_sliding(np.array(rows)))
+
+
+def figure_measured(s: Studio) -> None:
+    """What was measured."""
+    s.run(s.build / "bin/haptable-contact", "--curves", "--build", s.build / "contact")
+    plots.measured(read_numbers(Path("docs/numbers.json")), s.build / "contact", s.work)
+    for name in plots.MEASURED:
+        s.put(f"{name}.svg")
+
+
+# ---- pictures ------------------------------------------------------------------------------------------------------
+
+def figure_liver_dent(s: Studio) -> None:
+    """The dent that is there 0.1 s after the finger has left, in a session on the same path."""
+    path, out = s.path("relaxation", _relaxation_path(s)), s.work / "relaxation"
+    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", path, "--lockstep", "--seconds", 9,
+          "--draw", "nothing", "--quiet", "--out", out)
+    felt = pd.read_csv(out / "servo.csv")
+    presses(felt, str(out), 0.2, 8000)
+    shows(felt[felt["tick"] == 8650], f"{out}: at tick 8650", "contact", 0, 0)
+    s.view("liver-dent.png", "liver-capsule", "--log", out / "session.lcmlog", "--ticks", 8650, "--size", "640x480")
+
+
+def figure_liver(s: Studio) -> None:
+    """The liver poked and dragged over, as docs/LIVER.md has it."""
+    out = s.work / "liver"
+    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", "poke,drag", "--lockstep", "--seconds", 6,
+          "--draw", "nothing", "--quiet", "--out", out)
+    shows(pd.read_csv(out / "servo.csv"), str(out), "|force|", 0, 0.2)
+    s.view("liver.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
+           "--elevation", 25)
+
+
+def figure_demo(s: Studio) -> None:
+    """Figures 1 and 2 of the paper."""
+    s.run("sh", "scripts/demo.sh", "--figures")
+    demo = s.build / "demo"
+    for felt in ("cube-uz", "cube-ux", "mouse-uz"):
+        presses(pd.read_csv(demo / f"{felt}.csv"), felt, 0.01, 150)
+    for picture in ("cube-mesh", "cube-uz", "cube-ux", "mouse-uz"):
+        (s.work / f"{picture}.png").write_bytes((demo / f"{picture}.png").read_bytes())
+        s.put(f"{picture}.png")
+
+
+def figure_cube_ghost(s: Studio) -> None:
+    """The rest shape as a ghost."""
+    csv = s.build / "demo/cube-uz.csv"
+    presses(pd.read_csv(csv), str(csv), 0.1, 150)
+    s.view("cube-ghost.png", "cube", "--csv", csv, "--ticks", 150, "--ghost", "--size", "640x480")
+
+
+def figure_mouse_mesh(s: Studio) -> None:
+    """A mesh as it is judged."""
+    counts(s.build / "mouse", "fixed_nodes", 1)
+    s.view("mouse-mesh.png", "mouse", "--mesh", "--elevation", -30, "--size", "640x480")
+
+
+def _sag(name: str, scene: str, *options: object) -> Callable[[Studio], None]:
+    """The scene under its own weight (docs/MATERIALS.md has a picture a law)."""
+    def make(s: Studio) -> None:
+        tables = s.work / name
+        s.run(s.build / "bin/haptable-precompute", scene, "-o", tables, "--quiet")
+        counts(tables, "largest_sag_m", 1e-4)
+        s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options)
+    return make
+
+
+def _press(name: str, scene: str, x: float, y: float, *options: object) -> Callable[[Studio], None]:
+    """Pressed 2 mm deep into the top at z = 30 mm."""
+    def make(s: Studio) -> None:
+        down = np.array([[x, y, 0.03 + 5e-4 - 2.5e-5 * i] for i in range(101)])
+        presses(s.felt(name, scene, down), name, 0.05, 100)
+        s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360", *options)
+    return make
+
+
+def _page(name: str, scene: str) -> Callable[[Studio], None]:
+    """The page in a browser, pressed and dragged by a pointer, which touch-picture wants to dent it."""
+    def make(s: Studio) -> None:
+        page = s.work / f"{name}.html"
+        s.run(s.build / "bin/haptable-view", s.build / scene, "--page", page, "--quiet")
+        s.run(s.build / "tests/touch_picture/touch-picture", page, "-o", s.work / f"{name}.png")
+        s.put(f"{name}.png")
+    return make
+
+
+# ---- films ---------------------------------------------------------------------------------------------------------
+
+def figure_mouse(s: Studio) -> None:
+    """A finger tip of 12 mm over the mouse: down, aside, across, back, up."""
+    felt = s.felt("mouse", "mouse-mask", smooth([
+        (0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25), (3100, -15, 0, 30),
+        (3300, -15, 0, 30), (3700, -15, 0, 44)]))
+    shows(felt, "mouse", "|force|", 0, 0.05)
+    s.film("mouse", "--every", 80, "--size", "560x420", "--elevation", 32, "--samples", 4)
+
+
+def figure_free_cube(s: Studio) -> None:
+    """Down onto the top of a cube that nothing holds, and along it: friction tips it over its edge."""
+    felt = s.felt("free-cube", "free-cube", smooth([
+        (0, 15, 15, 45), (500, 15, 15, 26.5), (700, 15, 15, 26.5), (1900, 40, 15, 26.5), (2400, 40, 15, 60),
+        (3000, 40, 15, 60)]))
+    shows(felt, "free-cube", "|force|", 0, 0.1)
+    shows(felt, "free-cube", "turn_w", 0.93, 1)  # by 43 degrees or more
+    s.film("free-cube", "--every", 50, "--size", "480x360", "--zoom", 0.5, "--azimuth", -60, "--elevation", 18)
+
+
+def figure_grasp_cube(s: Studio) -> None:
+    """Two fingers on its sides: in, up, away."""
+    first = smooth([(0, -8, 15, 20), (600, 2.5, 15, 20), (900, 2.5, 15, 20), (2100, 2.5, 15, 55), (3000, 2.5, 15, 55),
+                    (3600, -10, 15, 55), (4300, -10, 15, 55)])
+    mirrored = np.array([0.03, 0, 0]) + first * [-1, 1, 1]
+    felt = s.felt("grasp-cube", "grasp-cube", first, mirrored)
+    shows(felt, "grasp-cube", "body_z", 0.016, 0.04)  # lifted by 24 mm, and dropped
+    shows(felt, "grasp-cube", "contact2", 0, 1)
+    s.film("grasp-cube", "--every", 50, "--size", "480x360", "--zoom", 0.45, "--azimuth", -60, "--elevation", 14)
+
+
+def _rings(felt: pd.DataFrame, about: str, after: int) -> None:
+    """To both sides after `after` ms."""
+    shows(felt[felt["tick"] > after], about, "mode_1", -1e-9, 1e-9)
+
+
+def figure_jelly(s: Studio) -> None:
+    """A knock on a jelly's side, four times as slow: it rings."""
+    felt = s.felt("jelly", "jelly", smooth([(0, -15, 15, 26), (120, -2, 15, 26), (200, 6, 15, 26), (260, 6, 15, 26),
+                                            (290, -15, 15, 26), (900, -15, 15, 26)]))
+    shows(felt, "jelly", "|force|", 0, 0.03)
+    _rings(felt, "jelly", 320)
+    s.film("jelly", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75, "--elevation", 12)
+
+
+def figure_jelly_two(s: Studio) -> None:
+    """Two fingers take hold of it, pull it aside and let go, four times as slow."""
+    times = (0, 150, 200, 450, 550, 600, 1150)
+    def along(*x: float) -> np.ndarray:
+        return smooth([(t, at, 15, 24) for t, at in zip(times, x)])
+    felt = s.felt("jelly-two", "jelly-two", along(-8, 3.5, 3.5, 11.5, 11.5, -16, -16),
+                  along(38, 26.5, 26.5, 34.5, 34.5, 52, 52))
+    shows(felt, "jelly-two", "|force|", 0, 0.1)
+    shows(felt, "jelly-two", "contact2", 0, 1)
+    _rings(felt, "jelly-two", 620)
+    s.film("jelly-two", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75,
+           "--elevation", 12)
+
+
+FIGURES: dict[str, Callable[[Studio], None]] = {
+    "signal-path": lambda s: s.draw(drawings.signal_path()),
+    "states": lambda s: s.draw(drawings.states()),
+    "device-frames": lambda s: s.draw(drawings.device_frames()),
+    "contact": figure_contact,
+    "relaxation": figure_relaxation,
+    "fingers": figure_fingers,
+    "relaxation-sliding": figure_relaxation_sliding,
+    "measured": figure_measured,
+    "liver-dent": figure_liver_dent,
+    "liver": figure_liver,
+    "demo": figure_demo,
+    "cube-ghost": figure_cube_ghost,
+    "mouse-mesh": figure_mouse_mesh,
+    "law-bar": _sag("law-bar", "meshes/laws/bar.toml", "--azimuth", -90, "--elevation", 5, "--zoom", 0.85,
+                    "--exaggerate", 10),
+    "law-ball": _sag("law-ball", "meshes/laws/ball.toml", "--zoom", 0.75, "--exaggerate", 3, "--range", 4),
+    "law-balloon": _sag("law-balloon", "meshes/laws/balloon.toml", "--zoom", 0.75, "--exaggerate", 3, "--range", 4),
+    "liver-sag": _sag("liver-sag", "meshes/liver-capsule.toml", "--azimuth", -90, "--elevation", 10, "--exaggerate", 4),
+    "law-fibres": _press("law-fibres", "fibres", 0.015, 0.015, "--elevation", 75, "--azimuth", -90, "--zoom", 0.9,
+                         "--exaggerate", 2),
+    "law-bed": _press("law-bed", "bed", 0.0262, 0.015, "--azimuth", -90, "--elevation", 8, "--zoom", 0.85,
+                      "--exaggerate", 3, "--ghost"),
+    "touch": _page("touch", "mouse"),
+    "touch-two": _page("touch-two", "cube-two"),
+    "mouse": figure_mouse,
+    "free-cube": figure_free_cube,
+    "grasp-cube": figure_grasp_cube,
+    "jelly": figure_jelly,
+    "jelly-two": figure_jelly_two,
+}
+
+
+def make(names: list[str], build: Path, pictures: Path) -> None:
+    """These figures, or all."""
+    for name in names:
+        if name not in FIGURES:
+            raise LabError(f"figures: no figure {name}: give any of {' '.join(FIGURES)}")
+    studio = Studio(build, pictures)
+    for name in names or FIGURES:
+        FIGURES[name](studio)
