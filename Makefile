@@ -86,11 +86,11 @@ ELEMENTS   = $(addprefix $(BUILD)/host/,fem/hooke.cpp.o fem/elasticity.cpp.o mes
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(ELEMENTS) $(SOLVE) $(LINK) $(CODEGEN)
 LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/mpi) $(PRECOMPUTE)
-REPORT     = $(call objects,host/report) $(BASE)
-TARGETED   = $(call objects,host/target) $(REPORT) $(CODEGEN)
-HARD       = $(call objects,host/hard) $(REPORT) $(PRECOMPUTE)
-STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(REPORT) $(PRECOMPUTE)
-BENCH      = $(call objects,host/bench) $(REPORT) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
+NUMBERS    = $(call objects,host/numbers) $(BASE)
+TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
+HARD       = $(call objects,host/hard) $(NUMBERS) $(PRECOMPUTE)
+STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(NUMBERS) $(PRECOMPUTE)
+BENCH      = $(call objects,host/bench) $(NUMBERS) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt -lxxhash
 LIBS_PRECOMPUTE = -lcholmod -larpack -lopenblas -lpugixml -lz $(LIBS_BASE)
@@ -130,7 +130,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm)) $(BUILD)/lcm/haptable/channels.hpp
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
-PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-report haptable-fit)
+PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-fit)
 
 # ---- for people ----------------------------------------------------------------------------------------------------
 
@@ -225,12 +225,12 @@ soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 # bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load, into docs/LATENCY.md: four minutes with nothing else on the machine (REALTIME_SECONDS=60)
 REALTIME_SECONDS ?= 60
 .PHONY: bench-realtime
-bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device haptable-report)
+bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device) $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
 	@mkdir -p $(BUILD)/realtime
 	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) --seconds $(REALTIME_SECONDS) -o $(BUILD)/realtime/realtime.json
 	@rm -f $(BUILD)/report/realtime.json
-	@$(BUILD)/bin/haptable-report --numbers docs/numbers.json --take $(BUILD)/realtime docs/LATENCY.md
+	@$(LAB) take $(BUILD)/realtime docs/LATENCY.md
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
@@ -270,7 +270,7 @@ MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
-bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-error haptable-contact haptable-hard haptable-report) $(if $(QUICK),,bench-programs)
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-error haptable-contact haptable-hard) $(if $(QUICK),,bench-programs)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick
@@ -290,7 +290,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 
 # What `make bench` counts on the microcontrollers' images, and how the inversion grows.
 .PHONY: bench-programs bench-target
-bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS)
+bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS) $(BUILD)/setup-lab.stamp
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
@@ -299,26 +299,25 @@ bench-target: bench-programs
 	@$(BUILD)/bin/haptable-bench-target --named --build $(BUILD) -o $(MEASURED)/named.json
 	@$(BUILD)/bin/haptable-bench-target --fingers --build $(BUILD) -o $(MEASURED)/fingers.json
 	@$(BUILD)/bin/haptable-bench-target --bodies --build $(BUILD) -o $(MEASURED)/bodies.json
-	@BUILD=$(BUILD) sh scripts/bench-size.sh $(MEASURED)/size.json
-	@BUILD=$(BUILD) sh scripts/bench-page.sh $(BUILD)/mouse $(MEASURED)/page.json
+	@$(LAB) sizes $(MEASURED)/size.json
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
 
 # bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
 PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
-bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-runs haptable-bench-scan)
+bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-scan) $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory mpi
-	@for part in $(PART); do BUILD=$(BUILD) sh scripts/bench-large.sh $$part $(BUILD)/report/$$part.json || exit 1; done
+	@$(LAB) bench-large $(PART)
 
-# report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages and into one page
+# report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages, build/report/index.html and CSV files
 PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md))
 .PHONY: report
-report: $(BUILD)/bin/haptable-report $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
+report: $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
 	@mkdir -p $(BUILD)/report $(MEASURED)
-	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --take $(MEASURED) $(PAGES)
-	@$(BUILD)/bin/haptable-report --numbers $(DOCS)/numbers.json --check $(PAGES)
-	@BUILD=$(BUILD) sh scripts/report.sh $(DOCS) $(BUILD)/report
+	@$(LAB) take --numbers $(DOCS)/numbers.json $(MEASURED) $(PAGES)
+	@$(LAB) check --numbers $(DOCS)/numbers.json $(PAGES)
+	@$(LAB) report --docs $(DOCS) $(BUILD)/report
 
 # figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
 FIGURES ?=
@@ -497,9 +496,6 @@ $(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
 $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/bin/haptable-report: $(BUILD)/host/report/main.cpp.o $(REPORT)
-	$(link) $(LIBS_BASE)
-
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
@@ -518,20 +514,17 @@ $(BUILD)/bin/haptable-hard: $(BUILD)/host/hard/main.cpp.o $(HARD)
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 	$(link) $(LIBS_STROKES)
 
-$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(BUILD)/host/bench/cube_scene.cpp.o $(REPORT) $(PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(BUILD)/host/bench/cube_scene.cpp.o $(NUMBERS) $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(BUILD)/host/run/child.cpp.o $(LINK) $(SCENES) $(REPORT)
+$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(BUILD)/host/run/child.cpp.o $(LINK) $(SCENES) $(NUMBERS)
 	$(link) $(LIBS_LINK)
 
-$(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(REPORT) $(MESH)
+$(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS) $(MESH)
 	$(link) -lpugixml -lz $(LIBS_BASE)
 
-$(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(REPORT) $(DEVICE) $(CODEGEN)
+$(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(NUMBERS) $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
-
-$(BUILD)/bin/haptable-bench-runs: $(BUILD)/host/bench/runs/main.cpp.o $(REPORT) $(TABLES)
-	$(link) $(LIBS_BASE)
 
 $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(patsubst %,$(BUILD)/host/bench/error/%.cpp.o,bricks calculix footprint) $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)

@@ -5,6 +5,23 @@ Run from the project's root as ``python3 -m lab COMMAND``; ``python3 -m lab --he
 packages of lab/requirements.txt, which ``sh scripts/setup.sh lab`` installs from Debian.
 """
 
+from __future__ import annotations
+
+from pathlib import Path
+
 
 class LabError(Exception):
     """What a person mends: names the file, the topic or the figure, and says what to do."""
+
+
+def own(folder: Path, holds: str) -> None:
+    """Makes the folder with its mark .haptable. Raises LabError where it holds files without that mark. The programs have
+    the same rule (host/base/own_folder.hpp)."""
+    mark, text = folder / ".haptable", f"haptable {holds}\n"
+    if mark.is_file() and not mark.is_symlink() and mark.read_text(encoding="utf-8").startswith(text):
+        return
+    if mark.exists() or mark.is_symlink() or (folder.exists() and any(folder.iterdir())):
+        raise LabError(f"{folder}: holds files that are not haptable's {holds} (by its .haptable): move them away, or give "
+                       "another BUILD")
+    folder.mkdir(parents=True, exist_ok=True)
+    mark.write_text(f"{text}.\n", encoding="utf-8")

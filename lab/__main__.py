@@ -16,9 +16,44 @@ def _figures(o: argparse.Namespace) -> None:
     figures.make(o.names, o.build, o.pictures)
 
 
-def _plots(o: argparse.Namespace) -> None:
-    from lab import numbers, plots
-    plots.measured(numbers.read_numbers(o.numbers), o.build / "contact", o.out)
+def _pages(files: list[Path]) -> dict[str, str]:
+    return {str(file): file.read_text(encoding="utf-8") for file in files}
+
+
+def _take(o: argparse.Namespace) -> None:
+    from lab import numbers
+    topics = numbers.read_numbers(o.numbers)
+    before = numbers.to_text(topics)
+    numbers.take_folder(o.folder, topics)
+    filled = {path: numbers.fill(path, text, topics) for path, text in _pages(o.pages).items()}
+    after = numbers.to_text(topics)
+    if after != before:
+        numbers.write_file(o.numbers, after)
+    for file in o.pages:
+        if filled[str(file)] != file.read_text(encoding="utf-8"):
+            numbers.write_file(file, filled[str(file)])
+
+
+def _check(o: argparse.Namespace) -> None:
+    from lab import numbers
+    faults = numbers.find_faults(_pages(o.pages), numbers.read_numbers(o.numbers))
+    if faults:
+        raise LabError("\n".join(faults))
+
+
+def _report(o: argparse.Namespace) -> None:
+    from lab import report
+    report.make(o.docs, o.build, o.out)
+
+
+def _large(o: argparse.Namespace) -> None:
+    from lab import large
+    large.make(o.parts, o.build)
+
+
+def _sizes(o: argparse.Namespace) -> None:
+    from lab import sizes
+    sizes.make(o.build, o.out)
 
 
 def main() -> int:
@@ -32,10 +67,26 @@ def main() -> int:
     figures.add_argument("--pictures", type=Path, default=Path("docs/pictures"), metavar="DIR", help="where they go")
     figures.set_defaults(run=_figures)
 
-    plots = commands.add_parser("plots", help="plots of what was measured, as SVG and PDF")
-    plots.add_argument("numbers", type=Path, metavar="NUMBERS.json")
-    plots.add_argument("out", type=Path, metavar="DIR")
-    plots.set_defaults(run=_plots)
+    take = commands.add_parser("take", help="topics of a folder's .json into numbers.json, and from there into pages")
+    take.add_argument("folder", type=Path, metavar="DIR")
+    check = commands.add_parser("check", help="tell what is wrong with the numbers of these pages")
+    for command, run in ((take, _take), (check, _check)):
+        command.add_argument("--numbers", type=Path, default=Path("docs/numbers.json"), metavar="FILE")
+        command.add_argument("pages", nargs="*", type=Path, metavar="PAGE.md")
+        command.set_defaults(run=run)
+
+    report = commands.add_parser("report", help="build/report: index.html, configurations.html, CSV files, figures")
+    report.add_argument("--docs", type=Path, default=Path("docs"), metavar="DIR", help="pages and numbers.json")
+    report.add_argument("out", type=Path, metavar="OUT")
+    report.set_defaults(run=_report)
+
+    large = commands.add_parser("bench-large", help="what large bodies take: parts, one after the other")
+    large.add_argument("parts", nargs="+", metavar="PART")
+    large.set_defaults(run=_large)
+
+    sizes = commands.add_parser("sizes", help="bytes of the servo on the microcontrollers, and of a page")
+    sizes.add_argument("out", type=Path, metavar="OUT.json")
+    sizes.set_defaults(run=_sizes)
 
     options = parser.parse_args()
     try:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from lab import LabError, drawings, plots
+from lab import LabError, drawings, own, plots
 from lab.figure import Figure
 from lab.numbers import read_numbers
 from lab.plots import force_size
@@ -56,12 +56,7 @@ class Studio:
 
     def __init__(self, build: Path, pictures: Path) -> None:
         self.build, self.pictures, self.work = build, pictures, build / "figures"
-        mark = self.work / ".haptable"
-        if self.work.exists() and not mark.is_file() and any(self.work.iterdir()):
-            raise LabError(f"{self.work}: holds files that are not haptable's figures (by its .haptable): move them "
-                           "away, or give another BUILD")
-        self.work.mkdir(parents=True, exist_ok=True)
-        mark.write_text("haptable figures\n.\n", encoding="utf-8")
+        own(self.work, "figures")
 
     def run(self, *command: object, **more: str) -> str:
         """Standard output. Raises LabError where the command fails."""

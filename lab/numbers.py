@@ -112,6 +112,19 @@ def count(n: int) -> dict[str, Any]:
     return number(n, f"{n:,}")
 
 
+def error_of(relative: float) -> dict[str, Any]:
+    """1.5e-07"""
+    return number(relative, f"{relative:.1e}")
+
+
+def seconds(s: float) -> dict[str, Any]:
+    """0.25 us, 12.1 ms: three digits"""
+    for least, scale, unit in ((1.0, 1.0, "s"), (1e-3, 1e3, "ms"), (1e-6, 1e6, "us"), (0.0, 1e9, "ns")):
+        if s >= least:
+            return number(s, f"{scale * s:.3g} {unit}")
+    return number(s, f"{1e9 * s:.3g} ns")
+
+
 # ---- pages ---------------------------------------------------------------------------------------------------------
 
 _BEGIN = re.compile(r"<!-- ([a-z][a-z0-9-]*) -->")

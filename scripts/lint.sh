@@ -41,14 +41,14 @@ arrow host/mpi host/base host/scene host/inverse host/precompute/owner.hpp host/
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
 arrow host/servo host/base host/link host/session host/servo firmware/haptable_model.h firmware/haptable_body.h model.h haptable/
-arrow host/report host/base host/report
-arrow host/target host/report host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h
+arrow host/numbers host/base host/numbers
+arrow host/target host/numbers host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
-arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/report host/hard codegen firmware/haptable_model.h
-arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/report host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
+arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/numbers host/hard codegen firmware/haptable_model.h
+arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h
@@ -132,7 +132,7 @@ done
 # ---- pages ---------------------------------------------------------------------------------------------------------
 sh scripts/docs.sh || complain "the pages: mend what is said above"
 # shellcheck disable=SC2046 # file names of ours hold no spaces
-"$BUILD/bin/haptable-report" --check README.md CHANGELOG.md $(git ls-files 'docs/*.md' 'firmware/*.md') || complain "the numbers of the pages: mend what is said above"
+/usr/bin/python3 -m lab check README.md CHANGELOG.md $(git ls-files 'docs/*.md' 'firmware/*.md') || complain "the numbers of the pages: mend what is said above"
 
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \

@@ -13,14 +13,3 @@ own() {
     mkdir -p "$1"
     printf 'haptable %s\n.\n' "$2" >"$mark"
 }
-
-# plain WORD...: ends the script where a word holds what sed would read otherwise.
-plain() {
-    for word in "$@"; do
-        case $word in *[!A-Za-z0-9/._+@~,-]*)
-            echo "$word: give letters, digits and . _ - + @ / ~ ," >&2
-            exit 1
-            ;;
-        esac
-    done
-}

@@ -16,7 +16,7 @@ extern "C" {
 #include "host/bench/solver.hpp"
 #include "host/bench/subject.hpp"
 #include "host/bench/timings.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/view/painter.hpp"
 
 namespace {

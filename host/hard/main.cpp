@@ -9,8 +9,7 @@
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/hard/measure.hpp"
-#include "host/report/numbers.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace {
 

@@ -14,7 +14,7 @@
 #include "host/base/json.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/strokes/pair.hpp"
 #include "host/strokes/report.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/strokes/campaign.hpp"
 
 namespace haptable {

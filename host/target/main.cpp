@@ -9,7 +9,7 @@
 #include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/strokes.hpp"

@@ -134,9 +134,6 @@ TEST_P(Names, OfProgramsFiles) {
     if (run("command -v gnuplot").status == 0) {
         EXPECT_EQ(fitted.status, 0) << fitted.err;
     }
-    write_file(in(".json"), "{}");
-    write_file(in(".md"), "# Page\n");
-    execute(bin("haptable-report") + "--numbers " + word(".json") + " --check " + word(".md"), work_);
     execute(bin("haptable-count") + tables + " -o " + word(".counts"), work_);
     execute(bin("haptable-bridge") + tables + " --port " + word(".port") + " --seconds 0.01 --patience 0.01", work_);
     execute(bin("haptable-device") + scene + " --tables " + tables + " --seconds 0.01 --patience 0.01 --quiet --csv " +
@@ -170,8 +167,6 @@ TEST_P(Names, OfScripts) {
              "scripts/qemu.sh cortex-m7 " + name + " " + name,
              "CROSS= sh scripts/size.sh " + name + " " + name,
              "CROSS= sh scripts/stack.sh " + name + " " + name,
-             "scripts/report.sh " + name + " " + name,
-             "BUILD=" + name + " sh scripts/bench-page.sh " + name + " " + name,
              "BUILD=" + name + " LINE=" + name + " BAUD=1 SECONDS_=0.01 sh scripts/loop.sh " + name + " " + name +
                  " rv32",
              "BUILD=" + name + " sh scripts/demo.sh",

@@ -9,7 +9,7 @@
 #include "host/bench/contact/cost.hpp"
 #include "host/bench/contact/curves.hpp"
 #include "host/bench/contact/feel.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 
 int main(int argc, char** argv) {
     using namespace haptable;

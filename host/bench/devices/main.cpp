@@ -11,7 +11,7 @@
 #include "firmware/haptable_model.h"
 #include "host/base/program.hpp"
 #include "host/device/ringing.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"
 #include "host/tables/tables.hpp"

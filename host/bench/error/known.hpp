@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "host/base/progress.hpp"
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace haptable {
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "host/base/progress.hpp"
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace haptable {
 

@@ -15,7 +15,7 @@
 #include "host/bench/error/liver.hpp"
 #include "host/bench/error/points.hpp"
 #include "host/bench/error/specimen.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace {
 

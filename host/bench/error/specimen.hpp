@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/mesh/mesh.hpp"
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {

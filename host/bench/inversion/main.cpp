@@ -23,10 +23,9 @@
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/compliance.hpp"
-#include "host/report/numbers.hpp"
-#include "host/report/page.hpp"
 #include "host/solve/frame_solver.hpp"
 
 namespace {

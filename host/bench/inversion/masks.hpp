@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <span>
 
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace haptable {
 

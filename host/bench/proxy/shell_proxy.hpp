@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The finger proxy that a library of the field has, with all that it tests in a tick.
+// A stand-in for a library's finger proxy: what that one tests in a tick, and nothing else that the library does.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,8 @@ namespace haptable {
 /// in the next tick along that one for a second, in the next along the line of both for a third. In every patch that
 /// its boxes find, it meets the sphere's centre with the patch's shell: both faces a radius off, three cylinders and
 /// three spheres. Friction is a cone with a static and a dynamic angle. In double. What a general library adds (frames
-/// of objects, materials, records of collisions) is left out.
+/// of objects, materials, records of collisions) is left out: the stand-in takes a third to a quarter of CHAI3D's own
+/// time, and no ratio to it is one to CHAI3D.
 class ShellProxy {
 public:
     /// A closed surface as PatchTree's; the sphere's radius, m; Coulomb's coefficients, 0: none.

@@ -22,7 +22,7 @@
 #include "host/link/messages.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/statistics.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/run/child.hpp"
 #include "host/scene/scene.hpp"
 

@@ -12,7 +12,7 @@
 #include "host/base/program.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/surface.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace haptable {
 

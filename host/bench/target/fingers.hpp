@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 namespace haptable {
 

@@ -7,7 +7,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/report/page.hpp"
+#include "host/numbers/numbers.hpp"
 #include "host/strokes/report.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Measured numbers on their way to the pages: a program that measures writes them as JSON, haptable-report collects
-// them in docs/numbers.json and puts them between the markers of the pages. So each number has one owner.
+// Measured numbers on their way to the pages: a program that measures writes them as JSON; lab/numbers.py collects them
+// in docs/numbers.json and puts them between the markers of the pages. So each number has one owner.
 #pragma once
 
 #include <cstdint>
@@ -58,8 +58,11 @@ std::string to_text(const nlohmann::ordered_json& topics);
 /// The numbers of `file`. Throws Error that names the file and what is wrong with it.
 nlohmann::ordered_json read_numbers(const std::filesystem::path& file);
 
-/// A topic of `from` takes the place of one of that name.
-void take(const nlohmann::ordered_json& from, nlohmann::ordered_json& topics);
+/// A topic as a person reads it: a table in Markdown, or the text of a number.
+std::string to_markdown(const nlohmann::ordered_json& topic);
+
+/// Every topic on standard output, "name: " and then as a person reads it.
+void print_topics(const Numbers& numbers);
 
 /// "9,275", for tables.
 std::string thousands(std::uint64_t n);

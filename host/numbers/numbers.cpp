@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/report/numbers.hpp"
+#include "host/numbers/numbers.hpp"
 
 #include <fmt/format.h>
 
@@ -61,6 +61,12 @@ void require_topic(const Json& topic, const std::string& where) {
         for (const Json& cell : row) require_number(cell, where);
     }
 }
+
+std::string text_of(const Json& cell) {
+    return cell.is_string() ? cell.get<std::string>() : cell.at("text").get<std::string>();
+}
+
+std::string row_of(const std::vector<std::string>& cells) { return fmt::format("| {} |\n", fmt::join(cells, " | ")); }
 
 }  // namespace
 
@@ -133,8 +139,22 @@ Json read_numbers(const std::filesystem::path& file) try {
     throw Error(fmt::format("{}: is no JSON: {}; measure again with make bench", file.string(), error.what()));
 }
 
-void take(const Json& from, Json& topics) {
-    for (const auto& [name, topic] : from.items()) topics[name] = topic;
+std::string to_markdown(const Json& topic) {
+    if (!topic.contains("rows")) return text_of(topic);
+    const auto columns = topic.at("columns").get<std::vector<std::string>>();
+    std::string text = "\n" + row_of(columns) + "|";
+    for (std::size_t k = 0; k < columns.size(); ++k) text += "---|";
+    text += "\n";
+    for (const Json& row : topic.at("rows")) {
+        std::vector<std::string> cells;
+        for (const Json& cell : row) cells.push_back(text_of(cell));
+        text += row_of(cells);
+    }
+    return text;
+}
+
+void print_topics(const Numbers& numbers) {
+    for (const auto& [topic, json] : numbers.json().items()) fmt::print("{}: {}\n", topic, to_markdown(json));
 }
 
 }  // namespace haptable

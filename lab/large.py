@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What large bodies take, on one machine and over ranks of MPI: `make bench-large` calls this with the names of parts,
+everything built. Each part writes PART.json into build/report."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lab import LabError, own
+from lab.numbers import error_of, machine, number, to_text, write_file
+
+_COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
+            "all, elapsed s", "all, CPU s", "peak MB", "stiffness.npy: difference"]
+
+
+# ---- what runs of haptable-precompute took -------------------------------------------------------------------------
+
+def _short(value: float) -> dict[str, Any]:
+    """Two digits of what is below 10, else all before the point."""
+    return number(value, f"{value:.2g}" if value < 10 else f"{value:.0f}")
+
+
+def _row(name: str, folder: Path, first: Path) -> list[Any]:
+    """`first`: the folder of the first run of the same body."""
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    if summary["reused"]:
+        raise LabError(f"{name}: took an earlier run's tables; compute it with --force")
+    stage, factor = summary["cpu_s"], summary["factor"]
+    ranks = summary.get("ranks", {"cpu_s": [sum(stage.values())], "peak_bytes": [summary["memory"]["peak_bytes"]]})
+    peak = [float(b) for b in ranks["peak_bytes"]]
+    difference: Any = ""
+    if folder != first:
+        ours, theirs = (np.load(f / "stiffness.npy") for f in (folder, first))
+        if ours.shape != theirs.shape:
+            raise LabError(f"{name}: has other nodes than the first run of its body")
+        difference = error_of(float(np.abs(ours - theirs).max() / np.abs(theirs).max()))
+    return [name, f"{summary['counts']['nodes']:,}", number(factor["fill"], f"{factor['fill']:.1e}"),
+            number(factor["flops"], f"{factor['flops']:.1e}"), _short(stage["factor"]), _short(stage["blocks"]),
+            _short(stage["columns"]) if summary["drawing"] == "columns" else "-", _short(sum(summary["time_s"].values())),
+            _short(sum(ranks["cpu_s"])),
+            {"value": peak if len(peak) > 1 else peak[0], "text": ", ".join(f"{round(b / 1e6):,}" for b in peak)}, difference]
+
+
+def runs_table(runs: list[tuple[str, Path]]) -> dict[str, Any]:
+    """A row a run: its name and the folder that it wrote; differences are those to the first run of the same body."""
+    first: dict[str, Path] = {}
+    rows = []
+    for name, folder in runs:
+        body = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["body_hash"]
+        rows.append(_row(name, folder, first.setdefault(body, folder)))
+    return {"columns": _COLUMNS, "rows": rows}
+
+
+# ---- parts ---------------------------------------------------------------------------------------------------------
+
+class Runs:
+    """Runs of haptable-precompute into folders below `folder`, one after the other."""
+
+    def __init__(self, build: Path, folder: Path) -> None:
+        self.build, self.folder = build, folder
+        self.done: list[tuple[str, Path]] = []
+
+    def cube(self, side: int, columns: str) -> Path:
+        """The scene file of a cube of 30 mm with so many nodes a side, its base held, touchable everywhere."""
+        return self.scene(f"cube-{side}", f'[mesh]\ngenerate = "cube"\nnodes_per_side = {side}\nside = 0.03\n', 1e-9, columns)
+
+    def scene(self, name: str, mesh: str, held_below_m: float, columns: str) -> Path:
+        text = (f'name = "{name}"\n{mesh}[material]\nyoung = 1e4\npoisson = 0.3\n[[fixed]]\n'
+                f'box = [-1, -1, -1, 1, 1, {held_below_m}]\n[tables]\ncolumns = "{columns}"\n')
+        tomllib.loads(text)
+        write_file(self.folder / f"{name}-{columns}.toml", text)
+        return self.folder / f"{name}-{columns}.toml"
+
+    def run(self, name: str, scene: Path, *options: str, ranks: int = 0) -> None:
+        """`ranks`: of MPI; 0: haptable-precompute without it."""
+        print(f"bench: {name}", flush=True)
+        into = self.folder / name.translate(str.maketrans(" ,:", "---"))
+        program = [str(self.build / "bin/haptable-precompute")]
+        if ranks:
+            program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe", "-n",
+                       str(ranks), f"{program[0]}-mpi"]
+        _call(*program, *options, str(scene), "-o", str(into), "--force", "--quiet")
+        self.done.append((name, into))
+
+
+def _call(*command: str) -> None:
+    ended = subprocess.run(command, check=False)
+    if ended.returncode != 0:
+        raise LabError(f"{command[0]}: ended with status {ended.returncode}")
+
+
+def _large(runs: Runs) -> str:
+    runs.run("mouse", Path("meshes/mouse.toml"))
+    cube = runs.cube(30, "surface")
+    runs.run("cube of 30 a side, one thread", cube, "--threads", "1")
+    runs.run("two threads", cube, "--threads", "2")
+    runs.run("columns in double", cube, "--threads", "2", "--column-tolerance", "0")
+    runs.run("cube of 63 a side, tolerance 1e-3", runs.cube(63, "none"), "--tolerance", "1e-3")
+    pepper = Path("../shared/meshes/pepper_big.vtu")
+    if pepper.exists():
+        mesh = f'[mesh]\nfile = "{pepper.resolve()}"\nscale = 0.001\n'
+        runs.run("pepper, tolerance 1e-3", runs.scene("pepper", mesh, -0.02, "none"), "--tolerance", "1e-3")
+    return "precompute-runs"
+
+
+def _scale(runs: Runs) -> str:
+    for side in (12, 20, 25, 30):
+        scene = runs.cube(side, "none" if side > 20 else "surface")
+        runs.run(f"cube of {side} a side: one machine", scene, "--threads", "1", "--column-tolerance", "0")
+        for ranks in (1, 2, 4):
+            runs.run(f"{side} a side, ranks: {ranks}", scene, ranks=ranks)
+    return "scale-runs"
+
+
+_RUNS: dict[str, Callable[[Runs], str]] = {"large": _large, "scale": _scale}
+#: Parts of other programs: their command, below build/bin; then --build FOLDER -o OUT.
+_PROGRAMS = {
+    "masks": ["haptable-bench-inversion", "--masks", "--sides", "12,20,28,40", "--scene", "meshes/mouse-mask.toml"],
+    "scan": ["haptable-bench-scan", "../shared/meshes/pepper_big.vtu"],
+    "truth": ["haptable-bench-error", "--truth"],
+    "known": ["haptable-bench-error", "--known-answers"],
+    "large-strain": ["haptable-bench-error", "--large-strain"],
+    "elements": ["haptable-bench-error", "--elements"],
+    "elsewhere": ["haptable-bench-error", "--elsewhere"],
+}
+PARTS = (*_RUNS, *_PROGRAMS)
+
+
+def make(parts: list[str], build: Path) -> None:
+    for part in parts:
+        if part not in PARTS:
+            raise LabError(f"bench-large: no part {part}; {', '.join(PARTS)}")
+    for part in parts:
+        out, folder = build / f"report/{part}.json", build / "large"
+        own(folder, "measurements")
+        if part == "scan" and not Path(_PROGRAMS[part][1]).exists():
+            print(f"bench-large: {part}: no {_PROGRAMS[part][1]}")
+        elif part in _PROGRAMS:
+            program, *options = _PROGRAMS[part]
+            below = folder / "masks" if part == "masks" else folder
+            _call(str(build / "bin" / program), *options, "--build", str(below), "-o", str(out))
+        else:
+            runs = Runs(build, folder)
+            topic = _RUNS[part](runs)
+            ran = {"command": f"make bench-large PART={part}", "machine": machine(), **runs_table(runs.done)}
+            write_file(out, to_text({topic: ran}))
