@@ -10,6 +10,7 @@
 
 #include "host/base/modes.hpp"
 #include "host/base/relaxation.hpp"
+#include "host/base/scene_options.hpp"
 #include "host/scene/device.hpp"
 #include "host/scene/material.hpp"
 
@@ -121,7 +122,6 @@ struct TableOptions {
     Storage column_precision = Storage::kFloat32;  ///< float32 | float16
     double column_budget_bytes = 4e9;              ///< larger columns are not written: the viewer solves for each frame
     Storage precision = Storage::kFloat32;         ///< of S in the servo
-    bool check = false;                            ///< the servo takes their CRC; in a scene file true
     std::uintmax_t flash_budget = 0;               ///< most bytes of the servo's tables; 0: no bound
     std::uintmax_t coupling_bytes = 2'000'000;     ///< most of what couples two fingers in the servo's tables
     std::vector<std::int32_t> display_rows;  ///< mesh nodes whose displacement the target computes; none: no such table
@@ -146,6 +146,7 @@ struct Scene {
     TableOptions tables;
     std::optional<FreeBody> free_body;   ///< none: [[fixed]] or a bed holds it
     std::optional<Vibration> vibration;  ///< none: it follows at once
+    SceneOptions options;                ///< as the file has them; what stands above may have been changed since
 
     /// Of a region, or of the body (-1).
     const Material& material_of(std::int32_t region) const {
@@ -160,6 +161,9 @@ struct Scene {
         return region < 0 ? body : regions[static_cast<std::size_t>(region)].density_kg_per_m3.value_or(body);
     }
 };
+
+/// Every key with its value: options.json. Members of the scene before what the file says of them.
+SceneOptions options_of(const Scene& scene);
 
 /// Where the servo cuts a force of the body's, so that the motors meet their limit and no more.
 double servo_force_limit_n(const Scene& scene);

@@ -142,6 +142,14 @@ TEST_F(SceneFile, KeysThatWouldDoNothingAreRefused) {
     expect_error("generate = \"cube\"\nnodes_per_side = 3\nside = 0.03", "file = \"a.stl\"\nwrap = true", 4,
                  "mesh.wrap: belongs to a surface that is filled; give node_count");
     expect_error("side = 0.03", "side = 0.03\nwrap = true", 6, "mesh.wrap: belongs to a surface file");
+    const std::string none = "columns = \"none\"";
+    expect_error(none, none + "\ncolumn_precision = \"float16\"", 19, "tables.column_precision: is of the columns");
+    expect_error(none, none + "\ncolumn_budget = 1e6", 19, "tables.column_budget: is of the columns");
+    expect_error("max_force = 3.0", "mean_force = \"off\"\nmean_force_time = 9", 17,
+                 "device.mean_force_time: is of mean_force, which is off");
+    expect_error(none, none + "\n[body]\nmodes = 0\nmode_damping = 0.1", 21, "body.mode_damping: needs modes");
+    expect_error(none, none + "\n[body]\n[[region]]\ngroup = \"a\"\nyoung = 1\npoisson = 0\ndensity = 9", 24,
+                 "region.density: belongs to a scene with [gravity]");
 }
 
 // On unless switched off by name; the rise of the force goes by the largest.

@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/scene/keys.hpp"
+
+#include "host/base/json.hpp"
+#include "host/scene/device_models.hpp"
+#include "host/scene/mass_range.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using enum KeyType;
+
+// A million nodes: beyond that the factor does not fit into the memory of a workstation.
+constexpr double kMostNodesPerSide = 100;
+
+// A filled surface needs room for some tetrahedra.
+constexpr double kFewestNodes = 20;
+
+// Of a device's force: as old as the watchdogs let it be.
+constexpr double kMostDelay_s = 0.02;
+
+// HAPTABLE_MODES: the servo's state.
+constexpr double kMostModes = 16;
+
+/// Of jelly and soft tissue, ratios of 0.03 to 0.3 are reported; 0.05 rings for some ten swings.
+constexpr double kModeDamping = 0.05, kLeastModeDamping = 1e-4;
+
+/// N/ms by which a jump of the least-energy god-object is brought down where the scene does not say: a step of 10 mN is
+/// hardly felt, and a force of 1 N is gone in a tenth of a second.
+constexpr double kReleaseOfJumps = 0.01;
+
+// Where the scene does not say, what a desktop device and a hand are expected to keep to. A hand moves no faster than
+// HAPTABLE_FAST_SEGMENT_M a tick.
+constexpr double kMaxSpeed = 5.0;        // m/s
+constexpr double kFullForceTime = 0.01;  // s, from none to max_force
+constexpr double kRampTime = 1.0;        // s
+
+constexpr auto kTables = Changes::kTables;
+
+template <const Figure DeviceModel::*figure>
+Json of_model(const SceneOptions& above) {
+    return (find_device_model(above.text("device.model"))->*figure).value;
+}
+
+Json mass_of_model(const SceneOptions& above) {
+    const double mass_kg = find_device_model(above.text("device.model"))->mass_kg.value;
+    return {mass_kg, mass_kg, mass_kg};
+}
+
+std::vector<const char*> model_names() {
+    std::vector<const char*> names;
+    for (const DeviceModel& model : device_models()) names.push_back(model.name);
+    return names;
+}
+
+bool is_free(const SceneOptions& options) { return options.flag("body.free"); }
+
+Json release_slew(const SceneOptions& above) {
+    const bool jumps = above.text("contact.god_object") == "least-energy";  // from one minimum to another
+    return jumps && !is_free(above) ? kReleaseOfJumps : 0.0;
+}
+
+Json max_force_rate(const SceneOptions& above) { return above.number("device.max_force") / kFullForceTime; }
+
+Json mode_damping(const SceneOptions& above) { return above.integer("body.modes") > 0 ? Json(kModeDamping) : Json(); }
+
+Json ramp_time(const SceneOptions& above) {
+    return above.text("device.force_return") == "ramp" ? Json(kRampTime) : Json();
+}
+
+void add_where(std::vector<Key>& keys, const char* section) {
+    keys.push_back({.section = section,
+                    .name = "box",
+                    .type = kBox,
+                    .unit = "m",
+                    .means = "xmin, ymin, zmin, xmax, ymax, zmax, borders included"});
+    keys.push_back({.section = section, .name = "group", .type = kText, .means = "or a named group of the mesh file"});
+}
+
+void add_material(std::vector<Key>& keys, const char* section) {
+    const auto by_law = [&](const char* name, const char* unit, const char* means) {
+        keys.push_back({.section = section, .name = name, .type = kByLaw, .unit = unit, .means = means});
+    };
+    keys.push_back({.section = section,
+                    .name = "law",
+                    .type = kWord,
+                    .words = {"isotropic", "orthotropic", "fibre"},
+                    .fallback = "isotropic",
+                    .means = "the last two with [keys of their own](MATERIALS.md#keys)"});
+    by_law("young", "Pa", "Young's modulus, or [E1, E2, E3]");
+    by_law("poisson", "",
+           "Poisson's ratio, above -1 and below 0.5, with linear tetrahedra at most 0.4999; or [nu12, nu13, nu23]");
+    by_law("shear", "Pa", "[G12, G13, G23], or along the fibres");
+    by_law("axes", "", "directions 1 and 2");
+    by_law("axes_field", "", "or cell vectors of the mesh file");
+    by_law("around", "m", "or an axis: a point and a direction");
+    by_law("young_along", "Pa", "along the fibres");
+    by_law("young_across", "Pa", "across them");
+    by_law("poisson_across", "", "what a pull across takes off across");
+    by_law("direction", "", "of the fibres");
+    by_law("direction_field", "", "or a cell vector of the mesh file");
+}
+
+// A row is a key.
+// clang-format off
+std::vector<Key> make_keys() {
+    std::vector<Key> keys;
+    const auto add = [&](const char* section, std::initializer_list<Key> more) {
+        for (Key key : more) {
+            key.section = section;
+            keys.push_back(key);
+        }
+    };
+    add("", {
+        {.name = "name", .type = kText, .required = true,
+         .means = "names `build/<name>`, which one scene has: a letter, then at most 63 letters, digits, `_` and `-`"},
+    });
+    add("mesh", {
+        {.name = "element", .type = kWord, .words = {"linear", "average-nodal-pressure", "quadratic"},
+         .fallback = "linear",
+         .means = "the last two do not lock near Poisson's ratio 0.5 ([design/elements.md](design/elements.md))"},
+        {.name = "generate", .type = kWord, .words = {"cube"},
+         .means = "5 tetrahedra a cell, neighbours mirrored, corner at the origin"},
+        {.name = "nodes_per_side", .type = kInteger, .range = {2, kMostNodesPerSide}, .fallback = 5,
+         .means = "of the cube"},
+        {.name = "side", .unit = "m", .range = kPositive, .fallback = 0.03,
+         .means = "of the cube"},
+        {.name = "file", .type = kText,
+         .means = "a mesh file, relative to the scene; or `generate`"},
+        {.name = "scale", .unit = "m", .range = kPositive, .fallback = 1.0,
+         .means = "a unit of the file"},
+        {.name = "linearize", .type = kFlag, .fallback = false,
+         .means = "take second-order tetrahedra by their corners; the middles of their edges are left out, or made "
+          "straight for `\"quadratic\"`"},
+        {.name = "edge_length", .unit = "m", .range = kPositive,
+         .means = "fills a closed surface with tetrahedra of that mean edge"},
+        {.name = "node_count", .type = kInteger, .range = {.least = kFewestNodes},
+         .means = "the same, to that number of nodes; creases are kept unless that misses it or the volume (a note "
+          "says so)"},
+        {.name = "wrap", .type = kFlag, .fallback_text = "where needed",
+         .means = "`true`: a surface is wrapped, then filled; `false`: never"},
+    });
+    add_material(keys, "material");
+    add_where(keys, "region");
+    add_material(keys, "region");
+    add("region", {
+        {.name = "density", .unit = "kg/m^3", .range = kPositive, .fallback_text = "the body's",
+         .means = "for its weight"},
+    });
+    add_where(keys, "fixed");
+    add("fixed", {
+        {.name = "below", .unit = "m", .range = kNotNegative,
+         .means = "or a layer above the lowest node along the axis"},
+        {.name = "axis", .type = kWord, .words = {"z", "x", "y", "-x", "-y", "-z"}, .fallback_text = "`\"z\"`",
+         .means = "`\"-z\"`: below the highest"},
+    });
+    add_where(keys, "membrane");
+    add("membrane", {
+        {.name = "thickness", .unit = "m", .range = kPositive, .required = true,
+         .means = "of the skin"},
+        {.name = "young", .unit = "Pa", .range = kModulus, .required = true,
+         .means = "Young's modulus"},
+        {.name = "poisson", .range = {.least = -1.0, .most = 0.5, .above = true}, .required = true,
+         .means = "Poisson's ratio"},
+    });
+    add_where(keys, "bed");
+    add("bed", {
+        {.name = "normal", .unit = "N/m^3", .range = kNotNegative, .fallback = 0.0,
+         .means = "N/m for each m^2; this or the next is above 0"},
+        {.name = "tangential", .unit = "N/m^3", .range = kNotNegative, .fallback = 0.0,
+         .means = "the same along the surface"},
+    });
+    add("gravity", {
+        {.name = "density", .unit = "kg/m^3", .range = kPositive, .required = true,
+         .means = "of what no `[[region]]` with a density holds"},
+        {.name = "direction", .type = kDirection, .fallback = {0.0, 0.0, -1.0},
+         .means = "where it falls to"},
+        {.name = "acceleration", .unit = "m/s^2", .range = kPositive, .fallback = 9.81,
+         .means = "of the fall"},
+        {.name = "prestress", .type = kFlag, .fallback = false,
+         .means = "the stress of the weight is in the stiffness"},
+    });
+    add("relaxation", {
+        {.name = "share", .range = kPositive, .required = true, .changes = kTables,
+         .means = "of the stiffness at once, all shares below 1"},
+        {.name = "time", .unit = "s", .range = kPositive, .required = true, .changes = kTables,
+         .means = "in which it is lost"},
+    });
+    add_where(keys, "touch");
+    add("touch", {
+        {.name = "cavities", .type = kFlag, .fallback = false,
+         .means = "patches of inner cavities too"},
+    });
+    add("body", {
+        {.name = "free", .type = kFlag, .fallback = false, .changes = kTables,
+         .means = "no `[[fixed]]` and no `[[bed]]` holds it"},
+        {.name = "density", .unit = "kg/m^3", .range = kPositive, .fallback_text = "that of `[gravity]`",
+         .changes = kTables,
+         .means = "of what no `[[region]]` with a density holds"},
+        {.name = "mass", .unit = "kg", .range = {kLeastMass_kg, kMostMass_kg},
+         .beyond = "is {:g} kg, and a servo moves 1e-06 to 1e+06 kg: give it in kg", .changes = kTables,
+         .means = "to which all densities are scaled; it, `density` or `[gravity]` is required"},
+        {.name = "suspension", .type = kSix, .unit = "N/m, N m/rad", .range = kNotNegative, .changes = kTables,
+         .means = "stiffness of the centre of mass along x, y, z, then about them"},
+        {.name = "suspension_damping", .type = kSix, .unit = "N s/m, N m s", .range = kNotNegative,
+         .fallback_text = "zeros", .changes = kTables,
+         .means = "the same of its damping"},
+        {.name = "floor", .unit = "m", .changes = kTables,
+         .means = "height of a plane along its normal"},
+        {.name = "floor_normal", .type = kDirection,
+         .fallback_text = "against gravity, else z", .changes = kTables,
+         .means = "up"},
+        {.name = "floor_friction", .range = kNotNegative,
+         .fallback_of = [](const SceneOptions& above) { return above.has("body.floor") ? Json(0.5) : Json(); },
+         .fallback_text = "0.5", .changes = kTables,
+         .means = "Coulomb's coefficient"},
+        {.name = "modes", .type = kInteger, .range = {0, kMostModes}, .fallback = 0,
+         .beyond = "is {}, and a servo has 0 to 16", .changes = kTables,
+         .means = "how many [ring](MODES.md), the lowest"},
+        {.name = "mode_damping", .range = {.least = kLeastModeDamping, .most = 1.0, .below = true},
+         .fallback_of = mode_damping,
+         .fallback_text = "0.05",
+         .beyond = "is {}, the ratio to critical damping, and must be at least 0.0001 and below 1",
+         .changes = kTables,
+         .means = "of each mode, the ratio to critical damping"},
+    });
+    add("contact", {
+        {.name = "force", .type = kWord, .words = {"interpolated", "consistent", "pressure-mask"},
+         .fallback = "interpolated", .changes = kTables,
+         .means = "[how a point's force follows](CONTACT.md)"},
+        {.name = "mask_radius", .unit = "m", .range = kPositive, .fallback_text = "required with `\"pressure-mask\"`",
+         .changes = kTables,
+         .means = "where the mask ends"},
+        {.name = "god_object", .type = kWord, .words = {"nearest", "least-energy"},
+         .fallback_of = [](const SceneOptions& above) { return Json(is_free(above) ? "least-energy" : "nearest"); },
+         .fallback_text = "`\"nearest\"`; free: `\"least-energy\"`", .changes = kTables,
+         .means = "where on the surface the finger is taken to be"},
+        {.name = "rigid_stiffness", .unit = "N/m", .range = kPositive, .fallback = 1000.0, .changes = kTables,
+         .means = "given to a fixed node of a touchable patch"},
+        {.name = "friction", .range = kNotNegative, .fallback = 0.0, .changes = kTables,
+         .means = "Coulomb's coefficient at rest"},
+        {.name = "kinetic_friction", .range = kPositive,
+         .fallback_of = [](const SceneOptions& above) { return above.at("contact.friction"); },
+         .fallback_text = "as `friction`", .changes = kTables,
+         .means = "and while it slides, at most that"},
+        {.name = "release_slew", .unit = "N/ms", .range = kNotNegative, .fallback_of = release_slew,
+         .fallback_text = "0; 0.01 with `\"least-energy\"`, if held", .changes = kTables,
+         .means = "by which ended forces fall; 0: at once"},
+        {.name = "coupling", .unit = "N/m", .range = kPositive, .words = {"none", "auto"}, .fallback = "none",
+         .changes = kTables,
+         .means = "a spring in series with every point; `\"auto\"`: as the device needs"},
+        {.name = "passivity", .type = kFlag, .fallback = false, .changes = kTables,
+         .means = "damps until energy that was given is paid back"},
+        {.name = "grab", .type = kFlag, .fallback = false, .changes = kTables,
+         .means = "button 1 holds the contact point, and the body pulls too"},
+        {.name = "fingers", .type = kInteger, .range = {1, 2}, .fallback = 1, .beyond = "is {} and must be 1 or 2",
+         .changes = kTables,
+         .means = "[on the body at once](FINGERS.md)"},
+    });
+    add("device", {
+        {.name = "model", .type = kWord, .words = model_names(), .fallback = "phantom",
+         .means = "whose figures stand where no key gives one ([DEVICES.md](DEVICES.md#models))"},
+        {.name = "max_force", .unit = "N", .range = kPositive, .fallback_of = of_model<&DeviceModel::max_force_n>,
+         .fallback_text = "the model's", .changes = kTables,
+         .means = "of the motors"},
+        {.name = "mass", .type = kOneOrThree, .unit = "kg", .range = kPositive, .fallback_of = mass_of_model,
+         .fallback_text = "the model's",
+         .means = "apparent, along the device's axes"},
+        {.name = "damping", .unit = "N s/m", .range = kNotNegative,
+         .fallback_of = of_model<&DeviceModel::damping_n_s_per_m>, .fallback_text = "the model's", .changes = kTables,
+         .means = "of its bearings"},
+        {.name = "friction", .unit = "N", .range = kNotNegative, .fallback_of = of_model<&DeviceModel::friction_n>,
+         .fallback_text = "the model's", .changes = kTables,
+         .means = "Coulomb's, of its bearings"},
+        {.name = "encoder_step", .unit = "m", .range = kNotNegative,
+         .fallback_of = of_model<&DeviceModel::encoder_step_m>, .fallback_text = "the model's", .changes = kTables,
+         .means = "that its encoders tell apart"},
+        {.name = "bandwidth", .unit = "Hz", .range = kNotNegative,
+         .fallback_of = of_model<&DeviceModel::bandwidth_hz>, .fallback_text = "the model's", .changes = kTables,
+         .means = "of the motors; 0: at once"},
+        {.name = "delay", .unit = "s", .range = {0.0, kMostDelay_s}, .fallback_of = of_model<&DeviceModel::delay_s>,
+         .fallback_text = "the model's", .beyond = "is {} s, and a servo takes what is 0.02 s old for silence",
+         .changes = kTables,
+         .means = "of a force on its way to the motors"},
+        {.name = "max_speed", .unit = "m/s", .range = kPositive, .words = {"off"}, .fallback = kMaxSpeed,
+         .changes = kTables,
+         .means = "a position that no finger of this speed reaches is not believed"},
+        {.name = "max_force_rate", .unit = "N/s", .range = kPositive, .words = {"off"},
+         .fallback_of = max_force_rate,
+         .fallback_text = "100 `max_force`", .changes = kTables,
+         .means = "by which the force rises at the most"},
+        {.name = "mean_force", .unit = "N", .range = kPositive, .words = {"off"},
+         .fallback_of = of_model<&DeviceModel::continuous_force_n>, .fallback_text = "the model's continuous force",
+         .changes = kTables,
+         .means = "root mean squared force: the motors' heat"},
+        {.name = "mean_force_time", .unit = "s", .range = kPositive, .fallback = 30.0, .changes = kTables,
+         .means = "over which that mean is taken"},
+        {.name = "force_return", .type = kWord, .words = {"leaving", "ramp"}, .fallback = "leaving",
+         .changes = kTables,
+         .means = "how a force comes back inside the body: after the finger has left, or by a ramp "
+          "([SAFETY.md](SAFETY.md#what-a-servo-does))"},
+        {.name = "ramp_time", .unit = "s", .range = kPositive,
+         .fallback_of = ramp_time,
+         .fallback_text = "1.0", .changes = kTables,
+         .means = "of that ramp"},
+        {.name = "position", .type = kThree, .unit = "m", .fallback = {0.0, 0.0, 0.0},
+         .means = "of the device's origin [at the body](DEVICES.md#from-the-devices-hand-to-the-body)"},
+        {.name = "rotation", .type = kThree, .unit = "degrees", .fallback = {0.0, 0.0, 0.0},
+         .means = "about the body's x, then y, then z"},
+        {.name = "handedness", .type = kWord, .words = {"right", "left"}, .fallback = "right",
+         .means = "of its coordinates"},
+        {.name = "motion_scale", .range = kPositive, .fallback = 1.0, .changes = kTables,
+         .means = "of the body's motion over the hand's"},
+        {.name = "force_scale", .range = kPositive, .fallback = 1.0, .changes = kTables,
+         .means = "of the hand's force over the body's"},
+        {.name = "clutch_ramp", .unit = "s", .range = kNotNegative, .fallback = 0.1,
+         .means = "in which the force falls and comes back"},
+        {.name = "workspace", .type = kBox, .unit = "m", .fallback_text = "endless",
+         .means = "in the device's coordinates; outside of it the force falls"},
+    });
+    add("tables", {
+        {.name = "precision", .type = kWord, .words = {"float32", "float16", "int16"}, .fallback = "float32",
+         .changes = kTables,
+         .means = "how the servo stores the blocks that the force reads, where flash is short"},
+        {.name = "columns", .type = kWord, .words = {"surface", "all", "none"}, .fallback = "surface",
+         .changes = kTables,
+         .means = "nodes whose rows are kept to draw the deformation"},
+        {.name = "column_precision", .type = kWord, .words = {"float32", "float16"}, .fallback = "float32",
+         .changes = kTables,
+         .means = "`\"float16\"` halves the columns' file"},
+        {.name = "column_budget", .unit = "bytes", .range = kNotNegative, .fallback = 4e9,
+         .means = "larger columns are not written, and the viewer solves for each frame"},
+        {.name = "flash_budget", .type = kInteger, .unit = "bytes", .range = kPositive, .fallback_text = "none",
+         .means = "over it, an error lists what takes the room and what would fit"},
+        {.name = "check", .type = kFlag, .fallback = true, .changes = kTables,
+         .means = "the servo looks whether its tables' CRC is right"},
+        {.name = "coupling_bytes", .type = kInteger, .unit = "bytes", .range = kPositive, .fallback = 2'000'000,
+         .changes = kTables,
+         .means = "most of what couples two fingers in the servo's tables"},
+        {.name = "display_rows", .type = kNodes, .fallback_text = "none", .changes = kTables,
+         .means = "mesh nodes, at most 1,000, whose displacement the microcontroller computes"},
+        {.name = "display_precision", .type = kWord, .words = {"float32", "int16"}, .fallback = "float32",
+         .changes = kTables,
+         .means = "how it stores the columns of `display_rows`"},
+    });
+    return keys;
+}
+
+std::vector<Rule> make_rules() {
+    using enum Rule::Kind;
+    constexpr const char* kFilled = "belongs to a surface file that is filled; give the cube nodes_per_side";
+    constexpr const char* kGenerated = "belongs to generate = \"cube\"; remove it or the file";
+    constexpr const char* kEither = "give either a box or a group";
+    constexpr const char* kHeld = "is of a body that is not held; add free = true";
+    constexpr const char* kMoves = "is of a body that moves; add free = true or modes";
+    constexpr const char* kOfColumns = "is of the columns, and columns = \"none\" leaves them out; remove one of them";
+    return {
+        {kExcludes, "mesh.file", "mesh.generate", "there is a generator too; keep either generate or file"},
+        {kNeeds, "mesh", "mesh.generate|mesh.file", "is missing; give a mesh file, or generate = \"cube\"",
+         "mesh.file"},
+        {kExcludes, "mesh.linearize", "mesh.generate", "belongs to a mesh file; the cube is linear: remove it"},
+        {kExcludes, "mesh.edge_length", "mesh.generate", kFilled},
+        {kExcludes, "mesh.node_count", "mesh.generate", kFilled},
+        {kExcludes, "mesh.wrap", "mesh.generate", kFilled},
+        {kExcludes, "mesh.scale", "mesh.generate",
+         "belongs to a mesh file; give the cube's side in metres and remove it"},
+        {kExcludes, "mesh.nodes_per_side", "mesh.file", kGenerated},
+        {kExcludes, "mesh.side", "mesh.file", kGenerated},
+        {kExcludes, "mesh.node_count", "mesh.edge_length", "there is an edge_length too; keep one of them"},
+        {kNeeds, "mesh.wrap=true", "mesh.node_count|mesh.edge_length",
+         "belongs to a surface that is filled; give node_count or edge_length, or remove it"},
+        {kExcludes, "fixed.box", "fixed.below", "there is below too; keep one of them"},
+        {kExcludes, "fixed.group", "fixed.below", "there is below too; keep one of them"},
+        {kNeeds, "fixed.axis", "fixed.below", "belongs to below, metres; give it"},
+        {kNeeds, "fixed", "fixed.below|fixed.box|fixed.group", "give a box, a group or below", "fixed.below"},
+        {kExcludes, "fixed.box", "fixed.group", kEither},
+        {kOneOf, "region", "region.box|region.group", kEither, "region.box"},
+        {kOneOf, "membrane", "membrane.box|membrane.group", kEither, "membrane.box"},
+        {kOneOf, "bed", "bed.box|bed.group", kEither, "bed.box"},
+        {kOneOf, "touch", "touch.box|touch.group", kEither, "touch.box"},
+        {kNeeds, "region.density", "gravity|body.free=true|body.modes>0",
+         "belongs to a scene with [gravity]; add that table"},
+        {kNeeds, "bed", "bed.normal>0|bed.tangential>0",
+         "give normal or tangential, in N/m^3, greater than 0", "bed.normal"},
+        {kNeeds, "body.suspension", "body.free=true", kHeld},
+        {kNeeds, "body.suspension_damping", "body.free=true", kHeld},
+        {kNeeds, "body.floor", "body.free=true", kHeld},
+        {kNeeds, "body.floor_normal", "body.free=true", kHeld},
+        {kNeeds, "body.floor_friction", "body.free=true", kHeld},
+        {kNeeds, "body.density", "body.free=true|body.modes>0", kMoves},
+        {kNeeds, "body.mass", "body.free=true|body.modes>0", kMoves},
+        {kNeeds, "body.mode_damping", "body.modes>0", "needs modes, how many ring; give it"},
+        {kExcludes, "body.free=true", "fixed", "is true, and [[fixed]] holds the body; remove one of them"},
+        {kExcludes, "body.free=true", "bed", "is true, and [[bed]] holds the body; remove one of them"},
+        {kExcludes, "body.free=true", "gravity.prestress=true",
+         "is true, and prestress needs a body that is held under its weight; remove that"},
+        {kExcludes, "body.density", "gravity", "is in [gravity] already; remove one of them"},
+        {kNeeds, "body.free=true", "gravity|body.density|body.mass",
+         "is missing: a body that is not held needs a density or a mass, or [gravity]", "body.density"},
+        {kNeeds, "body.suspension_damping", "body.suspension", "needs suspension, six stiffnesses; give them"},
+        {kNeeds, "body.floor_normal", "body.floor", "needs floor, its height; give it"},
+        {kNeeds, "body.floor_friction", "body.floor", "needs floor, its height; give it"},
+        {kExcludes, "body.modes>0", "gravity.prestress=true",
+         "are those of the body without stress; remove prestress, or modes"},
+        {kExcludes, "body.modes>0", "relaxation", "are of an elastic body: remove [[relaxation]], or modes"},
+        {kExcludes, "body.modes>0", "contact.passivity=true",
+         "count what contacts give themselves: remove passivity, or modes"},
+        {kNeeds, "body.modes>0", "gravity|body.density|body.mass",
+         "is missing: a body that rings needs a density or a mass, or [gravity]", "body.density"},
+        {kNeeds, "contact.force=pressure-mask", "contact.mask_radius",
+         "is missing; give a number", "contact.mask_radius"},
+        {kNeeds, "contact.mask_radius", "contact.force=pressure-mask",
+         "belongs to force = \"pressure-mask\"; remove it or choose that force"},
+        {kNeeds, "contact.kinetic_friction", "contact.friction>0",
+         "needs friction, the static coefficient; give it or remove this line"},
+        {kExcludes, "contact.release_slew>0", "body.free=true",
+         "keeps a force up that has ended, and a body that is free would be thrown by it; remove it"},
+        {kExcludes, "contact.passivity=true", "body.free=true",
+         "is what the motion of a body that is free does already; remove it"},
+        {kNeeds, "device.mean_force_time", "device.mean_force>0",
+         "is of mean_force, which is off; remove one of them"},
+        {kNeeds, "device.ramp_time", "device.force_return=ramp",
+         "belongs to force_return = \"ramp\"; remove it or choose that"},
+        {kNeeds, "tables.coupling_bytes", "contact.fingers=2",
+         "belongs to two fingers; write fingers = 2 in [contact], or remove it"},
+        {kNeeds, "tables.display_precision", "tables.display_rows",
+         "is of display_rows, which the microcontroller computes; give them, or remove it"},
+        {kExcludes, "tables.display_rows", "tables.columns=none",
+         "needs columns, and columns = \"none\" leaves them out"},
+        {kExcludes, "tables.column_precision", "tables.columns=none", kOfColumns},
+        {kExcludes, "tables.column_budget", "tables.columns=none", kOfColumns},
+        {kExcludes, "tables.display_rows", "tables.column_precision=float16",
+         "needs columns in float32: remove column_precision"},
+        {kExcludes, "tables.display_rows", "contact.force=pressure-mask",
+         "a pressure mask spreads its load over nodes that only the host knows"},
+                          };
+}
+
+// clang-format on
+
+}  // namespace
+
+const std::vector<SectionKey>& scene_sections() {
+    static const std::vector<SectionKey> sections{
+        {.name = "", .means = "the scene itself"},
+        {.name = "mesh", .required = true, .means = "a generator, or a file; and how its tetrahedra deform"},
+        {.name = "material", .required = true, .means = "of what no `[[region]]` holds"},
+        {.name = "region",
+         .is_list = true,
+         .means = "another material, for the tetrahedra of a group, or with their centre in a box"},
+        {.name = "fixed",
+         .is_list = true,
+         .means = "nodes held still; required, where no `[[bed]]` holds the body and it is not free"},
+        {.name = "membrane",
+         .is_list = true,
+         .means = "[skin](MATERIALS.md) on the surface's faces of a group, or with all their nodes in a box"},
+        {.name = "bed", .is_list = true, .means = "[springs to the ground](MATERIALS.md) under such faces"},
+        {.name = "gravity", .is_optional = true, .means = "[weight](MATERIALS.md)"},
+        {.name = "relaxation", .is_list = true, .means = "[how it gives way](TIME.md), at most eight terms"},
+        {.name = "touch",
+         .is_list = true,
+         .means = "patches that the finger may meet; left out: the whole outer surface"},
+        {.name = "body", .is_optional = true, .means = "[nothing holds it](BODY.md), or it [rings](MODES.md)"},
+        {.name = "contact", .means = "[how a touch feels](CONTACT.md)"},
+        {.name = "device", .means = "[whose motors give the force](DEVICES.md)"},
+        {.name = "tables", .means = "what is stored"},
+    };
+    return sections;
+}
+
+const std::vector<Key>& scene_keys() {
+    static const std::vector<Key> keys = make_keys();
+    return keys;
+}
+
+const std::vector<Rule>& scene_rules() {
+    static const std::vector<Rule> rules = make_rules();
+    return rules;
+}
+
+std::vector<const Key*> keys_of(std::string_view section) {
+    std::vector<const Key*> keys;
+    for (const Key& key : scene_keys())
+        if (section == key.section) keys.push_back(&key);
+    return keys;
+}
+
+Json fallback_of(const Key& key, const SceneOptions& above) {
+    return key.fallback_of != nullptr ? key.fallback_of(above) : key.fallback;
+}
+
+std::string text_of_tables(const SceneOptions& options) {
+    SceneOptions changing;
+    for (const Key& key : scene_keys()) {
+        if (key.changes == Changes::kNothing) continue;
+        const std::string name = std::string(key.section) + "." + key.name;
+        const auto section = options.values().find(key.section);
+        if (section != options.values().end() && section->is_array())
+            changing.set(key.section, *section);
+        else if (options.has(name))
+            changing.set(name, options.at(name));
+    }
+    return json_text(changing.values());
+}
+
+}  // namespace haptable

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/scene/read_material.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "host/scene/keys.hpp"
+
+namespace haptable {
+
+namespace {
+
+// Where a linear tetrahedron is half as stiff again as the body on any mesh of today.
+constexpr double kMostPoissonOfLinear = 0.4999;
+
+double read_modulus(const Section& section, std::string_view key, double value_pa) {
+    if (!(value_pa > 0.0)) section.fail(key, fmt::format("is {} and must be greater than 0", value_pa));
+    if (value_pa < kModulus.least || value_pa > kModulus.most)
+        section.fail(key, fmt::format("is {} Pa and must lie in {}..{}", value_pa, kModulus.least, kModulus.most));
+    return value_pa;
+}
+
+/// Of linear tetrahedra a bound below 0.5.
+void require_compressible(const Section& section, double poisson, std::string_view like, Element element) {
+    if (element == Element::kLinear && poisson > kMostPoissonOfLinear)
+        section.fail("poisson",
+                     fmt::format("{}is {}, and linear tetrahedra above {} give the mesh's stiffness, not the "
+                                 "body's: write element = \"{}\" in [mesh]",
+                                 like, poisson, kMostPoissonOfLinear, word(Element::kAverageNodalPressure)));
+}
+
+Material read_isotropic(const Section& section, Element element) {
+    Material material;
+    material.young_pa = read_modulus(section, "young", section.number("young"));
+    material.poisson = section.number("poisson");
+    if (!(material.poisson > -1.0 && material.poisson < 0.5))
+        section.fail("poisson", fmt::format("is {} and must lie between -1 and 0.5, both excluded; 0.5 is "
+                                            "incompressible, which this method cannot do: use 0.49",
+                                            material.poisson));
+    require_compressible(section, material.poisson, "", element);
+    return material;
+}
+
+using Vector = std::array<double, 3>;
+
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// Not 0, and the second not along the first.
+void require_directions(const Section& section, std::string_view key, const Vector& first, const Vector* second) {
+    const double a = dot(first, first);
+    if (!(a > 0.0)) section.fail(key, "is 0, which is no direction");
+    if (second == nullptr) return;
+    const double b = dot(*second, *second), ab = dot(first, *second);
+    constexpr double kLeastSine = 1e-6;
+    if (!(b > 0.0) || !(a * b - ab * ab > kLeastSine * kLeastSine * a * b))
+        section.fail(key, "its two directions must not be parallel, nor 0");
+}
+
+/// [[x, y, z], [x, y, z]]: a point of the axis and its direction.
+void read_around(const Section& section, MaterialAxes& axes) {
+    axes.around = section.two_vectors("around", "a point (m) and a direction, [[0, 0, 0], [0, 0, 1]]");
+    require_directions(section, "around", (*axes.around)[1], nullptr);
+}
+
+/// One of three keys says how the material lies: `vectors`, `vectors`_field or around.
+MaterialAxes read_axes(const Section& section, const std::string& vectors, bool two) {
+    MaterialAxes axes;
+    axes.line = section.line();
+    const std::string field = vectors + "_field";
+    if (section.has(vectors) + section.has(field) + section.has("around") != 1)
+        section.fail(vectors, fmt::format("say how the material lies by one of {}, {} and around", vectors, field));
+    if (section.has("around")) {
+        read_around(section, axes);
+    } else if (section.has(field)) {
+        if (two)
+            axes.field = section.two_texts(field, "two names of cell vectors of the mesh file, [\"u\", \"v\"]");
+        else
+            axes.field[0] = section.text(field);
+        if (axes.field[0].empty()) section.fail(field, "is empty; name cell vectors of the mesh file");
+    } else if (two) {
+        axes.direction = section.two_vectors(vectors, "two directions, [[1, 0, 0], [0, 1, 0]]");
+        require_directions(section, vectors, axes.direction[0], &axes.direction[1]);
+    } else {
+        const std::vector<double> v = section.numbers(vectors, 3, "a direction, [1, 0, 0]");
+        std::copy(v.begin(), v.end(), axes.direction[0].begin());
+        require_directions(section, vectors, axes.direction[0], nullptr);
+    }
+    return axes;
+}
+
+/// Both laws end alike: admissible, and as compressible as the element needs.
+Material finish(const Section& section, const Orthotropic& law, Element element) {
+    if (const std::string what = violated(law); !what.empty())
+        section.fail("poisson", "the stiffness is not positive definite: " + what);
+    Material material = like(law);
+    require_compressible(section, material.poisson, "of the like isotropic material ", element);
+    return material;
+}
+
+Material read_orthotropic(const Section& section, Element element) {
+    const auto three = [&](std::string_view key, std::string_view example) {
+        const std::vector<double> v = section.numbers(key, 3, example);
+        return Vector{v[0], v[1], v[2]};
+    };
+    Orthotropic law{three("young", "three moduli, [E1, E2, E3]"), three("poisson", "three ratios, [nu12, nu13, nu23]"),
+                    three("shear", "three moduli, [G12, G13, G23]"), read_axes(section, "axes", true)};
+    for (double e : law.young_pa) read_modulus(section, "young", e);
+    for (double g : law.shear_pa) read_modulus(section, "shear", g);
+    return finish(section, law, element);
+}
+
+Material read_fibre(const Section& section, Element element) {
+    const auto modulus = [&](std::string_view key) { return read_modulus(section, key, section.number(key)); };
+    const double across = section.number("poisson_across");
+    if (!(across > -1.0 && across < 1.0))
+        section.fail("poisson_across", fmt::format("is {} and must lie between -1 and 1, both excluded", across));
+    Orthotropic law =
+        fibre(modulus("young_along"), modulus("young_across"), section.number("poisson"), across, modulus("shear"));
+    law.axes = read_axes(section, "direction", false);
+    return finish(section, law, element);
+}
+
+/// Keys of each law, besides a region's box or group.
+const std::map<std::string, Names> kLaws{
+    {"isotropic", {"law", "young", "poisson"}},
+    {"orthotropic", {"law", "young", "poisson", "shear", "axes", "axes_field", "around"}},
+    {"fibre",
+     {"law", "young_along", "young_across", "poisson", "poisson_across", "shear", "direction", "direction_field",
+      "around"}}};
+
+}  // namespace
+
+Material read_material(const Section& section, Element element) {
+    const std::string law = section.has("law") ? section.text("law") : "isotropic";
+    const Names& own = kLaws.at(law);
+    for (const auto& [other, keys] : kLaws)
+        for (std::string_view key : keys)
+            if (section.has(key) && std::find(own.begin(), own.end(), key) == own.end())
+                section.fail(key, fmt::format("does not belong to law = \"{}\", whose keys are {}", law,
+                                              fmt::join(own.begin() + 1, own.end(), ", ")));
+    if (law == "orthotropic") return read_orthotropic(section, element);
+    return law == "fibre" ? read_fibre(section, element) : read_isotropic(section, element);
+}
+
+}  // namespace haptable
