@@ -319,6 +319,11 @@ report: $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
 	@$(LAB) check --numbers $(DOCS)/numbers.json $(PAGES)
 	@$(LAB) report --docs $(DOCS) $(BUILD)/report
 
+# scene-keys: the tables of docs/SCENE.md and docs/scene.schema.json anew, from the keys' table (host/scene/keys.cpp)
+.PHONY: scene-keys
+scene-keys: $(BUILD)/bin/haptable-keys
+	@$< docs/SCENE.md docs/scene.schema.json
+
 # figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
 FIGURES ?=
 .PHONY: figures
@@ -481,6 +486,9 @@ $(BUILD)/bin/haptable-device: $(BUILD)/host/device/main.cpp.o $(DEVICE)
 
 $(BUILD)/bin/haptable-run: $(BUILD)/host/run/main.cpp.o $(RUN)
 	$(link) $(LIBS_LINK)
+
+$(BUILD)/bin/haptable-keys: $(BUILD)/host/scene/main.cpp.o $(SCENES)
+	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-fit: $(BUILD)/host/fit/main.cpp.o $(FIT)
 	$(link) $(LIBS_LINK)

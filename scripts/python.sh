@@ -6,7 +6,7 @@
 # run where there is no network: what our Python package needs, a notebook, the tools of board ecosystems.
 set -eu
 folder=$1
-packages="HaplyHAPI==1.0.1 websockets==15.0.1 lcm==1.5.3"
+packages="HaplyHAPI==1.0.1 websockets==15.0.1 lcm==1.5.3 taplo==0.9.3"
 wheels="setuptools>=68 wheel cffi>=1.16 numpy>=1.22 nbclient ipykernel platformio==6.2.0 idf-component-manager kconfiglib"
 
 [ -x "$folder/bin/pip" ] || python3 -m venv "$folder"

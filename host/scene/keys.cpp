@@ -75,7 +75,7 @@ void add_where(std::vector<Key>& keys, const char* section) {
                     .name = "box",
                     .type = kBox,
                     .unit = "m",
-                    .means = "xmin, ymin, zmin, xmax, ymax, zmax, borders included"});
+                    .means = "a box: xmin, ymin, zmin, xmax, ymax, zmax"});
     keys.push_back({.section = section, .name = "group", .type = kText, .means = "or a named group of the mesh file"});
 }
 
@@ -88,18 +88,18 @@ void add_material(std::vector<Key>& keys, const char* section) {
                     .type = kWord,
                     .words = {"isotropic", "orthotropic", "fibre"},
                     .fallback = "isotropic",
-                    .means = "the last two with [keys of their own](MATERIALS.md#keys)"});
+                    .means = "the law of the material; the last two have [keys of their own](MATERIALS.md#keys)"});
     by_law("young", "Pa", "Young's modulus, or [E1, E2, E3]");
     by_law("poisson", "",
            "Poisson's ratio, above -1 and below 0.5, with linear tetrahedra at most 0.4999; or [nu12, nu13, nu23]");
     by_law("shear", "Pa", "[G12, G13, G23], or along the fibres");
-    by_law("axes", "", "directions 1 and 2");
+    by_law("axes", "", "directions 1 and 2 of the material");
     by_law("axes_field", "", "or cell vectors of the mesh file");
     by_law("around", "m", "or an axis: a point and a direction");
-    by_law("young_along", "Pa", "along the fibres");
-    by_law("young_across", "Pa", "across them");
-    by_law("poisson_across", "", "what a pull across takes off across");
-    by_law("direction", "", "of the fibres");
+    by_law("young_along", "Pa", "modulus along the fibres");
+    by_law("young_across", "Pa", "modulus across them");
+    by_law("poisson_across", "", "Poisson's ratio across the fibres");
+    by_law("direction", "", "direction of the fibres");
     by_law("direction_field", "", "or a cell vector of the mesh file");
 }
 
@@ -120,7 +120,8 @@ std::vector<Key> make_keys() {
     add("mesh", {
         {.name = "element", .type = kWord, .words = {"linear", "average-nodal-pressure", "quadratic"},
          .fallback = "linear",
-         .means = "the last two do not lock near Poisson's ratio 0.5 ([design/elements.md](design/elements.md))"},
+         .means = "how a tetrahedron deforms; the last two do not lock "
+                  "near Poisson's ratio 0.5 ([design/elements.md](design/elements.md))"},
         {.name = "generate", .type = kWord, .words = {"cube"},
          .means = "5 tetrahedra a cell, neighbours mirrored, corner at the origin"},
         {.name = "nodes_per_side", .type = kInteger, .range = {2, kMostNodesPerSide}, .fallback = 5,
@@ -130,14 +131,14 @@ std::vector<Key> make_keys() {
         {.name = "file", .type = kText,
          .means = "a mesh file, relative to the scene; or `generate`"},
         {.name = "scale", .unit = "m", .range = kPositive, .fallback = 1.0,
-         .means = "a unit of the file"},
+         .means = "metres per unit of the file"},
         {.name = "linearize", .type = kFlag, .fallback = false,
          .means = "take second-order tetrahedra by their corners; the middles of their edges are left out, or made "
           "straight for `\"quadratic\"`"},
         {.name = "edge_length", .unit = "m", .range = kPositive,
          .means = "fills a closed surface with tetrahedra of that mean edge"},
         {.name = "node_count", .type = kInteger, .range = {.least = kFewestNodes},
-         .means = "the same, to that number of nodes; creases are kept unless that misses it or the volume (a note "
+         .means = "the same, to that number of corners; creases are kept unless that misses it or the volume (a note "
           "says so)"},
         {.name = "wrap", .type = kFlag, .fallback_text = "where needed",
          .means = "`true`: a surface is wrapped, then filled; `false`: never"},
@@ -147,46 +148,46 @@ std::vector<Key> make_keys() {
     add_material(keys, "region");
     add("region", {
         {.name = "density", .unit = "kg/m^3", .range = kPositive, .fallback_text = "the body's",
-         .means = "for its weight"},
+         .means = "its density, for weight and motion"},
     });
     add_where(keys, "fixed");
     add("fixed", {
         {.name = "below", .unit = "m", .range = kNotNegative,
-         .means = "or a layer above the lowest node along the axis"},
+         .means = "or the height of a layer above the lowest node along the axis"},
         {.name = "axis", .type = kWord, .words = {"z", "x", "y", "-x", "-y", "-z"}, .fallback_text = "`\"z\"`",
          .means = "`\"-z\"`: below the highest"},
     });
     add_where(keys, "membrane");
     add("membrane", {
         {.name = "thickness", .unit = "m", .range = kPositive, .required = true,
-         .means = "of the skin"},
+         .means = "thickness of the skin"},
         {.name = "young", .unit = "Pa", .range = kModulus, .required = true,
-         .means = "Young's modulus"},
+         .means = "Young's modulus of the skin"},
         {.name = "poisson", .range = {.least = -1.0, .most = 0.5, .above = true}, .required = true,
-         .means = "Poisson's ratio"},
+         .means = "Poisson's ratio of the skin"},
     });
     add_where(keys, "bed");
     add("bed", {
         {.name = "normal", .unit = "N/m^3", .range = kNotNegative, .fallback = 0.0,
-         .means = "N/m for each m^2; this or the next is above 0"},
+         .means = "stiffness normal to the surface; it or the tangential one is above 0"},
         {.name = "tangential", .unit = "N/m^3", .range = kNotNegative, .fallback = 0.0,
-         .means = "the same along the surface"},
+         .means = "stiffness along the surface"},
     });
     add("gravity", {
         {.name = "density", .unit = "kg/m^3", .range = kPositive, .required = true,
-         .means = "of what no `[[region]]` with a density holds"},
+         .means = "density, but for regions that have their own"},
         {.name = "direction", .type = kDirection, .fallback = {0.0, 0.0, -1.0},
-         .means = "where it falls to"},
+         .means = "direction of the weight"},
         {.name = "acceleration", .unit = "m/s^2", .range = kPositive, .fallback = 9.81,
-         .means = "of the fall"},
+         .means = "acceleration of the weight"},
         {.name = "prestress", .type = kFlag, .fallback = false,
          .means = "the stress of the weight is in the stiffness"},
     });
     add("relaxation", {
         {.name = "share", .range = kPositive, .required = true, .changes = kTables,
-         .means = "of the stiffness at once, all shares below 1"},
+         .means = "share of the instant stiffness that is lost; all shares together below 1"},
         {.name = "time", .unit = "s", .range = kPositive, .required = true, .changes = kTables,
-         .means = "in which it is lost"},
+         .means = "relaxation time of that share"},
     });
     add_where(keys, "touch");
     add("touch", {
@@ -198,33 +199,33 @@ std::vector<Key> make_keys() {
          .means = "no `[[fixed]]` and no `[[bed]]` holds it"},
         {.name = "density", .unit = "kg/m^3", .range = kPositive, .fallback_text = "that of `[gravity]`",
          .changes = kTables,
-         .means = "of what no `[[region]]` with a density holds"},
+         .means = "density, but for regions that have their own"},
         {.name = "mass", .unit = "kg", .range = {kLeastMass_kg, kMostMass_kg},
          .beyond = "is {:g} kg, and a servo moves 1e-06 to 1e+06 kg: give it in kg", .changes = kTables,
-         .means = "to which all densities are scaled; it, `density` or `[gravity]` is required"},
+         .means = "mass of the body, to which all densities are scaled; `mass`, `density` or `[gravity]` is required"},
         {.name = "suspension", .type = kSix, .unit = "N/m, N m/rad", .range = kNotNegative, .changes = kTables,
-         .means = "stiffness of the centre of mass along x, y, z, then about them"},
+         .means = "stiffness that holds the centre of mass, along x, y, z, then about them"},
         {.name = "suspension_damping", .type = kSix, .unit = "N s/m, N m s", .range = kNotNegative,
          .fallback_text = "zeros", .changes = kTables,
-         .means = "the same of its damping"},
+         .means = "damping of the suspension, the same six"},
         {.name = "floor", .unit = "m", .changes = kTables,
-         .means = "height of a plane along its normal"},
+         .means = "height of a floor along its normal"},
         {.name = "floor_normal", .type = kDirection,
          .fallback_text = "against gravity, else z", .changes = kTables,
-         .means = "up"},
+         .means = "normal of the floor, upwards"},
         {.name = "floor_friction", .range = kNotNegative,
          .fallback_of = [](const SceneOptions& above) { return above.has("body.floor") ? Json(0.5) : Json(); },
          .fallback_text = "0.5", .changes = kTables,
          .means = "Coulomb's coefficient"},
         {.name = "modes", .type = kInteger, .range = {0, kMostModes}, .fallback = 0,
          .beyond = "is {}, and a servo has 0 to 16", .changes = kTables,
-         .means = "how many [ring](MODES.md), the lowest"},
+         .means = "number of modes that [ring](MODES.md), the lowest ones"},
         {.name = "mode_damping", .range = {.least = kLeastModeDamping, .most = 1.0, .below = true},
          .fallback_of = mode_damping,
          .fallback_text = "0.05",
          .beyond = "is {}, the ratio to critical damping, and must be at least 0.0001 and below 1",
          .changes = kTables,
-         .means = "of each mode, the ratio to critical damping"},
+         .means = "damping ratio of each mode, to critical damping"},
     });
     add("contact", {
         {.name = "force", .type = kWord, .words = {"interpolated", "consistent", "pressure-mask"},
@@ -232,71 +233,71 @@ std::vector<Key> make_keys() {
          .means = "[how a point's force follows](CONTACT.md)"},
         {.name = "mask_radius", .unit = "m", .range = kPositive, .fallback_text = "required with `\"pressure-mask\"`",
          .changes = kTables,
-         .means = "where the mask ends"},
+         .means = "radius of the pressure mask"},
         {.name = "god_object", .type = kWord, .words = {"nearest", "least-energy"},
          .fallback_of = [](const SceneOptions& above) { return Json(is_free(above) ? "least-energy" : "nearest"); },
          .fallback_text = "`\"nearest\"`; free: `\"least-energy\"`", .changes = kTables,
-         .means = "where on the surface the finger is taken to be"},
+         .means = "which point of the surface stands for the finger"},
         {.name = "rigid_stiffness", .unit = "N/m", .range = kPositive, .fallback = 1000.0, .changes = kTables,
-         .means = "given to a fixed node of a touchable patch"},
+         .means = "stiffness of a fixed node of a touchable patch"},
         {.name = "friction", .range = kNotNegative, .fallback = 0.0, .changes = kTables,
-         .means = "Coulomb's coefficient at rest"},
+         .means = "Coulomb's coefficient of static friction"},
         {.name = "kinetic_friction", .range = kPositive,
          .fallback_of = [](const SceneOptions& above) { return above.at("contact.friction"); },
          .fallback_text = "as `friction`", .changes = kTables,
-         .means = "and while it slides, at most that"},
+         .means = "the kinetic coefficient, at most `friction`"},
         {.name = "release_slew", .unit = "N/ms", .range = kNotNegative, .fallback_of = release_slew,
          .fallback_text = "0; 0.01 with `\"least-energy\"`, if held", .changes = kTables,
-         .means = "by which ended forces fall; 0: at once"},
+         .means = "rate at which a force that has ended falls; 0: at once"},
         {.name = "coupling", .unit = "N/m", .range = kPositive, .words = {"none", "auto"}, .fallback = "none",
          .changes = kTables,
-         .means = "a spring in series with every point; `\"auto\"`: as the device needs"},
+         .means = "stiffness of a virtual coupling in series with every point; `\"auto\"`: as the device needs"},
         {.name = "passivity", .type = kFlag, .fallback = false, .changes = kTables,
-         .means = "damps until energy that was given is paid back"},
+         .means = "a passivity controller damps until energy that was given is paid back"},
         {.name = "grab", .type = kFlag, .fallback = false, .changes = kTables,
          .means = "button 1 holds the contact point, and the body pulls too"},
         {.name = "fingers", .type = kInteger, .range = {1, 2}, .fallback = 1, .beyond = "is {} and must be 1 or 2",
          .changes = kTables,
-         .means = "[on the body at once](FINGERS.md)"},
+         .means = "number of [fingers](FINGERS.md) on the body at once"},
     });
     add("device", {
         {.name = "model", .type = kWord, .words = model_names(), .fallback = "phantom",
          .means = "whose figures stand where no key gives one ([DEVICES.md](DEVICES.md#models))"},
         {.name = "max_force", .unit = "N", .range = kPositive, .fallback_of = of_model<&DeviceModel::max_force_n>,
          .fallback_text = "the model's", .changes = kTables,
-         .means = "of the motors"},
+         .means = "largest force of the motors"},
         {.name = "mass", .type = kOneOrThree, .unit = "kg", .range = kPositive, .fallback_of = mass_of_model,
          .fallback_text = "the model's",
-         .means = "apparent, along the device's axes"},
+         .means = "apparent mass along the device's axes"},
         {.name = "damping", .unit = "N s/m", .range = kNotNegative,
          .fallback_of = of_model<&DeviceModel::damping_n_s_per_m>, .fallback_text = "the model's", .changes = kTables,
-         .means = "of its bearings"},
+         .means = "viscous damping of the bearings"},
         {.name = "friction", .unit = "N", .range = kNotNegative, .fallback_of = of_model<&DeviceModel::friction_n>,
          .fallback_text = "the model's", .changes = kTables,
-         .means = "Coulomb's, of its bearings"},
+         .means = "Coulomb friction of the bearings"},
         {.name = "encoder_step", .unit = "m", .range = kNotNegative,
          .fallback_of = of_model<&DeviceModel::encoder_step_m>, .fallback_text = "the model's", .changes = kTables,
-         .means = "that its encoders tell apart"},
+         .means = "resolution of the encoders"},
         {.name = "bandwidth", .unit = "Hz", .range = kNotNegative,
          .fallback_of = of_model<&DeviceModel::bandwidth_hz>, .fallback_text = "the model's", .changes = kTables,
-         .means = "of the motors; 0: at once"},
+         .means = "bandwidth of the motors; 0: without lag"},
         {.name = "delay", .unit = "s", .range = {0.0, kMostDelay_s}, .fallback_of = of_model<&DeviceModel::delay_s>,
          .fallback_text = "the model's", .beyond = "is {} s, and a servo takes what is 0.02 s old for silence",
          .changes = kTables,
-         .means = "of a force on its way to the motors"},
+         .means = "delay of a force on its way to the motors"},
         {.name = "max_speed", .unit = "m/s", .range = kPositive, .words = {"off"}, .fallback = kMaxSpeed,
          .changes = kTables,
          .means = "a position that no finger of this speed reaches is not believed"},
         {.name = "max_force_rate", .unit = "N/s", .range = kPositive, .words = {"off"},
          .fallback_of = max_force_rate,
          .fallback_text = "100 `max_force`", .changes = kTables,
-         .means = "by which the force rises at the most"},
+         .means = "largest rate at which the force rises"},
         {.name = "mean_force", .unit = "N", .range = kPositive, .words = {"off"},
          .fallback_of = of_model<&DeviceModel::continuous_force_n>, .fallback_text = "the model's continuous force",
          .changes = kTables,
-         .means = "root mean squared force: the motors' heat"},
+         .means = "largest root mean squared force, which heats the motors"},
         {.name = "mean_force_time", .unit = "s", .range = kPositive, .fallback = 30.0, .changes = kTables,
-         .means = "over which that mean is taken"},
+         .means = "time over which that mean is taken"},
         {.name = "force_return", .type = kWord, .words = {"leaving", "ramp"}, .fallback = "leaving",
          .changes = kTables,
          .means = "how a force comes back inside the body: after the finger has left, or by a ramp "
@@ -304,21 +305,21 @@ std::vector<Key> make_keys() {
         {.name = "ramp_time", .unit = "s", .range = kPositive,
          .fallback_of = ramp_time,
          .fallback_text = "1.0", .changes = kTables,
-         .means = "of that ramp"},
+         .means = "duration of that ramp"},
         {.name = "position", .type = kThree, .unit = "m", .fallback = {0.0, 0.0, 0.0},
-         .means = "of the device's origin [at the body](DEVICES.md#from-the-devices-hand-to-the-body)"},
+         .means = "the device's origin [at the body](DEVICES.md#from-the-devices-hand-to-the-body)"},
         {.name = "rotation", .type = kThree, .unit = "degrees", .fallback = {0.0, 0.0, 0.0},
-         .means = "about the body's x, then y, then z"},
+         .means = "rotation of the device about the body's x, then y, then z"},
         {.name = "handedness", .type = kWord, .words = {"right", "left"}, .fallback = "right",
-         .means = "of its coordinates"},
+         .means = "handedness of the device's coordinates"},
         {.name = "motion_scale", .range = kPositive, .fallback = 1.0, .changes = kTables,
-         .means = "of the body's motion over the hand's"},
+         .means = "motion at the body over motion of the hand"},
         {.name = "force_scale", .range = kPositive, .fallback = 1.0, .changes = kTables,
-         .means = "of the hand's force over the body's"},
+         .means = "force on the hand over force at the body"},
         {.name = "clutch_ramp", .unit = "s", .range = kNotNegative, .fallback = 0.1,
-         .means = "in which the force falls and comes back"},
+         .means = "time in which the force falls and comes back"},
         {.name = "workspace", .type = kBox, .unit = "m", .fallback_text = "endless",
-         .means = "in the device's coordinates; outside of it the force falls"},
+         .means = "box in the device's coordinates, outside of which the force falls"},
     });
     add("tables", {
         {.name = "precision", .type = kWord, .words = {"float32", "float16", "int16"}, .fallback = "float32",
@@ -326,24 +327,24 @@ std::vector<Key> make_keys() {
          .means = "how the servo stores the blocks that the force reads, where flash is short"},
         {.name = "columns", .type = kWord, .words = {"surface", "all", "none"}, .fallback = "surface",
          .changes = kTables,
-         .means = "nodes whose rows are kept to draw the deformation"},
+         .means = "nodes whose displacement is kept to draw the deformation"},
         {.name = "column_precision", .type = kWord, .words = {"float32", "float16"}, .fallback = "float32",
          .changes = kTables,
          .means = "`\"float16\"` halves the columns' file"},
         {.name = "column_budget", .unit = "bytes", .range = kNotNegative, .fallback = 4e9,
-         .means = "larger columns are not written, and the viewer solves for each frame"},
+         .means = "budget of columns.npy; larger columns are not written, and the viewer solves for each frame"},
         {.name = "flash_budget", .type = kInteger, .unit = "bytes", .range = kPositive, .fallback_text = "none",
-         .means = "over it, an error lists what takes the room and what would fit"},
+         .means = "budget of the servo's tables; over it, an error lists what takes the room and what would fit"},
         {.name = "check", .type = kFlag, .fallback = true, .changes = kTables,
          .means = "the servo looks whether its tables' CRC is right"},
         {.name = "coupling_bytes", .type = kInteger, .unit = "bytes", .range = kPositive, .fallback = 2'000'000,
          .changes = kTables,
-         .means = "most of what couples two fingers in the servo's tables"},
+         .means = "budget of the tables that couple two fingers"},
         {.name = "display_rows", .type = kNodes, .fallback_text = "none", .changes = kTables,
          .means = "mesh nodes, at most 1,000, whose displacement the microcontroller computes"},
         {.name = "display_precision", .type = kWord, .words = {"float32", "int16"}, .fallback = "float32",
          .changes = kTables,
-         .means = "how it stores the columns of `display_rows`"},
+         .means = "how the microcontroller stores the columns of `display_rows`"},
     });
     return keys;
 }
@@ -446,7 +447,7 @@ const std::vector<SectionKey>& scene_sections() {
     static const std::vector<SectionKey> sections{
         {.name = "", .means = "the scene itself"},
         {.name = "mesh", .required = true, .means = "a generator, or a file; and how its tetrahedra deform"},
-        {.name = "material", .required = true, .means = "of what no `[[region]]` holds"},
+        {.name = "material", .required = true, .means = "what the body is made of, but for regions"},
         {.name = "region",
          .is_list = true,
          .means = "another material, for the tetrahedra of a group, or with their centre in a box"},
