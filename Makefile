@@ -349,6 +349,12 @@ tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(TIDY))
 format: $(BUILD)/setup-lint.stamp
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp' '*.hpp')
 
+# compile_commands.json: how each file is compiled, for editors and clang's tools; compiles nothing
+.PHONY: compile_commands.json
+compile_commands.json:
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@mv $@.beside $@
+
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
 .PHONY: setup
 setup: $(BUILD)/setup.stamp $(patsubst %,$(BUILD)/setup-%.stamp,surface test bench lab lint package)
@@ -366,7 +372,7 @@ distclean:
 # help: this list
 .PHONY: help
 help:
-	@sed -n 's/^# \([a-z-]*\): \(.*\)/\1|\2/p' Makefile firmware/firmware.mk packaging/*.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
+	@sed -n 's/^# \([a-z_-]*\(\.json\)*\): \(.*\)/\1|\3/p' Makefile firmware/firmware.mk packaging/*.mk | awk -F'|' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 # `make V=1` prints whole commands.
 Q = $(if $(V),,@)
