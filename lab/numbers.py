@@ -8,6 +8,8 @@ measured the topic, and where.
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import re
@@ -157,12 +159,42 @@ def to_markdown(topic: dict[str, Any]) -> str:
     return "\n" + _row(topic["columns"]) + "|" + "---|" * len(topic["columns"]) + "\n" + rows
 
 
+def to_csv(topic: dict[str, Any]) -> str:
+    """The same as CSV (RFC 4180): a line of columns, then the rows, each cell as a page shows it."""
+    if "rows" not in topic:
+        return topic["text"] + "\n"
+    out = io.StringIO()
+    rows = [topic["columns"], *([text_of(cell) for cell in row] for row in topic["rows"])]
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()
+
+
+def _is_data(path: str) -> bool:
+    """TOPIC.csv is that topic and nothing else, for tables that are looked up."""
+    return path.endswith(".csv")
+
+
+def _shown(path: str, text: str) -> list[tuple[str, str]]:
+    """What a page shows: topics, and the text that stands there."""
+    if _is_data(path):
+        return [(Path(path).stem, text)]
+    return [(topic, text[inside:inside_end]) for topic, _, inside, inside_end, _ in find_markers(text)]
+
+
+def _no_number(path: str, topic: str) -> str:
+    what = "topic" if _is_data(path) else "marker"
+    return f"{path}: the {what} {topic} has no number; measure it (make bench), or remove it"
+
+
 def fill(path: str, text: str, topics: Topics) -> str:
-    """The page with its markers filled. Raises LabError for a marker without a number."""
+    """The page with its markers filled. Raises LabError for a marker or a file without a number."""
+    for topic, _ in _shown(path, text):
+        if topic not in topics:
+            raise LabError(_no_number(path, topic))
+    if _is_data(path):
+        return to_csv(topics[Path(path).stem])
     filled, at = "", 0
     for topic, _, inside, inside_end, _ in find_markers(text):
-        if topic not in topics:
-            raise LabError(f"{path}: the marker {topic} has no number; measure it (make bench), or remove it")
         filled += text[at:inside] + to_markdown(topics[topic])
         at = inside_end
     return filled + text[at:]
@@ -199,13 +231,13 @@ def find_faults(pages: dict[str, str], topics: Topics) -> list[str]:
     faults = []
     owners: dict[str, list[str]] = {}
     for path, text in pages.items():
-        for topic, _, inside, inside_end, _ in find_markers(text):
+        for topic, shown in _shown(path, text):
             owners.setdefault(topic, []).append(path)
             if topic not in topics:
-                faults.append(f"{path}: the marker {topic} has no number; measure it (make bench), or remove it")
-            elif text[inside:inside_end] != to_markdown(topics[topic]):
+                faults.append(_no_number(path, topic))
+            elif shown != (to_csv if _is_data(path) else to_markdown)(topics[topic]):
                 faults.append(f"{path}: {topic} is not what numbers.json says; fill the page with make report")
-    here = {path: _long_numbers(_without_markers(text)) for path, text in pages.items()}
+    here = {path: set() if _is_data(path) else _long_numbers(_without_markers(text)) for path, text in pages.items()}
     for name, topic in topics.items():
         places = owners.get(name, [])
         if len(places) != (0 if name in REPORT_ONLY else 1):

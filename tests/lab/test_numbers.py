@@ -44,6 +44,21 @@ def test_every_number_has_one_owner_and_faults_are_told(pages, fault):
     assert [fault in told for told in faults] == ([True] if fault else [])
 
 
+def test_a_csv_file_is_the_topic_of_its_name():
+    csv = "mode,cube\nnearest,62.1 ns\nleast,1.234 ms\n"
+    assert fill("data/steps.csv", "", TOPICS) == csv
+    odd = {"columns": ["", "a, b"], "rows": [["", 'say "x"']]}
+    assert numbers.to_csv(odd) == ',"a, b"\n,"say ""x"""\n'
+    page = {"a.md": "<!-- worst -->9,275<!-- /worst -->"}
+    assert find_faults({**page, "data/steps.csv": csv}, TOPICS) == []
+    for pages, fault in [({**page, "data/steps.csv": "old"}, "steps.csv: steps is not what numbers.json says"),
+                         ({"a.md": FILLED, "data/steps.csv": csv}, "steps stands in 2 places"),
+                         ({"a.md": FILLED, "data/gone.csv": ""}, "gone.csv: the topic gone has no number"),
+                         ({**page, "data/steps.csv": csv, "b.md": "1.234 ms\n"}, "b.md: quotes 1.234, of steps")]:
+        told = find_faults(pages, TOPICS)
+        assert len(told) == 1 and fault in told[0], told
+
+
 def test_what_the_report_alone_shows_stands_on_no_page():
     topics = {**TOPICS, "points": TOPICS["steps"]}
     assert find_faults({"a.md": FILLED}, topics) == []
