@@ -222,7 +222,7 @@ soak: $(BUILD)/setup.stamp $(BUILD)/setup-test.stamp
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize OPT=-O1 EXTRA_FLAGS="-fsanitize=address,undefined -g1" WERROR= $(BUILD)/sanitize/tests/soak/soak
 	@UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 $(BUILD)/sanitize/tests/soak/soak --seconds $(SOAK_SECONDS) --seed $(SEED)
 
-# bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load, into docs/LATENCY.md: four minutes with nothing else on the machine (REALTIME_SECONDS=60)
+# bench-realtime: the loop in real time beside one with a servo that does nothing, quiet and under load, into docs/LOOP.md: four minutes with nothing else on the machine (REALTIME_SECONDS=60)
 REALTIME_SECONDS ?= 60
 .PHONY: bench-realtime
 bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device) $(BUILD)/setup-lab.stamp
@@ -230,7 +230,7 @@ bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-preco
 	@mkdir -p $(BUILD)/realtime
 	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) --seconds $(REALTIME_SECONDS) -o $(BUILD)/realtime/realtime.json
 	@rm -f $(BUILD)/report/realtime.json
-	@$(LAB) take $(BUILD)/realtime docs/LATENCY.md
+	@$(LAB) take $(BUILD)/realtime docs/LOOP.md docs/data/realtime.csv
 
 # scene: precompute one scene and build its servo: build/<name>/... (make scene SCENE=meshes/cube.toml)
 .PHONY: scene
@@ -311,7 +311,7 @@ bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-b
 	@$(LAB) bench-large $(PART)
 
 # report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages, build/report/index.html and CSV files
-PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md))
+PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md docs/data/*.csv))
 .PHONY: report
 report: $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
 	@mkdir -p $(BUILD)/report $(MEASURED)

@@ -104,7 +104,7 @@ ExactCompliance exact_compliance(const Tables& tables, const ServoModel& model);
 /// C(alpha) on the patches of `model`, which is complete but for it.
 ServoCompliance build_compliance(const Tables& tables, const ServoModel& model);
 
-/// The stiffest body that the tables' device renders stably to a hand that moves at up to 0.5 m/s: docs/STABILITY.md.
+/// The stiffest body that the tables' device renders stably to a hand that moves at up to 0.5 m/s: docs/DEVICES.md.
 double stable_stiffness(const Tables& tables);
 
 /// Finds the largest stiffness, what the device renders stably, and puts the coupling that the tables ask for in series

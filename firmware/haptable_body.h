@@ -3,10 +3,10 @@
  *   m v' = F,   L' = T,   w = J^-1 R^T L,   q' = q (0, w) / 2,   p' = v
  *
  * The rigid motion of a body that is not held: fingers feel its elastic part in its own frame (haptable_moving.c). Its
- * blocks are those of inertia relief (docs/BODY.md), so that nothing artificial holds it.
+ * blocks are those of inertia relief (docs/design/moving.md), so that nothing artificial holds it.
  *
  * World and body coordinates are the same where the body begins. Tables are const (struct haptable_body, written by
- * codegen), state is one struct that the caller owns. cost: docs/BODY.md.
+ * codegen), state is one struct that the caller owns. cost: docs/MOVING.md.
  */
 #ifndef HAPTABLE_BODY_H
 #define HAPTABLE_BODY_H

@@ -4,7 +4,7 @@
  *
  * A body that rings: its lowest modes have a motion of their own, what is left of its compliance gives way at once. The
  * model's tables are those of L_rest, and the finger is felt against the surface as the modes have moved it: a force
- * that is held comes to that of L. docs/MODES.md has what it keeps.
+ * that is held comes to that of L. docs/design/moving.md has what it keeps.
  *
  * Tables are const (struct haptable_modes, written by codegen), state is one struct that the caller owns. It is a part
  * of a tick: haptable_moving.c.

@@ -143,11 +143,11 @@ def figure_fingers(s: Studio) -> None:
 
 
 def figure_relaxation_sliding(s: Studio) -> None:
-    """The table of docs/TIME.md, which a test measures."""
-    lines = Path("docs/TIME.md").read_text(encoding="utf-8").splitlines()
+    """The table of docs/MATERIALS.md, which a test measures."""
+    lines = Path("docs/MATERIALS.md").read_text(encoding="utf-8").splitlines()
     begin = next((k for k, line in enumerate(lines) if line.startswith("|") and "speed x time / radius" in line), None)
     if begin is None:
-        raise LabError("docs/TIME.md: has no table of 'speed x time / radius': relaxation-sliding is drawn of it")
+        raise LabError("docs/MATERIALS.md: has no table of 'speed x time / radius': relaxation-sliding is drawn of it")
     rows = []
     for line in lines[begin + 2:]:
         if not line.startswith("|"):
@@ -178,7 +178,7 @@ def figure_liver_dent(s: Studio) -> None:
 
 
 def figure_liver(s: Studio) -> None:
-    """The liver poked and dragged over, as docs/LIVER.md has it."""
+    """The liver poked and dragged over, as docs/FIRST.md has it."""
     out = s.work / "liver"
     s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", "poke,drag", "--lockstep", "--seconds", 6,
           "--draw", "nothing", "--quiet", "--out", out)

@@ -17,12 +17,11 @@ from lab.numbers import REPORT_ONLY, Topics, find_markers, frame, read_numbers, 
 
 #: The contents: pages of docs/ by part, in order. A page with numbers that is in none comes under "More".
 PARTS = {
-    "Error and speed": ("ACCURACY", "REFERENCES", "HARD", "design/small-strain", "design/elements", "design/elsewhere",
-                        "design/locking"),
-    "Contact": ("CONTACT", "FEEL", "STROKES", "design/speed", "design/proxies"),
-    "Microcontrollers": ("INSTRUCTIONS", "COSTS", "MICROCONTROLLER"),
-    "Devices and sessions": ("LATENCY", "DEVICES", "STABILITY", "TOUCH", "TIME", "LIVER"),
-    "Precompute": ("PRECOMPUTE", "design/masks", "design/meshes", "SCALE"),
+    "Error and speed": ("ACCURACY", "HARD", "design/elements", "design/speed"),
+    "Contact": ("CONTACT", "STROKES"),
+    "Microcontrollers": ("COSTS", "MICROCONTROLLER"),
+    "Devices and sessions": ("DEVICES", "LOOP", "TOUCH", "FIRST"),
+    "Precompute": ("design/meshes",),
     "Ways in": ("INSTALL", "PYTHON"),
 }
 _HERE = Path(__file__).parent

@@ -57,7 +57,7 @@ put 644 "$prefix/include/haptable" "$BUILD"/lcm/haptable/*.hpp
 put 644 "$share/meshes" $(find meshes -maxdepth 1 -type f)
 put 644 "$share" docs/scene.schema.json
 
-for page in $(find docs README.md CHANGELOG.md firmware/README.md -name '*.md' -o -path 'docs/pictures/*' -type f); do
+for page in $(find docs README.md CHANGELOG.md CONTRIBUTING.md firmware/README.md -name '*.md' -o -path 'docs/pictures/*' -type f -o -path 'docs/data/*' -type f); do
     put 644 "$prefix/share/doc/haptable/$(dirname "$page")" "$page"
 done
 put 644 "$prefix/share/doc/haptable" LICENSE

@@ -110,7 +110,7 @@ TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
         }
 }
 
-// 1 mm deep on a mesh of 9 nodes a side and, for the mask, a radius of two edges; deeper and coarser: docs/FEEL.md.
+// 1 mm deep on a mesh of 9 nodes a side and, for the mask, a radius of two edges; deeper and coarser: docs/CONTACT.md.
 TEST(Continuity, SlidingUnderTheNearestGodObjectIsSmooth) {
     for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kPressureMask}) {
         const ElasticBody body(cube_scene(9, 0.3), force, radius_of(force, 0.0075));

@@ -69,7 +69,7 @@ class PairOnTarget : public testing::TestWithParam<Case> {};
 
 INSTANTIATE_TEST_SUITE_P(Modes, PairOnTarget, testing::ValuesIn(cases()), name_of);
 
-// At 168 MHz; docs/INSTRUCTIONS.md says which modes need a faster part.
+// At 168 MHz; docs/COSTS.md says which modes need a faster part.
 TEST(PairBound, OfTheNearestGodObjectIsUnderNineTenthsOfAMillisecond) {
     for (const Mode& mode : every_mode())
         if (mode.god_object == GodObject::kNearest && mode.force != ForceLaw::kPressureMask &&

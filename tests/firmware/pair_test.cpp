@@ -107,7 +107,7 @@ Vector3d random_alpha(std::mt19937& random) {
     return a / a.sum();
 }
 
-/// C between two places by L from solves, as docs/FINGERS.md has it.
+/// C between two places by L from solves, as docs/MOVING.md has it.
 class Direct {
 public:
     Direct(const ElasticBody& body, ForceLaw force) : body_(body), force_(force) {}
@@ -241,7 +241,7 @@ Errors compare_forces(const ElasticBody& body, ForceLaw force, int pairs) {
     return errors;
 }
 
-/// So many random pairs of places; HAPTABLE_RANDOM_PAIRS=10000: as many as docs/FINGERS.md says on the
+/// So many random pairs of places; HAPTABLE_RANDOM_PAIRS=10000: as many as docs/MOVING.md says on the
 /// mouse, then of all forces.
 int random_pairs(int in_the_suite) {
     const char* text = std::getenv("HAPTABLE_RANDOM_PAIRS");

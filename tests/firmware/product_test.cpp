@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Every combination that a scene may name, in the servo: fingers x held or free x modes x relaxation x precision x
-// force x god-object. docs/FINGERS.md has the table.
+// force x god-object. docs/MOVING.md has the table.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -85,9 +85,9 @@ struct Felt {
     double left_n = 0.0;                          ///< the largest after the fingers have left
     double worst_n = 0.0;
     /// To both hands by the end; taken from them at the most before. By the mean of a motion's forces: what a hand that
-    /// is felt at ticks gets beyond is the device's (docs/STABILITY.md).
+    /// is felt at ticks gets beyond is the device's (docs/DEVICES.md).
     double given_j = 0.0, stored_j = 0.0;
-    double wall_j = 0.0;  ///< what a wall as stiff as the body makes of their ways: modes make no more (docs/MODES.md)
+    double wall_j = 0.0;  ///< what a wall as stiff as the body makes of their ways: modes make no more (docs/MOVING.md)
     bool is_finite = true;
 };
 
@@ -175,7 +175,7 @@ TEST_P(Combination, PressesHoldsAndLetsGo) {
     int run = 0;
     for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
         for (const bool relaxes : {false, true}) {
-            if (relaxes && GetParam().rings) continue;  // docs/FINGERS.md: refused
+            if (relaxes && GetParam().rings) continue;  // docs/MOVING.md: refused
             const Felt exact = feel({Storage::kFloat32, god_object, relaxes});
             for (const Storage precision : {Storage::kFloat32, Storage::kFloat16, Storage::kInt16}) {
                 SCOPED_TRACE(std::string(word(god_object)) + (relaxes ? ", relaxes, " : ", ") +

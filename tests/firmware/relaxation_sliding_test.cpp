@@ -102,7 +102,7 @@ Slid slide(const ElasticBody& body, const RelaxationTerm& term, double speed, do
     return slid;
 }
 
-// Printed: docs/TIME.md has the table. A slow slide has relaxed where it is; a fast one comes to what was never
+// Printed: docs/MATERIALS.md has the table. A slow slide has relaxed where it is; a fast one comes to what was never
 // pressed.
 TEST(SlidingOverARelaxingBody, IsExactAtAFixedContactAndErrsByTheHistoryThatStaysBehind) {
     const ElasticBody body(cube_scene(9, 0.3, true), ForceLaw::kPressureMask, kRadius_m);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A liver by other people, from its mesh to its picture, by the programs that a user runs; and ours, as docs/LIVER.md
+// A liver by other people, from its mesh to its picture, by the programs that a user runs; and ours, as docs/FIRST.md
 // has it touched.
 #include <gtest/gtest.h>
 
@@ -78,13 +78,13 @@ std::vector<std::string> commands_of(const fs::path& page) {
     return commands;
 }
 
-// docs/LIVER.md, as a reader copies it.
+// docs/FIRST.md, as a reader copies it.
 TEST(Liver, ThePagesLinesTouchIt) {
     const std::string url = own_url();
     if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << why;
     if (!fs::exists(program("haptable-device"))) GTEST_SKIP() << "haptable-device is not built: make";
     setenv("LCM_DEFAULT_URL", url.c_str(), 1);
-    const std::vector<std::string> commands = commands_of("docs/LIVER.md");
+    const std::vector<std::string> commands = commands_of("docs/FIRST.md");
     ASSERT_EQ(commands.size(), 6U);
     const fs::path made = build_folder() / "liver-capsule";
     for (const char* old : {"sag.png", "session", "touched.gif", "touch.html"}) fs::remove_all(made / old);

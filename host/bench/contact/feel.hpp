@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the contact modes feel like, as tables for docs/FEEL.md.
+// What the contact modes feel like, as tables for docs/CONTACT.md.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-contact: what the contact modes feel like and cost: numbers for docs/CONTACT.md and docs/FEEL.md, and curves
+// haptable-contact: what the contact modes feel like and cost: numbers for docs/CONTACT.md, and curves
 // for their plots.
 #include <filesystem>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-bench-devices: what the device models are, and from which stiffness on each rings: numbers for
-// docs/DEVICES.md and docs/STABILITY.md.
+// docs/DEVICES.md.
 #include <fmt/format.h>
 
 #include <algorithm>

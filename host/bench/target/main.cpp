@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-bench-target: instructions of a tick in every mode, on four bodies, on every target, for
-// docs/INSTRUCTIONS.md.
+// docs/COSTS.md and docs/data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -187,7 +187,7 @@ NumberTable by_target(const Counted& counted) {
 }  // namespace haptable
 
 int main(int argc, char** argv) {
-    haptable::CommandLine app("Counts the instructions of a tick in every contact mode, for docs/INSTRUCTIONS.md.",
+    haptable::CommandLine app("Counts the instructions of a tick in every contact mode, for docs/COSTS.md.",
                               "haptable-bench-target");
     std::filesystem::path build = "build", out;
     bool named = false, fingers = false, bodies = false;
@@ -210,6 +210,7 @@ int main(int argc, char** argv) {
         } else if (named) {
             const NamedCosts costs = named_costs(build);
             numbers.add("named", costs.costs);
+            numbers.add("named-mouse", costs.mouse);
             numbers.add("precision-compliance", costs.precision);
         } else {
             std::uint64_t fan = 0;

@@ -156,10 +156,11 @@ void add_costs(const std::string& body, Scene scene, const Named& named, const f
     const ServoModel servo = build_model(tables);
     if (named.has_compliance)
         costs.precision.rows.push_back(precision_row(body + ": " + named.what, result.summary.size.precision));
-    costs.costs.rows.push_back(
-        {body + ": " + named.what, count(table_bytes), count(linked.flash - table_bytes), count(linked.ram),
-         count(stack_of(folder, objects)),
-         instructions(TargetImage(build, "cube", kTarget), model_in_memory(tables, servo), tables), seconds(cpu_s)});
+    (body == "cube" ? costs.costs : costs.mouse)
+        .rows.push_back({body + ": " + named.what, count(table_bytes), count(linked.flash - table_bytes),
+                         count(linked.ram), count(stack_of(folder, objects)),
+                         instructions(TargetImage(build, "cube", kTarget), model_in_memory(tables, servo), tables),
+                         seconds(cpu_s)});
 }
 
 }  // namespace
@@ -167,10 +168,10 @@ void add_costs(const std::string& body, Scene scene, const Named& named, const f
 NamedCosts named_costs(const fs::path& build) {
     const std::string missing = missing_for_link(build / "cube/firmware" / kTarget);
     if (!missing.empty()) throw Error(missing);
-    NamedCosts costs{{{"the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
-                       "instructions a tick in contact, median / worst", "precompute"},
-                      {}},
-                     {{"the scene names", "float32", "float16", "int16"}, {}}};
+    const NumberTable none{{"the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
+                            "instructions a tick in contact, median / worst", "precompute"},
+                           {}};
+    NamedCosts costs{none, none, {{"the scene names", "float32", "float16", "int16"}, {}}};
     for (const auto& [body, scene, radius_m] :
          {std::tuple{"cube", "meshes/cube.toml", 0.012}, {"mouse", "meshes/mouse.toml", 0.006}})
         for (const Named& named : all_named(radius_m)) add_costs(body, read_scene(scene), named, build, costs);

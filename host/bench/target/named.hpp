@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A scene pays for what it names: one row a scene that names one thing more, or less.
+// A scene pays for what it names: a row a scene that names one thing more, or less.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 namespace haptable {
 
 struct NamedCosts {
-    NumberTable costs;
-    NumberTable precision;  ///< of compliance tables: bytes and worst error of a force, as they may be stored
+    NumberTable costs, mouse;  ///< of the cube; of the mouse
+    NumberTable precision;     ///< of compliance tables: bytes and worst error of a force, as they may be stored
 };
 
 /// Cube and mouse on a Cortex-M7: flash, RAM, stack, instructions a tick, processor time of precompute.
