@@ -208,6 +208,11 @@ def index(docs: Path, out: Path, topics: Topics) -> str:
     for part, of_part in pages.parts.items():
         nav += f"<h2>{part}</h2>" + _items([(f"#{page}", pages.title(page)) for page in of_part])
         main += "".join(pages.section(page) for page in of_part)
+    looked_up = sorted(file.stem for file in (docs / "data").glob("*.csv"))
+    if looked_up:
+        main += '<section id="tables"><h1>Tables to look up</h1>\n' + "".join(
+            f"<h2>{name}</h2>\n" + table(name, topics[name], choices=True) for name in looked_up) + "</section>\n"
+        nav += _items([("#tables", "Tables to look up")])
     nav += _items([("#runs", "What was run")])
     ran = _markdown(runs(topics)).replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
     return _page("haptable: speed against error", nav, main + f'<section id="runs"><h1>What was run</h1>\n{ran}</section>\n')
