@@ -282,7 +282,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	$(call bench_step,45,hard cases)
 	@$(BUILD)/bin/haptable-hard --build $(BUILD)/hard -o $(MEASURED)/hard.json
 	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
-	@$(if $(QUICK),:,$(BUILD)/bin/haptable-bench-error --liver --build $(BUILD)/error -o $(MEASURED)/liver.json --quiet >/dev/null)
+	@$(if $(QUICK),:,$(LAB) liver $(MEASURED)/liver.json)
 	$(call bench_step,50,what contact feels like)
 	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
 	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
@@ -290,7 +290,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 
 # What `make bench` counts on the microcontrollers' images, and how the inversion grows.
 .PHONY: bench-programs bench-target
-bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS) $(BUILD)/setup-lab.stamp
+bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS) library $(BUILD)/setup-lab.stamp
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)

@@ -21,10 +21,11 @@ def _pages(files: list[Path]) -> dict[str, str]:
 
 
 def _take(o: argparse.Namespace) -> None:
-    from lab import numbers
+    from lab import numbers, points
     topics = numbers.read_numbers(o.numbers)
     before = numbers.to_text(topics)
     numbers.take_folder(o.folder, topics)
+    points.derive(topics)
     filled = {path: numbers.fill(path, text, topics) for path, text in _pages(o.pages).items()}
     after = numbers.to_text(topics)
     if after != before:
@@ -56,6 +57,11 @@ def _sizes(o: argparse.Namespace) -> None:
     sizes.make(o.build, o.out)
 
 
+def _liver(o: argparse.Namespace) -> None:
+    from lab import liver
+    liver.make(o.build, o.out)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
@@ -84,9 +90,11 @@ def main() -> int:
     large.add_argument("parts", nargs="+", metavar="PART")
     large.set_defaults(run=_large)
 
-    sizes = commands.add_parser("sizes", help="bytes of the servo on the microcontrollers, and of a page")
-    sizes.add_argument("out", type=Path, metavar="OUT.json")
-    sizes.set_defaults(run=_sizes)
+    for command, run, what in (("sizes", _sizes, "bytes of the servo on the microcontrollers, and of a page"),
+                               ("liver", _liver, "what each part of meshes/liver-capsule.toml is worth")):
+        measure = commands.add_parser(command, help=what)
+        measure.add_argument("out", type=Path, metavar="OUT.json")
+        measure.set_defaults(run=run)
 
     options = parser.parse_args()
     try:

@@ -52,14 +52,18 @@ def error(topics: Topics, axis: str) -> Figure:
     """Error of the force against what it costs, a panel a body: of each force the configurations that none beats."""
     this = Figure(f"error-{axis}")
     column, unit, scale = COSTS[axis]
-    best = fronts(frame(topics["points"]), column)
+    points = frame(topics["points"])
+    meshes = points.groupby("body")["mesh"].nunique()
+    best = fronts(points, column)
     panels = this.axes(2, 2, width=10, height=8.4, sharey=True)
     x_all = scale * best[column]
     for body, axes in zip(BODIES, panels.flat):
         of_body = best[best["body"] == body]
         percent = {force: 100 * rows["error, RMS"] for force, rows in of_body.groupby("force")}
         mask = percent.get("pressure-mask", pd.Series(dtype=float))
-        this.must(len(mask) > 1 and mask.max() > 2 * mask.min(), f"an error of the mask that falls, {body}")
+        # QUICK=1 has one mesh of a body that is read from a file: there is nothing to fall with.
+        this.must(len(mask) > 0 and (meshes[body] == 1 or mask.max() > 2 * mask.min()),
+                  f"an error of the mask that falls, {body}")
         this.must(mask.min() < percent["interpolated"].min(), f"the mask nearer to the body than a point, {body}")
         axes.set_title(body)
         axes.set(xscale="log", yscale="log", ylim=(0.05, 200), xlim=(x_all.min() / 2, x_all.max() * 2))

@@ -4,14 +4,13 @@ this when images and pages' parts are made."""
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import subprocess
 from pathlib import Path
 from typing import Any
 
-from lab import LabError
+from lab import LabError, scenes
 from lab.numbers import count, error_of, machine, number, to_text, write_file
 
 TARGETS = ("cortex-m4", "cortex-m7", "cortex-m33", "rv32")
@@ -42,19 +41,6 @@ def sizes(build: Path) -> dict[str, Any]:
                                        ("state of the servo", "the servo's state"))]}
 
 
-def scene_with(scene: str, contact: dict[str, Any], **tables: str) -> str:
-    """The text of a scene file with these lines of [contact] and [tables] in place of its own."""
-    for section, lines in (("contact", contact), ("tables", tables)):
-        if not lines:
-            continue
-        written = "".join(f"{key} = {json.dumps(value)}\n" for key, value in lines.items())
-        for key in lines:
-            scene = re.sub(rf"^{key} = .*\n", "", scene, flags=re.M)
-        head = f"[{section}]\n"
-        scene = scene.replace(head, head + written, 1) if head in scene else f"{scene}\n{head}{written}"
-    return scene
-
-
 def stacks(build: Path) -> dict[str, Any]:
     """Stack of a step in some modes, bytes. A mode's tables name the functions; the call graphs are those of the cube's
     images, which hold every function before the linker drops what no table names."""
@@ -69,9 +55,10 @@ def stacks(build: Path) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for what, contact in modes.items():
-        text = scene_with(Path("meshes/cube.toml").read_text(encoding="utf-8"), contact, columns="none")
-        write_file(folder / "stack.toml", text)
-        _output(str(build / "bin/haptable-precompute"), str(folder / "stack.toml"), "-o", str(folder / "tables"), "--quiet")
+        scene = scenes.read(Path("meshes/cube.toml"))
+        scene["contact"] = {**scene.get("contact", {}), **contact}
+        scene["tables"] = {**scene.get("tables", {}), "columns": "none"}
+        scenes.precompute(scene, folder / "tables", build)
         row: list[Any] = [what]
         for target in TARGETS:
             cross = "riscv64-unknown-elf-" if target == "rv32" else "arm-none-eabi-"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab import LabError, large, sizes
+from lab import LabError, large
 
 
 def run(folder: Path, stiffness: list, **changed) -> Path:
@@ -48,10 +48,3 @@ def test_a_part_of_another_name_is_an_error_that_names_those_there_are(tmp_path)
     with pytest.raises(LabError, match="no part smalll; large, scale, masks"):
         large.make(["large", "smalll"], tmp_path)
     assert list(tmp_path.iterdir()) == [], "before anything is run"
-
-
-def test_a_scene_takes_other_lines_of_a_section():
-    scene = '[mesh]\nside = 1\n[contact]\nforce = "interpolated"\n[tables]\ncolumns = "surface"\n'
-    assert sizes.scene_with(scene, {"force": "consistent", "friction": 0.5}, columns="none") == (
-        '[mesh]\nside = 1\n[contact]\nforce = "consistent"\nfriction = 0.5\n[tables]\ncolumns = "none"\n')
-    assert sizes.scene_with("[mesh]\n", {"friction": 0.5}) == "[mesh]\n\n[contact]\nfriction = 0.5\n"

@@ -12,7 +12,6 @@
 #include "host/bench/error/elsewhere.hpp"
 #include "host/bench/error/known.hpp"
 #include "host/bench/error/large_strain.hpp"
-#include "host/bench/error/liver.hpp"
 #include "host/bench/error/points.hpp"
 #include "host/bench/error/specimen.hpp"
 #include "host/numbers/numbers.hpp"
@@ -48,10 +47,7 @@ void measure_all(const fs::path& known, bool quick, const fs::path& build, Progr
         const Meshed& coarse = specimen.meshes[specimen.meshes.size() > 2 ? 2 : 0];
         for (auto& row : contact_errors(specimen, coarse, truths, build)) contacts.push_back(std::move(row));
     }
-    mark_best(points);
     numbers.add("points", point_table(points));
-    numbers.add("front", front_table(points));
-    numbers.add("order", order_table(points));
     numbers.add("contact-error", contact_error_table(std::move(contacts)));
 }
 
@@ -75,12 +71,6 @@ Numbers measure_large_strain(const fs::path& build, Progress& progress) {
     return numbers;
 }
 
-Numbers measure_liver(const fs::path& build, Progress& progress) {
-    Numbers numbers("make bench");
-    numbers.add("liver-parts", liver_parts(build / "liver", progress));
-    return numbers;
-}
-
 Numbers compare_elements(const fs::path& known, const fs::path& build, Progress& progress) {
     Numbers numbers("make bench-large PART=elements");
     const ElementTables measured = measure_elements(known, build, progress);
@@ -94,8 +84,8 @@ Numbers compare_elements(const fs::path& known, const fs::path& build, Progress&
 int main(int argc, char** argv) {
     CommandLine app("Measures error against the body, and what it costs, by configuration.", "haptable-bench-error");
     fs::path build = "build/error", out, known = "docs/numbers.json";
-    bool truth = false, answers = false, strain = false, elements = false, elsewhere = false, liver = false,
-         quick = false, quiet = false;
+    bool truth = false, answers = false, strain = false, elements = false, elsewhere = false, quick = false,
+         quiet = false;
     app.option("--build", build, "folder for tables").show_default();
     app.option("--numbers", known, "where the truth is kept").show_default();
     app.option("-o", out, "write the numbers to this JSON file");
@@ -104,7 +94,6 @@ int main(int argc, char** argv) {
     app.flag("--large-strain", strain, "compare with CalculiX at large strain instead: many minutes, kept there too");
     app.flag("--elements", elements, "compare the elements with the body itself instead: minutes, kept there too");
     app.flag("--elsewhere", elsewhere, "the same of other fingers, places and bodies instead: minutes, kept there too");
-    app.flag("--liver", liver, "what each part of meshes/liver-capsule.toml is worth instead");
     app.flag("--quick", quick, "coarse meshes only");
     app.flag("--quiet", quiet, "no progress bar");
     return run_program(app, argc, argv, [&] {
@@ -120,8 +109,6 @@ int main(int argc, char** argv) {
             numbers = compare_elements(known, build, progress);
         else if (elsewhere)
             numbers = compare_elsewhere(build, progress);
-        else if (liver)
-            numbers = measure_liver(build, progress);
         else
             measure_all(known, quick, build, progress, numbers);
         progress.clear();

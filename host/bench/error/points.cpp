@@ -6,10 +6,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
-#include <optional>
-#include <tuple>
 
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
@@ -28,8 +24,6 @@ using Eigen::Vector3d;
 constexpr double kDepth = 0.001;  // m, of a press
 
 constexpr std::array kElements{Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
-
-constexpr const char* kPaper = "the paper, 1998";
 
 constexpr std::array kStorages{Storage::kFloat32, Storage::kFloat16, Storage::kInt16};
 
@@ -94,21 +88,6 @@ fs::path make_tables(Scene scene, Element element, ForceLaw force, double mask_r
     return folder;
 }
 
-/// Whether a finer mesh brings the force to the body's. That of a point does not stay: it goes to zero with the mesh,
-/// and is right on one mesh by chance.
-bool has_a_size(const Point& point) {
-    return point.force != word(ForceLaw::kInterpolated) && point.force != word(ForceLaw::kConsistent) &&
-           point.force != kPaper;
-}
-
-/// Whether no other point is better in both, or as good in one and better in the other.
-bool is_best(const Point& point, const std::vector<Point>& points, double Point::*axis) {
-    return has_a_size(point) && std::none_of(points.begin(), points.end(), [&](const Point& other) {
-               return has_a_size(other) && other.body == point.body && other.error <= point.error &&
-                      other.*axis <= point.*axis && (other.error < point.error || other.*axis < point.*axis);
-           });
-}
-
 /// "2.6 %", "107 %"
 std::string percent(double share) {
     const double percent = 100.0 * share;
@@ -116,9 +95,7 @@ std::string percent(double share) {
 }
 Number magnitude(double share) { return number(share, percent(share)); }
 Number signed_share(double share) { return number(share, (share < 0.0 ? "" : "+") + percent(share)); }
-/// NaN: the paper does not tell.
 Cell bytes(double n) {
-    if (std::isnan(n)) return "";
     return n < 1e6 ? number(n, fmt::format("{:.3g} kB", 1e-3 * n)) : number(n, fmt::format("{:.3g} MB", 1e-6 * n));
 }
 
@@ -133,28 +110,11 @@ std::vector<Cell> row_of(const Point& p) {
             signed_share(p.mean),
             seconds(p.tick_s),
             bytes(p.flash_bytes),
-            std::isnan(p.precompute_s) ? Cell("") : seconds(p.precompute_s),
-            p.best};
+            seconds(p.precompute_s)};
 }
 
 const std::vector<std::string> kColumns{"body",       "mesh",       "element", "force", "god-object", "precision",
-                                        "error, RMS", "mean error", "tick",    "flash", "precompute", "best in"};
-
-/// The force of the paper's Table 2, on its Pentium Pro of 200 MHz. Its equations are those of our point that is
-/// interpolated, nearest; so is its error. It had the same counts of nodes and patches, and a mouse of its own.
-std::optional<Point> point_of_paper(const std::vector<Point>& ours) {
-    for (const Point& point : ours) {
-        const bool is_cube = point.body == "cube, nu 0.49" && point.mesh == "5 a side";
-        if (!(is_cube || point.mesh == "1,713 nodes") || point.force != word(ForceLaw::kInterpolated)) continue;
-        Point paper = point;
-        paper.force = kPaper;
-        paper.precision = "";
-        paper.tick_s = is_cube ? 15e-6 : 12e-6;
-        paper.flash_bytes = paper.precompute_s = NAN;
-        return paper;
-    }
-    return {};
-}
+                                        "error, RMS", "mean error", "tick",    "flash", "precompute"};
 
 }  // namespace
 
@@ -200,58 +160,12 @@ std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed
                     points.push_back(point);
                 }
         }
-    if (const auto paper = point_of_paper(points)) points.push_back(*paper);
     return points;
-}
-
-void mark_best(std::vector<Point>& points) {
-    struct Axis {
-        const char* name;
-        double Point::*value;
-    };
-    for (Point& point : points) {
-        std::vector<std::string> best;
-        for (const Axis& axis : {Axis{"time", &Point::tick_s}, Axis{"flash", &Point::flash_bytes},
-                                 Axis{"precompute", &Point::precompute_s}})
-            if (is_best(point, points, axis.value)) best.emplace_back(axis.name);
-        point.best = fmt::format("{}", fmt::join(best, ", "));
-    }
 }
 
 NumberTable point_table(const std::vector<Point>& points) {
     NumberTable table{kColumns, {}};
     for (const Point& point : points) table.rows.push_back(row_of(point));
-    return table;
-}
-
-NumberTable front_table(const std::vector<Point>& points) {
-    std::vector<Point> best;
-    std::copy_if(points.begin(), points.end(), std::back_inserter(best),
-                 [](const Point& point) { return point.best.find("time") != std::string::npos; });
-    std::stable_sort(best.begin(), best.end(), [](const Point& a, const Point& b) {
-        return std::tie(a.body, a.error) < std::tie(b.body, b.error);
-    });
-    return point_table(best);
-}
-
-NumberTable order_table(const std::vector<Point>& points) {
-    NumberTable table{{"body", "element", "mesh", "mean error of the mask", "order"}, {}};
-    std::map<std::pair<std::string, std::string>, const Point*> coarser;
-    for (const Point& point : points) {
-        if (point.force != word(ForceLaw::kPressureMask) || point.god_object != word(GodObject::kNearest) ||
-            point.precision != word(Storage::kFloat32) || point.body.find("cube") != 0)
-            continue;
-        table.rows.push_back({point.body, point.element, point.mesh, signed_share(point.mean), std::string()});
-        const Point*& last = coarser[{point.body, point.element}];
-        // Nothing is told by an error that is not above the truth's own, or that crosses zero.
-        constexpr double kTold = 0.002;
-        if (last != nullptr && last->mean * point.mean > 0.0 && std::abs(point.mean) > kTold) {
-            const double finer = (std::stod(point.mesh) - 1.0) / (std::stod(last->mesh) - 1.0);  // "13 a side"
-            const double order = std::log(std::abs(last->mean / point.mean)) / std::log(finer);
-            table.rows.back().back() = number(order, fmt::format("{:.1f}", order));
-        }
-        last = &point;
-    }
     return table;
 }
 

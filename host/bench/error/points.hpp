@@ -18,7 +18,6 @@ struct Point {
     double tick_s = 0.0;        ///< CPU time of a tick while sliding
     double flash_bytes = 0.0;   ///< of the tables, or of what stands in their place
     double precompute_s = 0.0;  ///< CPU time of all threads, scene to C
-    std::string best = "";      ///< of time, flash, precompute: where none of the body is better in both
 };
 
 /// Every configuration of one mesh of a specimen; quick: without those that take seconds to make.
@@ -29,14 +28,8 @@ std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed
 /// with a kept factor, conjugate gradients from the last tick's solution.
 std::vector<Point> measure_instead(const Specimen& specimen, const Meshed& meshed, const std::vector<Truth>& truths);
 
-/// Marks the best fronts of every body, among the fingers that have a size: a point is right on one mesh by chance.
-void mark_best(std::vector<Point>& points);
-
+/// As measured; lab/points.py tells what follows: which are best, the order, the paper's own beside them.
 NumberTable point_table(const std::vector<Point>& points);
-/// Those that are best in time alone, by error.
-NumberTable front_table(const std::vector<Point>& points);
-/// Mean error of the mask over the meshes of the cubes, and the order that is seen from each mesh to the next.
-NumberTable order_table(const std::vector<Point>& points);
 
 /// Middle one of an odd number of samples.
 double median(std::vector<double> samples);

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The project's own Python package on this tree's library, for this Python: build/lab/haptable."""
+
+from __future__ import annotations
+
+import importlib
+import shutil
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from lab import LabError
+
+_LIBRARY = """# Made by lab/binding.py: libhaptable without a compiler.
+import pathlib
+import cffi
+ffi = cffi.FFI()
+ffi.cdef({declarations!r})
+lib = ffi.dlopen(str(pathlib.Path(__file__).with_name("libhaptable.so.1")))
+"""
+
+
+def load(build: Path) -> ModuleType:
+    """The module haptable, of the library that `make library` has left."""
+    library, package = build / "lib/libhaptable.so.1", build / "lab/haptable"
+    if not library.exists():
+        raise LabError(f"{library}: is not there; run make library")
+    sys.path[:0] = [str((build / "lab").resolve()), "python"]
+    from build_library import HEADER, declarations
+    shutil.rmtree(package, ignore_errors=True)
+    shutil.copytree("python/haptable", package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(library, package)
+    declared = declarations(HEADER.read_text(encoding="utf-8"))
+    (package / "_library.py").write_text(_LIBRARY.format(declarations=declared), encoding="utf-8")
+    sys.path.remove("python")
+    importlib.invalidate_caches()
+    return importlib.import_module("haptable")
