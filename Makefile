@@ -185,7 +185,7 @@ test-tried: | $(BUILD)/setup-bare.stamp
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
 test-lab: $(BUILD)/setup-lab.stamp
-	@$(LAB_PYTHON) -m pytest -q -p no:cacheprovider tests/lab
+	@BUILD=$(BUILD) $(LAB_PYTHON) -m pytest -q -p no:cacheprovider tests/lab
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
 test-python:

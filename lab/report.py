@@ -36,7 +36,7 @@ def _markdown(text: str) -> str:
     try:
         ended = subprocess.run(["cmark-gfm", "-e", "table"], input=text, capture_output=True, text=True, check=False)
     except FileNotFoundError as error:
-        raise LabError("report: no cmark-gfm: sh scripts/setup.sh bench installs it") from error
+        raise LabError("report: no cmark-gfm: sh scripts/setup.sh lab installs it") from error
     if ended.returncode != 0:
         raise LabError(f"report: cmark-gfm ended with status {ended.returncode}: {ended.stderr}")
     return ended.stdout

@@ -18,7 +18,7 @@ packages_of() {
     test) echo libgtest-dev python3-venv python3-jsonschema clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ffmpeg locales ;;
     lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
-    lab) echo python3-numpy python3-scipy python3-pandas python3-matplotlib python3-cffi python3-pytest ;; # lab/: pages and figures
+    lab) echo cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-cffi python3-pytest ;; # lab/: pages and figures
     figures) echo ffmpeg chromium ;;
     cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
     bare) echo mmdebstrap ;; # a Debian of its own, where nobody has been

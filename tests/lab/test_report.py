@@ -20,7 +20,7 @@ NUMBERS = read_numbers(ROOT / "docs/numbers.json")
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
     if shutil.which("cmark-gfm") is None:
-        pytest.skip("no cmark-gfm: sh scripts/setup.sh bench installs it")
+        pytest.skip("no cmark-gfm: sh scripts/setup.sh lab installs it")
     out = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
