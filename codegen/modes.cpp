@@ -18,6 +18,22 @@ Function* chosen(Function* const (&functions)[count], Choice choice) {
     return functions[static_cast<std::size_t>(choice)];
 }
 
+constexpr haptable_god_object_fn* kGodObject[] = {
+#define HAPTABLE_GOD_OBJECT(NAME, WORD, TITLE, FUNCTION) haptable_god_object_##FUNCTION,
+#include "host/base/laws.inc"
+};
+
+/// By whether the tables are packed.
+struct LawFunctions {
+    haptable_force_fn* force[2];
+    haptable_energy_fn* energy[2];
+};
+constexpr LawFunctions kLaw[] = {
+#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, ...) \
+    {{haptable_force_##FUNCTION, haptable_force_##PACKED}, {haptable_energy_##FUNCTION, haptable_energy_##PACKED}},
+#include "host/base/laws.inc"
+};
+
 /// What the scene switches off is not named, and so not linked.
 void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& model) {
     constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
@@ -59,16 +75,6 @@ TickRelaxation relaxation_of_tick(const RelaxationTerm& term) {
 }
 
 void set_modes(const Tables& tables, haptable_model& model) {
-    static constexpr haptable_god_object_fn* kGodObject[] = {haptable_god_object_nearest,
-                                                             haptable_god_object_least_energy};
-    static constexpr haptable_force_fn* kForce[] = {haptable_force_interpolated, haptable_force_consistent,
-                                                    haptable_force_pressure_mask};
-    static constexpr haptable_energy_fn* kEnergy[] = {haptable_energy_interpolated, haptable_energy_consistent,
-                                                      haptable_energy_pressure_mask};
-    static constexpr haptable_force_fn* kPackedForce[] = {haptable_force_interpolated, haptable_force_consistent_packed,
-                                                          haptable_force_pressure_mask_packed};
-    static constexpr haptable_energy_fn* kPackedEnergy[] = {
-        haptable_energy_interpolated, haptable_energy_consistent_packed, haptable_energy_pressure_mask_packed};
     const bool packed = tables.precision != Storage::kFloat32;
     const bool least = tables.god_object == GodObject::kLeastEnergy, friction = tables.static_friction > 0.0;
     const bool has_load = least && tables.force != ForceLaw::kInterpolated;
@@ -76,8 +82,9 @@ void set_modes(const Tables& tables, haptable_model& model) {
     model.frictionless = friction ? chosen(kGodObject, tables.god_object) : nullptr;
     model.static_friction = friction ? static_cast<float>(tables.static_friction) : 0.0F;
     model.kinetic_friction = friction ? static_cast<float>(tables.kinetic_friction) : 0.0F;
-    model.force = has_load ? haptable_force_of_least_energy : chosen(packed ? kPackedForce : kForce, tables.force);
-    model.energy = least ? chosen(packed ? kPackedEnergy : kEnergy, tables.force) : nullptr;
+    const LawFunctions& law = kLaw[static_cast<std::size_t>(tables.force)];
+    model.force = has_load ? haptable_force_of_least_energy : law.force[packed];
+    model.energy = least ? law.energy[packed] : nullptr;
     model.release = tables.release_n_per_ms > 0.0 ? haptable_release_slew : nullptr;
     model.release_n = static_cast<float>(tables.release_n_per_ms);
     model.passivity = tables.passivity ? haptable_passivity_control : nullptr;

@@ -105,14 +105,16 @@ struct Law {
     const haptable_pair_law* law;
     const haptable_pair_bend* bend;
 };
-#define HAPTABLE_LAW(name) {#name, &haptable_pair_##name, &haptable_pair_bend_##name},
-constexpr Law kLaw[] = {HAPTABLE_PAIR_LAWS(HAPTABLE_LAW)};
+#define HAPTABLE_LAW(name) \
+    { #name, &haptable_pair_##name, &haptable_pair_bend_##name }
+constexpr Law kLaw[][2] = {
+#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, ...) {HAPTABLE_LAW(FUNCTION), HAPTABLE_LAW(PACKED)},
+#include "host/base/laws.inc"
+};
 #undef HAPTABLE_LAW
 
-/// By the force, and by whether its compliance is packed.
-std::size_t law_of(const Tables& tables) {
-    const bool is_packed = tables.precision != Storage::kFloat32 && tables.force != ForceLaw::kInterpolated;
-    return static_cast<std::size_t>(tables.force) + (is_packed ? 2 : 0);
+const Law& law_of(const Tables& tables) {
+    return kLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32];
 }
 
 template <typename T>
@@ -180,9 +182,9 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
     haptable_pair_model to{};
     to.model = &model;
-    to.law = kLaw[law_of(tables)].law;
+    to.law = law_of(tables).law;
     if (model.energy != nullptr) {
-        to.bend = kLaw[law_of(tables)].bend;
+        to.bend = law_of(tables).bend;
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
         to.track = haptable_pair_track;
@@ -208,7 +210,10 @@ std::string coupling_bytes(const haptable_pair_model& from) {
         add(&length, 1);
         if (count > 0) add(rows, count);
     };
-    const auto law = static_cast<std::uint32_t>(std::ranges::find(kLaw, from.law, &Law::law) - std::begin(kLaw));
+#define HAPTABLE_LAW(name) &haptable_pair_##name,
+    constexpr const haptable_pair_law* kInOrder[] = {HAPTABLE_PAIR_LAWS(HAPTABLE_LAW)};
+#undef HAPTABLE_LAW
+    const auto law = static_cast<std::uint32_t>(std::ranges::find(kInOrder, from.law) - std::begin(kInOrder));
     const std::uint32_t control_count = from.control_count, place_count = from.place_count,
                         load_count = from.load_count, rank = from.rank;
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
@@ -262,10 +267,10 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("uint16_t", "load_place", "", pair.load_place, text);
     define("int16_t", "load_share", "[6]", c.load_share, text);
     fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
-    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", kLaw[law_of(tables)].name);
+    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables).name);
     if (to.energy != nullptr)
         fmt::format_to(Out(text), "    .bend = &haptable_pair_bend_{},\n    .energy = haptable_pair_energy,\n",
-                       kLaw[law_of(tables)].name);
+                       law_of(tables).name);
     if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
     if (to.track != nullptr) text += "    .track = haptable_pair_track,\n";
     fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n",

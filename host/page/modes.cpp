@@ -47,7 +47,7 @@ void add_modes(SceneFiles files, std::vector<PageMode>& modes) {
     const double friction = tables.static_friction > 0.0 ? tables.static_friction : kPageFriction;
     const double kinetic = tables.static_friction > 0.0 ? tables.kinetic_friction : kPageFriction;
     for (const bool rough : {false, true})
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god_object : every<GodObject>()) {
             tables.god_object = god_object;
             tables.static_friction = rough ? friction : 0.0;
             tables.kinetic_friction = rough ? kinetic : 0.0;

@@ -82,6 +82,9 @@ void add_surface(const Tables& tables, const PageRows& rows, Blob& blob, json& s
 }
 
 void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
+#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, ...) scene["titles"][WORD] = TITLE;
+#define HAPTABLE_GOD_OBJECT(NAME, WORD, TITLE, ...) scene["titles"][WORD] = TITLE;
+#include "host/base/laws.inc"
     for (std::size_t i = 0; i < modes.size(); ++i) {
         const std::string table = fmt::format("model {}", i);
         blob.add(table, modes[i].model);

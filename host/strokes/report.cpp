@@ -81,7 +81,7 @@ Number share_of(std::size_t part, std::size_t whole) {
 NumberTable design_table(const CampaignResult& result) {
     NumberTable table{{"by design"}, {}};
     std::vector<Tally> sums;
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         table.columns.emplace_back(word(god_object));
         Tally& sum = sums.emplace_back();
         for (const StrokedMeshResult& one : result.results)

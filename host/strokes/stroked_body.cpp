@@ -26,8 +26,8 @@ Tables computed(const Scene& scene, const fs::path& folder, Progress& progress) 
 
 std::vector<TouchMode> all_modes() {
     std::vector<TouchMode> modes;
-    for (ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+    for (const ForceLaw force : every<ForceLaw>())
+        for (const GodObject god_object : every<GodObject>())
             for (bool friction : {false, true}) modes.push_back({force, god_object, friction});
     return modes;
 }

@@ -34,7 +34,7 @@ std::vector<TouchMode> all_modes();
 Scene in_mode(Scene scene, const TouchMode& mode);
 
 /// In this order a body's tables take least: the inversion for edges gives S_i too.
-inline constexpr std::array kForcesOfTables{ForceLaw::kConsistent, ForceLaw::kInterpolated, ForceLaw::kPressureMask};
+inline constexpr auto kForcesOfTables = every<ForceLaw>();
 
 /// A body's tables for each force, in folders of their own; what is there is not computed again. K is factorised once,
 /// and S_i are those of one force for all.

@@ -160,7 +160,7 @@ void read_mask(const TablesFolder& folder, const Tables& tables, ComplianceTable
 
 void read_compliance(const TablesFolder& folder, Tables& tables) {
     ComplianceTables& c = tables.compliance;
-    c.degree = tables.force == ForceLaw::kConsistent ? 2 : tables.force == ForceLaw::kPressureMask ? 4 : 0;
+    c.degree = degree_of(tables.force);
     if (c.degree == 0) return;
     c.edge_id = read_rows<std::int32_t, 2>(folder.file("edge_id.npy"));
     c.edge = read_blocks(folder.file("edge_compliance.npy"));

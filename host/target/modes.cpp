@@ -8,12 +8,28 @@
 
 namespace haptable {
 
+namespace {
+
+/// What a law may cost in instructions: host/base/laws.inc.
+struct LawCost {
+    std::uint64_t force, energy, pair_force, pair_rest, pair_energy, pair_evaluation, pair_look;
+};
+
+const LawCost& of_law(ForceLaw law) {
+    static constexpr LawCost kCost[] = {
+#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, DEGREE, ...) {__VA_ARGS__},
+#include "host/base/laws.inc"
+    };
+    return kCost[static_cast<std::size_t>(law)];
+}
+
+}  // namespace
+
 std::vector<Mode> every_mode() {
     std::vector<Mode> modes;
     for (const char* more : {"", "friction", "passivity"})
-        for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-            for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
-                modes.push_back({force, god_object, more});
+        for (const ForceLaw force : every<ForceLaw>())
+            for (const GodObject god_object : every<GodObject>()) modes.push_back({force, god_object, more});
     return modes;
 }
 
@@ -33,10 +49,8 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
 }
 
 TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
-    const bool consistent = mode.force == ForceLaw::kConsistent, mask = mode.force == ForceLaw::kPressureMask;
     const bool least = mode.god_object == GodObject::kLeastEnergy;
-    const std::uint64_t force = mask ? 2000 : consistent ? 400 : 200;
-    const std::uint64_t energy = mask ? 1700 : consistent ? 1150 : 675;
+    const auto [force, energy] = std::pair(of_law(mode.force).force, of_law(mode.force).energy);
     constexpr std::uint64_t kNormal = 280, kPressed = 170;  // of a patch around a vertex: its angle; least energy, more
     TickCost cost{900 + force, 65, 280, least ? energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
@@ -75,19 +89,18 @@ std::uint64_t most_of(const TickCost& each, const Mode& mode) {
 std::uint64_t most_cost(const Mode& mode, std::uint64_t fan) { return most_of(cost_of(mode, fan), mode); }
 
 PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
-    const bool consistent = mode.force == ForceLaw::kConsistent, mask = mode.force == ForceLaw::kPressureMask;
+    const LawCost& law = of_law(mode.force);
     const bool least = mode.god_object == GodObject::kLeastEnergy, friction = mode.more == "friction";
     PairTickCost cost{cost_of(mode, fan), 0, 0, 0};
-    const std::uint64_t force = mask ? 3800 : consistent ? 1500 : 1200;  // of the pair, its blocks read anew
-    cost.rest = mask ? 6500 : 2400;
-    if (friction) cost.each.rest += MOST_FRICTION_FORCES * force;
+    cost.rest = law.pair_rest;
+    if (friction) cost.each.rest += MOST_FRICTION_FORCES * law.pair_force;  // its blocks read anew
     if (!least) return cost;
-    cost.each.energy = mask ? 4750 : consistent ? 2350 : 1850;
-    cost.each.rest += friction ? force : 0;
+    cost.each.energy = law.pair_energy;
+    cost.each.rest += friction ? law.pair_force : 0;
     if (friction) return cost;  // one after the other
     cost.rest += 2000;
-    cost.evaluation = mask ? 15000 : consistent ? 7700 : 6300;
-    cost.look = mask ? 4700 : consistent ? 2400 : 1900;
+    cost.evaluation = law.pair_evaluation;
+    cost.look = law.pair_look;
     return cost;
 }
 

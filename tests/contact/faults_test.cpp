@@ -52,7 +52,7 @@ Shape pinhole_shape() {
 }
 
 TEST(Faults, AVertexIsAllOfItsRings) {
-    for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god : every<GodObject>()) {
         const TestModel model(pinhole_shape(), -1e9, god);
         ASSERT_EQ(model.servo().hinge.size(), 8U);
         Finger finger(model);
@@ -164,7 +164,7 @@ void go_through_the_edge(const TestModel& model, double aside_m, double y) {
 }
 
 TEST(Faults, BeyondAKnifesEdgeIsFreeAir) {
-    for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god : every<GodObject>()) {
         const TestModel model(knife_shape(0.0), 1.0, god);
         const double tolerance = double(model.get()->tolerance_m);
         for (double aside = tolerance / 64; aside < 8.0 * tolerance; aside *= 1.4)
@@ -175,7 +175,7 @@ TEST(Faults, BeyondAKnifesEdgeIsFreeAir) {
 TEST(Faults, ASliverAlongAnEdgeIsNotAsked) {
     const double tolerance = double(TestModel(knife_shape(0.0)).get()->tolerance_m);
     for (const double blunt : {0.02, 0.1, 0.5})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god : every<GodObject>()) {
             const TestModel model(knife_shape(blunt * tolerance), 1.0, god);
             for (const double y : {0.0101, 0.0123, 0.0237}) go_through_the_edge(model, 0.1 * tolerance, y);
         }
@@ -183,7 +183,7 @@ TEST(Faults, ASliverAlongAnEdgeIsNotAsked) {
 
 // Out of the floor of an L and on, exactly in the plane of the wall beside it, past the wall's end: free air.
 TEST(Faults, ALineAlongAWallIsSeenPastItsEnd) {
-    for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god : every<GodObject>()) {
         const TestModel model(l_shape(6, 0.06), 1.0, god);
         const double wall = double(0.03F);
         for (const double aside : {0.0, 1e-9, 5e-9}) {
@@ -458,7 +458,7 @@ TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
 // there, some contacts in a hundred thousand are held in free air.
 TEST(Faults, AHeldGodObjectDoesNotSeeTheFinger) {
     for (const Shape& shape : {fanned_disk_shape(24, 0.03, 0.002), box_shape(2, Vector3d(0.03, 0.03, 0.002))})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god : every<GodObject>()) {
             const TestModel model(shape, -1e9, god);
             const haptable_model rough = with_friction(model, 3.0F, 2.0F);
             Finger finger(rough);

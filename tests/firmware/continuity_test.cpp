@@ -68,8 +68,8 @@ double radius_of(ForceLaw force, double radius_m) { return force == ForceLaw::kP
 
 // The god-object has settled when a tick ends: had the servo ticked twenty times as often, the force would be the same.
 TEST(Continuity, NothingSettlesOverSeveralTicks) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const ForceLaw force : every<ForceLaw>())
+        for (const GodObject god : every<GodObject>()) {
             const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
             const Slide coarse = slide(body.model(god), 0.002), fine = slide(body.model(god), 0.002, 20);
             double worst = 0.0;
@@ -84,8 +84,8 @@ TEST(Continuity, NothingSettlesOverSeveralTicks) {
 
 // A finger that stays where it is feels one force to the last bit: nothing alternates from tick to tick.
 TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const ForceLaw force : every<ForceLaw>())
+        for (const GodObject god : every<GodObject>()) {
             const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
             const haptable_model model = body.model(god);
             std::mt19937 random(3);

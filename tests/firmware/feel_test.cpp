@@ -348,8 +348,8 @@ double buzz(const haptable_model& model, double k) {
 }
 
 TEST(Feel, SlidingOnAFlatFaceHasNoBuzz) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const ForceLaw force : every<ForceLaw>())
+        for (const GodObject god : every<GodObject>()) {
             const ElasticBody body(cube_scene(9, 0.3), force, force == ForceLaw::kPressureMask ? 0.006 : 0.0);
             EvenBlocks even(body);
             const double spring = buzz(even.in(body.model(god)), 500.0);
@@ -419,8 +419,8 @@ Digits compare(const ElasticBody& body, GodObject god_object, unsigned seed) {
 }
 
 TEST(Feel, FloatsGiveTheForceOfDoubles) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (const GodObject god : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const ForceLaw force : every<ForceLaw>())
+        for (const GodObject god : every<GodObject>()) {
             const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kPressureMask ? 0.008 : 0.0);
             const Digits d = compare(body, god, 4);
             ASSERT_GT(d.difference.size(), 3000U);

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ForceLaw kForces[] = {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask};
+constexpr auto kForces = every<ForceLaw>();
 
 double radius_of(ForceLaw force, double radius_m) { return force == ForceLaw::kPressureMask ? radius_m : 0.0; }
 

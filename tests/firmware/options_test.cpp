@@ -231,7 +231,7 @@ haptable_model with_friction(haptable_model model) {
 // Where the god-object would be without friction goes with the finger: descended to anew it takes four energies and
 // more.
 TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
         haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
         haptable_room room{};
@@ -294,7 +294,7 @@ TEST(Friction, WhereNothingIsHeldBackOneLoadDoes) {
 // would be without friction: the finger is inside then, and nobody knows how it came there.
 TEST(Friction, AnEndedContactLeavesNothing) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         Finger finger(with_friction(body.model(god_object)));
         for (int i = 0; i < 60; ++i) finger.to({0.006 + 5e-5 * i, 0.006, 0.031 - 5e-5 * i});
         EXPECT_TRUE(finger.touches());
@@ -311,7 +311,7 @@ TEST(Friction, AnEndedContactLeavesNothing) {
 // own.
 TEST(Friction, TwoServosShareAModel) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         const haptable_model shared = with_friction(body.model(god_object));
         Finger one(with_friction(body.model(god_object))), two(with_friction(body.model(god_object)));
         haptable_room room[2]{};
@@ -401,7 +401,7 @@ TEST(Passivity, TheControllerTakesBackWhatThePapersForceGives) {
 }
 
 TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         Scene scene = cube_scene(5, 0.49);
         scene.contact.auto_coupling = true;
         const ElasticBody body(scene, force, force == ForceLaw::kPressureMask ? 0.008 : 0.0);

@@ -32,7 +32,7 @@ using Eigen::Vector3d;
 using Vector6d = Eigen::Vector<double, 6>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr ForceLaw kForces[] = {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask};
+constexpr auto kForces = every<ForceLaw>();
 constexpr std::uintmax_t kAll = 1'000'000'000;
 
 Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAll) {
@@ -849,7 +849,7 @@ TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
     const StrokedBody stroked(body.tables());
     const StrokeMaker maker(stroked.servo());
     Workers one(1);
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         ContactOptions contact;
         contact.force = ForceLaw::kConsistent;
         contact.god_object = god_object;

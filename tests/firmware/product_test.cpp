@@ -40,8 +40,7 @@ std::vector<Made> every_table() {
     for (const int fingers : {1, 2})
         for (const bool is_free : {false, true})
             for (const bool rings : {false, true})
-                for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
-                    all.push_back({fingers, is_free, rings, force});
+                for (const ForceLaw force : every<ForceLaw>()) all.push_back({fingers, is_free, rings, force});
     return all;
 }
 
@@ -173,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()), 
 
 TEST_P(Combination, PressesHoldsAndLetsGo) {
     int run = 0;
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+    for (const GodObject god_object : every<GodObject>())
         for (const bool relaxes : {false, true}) {
             if (relaxes && GetParam().rings) continue;  // docs/MOVING.md: refused
             const Felt exact = feel({Storage::kFloat32, god_object, relaxes});

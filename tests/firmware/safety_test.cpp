@@ -489,7 +489,7 @@ private:
 // No step up beyond the limit, no force above the largest, none in a state that has none, none after silence.
 TEST(StateMachine, KeepsItsLimitsInAHundredThousandRandomSequences) {
     SafetyLimits limits{5.0, 400.0, 1.4, 5.0, 0.05, true, true};
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+    for (const GodObject god_object : every<GodObject>())
         for (const double ramp_s : {0.0, 0.05}) {
             limits.ramp_s = ramp_s;
             Guarded servo(limits, god_object);

@@ -194,7 +194,7 @@ double stride(std::mt19937& random, double size) {
 // Random fingers around and through every shape: near the surface, where a clearance ends, most of the time.
 TEST(Search, AClearanceChangesNoBitOfAnyStroke) {
     for (const Shape& shape : shapes())
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god_object : every<GodObject>()) {
             const TestModel model(shape, -1e9, god_object);
             WithAndWithoutClearance finger(model);
             std::mt19937 random(7);

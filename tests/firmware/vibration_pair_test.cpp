@@ -90,7 +90,7 @@ Eigen::Matrix<double, 6, 6> stiffness_of(PairSession& session) {
 // Forces that are held come to those of the body without modes, at the same points of the surface, which friction
 // keeps: L_rest and the modes make up L in all blocks of the pair.
 TEST(ModesPair, ForcesThatAreHeldAreTheStaticOnes) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         const Jelly ringing(for_two(force, 8)), still(for_two(force, 0));
         const Vector3d* at = force == ForceLaw::kInterpolated ? kAtNodes : kOnTop;
         PairSession session(ringing, GodObject::kNearest, 10.0);

@@ -56,7 +56,7 @@ void press(Session& session, const Vector3d& at_m, double depth_m, int ticks) {
 // A force that is held comes to that of the body without modes, at the same point of the surface: friction keeps the
 // god-object where it is. Of the interpolated force S is linear between nodes and not C, so at a node.
 TEST(Modes, AForceThatIsHeldIsTheStaticOne) {
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         const Jelly ringing(jelly(force, 8)), still(jelly(force, 0));
         const Vector3d at = force == ForceLaw::kInterpolated ? kAtNode : kOnTop;
         Session session(ringing, GodObject::kNearest, 10.0);
@@ -77,7 +77,7 @@ TEST(Modes, AForceAfterASlideComesToTheStaticOne) {
     const Jelly ringing(jelly(ForceLaw::kConsistent, 8)), still(jelly(ForceLaw::kConsistent, 0));
     const haptable_model whole = still.model();
     const Vector3d from{0.0087, 0.0168, 0.03};
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+    for (const GodObject god_object : every<GodObject>())
         for (const double step_m : {3e-5, 3e-4}) {
             Session session(ringing, god_object, 0.5);
             press(session, from, 0.003, 1500);

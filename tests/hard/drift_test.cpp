@@ -81,7 +81,7 @@ TEST(HardDrift, TenMillionTicksGiveTheSameForcesLapAfterLap) {
 TEST(HardDrift, NorDoOtherModesDrift) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
         const ElasticBody cube(cube_scene(5, 0.49), force, force == ForceLaw::kPressureMask ? 0.012 : 0.0);
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god_object : every<GodObject>()) {
             SCOPED_TRACE(testing::Message() << word(force) << " " << word(god_object));
             EXPECT_EQ(run(cube.model(god_object), 500).changed, 0U);
         }

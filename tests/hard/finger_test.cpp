@@ -61,8 +61,7 @@ protected:
 };
 
 INSTANTIATE_TEST_SUITE_P(Modes, HardFinger,
-                         testing::Combine(testing::Values(ForceLaw::kInterpolated, ForceLaw::kConsistent,
-                                                          ForceLaw::kPressureMask),
+                         testing::Combine(testing::ValuesIn(every<ForceLaw>()),
                                           testing::Values(GodObject::kNearest, GodObject::kLeastEnergy)),
                          [](const auto& mode) {
                              std::string name =

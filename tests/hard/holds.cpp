@@ -55,7 +55,7 @@ void expect_holds(const std::string& name) {
         if (reference.compliance.size() == 0) reference = solve_densely(hard.scene, body.body());
         ASSERT_TRUE(reference.compliance.allFinite());
         expect_stiffness(body, reference);
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god_object : every<GodObject>()) {
             SCOPED_TRACE(word(god_object));
             expect_force(body, reference, god_object);
         }

@@ -57,7 +57,7 @@ TEST(HardScale, ChangesNoBitOfTablesAndForces) {
                 for (std::size_t k = 0; k < 9; ++k)
                     ASSERT_EQ(other.tables().stiffness[i][k],
                               std::ldexp(one.tables().stiffness[i][k], length + young - 13));
-            for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            for (const GodObject god_object : every<GodObject>()) {
                 // Squares of energies below 1e-20 J are no floats: a body of micrometres has them.
                 if (god_object == GodObject::kLeastEnergy && length < -8) continue;
                 const auto here = felt(one, 0, 13, god_object), there = felt(other, length, young, god_object);

@@ -25,7 +25,7 @@ TEST(HardSlender, AFingerThatIsPushedThroughAPlateStaysOnTheFaceThatItEntered) {
     const TemporaryFolder folder;
     const HardBody plate(hard_case("plate 1:100", folder.path()), ForceLaw::kInterpolated, folder.path() / "out");
     constexpr double kTop = 0.001, kDeepest = 0.004;
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         Finger finger(plate.model(god_object));
         double last = 0.0;
         for (int tick = -5; tick <= 40; ++tick) {

@@ -19,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using Fingers = std::array<Vector3d, 2>;
 
-constexpr std::array<ForceLaw, 3> kForces{ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask};
+constexpr auto kForces = every<ForceLaw>();
 constexpr std::size_t kBodies = 9;
 
 const Shaped& body_of(std::size_t body) {

@@ -136,8 +136,7 @@ const MovingTables& tables_of(std::size_t number) {
     static const TemporaryFolder folder;
     static std::map<std::size_t, std::unique_ptr<MovingTables>> made;
     static const std::array<Shaped, 6> shaped{block(), plate(), rod(), ball(), ring(), lump()};
-    static const std::array<ForceLaw, 3> forces{ForceLaw::kConsistent, ForceLaw::kInterpolated,
-                                                ForceLaw::kPressureMask};
+    static constexpr auto forces = every<ForceLaw>();
     auto& one = made[number];
     if (!one) {
         const std::size_t shape = number % shaped.size(), rings = number / shaped.size();

@@ -18,7 +18,7 @@
 namespace haptable::test {
 namespace {
 
-constexpr std::array<ForceLaw, 3> kForces{ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask};
+constexpr auto kForces = every<ForceLaw>();
 constexpr std::size_t kBodies = 8, kMouse = 7;  // the mouse under one finger: its coupling takes minutes to compute
 
 Scene ringing_scene(std::size_t body, ForceLaw force, const std::filesystem::path& folder) {

@@ -165,7 +165,7 @@ Beside times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rou
 std::array<std::unique_ptr<Subject>, 3> in_every_force(const Scene& scene, double mask_radius_m,
                                                        const std::filesystem::path& build) {
     std::array<std::unique_ptr<Subject>, 3> subjects;
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
+    for (const ForceLaw force : every<ForceLaw>())
         subjects[static_cast<std::size_t>(force)] =
             touched_as(scene, {force, GodObject::kNearest}, mask_radius_m, build);
     return subjects;

@@ -19,12 +19,13 @@ struct ContactMode {
     GodObject god_object;
 };
 
-inline constexpr std::array<ContactMode, 6> kContactModes = {{{ForceLaw::kInterpolated, GodObject::kNearest},
-                                                              {ForceLaw::kConsistent, GodObject::kNearest},
-                                                              {ForceLaw::kPressureMask, GodObject::kNearest},
-                                                              {ForceLaw::kInterpolated, GodObject::kLeastEnergy},
-                                                              {ForceLaw::kConsistent, GodObject::kLeastEnergy},
-                                                              {ForceLaw::kPressureMask, GodObject::kLeastEnergy}}};
+inline constexpr auto kContactModes = [] {
+    std::array<ContactMode, every<ForceLaw>().size() * every<GodObject>().size()> modes{};
+    std::size_t i = 0;
+    for (const GodObject god_object : every<GodObject>())
+        for (const ForceLaw force : every<ForceLaw>()) modes[i++] = {force, god_object};
+    return modes;
+}();
 
 /// The scene in that mode, precomputed below `build`, and ready to be touched. `mask_radius_m` counts for masks alone.
 std::unique_ptr<Subject> touched_as(Scene scene, const ContactMode& mode, double mask_radius_m,

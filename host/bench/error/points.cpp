@@ -139,13 +139,13 @@ std::vector<Point> measure_points(const Specimen& specimen, const Meshed& meshed
     std::vector<Point> points;
     double begun = 0.0;
     for (const Element element : kElements)
-        for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        for (const ForceLaw force : every<ForceLaw>()) {
             progress.done(begun++ / static_cast<double>(3 * kElements.size()), word(force));
             if (!is_measured(meshed, element, force, quick)) continue;
             double cpu_s = 0.0;
             const fs::path folder = make_tables(meshed.scene, element, force, specimen.finger_radius_m, build, cpu_s);
             for (const Storage storage : kStorages)
-                for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+                for (const GodObject god_object : every<GodObject>()) {
                     Tables tables = read_tables(folder);
                     tables.precision = storage;
                     tables.god_object = god_object;

@@ -115,7 +115,7 @@ FingerCosts finger_costs(const fs::path& build) {
          {}},
         {{"force, god-object", "5 kHz", "10 kHz"}, {}}};
     std::unique_ptr<Top> top;
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         top = std::make_unique<Top>(force, build / "fingers" / word(force));
         for (const Mode& mode : every_mode())
             if (mode.force == force) add_costs(mode, *top, image, costs);

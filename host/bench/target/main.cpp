@@ -91,7 +91,7 @@ using Counted = std::map<std::string, std::map<std::string, std::map<std::string
 Counted count_all(const fs::path& build, std::uint64_t& fan) {
     Counted counted;
     for (const Body& body : kBodies)
-        for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        for (const ForceLaw force : every<ForceLaw>()) {
             const auto touched = subject(body, force, build / "modes");
             const auto path_m = hard_path(touched->tables(), kStrokes);
             fan = std::max(fan, most_patches_around_a_vertex(touched->model()));

@@ -169,8 +169,6 @@
 
   // ---- controls --------------------------------------------------------------------------------------------------------
 
-  const WORDS = {'interpolated': 'interpolated (paper’s)', 'consistent': 'consistent', 'pressure-mask': 'pressure mask', 'nearest': 'nearest', 'least-energy': 'least energy'};
-
   function options(select, values, words) {
     select.innerHTML = '';
     for (const value of values) select.add(new Option(words(value), value));
@@ -179,8 +177,8 @@
 
   function controls() {
     const laws = [...new Set(scene.modes.map(m => m.force))], gods = [...new Set(scene.modes.map(m => m.god_object))];
-    options($('law'), laws, w => WORDS[w]);
-    options($('god'), gods, w => WORDS[w]);
+    options($('law'), laws, w => scene.titles[w]);
+    options($('god'), gods, w => scene.titles[w]);
     for (const id of ['law', 'god', 'friction']) $(id).addEventListener('change', choose);
     set_mode(0);
     options($('gain'), [1, 10, 100, 1000, 10000], g => g === 1 ? 'the force itself' : 'the force × ' + Text.count(g));

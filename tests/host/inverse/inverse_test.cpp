@@ -237,7 +237,7 @@ TEST_P(PrecomputeBy, WritesTheSameTablesByAny) {
     const test::TemporaryFolder folder;
     PrecomputeOptions options;
     options.column_tolerance = 0.0;
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : every<ForceLaw>()) {
         Scene scene = test::cube_scene(6, 0.49);
         scene.contact.force = force;
         if (scene.contact.force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.007;

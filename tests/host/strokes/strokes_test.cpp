@@ -24,7 +24,7 @@ void expect_promises_kept(const std::vector<fs::path>& places, const std::vector
     Workers workers(1);
     Progress progress(true);
     for (const StrokedMesh& mesh : meshes.taken)
-        for (ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        for (ForceLaw force : every<ForceLaw>()) {
             const StrokedBody body(in_mode(mesh.scene, {force, GodObject::kNearest, false}),
                                    folder.path() / (mesh.name + word(force)), progress);
             const StrokeMaker maker(body.servo());

@@ -61,7 +61,7 @@ TEST(ContactLoads, OfAMaskAreThoseUnderIt) {
     const ElasticBody body(cube_scene(9, 0.3), ForceLaw::kPressureMask, 0.008);
     const Press press(body);
     Tables tables = body.tables();
-    for (GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (GodObject god_object : every<GodObject>()) {
         tables.god_object = god_object;
         const ContactLoads loads(tables);
         const std::vector<NodalForce> drawn = loads.spread(
