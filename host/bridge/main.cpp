@@ -13,7 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/summary.hpp"
 #include "host/session/serve.hpp"
@@ -30,7 +30,7 @@ struct Options {
     unsigned baud = 1'000'000;
     double retry_ms = 50.0;
     SessionEnd end;
-    BridgeOptions session;
+    LineOptions line;
     bool no_realtime = false, json = false, quiet = false;
 };
 
@@ -42,7 +42,7 @@ void add_options(CommandLine& app, Options& o) {
     line.option("--run", o.program, "a program whose standard input and output are the line, like QEMU");
     app.option("--baud", o.baud, "bits a second of a serial port").show_default();
     app.option("--retry", o.retry_ms, "ms, after which a state is sent again").positive().show_default();
-    app.option("--patience", o.session.patience_s, "s without any answer, after which the target is gone")
+    app.option("--patience", o.line.patience_s, "s without any answer, after which the target is gone")
         .positive()
         .show_default();
     app.option("--csv", o.csv, "record the session here, as the servo's --csv does");
@@ -77,56 +77,52 @@ void wait_for_either(const Connection& connection, const SerialTarget& target, C
 }
 
 /// What comes from either until then: answers first, for the device waits for them.
-void handle(BridgeSession& session, Connection& connection, const SerialTarget& target, Clock::time_point deadline) {
+void handle(Session& session, Connection& connection, const SerialTarget& target, Clock::time_point deadline) {
     wait_for_either(connection, target, deadline);
     session.take_answers();
     while (connection.handle_until(Clock::now())) session.take_answers();
 }
 
-void add_second(const BridgeSession& session, SummaryLines& summary) {
-    const BridgeReport report = session.report(1);
-    const std::string suffix = kFingerSuffix[1];
-    report.each_of_second([&](const char* name, std::int64_t value) { summary.add(name + suffix, value); });
-    report.add_to(summary, suffix);
-    summary.add("energy_most_given_to_both_j", session.most_given_j());
-}
-
-SummaryLines summarise(const BridgeSession& session, const LoadedScene& scene, const SerialTarget& target,
+SummaryLines summarise(const Session& session, const LineStepper& stepper, const SerialTarget& target,
                        const std::string& url) {
-    const BridgeReport report = session.report();
     SummaryLines summary;
-    summary.add("scene", scene.tables().name);
-    summary.add("tables_hash", fmt::format("{:016x}", scene.model().hash));
+    summary.add("scene", std::string(target.scene().name));
+    summary.add("tables_hash", fmt::format("{:016x}", target.scene().model->hash));
     summary.add("url", url);
     summary.add("line", target.line().name());
-    report.each([&summary](const char* name, std::int64_t value) { summary.add(name, value); });
-    report.add_to(summary);
-    if (session.finger_count() == 2) add_second(session, summary);
-    summary.add("round_trip_mean_us", report.round_trip.mean_us());
-    summary.add("round_trip_p999_us", report.round_trip.quantile_us(0.999));
-    summary.add("round_trip_max_us", report.round_trip.max_us());
+    for (std::size_t finger = 0; finger < stepper.finger_count(); ++finger) {
+        const std::string suffix = kFingerSuffix[finger];
+        add_link_report(session.link_report(finger), suffix, summary);
+        stepper.count(finger, [&](const char* name, std::int64_t value) { summary.add(name + suffix, value); });
+        stepper.forces(finger).add_to(summary, suffix);
+    }
+    if (stepper.finger_count() == 2) summary.add("energy_most_given_to_both_j", stepper.most_given_j());
+    const DurationStatistics& round_trip = stepper.round_trip();
+    summary.add("round_trip_mean_us", round_trip.mean_us());
+    summary.add("round_trip_p999_us", round_trip.quantile_us(0.999));
+    summary.add("round_trip_max_us", round_trip.max_us());
     return summary;
 }
 
 void run(Options& o) {
     catch_interrupts();
     std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
-    o.session.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
+    o.line.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
     const LoadedScene scene{TablesFolder(o.folder)};
     const ServoScene servo = servo_of(scene);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(servo, o.csv, servo.pair != nullptr ? 2 : 1, servo.body != nullptr).keep();
+    if (!o.csv.empty()) record.emplace(servo, o.csv).keep();
     SerialTarget target(open_line(o), servo);
     Connection connection;
-    BridgeSession session(servo, connection, target, o.session, record ? &*record : nullptr,
-                          teller("haptable-bridge", o.quiet));
+    LineStepper stepper(target, o.line);
+    Session session(stepper, connection, record ? &*record : nullptr, teller("haptable-bridge", o.quiet));
     if (!o.quiet)
         fmt::print(stderr, "haptable-bridge: {} on {}, {}, {}\n", scene.tables().name, connection.url(),
                    target.line().name(), priority);
     serve(session, o.end, [&](Clock::time_point deadline) { handle(session, connection, target, deadline); });
     if (record) record->finish();
-    summarise(session, scene, target, connection.url()).print(o.json, o.quiet);
+    summarise(session, stepper, target, connection.url()).print(o.json, o.quiet);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TargetAnswer answer_of(std::uint32_t sequence, const haptable_line_answer& said)
 
 }  // namespace
 
-SerialTarget::SerialTarget(Line line, const ServoScene& scene) : line_(std::move(line)) {
+SerialTarget::SerialTarget(Line line, const ServoScene& scene) : line_(std::move(line)), scene_(scene) {
     haptable_scene whole{};
     haptable_scene_make(scene.model, scene.pair, scene.body, scene.modes, &whole);
     haptable_line_describe(&whole, &expected_);

@@ -38,6 +38,7 @@ public:
     /// answers of another length than the scene's.
     std::optional<std::variant<TargetHello, TargetAnswer>> take();
 
+    const ServoScene& scene() const { return scene_; }
     /// What a target of the scene says.
     const TargetHello& expected() const { return expected_; }
     const Line& line() const { return line_; }
@@ -46,6 +47,7 @@ public:
 
 private:
     Line line_;
+    ServoScene scene_;
     TargetHello expected_{};
     std::array<std::uint8_t, HAPTABLE_LINE_ANSWER_BYTES> frame_{};
     haptable_line_reader reader_{};

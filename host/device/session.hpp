@@ -64,7 +64,7 @@ class DeviceSession;
 /// DeviceSession::run does, until the longest path's end.
 void run_together(const std::vector<DeviceSession*>& hands);
 
-/// Single-threaded, as ServoSession is: with both on one memq:// connection the loop closes within one process.
+/// Single-threaded, as Session is: with both on one memq:// connection the loop closes within one process.
 class DeviceSession {
 public:
     /// Subscribes to the servo's forces. `record` may be null.

@@ -21,7 +21,7 @@ std::optional<FingerInput> input(const std::optional<RecordedFinger>& finger) {
 
 FingerInputs inputs(const RecordedTick& tick) { return {input(tick.finger[0]), input(tick.finger[1])}; }
 
-void compare(const RecordedTick& tick, const Fingers& fingers, ReplayReport& report) {
+void compare(const RecordedTick& tick, const LocalStepper& fingers, ReplayReport& report) {
     for (std::size_t finger = 0; finger < kFingers; ++finger) {
         if (!tick.finger[finger] || !tick.finger[finger]->force_n) continue;
         const haptable_output& output = fingers.output(finger);
@@ -46,30 +46,27 @@ class Replay {
 public:
     Replay(const ServoScene& scene, const std::filesystem::path& out, bool is_log)
         : fingers_(scene), is_numbered_(scene.pair == nullptr || !is_log) {
-        if (!out.empty()) record_.emplace(scene, out, static_cast<int>(fingers_.count()), scene.body != nullptr);
+        if (!out.empty()) record_.emplace(scene, out);
     }
 
     void add(const RecordedTick& tick) {
         const FingerInputs in = inputs(tick);
-        const std::int64_t number = is_numbered_ ? tick.number : numbers_.next(fingers_.is_anew(in));
+        const std::int64_t number = is_numbered_ ? tick.number : numbers_.next(fingers_.is_first_tick(in));
         fingers_.tick(in, tick.time_us);
         compare(tick, fingers_, report_);
-        if (!record_) return;
-        if (fingers_.count() == 2) return record_->add(number, in, fingers_);
-        record_->add(number, in[0]->at_m, in[0]->buttons, fingers_.output(0), fingers_.state().touched(),
-                     fingers_.state().modes());
+        if (record_) record_->add(number, in, fingers_.outputs(), fingers_.touched(), fingers_.modes());
     }
 
     ReplayReport finish() {
         static_cast<ServoReport&>(report_) = fingers_.report(0);
-        if (fingers_.count() == 2) report_.second = fingers_.report(1);
+        if (fingers_.finger_count() == 2) report_.second = fingers_.report(1);
         report_.most_given_j = fingers_.most_given_j();
         if (record_) record_->finish();
         return report_;
     }
 
 private:
-    Fingers fingers_;
+    LocalStepper fingers_;
     bool is_numbered_;
     TickNumbers numbers_;
     std::optional<ServoRecord> record_;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "host/servo/recording.hpp"
-#include "host/session/fingers.hpp"
+#include "host/session/local_stepper.hpp"
 #include "host/session/scene.hpp"
 
 namespace haptable {

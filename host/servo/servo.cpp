@@ -15,7 +15,7 @@
 #include "host/link/summary.hpp"
 #include "host/link/text_file.hpp"
 #include "host/servo/poke.hpp"
-#include "host/servo/session.hpp"
+#include "host/servo/replay.hpp"
 #include "host/session/serve.hpp"
 
 namespace haptable {
@@ -76,13 +76,6 @@ void add_report(const ServoReport& report, const std::string& suffix, SummaryLin
     summary.add("step_mean_us", report.step.mean_us());
     summary.add("step_p999_us", report.step.quantile_us(0.999));
     summary.add("step_max_us", report.step.max_us());
-}
-
-void add_link_report(const LinkReport& link, const std::string& suffix, SummaryLines& summary) {
-    link.each([&](const char* name, std::int64_t value) { summary.add(name + suffix, value); });
-    summary.add("latency_mean_us" + suffix, link.latency.mean_us());
-    summary.add("latency_p999_us" + suffix, link.latency.quantile_us(0.999));
-    summary.add("latency_max_us" + suffix, link.latency.max_us());
 }
 
 std::string tables_hash(const ServoScene& scene) { return fmt::format("{:016x}", scene.model->hash); }
@@ -173,9 +166,10 @@ void run_lcm(const ServoScene& scene, const Options& o) {
     catch_interrupts();
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;
-    if (!o.csv.empty()) record.emplace(scene, o.csv, scene.pair != nullptr ? 2 : 1, scene.body != nullptr).keep();
+    if (!o.csv.empty()) record.emplace(scene, o.csv).keep();
     Connection connection;
-    ServoSession session(scene, connection, record ? &*record : nullptr, teller("servo", o.quiet));
+    LocalStepper stepper(scene);
+    Session session(stepper, connection, record ? &*record : nullptr, teller("servo", o.quiet));
     const bool locked = !o.no_realtime && lock_memory();
     if (!o.quiet)
         fmt::print(stderr, "servo: {} on {}, {}, memory {}\n", scene.name, connection.url(), priority,
@@ -184,11 +178,11 @@ void run_lcm(const ServoScene& scene, const Options& o) {
     if (record) record->finish();
     SummaryLines summary = head(scene);
     summary.add("url", connection.url());
-    for (std::size_t finger = 0; finger < session.finger_count(); ++finger) {
-        add_report(session.report(finger), kFingerSuffix[finger], summary);
+    for (std::size_t finger = 0; finger < stepper.finger_count(); ++finger) {
+        add_report(stepper.report(finger), kFingerSuffix[finger], summary);
         add_link_report(session.link_report(finger), kFingerSuffix[finger], summary);
     }
-    if (session.finger_count() == 2) summary.add("energy_most_given_to_both_j", session.most_given_j());
+    if (stepper.finger_count() == 2) summary.add("energy_most_given_to_both_j", stepper.most_given_j());
     summary.print(o.json, o.quiet);
 }
 

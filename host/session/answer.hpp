@@ -15,15 +15,6 @@ inline std::uint32_t to_firmware_us(Clock::time_point now) {
         std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
 }
 
-/// A state's time for the firmware. Simulated time is the message's, real time is this machine's: the device's clock
-/// may be another one.
-inline std::uint32_t time_of(const device_state& state, Clock::time_point now) {
-    return is_simulated(state) ? static_cast<std::uint32_t>(state.utime) : to_firmware_us(now);
-}
-
-/// The utime of its answer.
-inline std::int64_t utime_of(const device_state& state) { return is_simulated(state) ? state.utime : utime_now(); }
-
 class Answer {
 public:
     Answer(const ServoScene& scene, Connection& connection);

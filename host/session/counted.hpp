@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the sessions of servo and bridge count on the host: one list each makes the fields, the status and the summary.
+// What a session and its steppers count on the host: one list each makes the fields, the status and the summary.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ namespace haptable {
 /// X(name) for every counter of the servo's side of the link, beside these and the firmware's own.
 #define HAPTABLE_LINK_COUNTERS(X) X(late_ticks) /* answers that took longer than a tick */
 
-/// X(name) for every counter of a bridge beside those of the states.
-#define HAPTABLE_BRIDGE_COUNTERS(X)                                           \
+/// X(name) for every counter of a line to a target.
+#define HAPTABLE_LINE_COUNTERS(X)                                             \
     X(ticks)           /* forces that answered a state */                     \
     X(contact_ticks)   /* of these, with contact */                           \
     X(resent_frames)   /* states sent again because no answer came */         \
@@ -57,13 +57,12 @@ struct LinkCounters : StateCounters {
     }
 };
 
-struct BridgeCounters : StateCounters {
-    HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_FIELD)
+struct LineCounters {
+    HAPTABLE_LINE_COUNTERS(HAPTABLE_COUNTED_FIELD)
 
     template <typename Visit>
     void each(Visit&& visit) const {
-        StateCounters::each(visit);
-        HAPTABLE_BRIDGE_COUNTERS(HAPTABLE_COUNTED_VISIT)
+        HAPTABLE_LINE_COUNTERS(HAPTABLE_COUNTED_VISIT)
     }
 };
 

@@ -39,23 +39,19 @@ std::string header_of_modes(const ServoScene& scene) {
 
 }  // namespace
 
-ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers, bool has_pose)
-    : scene_(scene), file_(path) {
-    file_.add(std::string(kHeader) + (fingers == 2 ? kHeaderOfSecond : "") + header_of_modes(scene) +
-              (has_pose ? kHeaderOfPose : "") + "\n");
+ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path) : scene_(scene), file_(path) {
+    file_.add(std::string(kHeader) + (scene.pair != nullptr ? kHeaderOfSecond : "") + header_of_modes(scene) +
+              (scene.body != nullptr ? kHeaderOfPose : "") + "\n");
 }
 
-void ServoRecord::add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons,
-                      const haptable_output& out, const haptable_body_state* body, const haptable_modes_state* swings) {
-    line_ = std::to_string(tick);
-    append(finger_m, buttons, out);
-    end_line(body, swings);
-}
-
-void ServoRecord::end_line(const haptable_body_state* body, const haptable_modes_state* swings) {
+void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const FingerOutputs& out,
+                      const haptable_body_state* body, const haptable_modes_state* modes) {
     static constexpr haptable_modes_state kStill{};
+    line_ = std::to_string(tick);
+    for (std::size_t finger = 0; finger < (scene_.pair != nullptr ? kFingers : 1); ++finger)
+        append(in[finger], out[finger]);
     if (scene_.modes != nullptr)
-        append_floats(std::span(swings != nullptr ? swings->q : kStill.q).first(scene_.modes->count), line_);
+        append_floats(std::span(modes != nullptr ? modes->q : kStill.q).first(scene_.modes->count), line_);
     if (body != nullptr) {
         append_floats(body->position_m, line_);
         append_floats(body->turn, line_);
@@ -63,36 +59,19 @@ void ServoRecord::end_line(const haptable_body_state* body, const haptable_modes
     file_.add(line_ += '\n');
 }
 
-void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers) {
-    line_ = std::to_string(tick);
-    for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], fingers.output(finger));
-    end_line(fingers.state().touched(), fingers.state().modes());
-}
-
-void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
-                      const haptable_body_state* body, const haptable_modes_state* swings) {
-    line_ = std::to_string(tick);
-    for (std::size_t finger = 0; finger < kFingers; ++finger) append(in[finger], out[finger]);
-    end_line(body, swings);
-}
-
 void ServoRecord::append(const std::optional<FingerInput>& input, const haptable_output& out) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-    const FingerInput of = input.value_or(FingerInput{{kNone, kNone, kNone}});
-    append(of.at_m, of.buttons, out);
-}
-
-void ServoRecord::append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out) {
     constexpr std::array<float, 3> kNowhere{};
+    const FingerInput of = input.value_or(FingerInput{{kNone, kNone, kNone}});
     const bool touches = haptable_touches(out.state) != 0;  // else these may be of a dent that the finger left
-    append_floats(finger_m, line_);
+    append_floats(of.at_m, line_);
     fmt::format_to(std::back_inserter(line_), ",{:d}", touches);
     for (std::size_t c = 0; c < 3; ++c)
         fmt::format_to(std::back_inserter(line_), ",{}", touches ? mesh_node(scene_, out, c) : -1);
     append_floats(touches ? std::span<const float>(out.alpha) : kNowhere, line_);
     append_floats(out.god_object_m, line_);
     append_floats(out.force_n, line_);
-    fmt::format_to(std::back_inserter(line_), ",{},{},{}", buttons, out.state, out.faults);
+    fmt::format_to(std::back_inserter(line_), ",{},{},{}", of.buttons, out.state, out.faults);
 }
 
 }  // namespace haptable

@@ -9,29 +9,22 @@
 
 #include "firmware/haptable_body.h"
 #include "host/link/text_file.hpp"
-#include "host/session/fingers.hpp"
 #include "host/session/scene.hpp"
+#include "host/session/stepper.hpp"
 
 namespace haptable {
 
 /// The servo's CSV under construction: beside its final place until finish(), or, kept, in it.
 class ServoRecord {
 public:
-    /// Throws Error that names the path when it cannot be written there.
-    /// fingers: 1 or 2, of each line. has_pose: its last columns are where a body that nothing holds is; before them
-    /// stand the modes of a scene that rings.
-    ServoRecord(const ServoScene& scene, const std::filesystem::path& path, int fingers = 1, bool has_pose = false);
+    /// Columns of each of the scene's fingers, of its modes, and of where a body that nothing holds is. Throws Error
+    /// that names the path when it cannot be written there.
+    ServoRecord(const ServoScene& scene, const std::filesystem::path& path);
 
-    /// One line. Floats have 9 digits, so that reading them back gives the same bits. body: with has_pose, where it was
-    /// in the tick; contact and god-object are in its coordinates.
-    void add(std::int64_t tick, const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out,
-             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
-    /// Of two fingers, where the scene has them: the second's columns follow the first's. One that is not in `in` is
-    /// nowhere (nan), and silent.
-    void add(std::int64_t tick, const FingerInputs& in, const Fingers& fingers);
-    /// The same with outputs that another servo gave: by finger.
-    void add(std::int64_t tick, const FingerInputs& in, const std::array<haptable_output, kFingers>& out,
-             const haptable_body_state* body = nullptr, const haptable_modes_state* swings = nullptr);
+    /// One line. Floats have 9 digits, so that reading them back gives the same bits. A finger that is not in `in` is
+    /// nowhere (nan). body: where it was in the tick; contact and god-object are in its coordinates.
+    void add(std::int64_t tick, const FingerInputs& in, const FingerOutputs& out,
+             const haptable_body_state* body = nullptr, const haptable_modes_state* modes = nullptr);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -39,8 +32,6 @@ public:
     void finish() { file_.finish(); }
 
 private:
-    void end_line(const haptable_body_state* body, const haptable_modes_state* swings);
-    void append(const std::array<float, 3>& finger_m, std::uint32_t buttons, const haptable_output& out);
     void append(const std::optional<FingerInput>& input, const haptable_output& out);
 
     ServoScene scene_;

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "host/base/interrupt.hpp"
-#include "host/link/connection.hpp"
+#include "host/session/session.hpp"
 
 namespace haptable {
 
@@ -18,8 +18,7 @@ struct SessionEnd {
 };
 
 /// True when the session is over.
-template <typename Session>
-bool is_over(const Session& session, const SessionEnd& end, Clock::time_point begin) {
+inline bool is_over(const Session& session, const SessionEnd& end, Clock::time_point begin) {
     using Seconds = std::chrono::duration<double>;
     const Clock::time_point now = Clock::now();
     if (end.after_s > 0.0 && now - begin >= Seconds(end.after_s)) return true;
@@ -29,7 +28,7 @@ bool is_over(const Session& session, const SessionEnd& end, Clock::time_point be
 
 /// Until the session's end, or an interrupt. `handle` takes what comes until the time that it is given, and may return
 /// earlier.
-template <typename Session, typename Handle>
+template <typename Handle>
 void serve(Session& session, const SessionEnd& end, Handle handle) {
     const Clock::time_point begin = Clock::now();
     Clock::time_point next_status = begin + kStatusPeriod;

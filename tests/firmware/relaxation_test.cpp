@@ -273,7 +273,7 @@ TEST(Relaxation, ARecordNamesNoNodesOfADent) {
     const TemporaryFolder folder;
     const std::vector<std::uint32_t> node(body.model().vertex_count, 7);
     ServoRecord record({&body.model(), node.data(), "springs"}, folder.path() / "felt.csv");
-    record.add(0, {0.0F, 0.0F, 0.0F}, 0, press.finger().out());
+    record.add(0, {FingerInput{}}, {press.finger().out()});
     record.finish();
     EXPECT_NE(read_file(folder.path() / "felt.csv").find("\n0,0,0,0,0,-1,-1,-1,0,0,0,"), std::string::npos);
 }

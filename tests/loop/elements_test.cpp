@@ -19,7 +19,8 @@
 #include "host/base/modes.hpp"
 #include "host/device/session.hpp"
 #include "host/servo/servo.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "host/view/deformation.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
@@ -107,7 +108,8 @@ TEST_P(ElementLoop, ASessionWithLeastEnergyFromFirstTouchToThePicture) {
     const PointDevice device(Device{}, Hand{}, path->at(0.0).position_m);
     SessionOptions options;
     options.lockstep = true;
-    ServoSession session(scene, connection, &record);
+    LocalStepper stepper(scene);
+    Session session(stepper, connection, &record);
     const DeviceReport report = DeviceSession(device, *path, connection, options, nullptr).run();
     record.finish();
     EXPECT_EQ(report.missed + report.foreign_answers, 0);

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
 #include "host/session/serve.hpp"
+#include "host/session/session.hpp"
 
 namespace haptable::test {
 
@@ -44,7 +45,8 @@ public:
         : model_(*scene.model),
           limit_n_(scene.model->max_force_n),
           connection_("memq://"),
-          servo_(scene, connection_, nullptr),
+          stepper_(scene),
+          servo_(stepper_, connection_, nullptr),
           path_(std::make_unique<Acknowledging>(scripted_path("poke,drag,circle", PathOptions{}))),
           each_tick_(each_tick) {
         time_.also([this] { return std::min(servo_.watch_at(), next_status_); },
@@ -61,7 +63,7 @@ public:
     Watched run() {
         const PointDevice device(Device{}, Hand{}, path_->at(0.0).position_m);
         watched_.device = DeviceSession(device, *path_, connection_, options_, nullptr).run();
-        watched_.silences = servo_.report().counters.silences;
+        watched_.silences = stepper_.report().counters.silences;
         return watched_;
     }
 
@@ -114,7 +116,8 @@ private:
     const haptable_model& model_;
     double limit_n_;
     Connection connection_;
-    ServoSession servo_;
+    LocalStepper stepper_;
+    Session servo_;
     std::unique_ptr<Path> path_;
     std::function<void(std::int64_t)> each_tick_;
     SessionOptions options_;

@@ -7,7 +7,9 @@
 #include "host/link/log_reader.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/run/recorder.hpp"
-#include "host/servo/session.hpp"
+#include "host/servo/replay.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -22,7 +24,8 @@ protected:
         LogWriter log_writer(log);
         const Recorder recorder(connection, log_writer);
         ServoRecord servo_record(box.scene(), csv);
-        ServoSession servo(box.scene(), connection, &servo_record);
+        LocalStepper stepper(box.scene());
+        Session servo(stepper, connection, &servo_record);
         time.also([&] { return servo.watch_at(); }, [&](Clock::time_point now) { servo.watch(now); });
         const auto path = scripted_path("poke,drag", PathOptions{});
         SessionOptions options;
@@ -81,7 +84,8 @@ TEST_F(LogReplay, KnowsTimesAndSessions) {
     LogWriter log_writer(log);
     const Recorder recorder(connection, log_writer);
     ServoRecord servo_record(box.scene(), csv);
-    const ServoSession servo(box.scene(), connection, &servo_record);
+    LocalStepper stepper(box.scene());
+    const Session servo(stepper, connection, &servo_record);
     std::int64_t utime = 0;
     const auto tell = [&](std::int64_t session, std::int64_t seq, double z_m) {
         device_state state = simulated_state(seq, utime += 1000);

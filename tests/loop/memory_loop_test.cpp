@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "host/device/session.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -22,7 +23,8 @@ protected:
         const PointDevice device(Device{}, Hand{}, path->at(0.0).position_m);
         SessionOptions options;
         options.lockstep = true;
-        ServoSession servo(box.scene(), connection, &servo_record);
+        LocalStepper stepper(box.scene());
+        Session servo(stepper, connection, &servo_record);
         DeviceSession session(device, *path, connection, options, &device_record);
         const DeviceReport report = session.run();
         servo_record.finish();

@@ -8,9 +8,10 @@
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 #include "host/servo/servo.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "host/view/contact_messages.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/host/view/cube_tables.hpp"
@@ -83,7 +84,8 @@ TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
     Connection connection("memq://");
     int forces = 0;
     connection.subscribe<servo_force>(channel_of<servo_force>(), [&](const servo_force&, std::int64_t) { ++forces; });
-    ServoSession session(ours.scene(), connection, nullptr);
+    LocalStepper stepper(ours.scene());
+    Session session(stepper, connection, nullptr);
     device_state state = simulated_state(0, 0);
     for (const Built* wanted : {&theirs, &ours}) {
         state.model_hash = static_cast<std::int64_t>(wanted->model.hash);
@@ -99,7 +101,8 @@ TEST_F(OtherTables, ABridgeRefusesATargetOfTheOther) {
     Pipes pipes;
     SerialTarget line(pipes.line(), ours.scene());
     FakeTarget<Pipes> target(theirs.scene(), pipes);
-    BridgeSession session(ours.scene(), connection, line, {}, nullptr);
+    LineStepper stepper(line, {});
+    Session session(stepper, connection, nullptr);
     connection.publish(channel_of<device_state>(), simulated_state(0, 0));
     handle_all(connection);
     target.answer();

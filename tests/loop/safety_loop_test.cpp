@@ -8,7 +8,8 @@
 #include "host/base/error.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/servo/replay.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/loop/limited_box.hpp"
 
 namespace haptable::test {
@@ -31,7 +32,8 @@ TEST(SafetyLoop, AReplayGivesTheRecordOfTheLiveSession) {
     {
         Connection connection("memq://");
         ServoRecord record(box.scene(), folder / "live.csv");
-        ServoSession session(box.scene(), connection, &record);
+        LocalStepper stepper(box.scene());
+        Session session(stepper, connection, &record);
         for (int tick = 0; tick < 1000; ++tick) {
             const FingerTick at = tick_of(tick);
             device_state state = simulated_state(tick, tick * 1000);
@@ -41,7 +43,7 @@ TEST(SafetyLoop, AReplayGivesTheRecordOfTheLiveSession) {
             connection.publish(channel_of<device_state>(), state);
             handle_all(connection);
         }
-        counters = session.report().counters;
+        counters = stepper.report().counters;
         record.finish();
     }
     write_file(folder / "path.csv", path);
@@ -58,7 +60,7 @@ TEST(SafetyLoop, DamagedTablesBeginNoSession) {
     LimitedBox box;
     box.model().crc ^= 1U;
     Connection connection("memq://");
-    EXPECT_THROW(ServoSession(box.scene(), connection, nullptr), Error);
+    EXPECT_THROW(LocalStepper(box.scene()), Error);
     write_file(folder / "path.csv", "x,y,z\n0,0,0\n");
     EXPECT_THROW(replay(box.scene(), folder / "path.csv", folder / "out.csv", true), Error);
 }

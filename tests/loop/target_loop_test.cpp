@@ -11,8 +11,9 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 #include "host/link/messages.hpp"
+#include "host/session/session.hpp"
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/finger.hpp"
@@ -312,9 +313,10 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     Connection connection("memq://");
     const ServoScene scene{&model, node.data(), "cube"};
     SerialTarget target(near.line(), scene);
-    BridgeOptions options;
+    LineOptions options;
     options.retry = std::chrono::microseconds(3000);
-    BridgeSession session(scene, connection, target, options, nullptr);
+    LineStepper stepper(target, options);
+    Session session(stepper, connection, nullptr);
     std::vector<servo_force> forces;
     connection.subscribe<servo_force>(channel_of<servo_force>(),
                                       [&](const servo_force& force, std::int64_t) { forces.push_back(force); });
@@ -341,7 +343,7 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
         ASSERT_EQ(forces.back().seq, static_cast<std::int64_t>(tick));
         for (int a = 0; a < 3; ++a) ASSERT_EQ(forces.back().force_n[a], double(out.force_n[a])) << "tick " << tick;
     }
-    const BridgeReport report = session.report();
+    const LineCounters report = stepper.counters();
     RecordProperty("garbage_bytes", std::to_string(noise.garbage));
     RecordProperty("ticks", std::to_string(tick));
     RecordProperty("damaged", std::to_string(noise.damaged));

@@ -10,7 +10,9 @@
 #include "host/link/log_writer.hpp"
 #include "host/run/recorder.hpp"
 #include "host/run/timeline.hpp"
-#include "host/servo/session.hpp"
+#include "host/servo/replay.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/loop/soft_pair.hpp"
@@ -93,8 +95,8 @@ protected:
     SimulatedTime time;
     Connection connection{"memq://"};
     std::vector<std::string> told;
-    ServoSession session{soft_pair().scene(), connection, nullptr,
-                         [this](const std::string& line) { told.push_back(line); }};
+    LocalStepper stepper{soft_pair().scene()};
+    Session session{stepper, connection, nullptr, [this](const std::string& line) { told.push_back(line); }};
     std::array<std::vector<servo_force>, kFingers> forces;
     std::array<std::vector<contact>, kFingers> contacts;
     servo_status status_;
@@ -275,8 +277,8 @@ TEST_F(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
 TEST(TwoFingersOfOne, AFingerThatTheSceneHasNotIsToldAndNotAnswered) {
     Connection connection("memq://");
     std::vector<std::string> told;
-    ServoSession session(soft_pair().scene_of_one(), connection, nullptr,
-                         [&](const std::string& line) { told.push_back(line); });
+    LocalStepper stepper(soft_pair().scene_of_one());
+    Session session(stepper, connection, nullptr, [&](const std::string& line) { told.push_back(line); });
     int answers = 0;
     for (std::size_t finger = 0; finger < kFingers; ++finger)
         connection.subscribe<servo_force>(channel_of<servo_force>(finger),
@@ -311,8 +313,9 @@ protected:
         Connection connection("memq://");
         LogWriter log_writer(log(tag));
         const Recorder recorder(connection, log_writer);
-        ServoRecord record(scene, csv(tag), 2, scene.body != nullptr);
-        ServoSession servo(scene, connection, &record);
+        ServoRecord record(scene, csv(tag));
+        LocalStepper stepper(scene);
+        Session servo(stepper, connection, &record);
         time.also([&] { return servo.watch_at(); }, [&](Clock::time_point now) { servo.watch(now); });
         SessionOptions options;
         options.lockstep = lockstep;

@@ -6,9 +6,10 @@
 #include <functional>
 #include <optional>
 
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 #include "host/link/messages.hpp"
 #include "host/servo/replay.hpp"
+#include "host/session/session.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/loop/every_scene.hpp"
 
@@ -61,9 +62,9 @@ protected:
     Connection connection{"memq://"};
     SerialTarget line{Line::open(port.name(), 3'000'000), scene};
     FakeTarget<Pty> target{scene, port};
-    std::optional<ServoRecord> record{std::in_place, scene, folder / "bridge.csv", GetParam().fingers,
-                                      GetParam().is_free};
-    BridgeSession session{scene, connection, line, {.retry = std::chrono::milliseconds(2)}, &*record};
+    std::optional<ServoRecord> record{std::in_place, scene, folder / "bridge.csv"};
+    LineStepper stepper{line, {.retry = std::chrono::milliseconds(2)}};
+    Session session{stepper, connection, &*record};
     std::array<std::int64_t, kFingers> answered{-1, -1};
     std::vector<body_pose> poses;
     std::vector<body_modes> swung;
@@ -81,9 +82,9 @@ TEST_P(BridgeOfEveryScene, IsWhatTheHostHas) {
         ASSERT_NO_FATAL_FAILURE(ask(seq));
     }
     EXPECT_EQ(target.counters().ticks, std::uint32_t(ticks)) << "stepped once";
-    EXPECT_GT(session.report().contact_ticks, 20);
-    EXPECT_GE(session.report().resent_frames, 2) << "one of the damaged answers was a hello";
-    EXPECT_EQ(session.report().rejected_forces, 0);
+    EXPECT_GT(stepper.counters().contact_ticks, 20);
+    EXPECT_GE(stepper.counters().resent_frames, 2) << "one of the damaged answers was a hello";
+    EXPECT_EQ(stepper.counters().rejected_forces, 0);
     ASSERT_EQ(poses.size(), GetParam().is_free ? std::size_t(ticks) : 0U);
     ASSERT_EQ(swung.size(), GetParam().rings ? std::size_t(ticks) : 0U);
     if (GetParam().is_free) {
@@ -130,7 +131,7 @@ TEST_P(BridgeOfEveryScene, WhatIsNoPoseOrNoModeIsRejected) {
         fault(wild);
         says(wild);
     }
-    EXPECT_EQ(session.report().rejected_forces, static_cast<std::int64_t>(faults.size()));
+    EXPECT_EQ(stepper.counters().rejected_forces, static_cast<std::int64_t>(faults.size()));
     EXPECT_FALSE(is_answered(1));
     says(target.said());
     EXPECT_TRUE(is_answered(1));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A target behind two pipes as the servo of a device: what is published, asked again, refused, and when it gives up.
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "host/base/error.hpp"
+#include "host/session/session.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 
@@ -23,7 +24,7 @@ constexpr std::int64_t kSimulated = 0, kReal = 2'000'000'000'000;
 
 class BridgeSessionTest : public testing::Test {
 protected:
-    explicit BridgeSessionTest(std::chrono::microseconds hold = BridgeOptions().hold) : options{impatient(hold)} {
+    explicit BridgeSessionTest(std::chrono::microseconds hold = LineOptions().hold) : options{impatient(hold)} {
         connection.subscribe<servo_force>(channel_of<servo_force>(),
                                           [this](const servo_force& force, std::int64_t) { forces.push_back(force); });
         connection.subscribe<contact>(channel_of<contact>(),
@@ -32,8 +33,8 @@ protected:
                                            [this](const servo_status& status, std::int64_t) { last_status = status; });
         session.take_answers();  // its hello
     }
-    static BridgeOptions impatient(std::chrono::microseconds hold = BridgeOptions().hold) {
-        BridgeOptions options;
+    static LineOptions impatient(std::chrono::microseconds hold = LineOptions().hold) {
+        LineOptions options;
         options.hold = hold;
         options.retry = std::chrono::microseconds(1);
         options.patience_s = 0.05;
@@ -57,7 +58,7 @@ protected:
         handle_all(connection);
     }
 
-    const BridgeOptions options;
+    const LineOptions options;
     std::int64_t session_id = kSession;
     SoftBox box;
     Pipes pipes;
@@ -65,8 +66,8 @@ protected:
     SerialTarget line{pipes.line(), box.scene()};
     FakeTarget<Pipes> target{box.scene(), pipes};
     std::vector<std::string> told;  ///< events, a line each
-    BridgeSession session{box.scene(), connection, line,
-                          options,     nullptr,    [this](const std::string& text) { told.push_back(text); }};
+    LineStepper stepper{line, options};
+    Session session{stepper, connection, nullptr, [this](const std::string& text) { told.push_back(text); }};
     std::vector<servo_force> forces;
     std::vector<contact> loads;
     servo_status last_status{};
@@ -90,7 +91,7 @@ TEST_F(BridgeSessionTest, PublishesWhatTheTargetAnswers) {
                   static_cast<std::int32_t>(box.scene().node[target.output().vertex[c]]));
         EXPECT_EQ(loads.back().force_n[std::size_t(c)][2], double(target.output().nodal_force_n[c][2]));
     }
-    EXPECT_EQ(session.report().contact_ticks, 18);
+    EXPECT_EQ(stepper.counters().contact_ticks, 18);
 }
 
 TEST_F(BridgeSessionTest, AsksAgainAndStepsOnce) {
@@ -108,11 +109,11 @@ TEST_F(BridgeSessionTest, AsksAgainAndStepsOnce) {
     exchange();
     ASSERT_EQ(forces.size(), 2U);
     EXPECT_EQ(target.counters().ticks, 2U);
-    EXPECT_EQ(session.report().resent_frames, 2);
+    EXPECT_EQ(stepper.counters().resent_frames, 2);
     publish(1);  // the device did not get it
     EXPECT_EQ(forces.size(), 3U);
     EXPECT_EQ(target.answer(), 0);
-    EXPECT_EQ(session.report().repeated_states, 1);
+    EXPECT_EQ(session.link_report().repeated_states, 1);
 }
 
 TEST_F(BridgeSessionTest, AnOvertakenAnswerIsCountedAndNotPublished) {
@@ -122,8 +123,8 @@ TEST_F(BridgeSessionTest, AnOvertakenAnswerIsCountedAndNotPublished) {
     exchange();                                                   // both answers come now
     ASSERT_EQ(forces.size(), 1U);
     EXPECT_EQ(forces.back().seq, 1);
-    EXPECT_EQ(session.report().lost_answers, 1);
-    EXPECT_EQ(session.report().stale_answers, 1);
+    EXPECT_EQ(stepper.counters().lost_answers, 1);
+    EXPECT_EQ(stepper.counters().stale_answers, 1);
 }
 
 // A target that answers each state 1.5 ms late: every answer is of a state that it was asked for last, and is felt.
@@ -146,8 +147,8 @@ TEST_F(PatientBridgeSession, GivesForceOfASlowTargetFromTheNewestState) {
         ASSERT_EQ(forces.size(), static_cast<std::size_t>(answered) + 1);
         EXPECT_LE(seq - forces.back().seq, 3) << "not the newest";
     }
-    EXPECT_EQ(session.report().stale_answers + session.report().lost_answers, 0);
-    EXPECT_EQ(session.report().skipped_states, seq - answered);
+    EXPECT_EQ(stepper.counters().stale_answers + stepper.counters().lost_answers, 0);
+    EXPECT_EQ(session.link_report().skipped_states, seq - answered);
     EXPECT_GT(forces.back().force_n[2], 0.0);
 }
 
@@ -158,7 +159,7 @@ TEST_F(BridgeSessionTest, ASlowerTargetIsWaitedForOnceItIsKnown) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (seq % 2 == 1) exchange();
     }
-    EXPECT_GT(session.report().stale_answers, 0);
+    EXPECT_GT(stepper.counters().stale_answers, 0);
     const std::size_t before = forces.size();
     for (std::int64_t seq = 8; seq < 12; ++seq) {
         publish(seq, kReal);
@@ -178,7 +179,8 @@ TEST_F(BridgeSessionTest, AForceRisesNoFasterThanTheLimit) {
     Connection own("memq://");
     SerialTarget own_line(own_pipes.line(), scene);
     FakeTarget<Pipes> there(box.scene(), own_pipes);
-    BridgeSession bridge(scene, own, own_line, impatient(), nullptr);
+    LineStepper own_stepper(own_line, impatient());
+    Session bridge(own_stepper, own, nullptr);
     bridge.take_answers();
     std::vector<double> felt_n;
     own.subscribe<servo_force>(channel_of<servo_force>(),
@@ -200,7 +202,7 @@ TEST_F(BridgeSessionTest, AForceRisesNoFasterThanTheLimit) {
     };
     say(0, 1.5F * limited.rate_n);
     EXPECT_TRUE(felt_n.empty());
-    EXPECT_EQ(bridge.report().rejected_forces, 1);
+    EXPECT_EQ(own_stepper.counters().rejected_forces, 1);
     say(1, 1.5F * limited.rate_n);  // its second tick
     ASSERT_EQ(felt_n.size(), 1U);
     say(2, -limited.rate_n);  // through nothing to the other side, by no more than the limit
@@ -243,7 +245,8 @@ TEST_F(BridgeSessionTest, RefusesATargetOfAnotherSceneOrVersion) {
 // Its first hello was lost, and is asked for before any state is sent; a tick waits for it.
 TEST_F(BridgeSessionTest, AsksATargetWhatItIs) {
     Connection own("memq://");
-    BridgeSession bridge(box.scene(), own, line, impatient(), nullptr);
+    LineStepper own_stepper(line, impatient());
+    Session bridge(own_stepper, own, nullptr);
     int answers = 0;
     own.subscribe<servo_force>(channel_of<servo_force>(), [&](const servo_force&, std::int64_t) { ++answers; });
     own.publish(channel_of<device_state>(), simulated_state(0, 0));
@@ -303,7 +306,7 @@ TEST_F(BridgeSessionTest, GatesForces) {
     session.take_answers();
     handle_all(connection);
     EXPECT_TRUE(forces.empty());
-    EXPECT_EQ(session.report().rejected_forces, static_cast<std::int64_t>(faults.size()));
+    EXPECT_EQ(stepper.counters().rejected_forces, static_cast<std::int64_t>(faults.size()));
     says(touch);
     session.take_answers();
     handle_all(connection);
@@ -320,7 +323,7 @@ TEST_F(BridgeSessionTest, ASecondDeviceIsToldAndNotAsked) {
     ASSERT_EQ(forces.size(), 2U);
     EXPECT_EQ(forces.back().session, 5);
     EXPECT_EQ(forces.back().owner, kSession);
-    EXPECT_EQ(session.report().other_device_states, 1);
+    EXPECT_EQ(session.link_report().other_device_states, 1);
 }
 
 TEST_F(BridgeSessionTest, ALineThatTakesNothingIsAnError) {
@@ -331,7 +334,8 @@ TEST_F(BridgeSessionTest, ALineThatTakesNothingIsAnError) {
     close(full);
     SerialTarget deaf(stuck.line(), box.scene());
     Connection own("memq://");
-    BridgeSession bridge(box.scene(), own, deaf, impatient(), nullptr);
+    LineStepper own_stepper(deaf, impatient());
+    Session bridge(own_stepper, own, nullptr);
     own.publish(channel_of<device_state>(), simulated_state(0, 0));
     try {
         handle_all(own);

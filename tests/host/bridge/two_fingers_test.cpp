@@ -4,8 +4,9 @@
 
 #include <optional>
 
-#include "host/bridge/session.hpp"
+#include "host/bridge/line_stepper.hpp"
 #include "host/servo/replay.hpp"
+#include "host/session/session.hpp"
 #include "tests/finger.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/loop/soft_pair.hpp"
@@ -98,10 +99,10 @@ protected:
     SerialTarget line{pipes.line(), soft_pair().scene()};
     FakeTarget<Pipes> target{soft_pair().scene(), pipes};
     bool answers_by_itself = true;
-    std::optional<ServoRecord> record{std::in_place, soft_pair().scene(), folder / "bridge.csv", 2};
+    std::optional<ServoRecord> record{std::in_place, soft_pair().scene(), folder / "bridge.csv"};
     std::vector<std::string> told;
-    BridgeSession session{soft_pair().scene(), connection, line,
-                          BridgeOptions{},     &*record,   [this](const std::string& text) { told.push_back(text); }};
+    LineStepper stepper{line, LineOptions{}};
+    Session session{stepper, connection, &*record, [this](const std::string& text) { told.push_back(text); }};
     std::array<std::vector<servo_force>, kFingers> forces;
     std::array<std::vector<contact>, kFingers> contacts;
 };
@@ -127,9 +128,9 @@ TEST_F(BridgeOfTwo, InLockstepATickIsBothAndItsForcesAreTheHosts) {
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
     EXPECT_GT(forces[1].back().force_n[2], 0.0);
     EXPECT_EQ(contacts[1].back().count, 3);
-    EXPECT_EQ(session.report(1).ticks, 56);
-    EXPECT_EQ(session.report(1).contact_ticks, session.report(0).contact_ticks);
-    EXPECT_EQ(session.report().stale_answers + session.report().lost_answers + session.report().resent_frames, 0);
+    EXPECT_EQ(stepper.counters(1).ticks, 56);
+    EXPECT_EQ(stepper.counters(1).contact_ticks, stepper.counters(0).contact_ticks);
+    EXPECT_EQ(stepper.counters().stale_answers + stepper.counters().lost_answers + stepper.counters().resent_frames, 0);
     record->finish();
     replay(soft_pair().scene(), folder / "bridge.csv", folder / "host.csv", true);
     EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "bridge.csv"));
@@ -172,8 +173,8 @@ TEST_F(BridgeOfTwo, InRealTimeAForceThatIsLostIsOvertaken) {
     EXPECT_EQ(forces[0].size(), answers + 1);
     EXPECT_EQ(forces[1].back().seq, 21);
     EXPECT_EQ(target.counters(0).ticks, ticks + 2);
-    EXPECT_EQ(session.report(0).lost_answers, 1);
-    EXPECT_EQ(session.report(1).lost_answers, 1);
+    EXPECT_EQ(stepper.counters(0).lost_answers, 1);
+    EXPECT_EQ(stepper.counters(1).lost_answers, 1);
 }
 
 TEST_F(BridgeOfTwo, InLockstepATickIsSentAgainUntilItIsAnswered) {
@@ -192,7 +193,7 @@ TEST_F(BridgeOfTwo, InLockstepATickIsSentAgainUntilItIsAnswered) {
     EXPECT_EQ(forces[0].back().seq, 1);
     EXPECT_EQ(forces[1].back().seq, 1);
     EXPECT_EQ(target.counters(0).ticks, ticks + 1);
-    EXPECT_EQ(session.report().resent_frames, 1);
+    EXPECT_EQ(stepper.counters().resent_frames, 1);
 }
 
 TEST_F(BridgeOfTwo, AStateWaitsAMillisecondForTheOthersAndNotAgain) {
@@ -242,13 +243,13 @@ TEST(BridgeOfOne, ASecondDeviceIsToldThatTheSceneHasOneFinger) {
     Connection connection("memq://");
     SerialTarget line(pipes.line(), box.scene());
     std::vector<std::string> told;
-    BridgeSession session(box.scene(), connection, line, {}, nullptr,
-                          [&](const std::string& text) { told.push_back(text); });
+    LineStepper stepper(line, {});
+    Session session(stepper, connection, nullptr, [&](const std::string& text) { told.push_back(text); });
     connection.publish(channel_of<device_state>(1), simulated_state(0, 0));
     handle_all(connection);
     session.publish_status();
     EXPECT_TRUE(pipes.take().empty());
-    EXPECT_EQ(session.report().absent_finger_states, 1);
+    EXPECT_EQ(session.link_report().absent_finger_states, 1);
     ASSERT_EQ(told.size(), 1U);
     EXPECT_NE(told[0].find("fingers = 2"), std::string::npos) << told[0];
 }
@@ -259,7 +260,8 @@ TEST(BridgeOfTwoOverAPort, BothAreAnswered) {
     Connection connection("memq://");
     SerialTarget line(Line::open(port.name(), 2'000'000), soft_pair().scene());
     FakeTarget target(soft_pair().scene(), port);
-    BridgeSession session(soft_pair().scene(), connection, line, {}, nullptr);
+    LineStepper stepper(line, {});
+    Session session(stepper, connection, nullptr);
     std::array<std::int64_t, kFingers> seq{-1, -1};
     for (std::size_t finger = 0; finger < kFingers; ++finger)
         connection.subscribe<servo_force>(channel_of<servo_force>(finger),

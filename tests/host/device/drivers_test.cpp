@@ -13,7 +13,8 @@
 #include "host/device/exchange_driver.hpp"
 #include "host/device/five_bar.hpp"
 #include "host/device/session.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/device/falcon_board.hpp"
 #include "tests/host/device/hapi_board.hpp"
@@ -310,7 +311,8 @@ TEST(HapiBoardTest, TwoBoardsAreTheFingersOfOneBody) {
     struct Done {};
     const SoftPair body;
     Connection connection("memq://");
-    ServoSession servo(body.scene(), connection, nullptr);
+    LocalStepper stepper(body.scene());
+    Session servo(stepper, connection, nullptr);
     Finger first(0), second(1);
     double alone_n = 0.0, beside_n = 0.0;
     const auto one = open_driver("hapi", at_port(first.board.port()));
@@ -330,7 +332,7 @@ TEST(HapiBoardTest, TwoBoardsAreTheFingersOfOneBody) {
     EXPECT_GT(alone_n, 0.01);
     EXPECT_LT(beside_n, 0.98 * alone_n) << "the second's dent takes the surface away";
     EXPECT_GT(second.force_n().y(), 0.01);
-    EXPECT_GT(servo.report(1).counters.contact_ticks, 100U);
+    EXPECT_GT(stepper.report(1).counters.contact_ticks, 100U);
 }
 
 // ---- Falcon --------------------------------------------------------------------------------------------------------

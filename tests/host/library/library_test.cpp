@@ -12,7 +12,7 @@
 #include "codegen/vibration.hpp"
 #include "host/base/file.hpp"
 #include "host/library/haptable_library.h"
-#include "host/session/fingers.hpp"
+#include "host/session/local_stepper.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
@@ -176,7 +176,7 @@ TEST_F(Library, HasTheBitsOfPackedTables) {
 }
 
 TEST_F(Library, HasTheBitsOfBodiesThatRelax) {
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
+    for (const GodObject god_object : every<GodObject>())
         ASSERT_NO_FATAL_FAILURE(expect_same_bits({ForceLaw::kConsistent, god_object, "relaxation"}, "float32"));
 }
 
@@ -417,7 +417,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
     const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
     const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
     const haptable_body body = read_rigid_body(folder).value();
-    haptable::Fingers session({&model, nullptr, "loose", &pair_model, nullptr, &body});
+    haptable::LocalStepper session({&model, nullptr, "loose", &pair_model, nullptr, &body});
 
     const Fingers fingers(haptable_fingers_new(object.get()));
     ASSERT_NE(fingers, nullptr) << haptable_library_error();
@@ -452,7 +452,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
 
     // One finger pushes it aside; another servo's body is its own.
     const Finger finger(haptable_finger_new(object.get()));
-    haptable::Fingers pushed({&model, nullptr, "loose", nullptr, nullptr, &body});
+    haptable::LocalStepper pushed({&model, nullptr, "loose", nullptr, nullptr, &body});
     for (std::uint32_t tick = 0; tick < 600; ++tick) {
         const float at_m[3] = {1e-5F * static_cast<float>(tick) - 1e-3F, 0.015F, 0.01F};
         haptable_touch touch;
@@ -484,7 +484,7 @@ TEST_F(Library, RingsAsASessionDoes) {
         const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
         const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::Fingers session({&model, nullptr, "jelly", nullptr, &modes, body ? &*body : nullptr});
+        haptable::LocalStepper session({&model, nullptr, "jelly", nullptr, &modes, body ? &*body : nullptr});
         const Finger finger(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
         std::vector<float> swung(4), others(4);
         const auto path = knock_path();
@@ -544,7 +544,7 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
         const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
         const haptable_modes modes = vibration_in_memory(vibration);
         const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::Fingers session({&model, nullptr, "jelly", &pair_model, &modes, body ? &*body : nullptr});
+        haptable::LocalStepper session({&model, nullptr, "jelly", &pair_model, &modes, body ? &*body : nullptr});
         const Fingers fingers(haptable_fingers_new(object.get()));
         ASSERT_NE(fingers, nullptr) << haptable_library_error();
         const auto path = knock_path();

@@ -14,7 +14,7 @@
 #include "firmware/haptable_scene.h"
 #include "host/base/file.hpp"
 #include "host/page/base64.hpp"
-#include "host/session/fingers.hpp"
+#include "host/session/local_stepper.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
@@ -158,7 +158,7 @@ TEST_P(ModeInBrowser, GivesTheHostsBits) {
 // Blocks in 16 bits are unpacked there too.
 TEST(PackedInBrowser, GivesTheHostsBits) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent, ForceLaw::kPressureMask})
+    for (const ForceLaw force : every<ForceLaw>())
         for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
             Tables tables = body("cube", force).tables();
             tables.precision = precision;
@@ -235,7 +235,7 @@ TEST_P(BothInBrowser, GiveTheHostsBits) {
     const std::vector<PageRecord> records = both_in_browser(*scene.pair, body, path_m, buttons);
     ASSERT_EQ(records.size(), first.size());
     scene.body = body;
-    Fingers fingers(scene);
+    LocalStepper fingers(scene);
     std::size_t both_touch = 0;
     for (std::size_t i = 0; i < records.size(); ++i) {
         FingerInputs in;

@@ -11,7 +11,8 @@
 #include "host/link/log_writer.hpp"
 #include "host/run/plots.hpp"
 #include "host/run/recorder.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -28,13 +29,14 @@ protected:
         options.lockstep = true;
         LogWriter log(file);
         const Recorder recorder(connection, log);
-        ServoSession servo(box.scene(), connection, nullptr);
+        LocalStepper stepper(box.scene());
+        Session servo(stepper, connection, nullptr);
         DeviceSession session(device, *path, connection, options, nullptr);
         session.run();
         servo.publish_status();
         handle_all(connection);
         log.finish();
-        return servo.report();
+        return stepper.report();
     }
 
     SoftBox box;

@@ -5,7 +5,8 @@
 #include <algorithm>
 
 #include "host/servo/replay.hpp"
-#include "host/servo/session.hpp"
+#include "host/session/local_stepper.hpp"
+#include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/moving_body.hpp"
 
@@ -60,7 +61,8 @@ TEST_F(FreeBodySession, TheFingerMeetsItWhereItIs) {
 
 TEST_F(FreeBodySession, EachAnswerIsFollowedByItsPose) {
     Connection connection{"memq://"};
-    ServoSession session(scene(), connection, nullptr);
+    LocalStepper stepper(scene());
+    Session session(stepper, connection, nullptr);
     std::vector<body_pose> poses;
     connection.subscribe<body_pose>(channel_of<body_pose>(),
                                     [&](const body_pose& m, std::int64_t) { poses.push_back(m); });
@@ -82,7 +84,8 @@ TEST_F(FreeBodySession, EachAnswerIsFollowedByItsPose) {
 
 TEST_F(FreeBodySession, ABodyThatIsHeldHasNone) {
     Connection connection{"memq://"};
-    ServoSession session(box.scene(), connection, nullptr);
+    LocalStepper stepper(box.scene());
+    Session session(stepper, connection, nullptr);
     int poses = 0;
     connection.subscribe<body_pose>(channel_of<body_pose>(), [&](const body_pose&, std::int64_t) { ++poses; });
     connection.publish(channel_of<device_state>(), simulated_state(0, 0));

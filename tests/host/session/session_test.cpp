@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The servo's side of the loop over memq://, asked by hand.
-#include "host/servo/session.hpp"
+#include "host/session/session.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include <limits>
 #include <thread>
 
+#include "host/session/local_stepper.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 
@@ -19,7 +20,7 @@ constexpr std::int64_t kHash = 1;  // of the test's model
 class ServoSessionTest : public testing::Test {
 protected:
     ServoSessionTest()
-        : session(box.scene(), connection, nullptr, [this](const std::string& line) { told.push_back(line); }) {
+        : session(stepper, connection, nullptr, [this](const std::string& line) { told.push_back(line); }) {
         connection.subscribe<servo_force>(channel_of<servo_force>(),
                                           [this](const servo_force& m, std::int64_t) { forces.push_back(m); });
         connection.subscribe<contact>(channel_of<contact>(),
@@ -68,7 +69,8 @@ protected:
     SoftBox box;
     Connection connection{"memq://"};
     std::vector<std::string> told;  ///< events, a line each
-    ServoSession session;
+    LocalStepper stepper{box.scene()};
+    Session session;
     std::vector<servo_force> forces;
     std::vector<contact> contacts;
     std::vector<servo_status> statuses;
@@ -114,7 +116,7 @@ TEST_F(ServoSessionTest, StatusTellsTheEnergies) {
     EXPECT_EQ(nanojoules("energy_most_stored_nj"), stored_nj);
     EXPECT_WITHIN(std::abs(nanojoules("energy_given_nj") - 2.0 * stored_nj / 100.0), .epsilon = 0.02,
                   .size = stored_nj);
-    EXPECT_LE(std::abs(session.report().energy.most_stored_j() * 1e9 - stored_nj), 0.5) << "rounded to a whole nJ";
+    EXPECT_LE(std::abs(stepper.report().energy.most_stored_j() * 1e9 - stored_nj), 0.5) << "rounded to a whole nJ";
 }
 
 // The forces on the nodes are the finger's action, the user's force is their reaction (eq. 12).
@@ -256,7 +258,8 @@ TEST_F(ServoSessionTest, AReplacedDeviceInheritsNoContact) {
 
 TEST_F(ServoSessionTest, TwoServosHaveTwoNames) {
     ask(0, 0.031);
-    ServoSession other(box.scene(), connection, nullptr);
+    LocalStepper other_stepper(box.scene());
+    Session other(other_stepper, connection, nullptr);
     ask(1, 0.031);  // both answer who belongs to none
     ASSERT_EQ(forces.size(), 3U);
     EXPECT_EQ(forces[1].servo, forces[0].servo);

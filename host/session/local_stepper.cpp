@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// silent? -> buttons -> step of one, or of two at once -> noted
+#include "host/session/local_stepper.hpp"
+
+#include <algorithm>
+
+namespace haptable {
+
+namespace {
+
+static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
+static_assert(kFingers == HAPTABLE_FINGERS);
+
+}  // namespace
+
+LocalStepper::LocalStepper(const ServoScene& scene) : Stepper(scene), state_(state_of(scene)) {
+    require_whole_tables(scene, state_);
+}
+
+void LocalStepper::tick(const FingerInputs& in, std::uint32_t now_us) {
+    const Clock::time_point begun = Clock::now();
+    haptable_input to[kFingers]{};
+    for (std::size_t finger = 0; finger < finger_count(); ++finger) {
+        // An account of what was given ends with what was before: a silence, seen or not.
+        const bool is_late = now_us - servo(finger).position_us >= HAPTABLE_SILENCE_US;
+        if (!in[finger] || in[finger]->begins || is_late) release(finger);
+        if (!in[finger]) continue;
+        to[finger].is_there = 1;
+        to[finger].buttons = in[finger]->buttons;
+        std::copy_n(in[finger]->at_m.begin(), 3, to[finger].finger_m);
+    }
+    state_.step(to, now_us, out_.data());
+    tick_us_ = to_us(Clock::now() - begun);
+    step_.add(tick_us_);
+    note(in);
+}
+
+bool LocalStepper::begin(const TickRequest& request) {
+    tick(request.in, request.time_us);
+    return true;
+}
+
+void LocalStepper::release(std::size_t finger) {
+    haptable_servo& servo = state_.servo(finger);
+    const bool was_there = servo.state != HAPTABLE_SILENT;
+    haptable_servo_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out_[finger]);
+    if (was_there) end_account(finger);
+}
+
+// A part of the tables after each answer: the cube's are gone through in half a second, and no tick is felt as longer.
+void LocalStepper::idle() { state_.check(HAPTABLE_CHECK_BYTES); }
+
+void LocalStepper::count(std::size_t finger, const Visit& visit) const {
+#define HAPTABLE_VISIT(name) visit(#name, servo(finger).counters.name);
+    HAPTABLE_COUNTERS(HAPTABLE_VISIT)
+#undef HAPTABLE_VISIT
+}
+
+ServoReport LocalStepper::report(std::size_t finger) const {
+    ServoReport report{forces(finger), servo(finger).counters, {}};
+    if (finger == 0) report.step = step_;
+    return report;
+}
+
+}  // namespace haptable
