@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/template.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
@@ -59,39 +60,31 @@ std::vector<std::vector<std::string>> literals(std::span<const std::array<float,
     return texts;
 }
 
-std::string header_text() {
-    return "/* The display's tables of this scene: see model.h for where they come from. */\n"
-           "#ifndef HAPTABLE_DISPLAY_H\n#define HAPTABLE_DISPLAY_H\n\n#include \"haptable_deformation.h\"\n\n";
-}
+// Each begins with a line's end.
+constexpr const char* kHeader =
+#include "codegen/display.h.in"
+    ;
+constexpr const char* kSource =
+#include "codegen/display.c.in"
+    ;
 
-std::string source_text(const Tables& tables, std::uint64_t tables_hash, const Display& display) {
-    std::string text =
-        fmt::format("/* haptable {}, {}: {} rows of {} vertices, {} bytes of flash */\n#include \"display.h\"\n\n",
-                    kVersion, tables.scene_file, display.node.size(), tables.node_id.size(), display.bytes());
-    text += fmt::format("static const uint32_t display_node[{}] = {{{}}};\n\n", display.node.size(),
-                        fmt::join(display.node, ", "));
-    text += fmt::format("static const float display_rest_m[{}][3] = {{\n", display.rest_m.size());
-    for (const auto& p : display.rest_m) text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", p[0], p[1], p[2]);
-    text += "};\n\n";
-    const bool packed = !display.packed.empty();
-    if (packed) {
-        text += fmt::format("static const int16_t display_packed[{}][9] = {{\n{}}};\n\n", display.packed.size(),
-                            rows_text(display.packed));
-        text += fmt::format("static const float display_scale_m_per_n[{}] = {{\n", display.packed_scale.size());
-        for (const float scale : display.packed_scale) text += fmt::format("    {:.8e}f,\n", scale);
-        text += "};\n\n";
-    } else {
-        text += fmt::format("static const float display_column_m_per_n[{}][9] = {{\n{}}};\n\n", display.column.size(),
-                            rows_text(literals(display.column)));
-    }
-    text += fmt::format(
-        "const struct haptable_deformation HAPTABLE_DISPLAY = {{\n    .model_hash = 0x{:016x}ULL,\n"
-        "    .row_count = {},\n    .free_count = {},\n    .node = display_node,\n    .rest_m = display_rest_m,\n",
-        tables_hash, display.node.size(), tables.node_id.size());
-    text += packed ? "    .add = haptable_column_int16,\n    .packed = display_packed,\n"
-                     "    .packed_scale_m_per_n = display_scale_m_per_n,\n};\n"
-                   : "    .add = haptable_column_float32,\n    .column_m_per_n = display_column_m_per_n,\n};\n";
-    return text;
+TemplateValues values_of(const Tables& tables, std::uint64_t tables_hash, const Display& display) {
+    std::string rest_m, scale;
+    for (const auto& p : display.rest_m)
+        rest_m += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", p[0], p[1], p[2]);
+    for (const float value : display.packed_scale) scale += fmt::format("    {:.8e}f,\n", value);
+    return {{"version", kVersion},
+            {"scene_file", tables.scene_file},
+            {"hash", fmt::format("{:016x}", tables_hash)},
+            {"rows", std::to_string(display.node.size())},
+            {"vertices", std::to_string(tables.node_id.size())},
+            {"bytes", std::to_string(display.bytes())},
+            {"blocks", std::to_string(std::max(display.packed.size(), display.column.size()))},
+            {"node", fmt::format("{}", fmt::join(display.node, ", "))},
+            {"rest_m", rest_m},
+            {"packed", rows_text(display.packed)},
+            {"scale", scale},
+            {"column", rows_text(literals(display.column))}};
 }
 
 }  // namespace
@@ -139,11 +132,9 @@ haptable_deformation display_in_memory(const Tables& tables, std::uint64_t table
 
 std::size_t write_display(const TablesFolder& folder, const Tables& tables, std::uint64_t tables_hash) {
     const Display display = build_display(folder, tables);
-    write_file(folder.path() / "display.h",
-               header_text() + fmt::format("#define HAPTABLE_DISPLAY_ROWS {}\n\n"
-                                           "extern const struct haptable_deformation HAPTABLE_DISPLAY;\n\n#endif\n",
-                                           display.node.size()));
-    write_file(folder.path() / "display.c", source_text(tables, tables_hash, display));
+    const TemplateValues values = values_of(tables, tables_hash, display);
+    write_file(folder.path() / "display.h", filled(kHeader + 1, values));
+    write_file(folder.path() / "display.c", filled(kSource + 1, values));
     return display.bytes();
 }
 

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <map>
 
 #include "codegen/codegen.hpp"
 #include "codegen/loaded_scene.hpp"
+#include "codegen/template.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
@@ -55,8 +55,7 @@ std::string lines(const std::vector<fs::path>& files, fmt::format_string<std::st
     return fmt::format("{}", fmt::join(text, "\n"));
 }
 
-/// What a template may ask for, as @NAME@.
-std::map<std::string, std::string> values_of(const TablesFolder& folder, const ServoSources& files) {
+TemplateValues values_of(const TablesFolder& folder, const ServoSources& files) {
     const LoadedScene scene(folder);
     const Tables& tables = scene.tables();
     return {{"name", "haptable_" + plain(tables.name)},
@@ -67,16 +66,6 @@ std::map<std::string, std::string> values_of(const TablesFolder& folder, const S
             {"flash_bytes", std::to_string(flash_bytes(scene.servo()))},
             {"sources", lines(files.sources, "    src/{}")},
             {"component_files", lines(files.sources, "        <file category=\"sourceC\" name=\"src/{}\"/>")}};
-}
-
-/// The template with its values. An @ that begins no name of one stays.
-std::string filled(std::string text, const std::map<std::string, std::string>& values) {
-    for (const auto& [name, value] : values) {
-        const std::string mark = "@" + name + "@";
-        for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += value.size())
-            text.replace(at, mark.size(), value);
-    }
-    return text;
 }
 
 void copy_into(const fs::path& folder, const std::vector<fs::path>& files) {
@@ -115,7 +104,7 @@ void export_servo(const fs::path& tables, const std::string& kind, const fs::pat
     if (fs::exists(out) && !fs::is_empty(out))
         throw Error(out.string() + ": is there already: remove it, or name another folder");
     const ServoSources files = servo_sources(require_part("firmware"), tables);
-    const std::map<std::string, std::string> values = values_of(tables, files);
+    const TemplateValues values = values_of(tables, files);
     const fs::path templates = require_part("boards") / kind;
     Beside beside(out, BesideIs::folder);
     fs::create_directories(beside.path() / "src");

@@ -246,16 +246,11 @@ std::vector<TableBytes> flash_tables(const ServoPair& pair) {
     return tables;
 }
 
-std::string pair_text(const ServoPair& pair, const Tables& tables, const haptable_model& model,
-                      const std::string& name) {
+void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable_model& model, TemplateValues& values) {
     const haptable_pair_model to = pair_in_memory(pair, tables, model);
-    std::string text = fmt::format(
-        "/* Two fingers: what couples two places. */\n#include \"haptable_pair.h\"\n\n"
-        "#if HAPTABLE_PAIR_VERSION != {}\n"
-        "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n",
-        HAPTABLE_PAIR_VERSION);
-    define("float", "block", "[9]", pair.block, text);
     const PairClusters& c = pair.clusters;
+    std::string text, fields;
+    define("float", "block", "[9]", pair.block, text);
     define("float", "scale", "", c.scale, text);
     define("int16_t", "basis", "[3]", c.basis, text);
     define("uint32_t", "core_begin", "", c.begin, text);
@@ -266,25 +261,23 @@ std::string pair_text(const ServoPair& pair, const Tables& tables, const haptabl
     define("uint32_t", "load_begin", "", pair.load_begin, text);
     define("uint16_t", "load_place", "", pair.load_place, text);
     define("int16_t", "load_share", "[6]", c.load_share, text);
-    fmt::format_to(Out(text), "const struct haptable_pair_model {}_pair = {{\n    .model = &{},\n", name, name);
-    fmt::format_to(Out(text), "    .law = &haptable_pair_{},\n", law_of(tables).name);
-    if (to.energy != nullptr)
-        fmt::format_to(Out(text), "    .bend = &haptable_pair_bend_{},\n    .energy = haptable_pair_energy,\n",
-                       law_of(tables).name);
-    if (to.settle != nullptr) text += "    .settle = haptable_pair_settle,\n";
-    if (to.track != nullptr) text += "    .track = haptable_pair_track,\n";
-    fmt::format_to(Out(text), "    .cross = haptable_pair_cross_{0},\n    .blocks = haptable_pair_blocks_{0},\n",
-                   pair.is_exact() ? "exact" : "clusters");
-    if (model.check != nullptr)
-        fmt::format_to(Out(text), "    .span = haptable_span_of_pair,\n    .crc = 0x{:08x}u,\n", to.crc);
-    fmt::format_to(Out(text), "    .meeting_m = {:#.9g}f,\n    .control_count = {},\n", pair.meeting_m,
-                   pair.control_count);
-    if (!pair.is_exact())
-        fmt::format_to(Out(text), "    .place_count = {},\n    .load_count = {},\n    .rank = {},\n", to.place_count,
-                       to.load_count, to.rank);
     for (const TableBytes& table : flash_tables(pair))
-        fmt::format_to(Out(text), "    .{} = {},\n", table.name.substr(5), table.name);
-    return text + "};\n";
+        fmt::format_to(Out(fields), "    .{} = {},\n", table.name.substr(5), table.name);
+    const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
+    values["pair_version"] = std::to_string(HAPTABLE_PAIR_VERSION);
+    values["pair_tables"] = text;
+    values["pair_law"] = law_of(tables).name;
+    values["pair_energy"] = flag(to.energy != nullptr);
+    values["pair_settle"] = flag(to.settle != nullptr);
+    values["pair_track"] = flag(to.track != nullptr);
+    values["pair_form"] = pair.is_exact() ? "exact" : "clusters";
+    values["pair_crc"] = model.check != nullptr ? fmt::format("{:08x}", to.crc) : "";
+    values["pair_meeting_m"] = fmt::format("{:#.9g}", pair.meeting_m);
+    values["pair_control_count"] = std::to_string(pair.control_count);
+    values["pair_place_count"] = std::to_string(to.place_count);
+    values["pair_load_count"] = std::to_string(to.load_count);
+    values["pair_rank"] = pair.is_exact() ? "" : std::to_string(to.rank);
+    values["pair_fields"] = fields;
 }
 
 }  // namespace haptable

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "codegen/model.hpp"
+#include "codegen/template.hpp"
 #include "firmware/haptable_pair.h"
 #include "host/tables/pair.hpp"
 
@@ -35,8 +36,7 @@ std::string coupling_bytes(const haptable_pair_model& pair);
 /// Bytes of flash, by table.
 std::vector<TableBytes> flash_tables(const ServoPair& pair);
 
-/// What model.c says of it behind the model; `name` is the model's.
-std::string pair_text(const ServoPair& pair, const Tables& tables, const haptable_model& model,
-                      const std::string& name);
+/// What model.c says of it.
+void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable_model& model, TemplateValues& values);
 
 }  // namespace haptable

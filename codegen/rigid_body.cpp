@@ -107,14 +107,14 @@ void refuse_free_body(const TablesFolder& folder, const char* who) {
                     folder.text(), who));
 }
 
-std::string rigid_body_text(const haptable_body& body, const std::string& name) {
-    std::string text = fmt::format("const struct haptable_body {} = {{\n", name);
+std::string rigid_body_fields(const haptable_body& body) {
+    std::string text;
 #define HAPTABLE_WRITE(name, ...) text += fmt::format("    .{} = {},\n", #name, literal(body.name));
     HAPTABLE_BODY_FIELDS(HAPTABLE_WRITE, HAPTABLE_WRITE)
     text += fmt::format("    .point_count = {},\n    .point_m = {{", body.point_count);
     for (std::uint32_t i = 0; i < std::max(1U, body.point_count); ++i)
         text += fmt::format("{}{}", i == 0 ? "" : ", ", literal(body.point_m[i]));
-    return text + fmt::format("}},\n    .crc = 0x{:08x}u,\n}};\n", body.crc);
+    return text + fmt::format("}},\n    .crc = 0x{:08x}u,\n", body.crc);
 }
 
 }  // namespace haptable

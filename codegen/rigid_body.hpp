@@ -16,7 +16,7 @@ std::optional<haptable_body> read_rigid_body(const TablesFolder& folder);
 /// Throws Error where nothing holds the folder's body: for `who`, which knows no body that moves.
 void refuse_free_body(const TablesFolder& folder, const char* who);
 
-/// Its definition in C, by field name. Throws Error rather than write what is not a number.
-std::string rigid_body_text(const haptable_body& body, const std::string& name);
+/// Its fields, as model.c has them.
+std::string rigid_body_fields(const haptable_body& body);
 
 }  // namespace haptable

@@ -101,24 +101,21 @@ std::vector<TableBytes> flash_tables(const ServoVibration& vibration) {
             {"mode_shape", vibration.shape.size() * sizeof vibration.shape[0]}};
 }
 
-std::string vibration_text(const ServoVibration& vibration, const std::string& name) {
+void add_mode_values(const ServoVibration& vibration, TemplateValues& values) {
     const haptable_modes whole = vibration_in_memory(vibration);
-    std::string text = fmt::format(
-        "/* The modes by which it rings. */\n#include \"haptable_modes.h\"\n\n"
-        "#if HAPTABLE_MODES_VERSION != {}\n"
-        "#error \"these tables are for another version of haptable's servo: make them again\"\n#endif\n\n"
-        "static const struct haptable_mode mode[{}] = {{\n",
-        HAPTABLE_MODES_VERSION, vibration.mode.size());
+    std::string mode, shape;
     for (const haptable_mode& m : vibration.mode)
-        text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f}},\n", m.q_by_q, m.q_by_p,
+        mode += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f}},\n", m.q_by_q, m.q_by_p,
                             m.p_by_q, m.p_by_p, m.q_by_f, m.stiffness);
-    text += fmt::format("}};\n\nstatic const float mode_shape[{}][3] = {{\n", vibration.shape.size());
-    for (const auto& [x, y, z] : vibration.shape) text += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
-    return text + fmt::format(
-                      "}};\n\nconst struct haptable_modes {0}_modes = {{\n"
-                      "    .count = {1},\n    .controls = {2},\n    .mode = mode,\n    .shape = mode_shape,\n"
-                      "    .control_count = {3},\n    .crc = 0x{4:08x}u,\n}};\n",
-                      name, whole.count, whole.controls, whole.control_count, whole.crc);
+    for (const auto& [x, y, z] : vibration.shape) shape += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
+    values["modes_version"] = std::to_string(HAPTABLE_MODES_VERSION);
+    values["mode"] = mode;
+    values["mode_count"] = std::to_string(whole.count);
+    values["mode_controls"] = std::to_string(whole.controls);
+    values["mode_shape"] = shape;
+    values["mode_shape_count"] = std::to_string(vibration.shape.size());
+    values["mode_control_count"] = std::to_string(whole.control_count);
+    values["modes_crc"] = fmt::format("{:08x}", whole.crc);
 }
 
 }  // namespace haptable

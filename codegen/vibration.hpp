@@ -5,6 +5,7 @@
 #include <string>
 
 #include "codegen/model.hpp"
+#include "codegen/template.hpp"
 #include "firmware/haptable_modes.h"
 #include "host/tables/vibration.hpp"
 
@@ -33,7 +34,7 @@ std::string vibration_bytes(const ServoVibration& vibration);
 /// Bytes of flash, by table.
 std::vector<TableBytes> flash_tables(const ServoVibration& vibration);
 
-/// What model.c says of it behind the model; `name` is the model's.
-std::string vibration_text(const ServoVibration& vibration, const std::string& name);
+/// What model.c says of it.
+void add_mode_values(const ServoVibration& vibration, TemplateValues& values);
 
 }  // namespace haptable
