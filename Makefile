@@ -81,7 +81,7 @@ SERVO      = $(call objects,host/servo) $(SESSION)
 BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES) $(TABLES)
 RUN        = $(call objects,host/run) $(LINK) $(SCENES)
-FIT        = $(call objects,host/fit) $(BUILD)/host/run/child.cpp.o $(SERVO) $(SCENES) $(CODEGEN)
+FIT        = $(call objects,host/fit) $(SERVO) $(SCENES) $(CODEGEN)
 ELEMENTS   = $(addprefix $(BUILD)/host/,fem/hooke.cpp.o fem/elasticity.cpp.o mesh/quadratic_tet.cpp.o)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(ELEMENTS) $(SOLVE) $(LINK) $(CODEGEN)
 LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
@@ -500,7 +500,7 @@ $(BUILD)/bin/haptable-fit: $(BUILD)/host/fit/main.cpp.o $(FIT)
 	$(link) $(LIBS_LINK)
 
 # The second is a package's: packaging/install.mk says of which objects.
-$(BUILD)/bin/haptable-view: $(BUILD)/host/view/main.cpp.o $(LIVE)
+$(BUILD)/bin/haptable-view: $(BUILD)/host/live/main.cpp.o $(LIVE)
 $(BUILD)/bin/haptable-view $(BUILD)/package/deb/bin/haptable-view:
 	$(link) -lwebsockets $(LIBS_VIEW)
 
@@ -531,7 +531,7 @@ $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(BUILD)/host/bench/cube_scene.cpp.o $(NUMBERS) $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(BUILD)/host/run/child.cpp.o $(LINK) $(SCENES) $(NUMBERS)
+$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK) $(SCENES) $(NUMBERS)
 	$(link) $(LIBS_LINK)
 
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS) $(MESH)

@@ -46,14 +46,14 @@ arrow host/target host/numbers host/base host/tables codegen host/target firmwar
 arrow host/bridge host/base host/link host/session host/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
-arrow host/fit host/base host/link host/scene host/servo host/tables host/run/child.hpp host/fit codegen
+arrow host/fit host/base host/link host/scene host/servo host/tables host/fit codegen
 arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/numbers host/hard codegen firmware/haptable_model.h
 arrow host/strokes host/base host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h
-arrow host/live host/base host/device host/link host/live host/page host/tables codegen firmware/haptable_model.h haptable/
-arrow host/view host/base host/fem/hooke.hpp host/live/live.hpp host/page/page.hpp host/link host/tables host/solve host/view codegen firmware/haptable_model.h haptable/
+arrow host/live host/base host/device host/link host/live host/page host/tables host/view codegen firmware/haptable_model.h haptable/
+arrow host/view host/base host/fem/hooke.hpp host/link host/tables host/solve host/view codegen firmware/haptable_model.h haptable/
 
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/child.hpp"
 #include "host/fit/fit.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/run/child.hpp"
 
 namespace haptable {
 

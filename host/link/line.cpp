@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -20,6 +19,7 @@
 #include <cstring>
 #include <utility>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/link/baud.hpp"
 
@@ -102,21 +102,6 @@ int open_pipe(const std::filesystem::path& path) {
     return fd;
 }
 
-pid_t start(const std::string& command, int end) {
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, end, STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&files, end, STDOUT_FILENO);
-    const std::string line = "exec " + command;
-    std::array<char*, 4> words{const_cast<char*>("sh"), const_cast<char*>("-c"), const_cast<char*>(line.c_str()),
-                               nullptr};
-    pid_t child = 0;
-    errno = posix_spawn(&child, "/bin/sh", &files, nullptr, words.data(), environ);
-    posix_spawn_file_actions_destroy(&files);
-    if (errno != 0) fail("--run " + command);
-    return child;
-}
-
 void stop(pid_t child) {
     kill(child, SIGTERM);
     for (int tries = 0; tries < 200; ++tries, usleep(10'000))
@@ -170,8 +155,10 @@ Line Line::program(const std::string& command) {
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end.data()) != 0) fail("--run");
     fcntl(end[0], F_SETFL, O_NONBLOCK);
     Line line(command, end[0], end[0]);
-    line.child_ = start(command, end[1]);
+    const int failed = spawn({"sh", "-c", "exec " + command}, {end[1], end[1], STDERR_FILENO}, line.child_);
     close(end[1]);
+    errno = failed;
+    if (failed != 0) fail("--run " + command);
     return line;
 }
 

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <vector>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/installed.hpp"
 #include "host/base/interrupt.hpp"
-#include "host/run/child.hpp"
 
 namespace haptable {
 

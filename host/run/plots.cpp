@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/base/child.hpp"
 #include "host/run/plots.hpp"
 
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/run/child.hpp"
 #include "host/run/recorder.hpp"
 
 namespace haptable {

@@ -8,13 +8,13 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
-#include "host/run/child.hpp"
 #include "host/run/page.hpp"
 #include "host/run/timeline.hpp"
 

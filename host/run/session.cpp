@@ -12,9 +12,9 @@
 #include <cstring>
 #include <memory>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
-#include "host/run/child.hpp"
 #include "host/run/recorder.hpp"
 
 namespace haptable {

@@ -10,6 +10,7 @@
 #include <regex>
 #include <sstream>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/shell.hpp"
@@ -20,12 +21,8 @@ namespace {
 
 /// What a shell command prints; empty when it fails.
 std::string output_of(const std::string& command) {
-    std::string text;
-    std::array<char, 4096> some{};
-    FILE* pipe = popen((command + " 2>/dev/null").c_str(), "r");
-    if (pipe == nullptr) return {};
-    while (const std::size_t got = std::fread(some.data(), 1, some.size(), pipe)) text.append(some.data(), got);
-    return pclose(pipe) == 0 ? text : std::string();
+    ShellResult ran = run_shell(command + " 2>/dev/null");
+    return ran.status == 0 ? std::move(ran.out) : std::string();
 }
 
 /// The instruction as llvm-mca takes it, with the same cost. In a trace branches lead nowhere: a target of cbz, which

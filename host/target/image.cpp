@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "codegen/scene_bytes.hpp"
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/shell.hpp"
@@ -39,9 +40,7 @@ private:
     std::filesystem::path path_;
 };
 
-bool has_command(const std::string& name) {
-    return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
-}
+bool has_command(const std::string& name) { return run_shell("command -v " + name + " 2>&1").status == 0; }
 
 template <typename Value>
 const char* take(const char* from, Value& to, std::size_t bytes = sizeof(Value)) {
@@ -89,8 +88,8 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
     const std::string command =
         fmt::format("QEMU_EXTRA={} sh scripts/qemu.sh {} {} {} {}", shell_quoted(plugin), target_,
                     shell_quoted(folder_ / (image + ".elf")), (scratch / "in").string(), (scratch / "out").string());
-    const int status = std::system(command.c_str());
-    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    const int status = run_shell(command).status;
+    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status));
     out = read_file(scratch / "out");
     return read_file(scratch / "counts");
 }
@@ -145,8 +144,8 @@ std::string TargetImage::run(const std::string& image, std::string_view bytes) c
     const std::string command =
         fmt::format("sh scripts/qemu.sh {} {} {} {}", target_, shell_quoted(folder_ / (image + ".elf")),
                     (scratch / "in").string(), (scratch / "out").string());
-    const int status = std::system(command.c_str());
-    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status / 256));
+    const int status = run_shell(command).status;
+    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status));
     return read_file(scratch / "out");
 }
 

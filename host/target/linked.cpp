@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/shell.hpp"
@@ -58,16 +59,13 @@ std::string main_text(const fs::path& tables) {
     return replaced(text, "@deform@", display ? "haptable_deform(&HAPTABLE_DISPLAY, out, displacement_m);" : "");
 }
 
-/// What a command of the shell prints. Throws Error with its last line where it fails.
+/// What a command of the shell prints. Throws Error with its first line where it fails.
 std::string output_of(const std::string& command) {
-    std::FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-    std::string out;
-    char some[4096];
-    for (std::size_t n = 0; pipe != nullptr && (n = std::fread(some, 1, sizeof some, pipe)) > 0;) out.append(some, n);
-    if (pipe == nullptr || pclose(pipe) != 0)
+    ShellResult ran = run_shell(command + " 2>&1");
+    if (ran.status != 0)
         throw Error(fmt::format("cannot link the servo: \"{}\" fails: {}", command.substr(0, 60),
-                                out.substr(0, out.find('\n'))));
-    return out;
+                                ran.out.substr(0, ran.out.find('\n'))));
+    return std::move(ran.out);
 }
 
 /// model.c of the tables as an object in `work`.
@@ -83,7 +81,7 @@ Beside work_folder(const fs::path& tables) { return Beside(fs::absolute(tables /
 }  // namespace
 
 std::string missing_for_link(const fs::path& objects) {
-    if (std::system("command -v arm-none-eabi-gcc >/dev/null 2>&1") != 0)
+    if (run_shell("command -v arm-none-eabi-gcc 2>&1").status != 0)
         return "arm-none-eabi-gcc is not installed: sh scripts/setup.sh cross";
     if (!fs::exists(objects / "haptable_scene.o")) return objects.string() + " holds no servo: make images";
     return "";

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 
 namespace haptable {
@@ -50,27 +50,6 @@ std::vector<std::string> command(const std::filesystem::path& path, const std::f
     return words;
 }
 
-/// Starts the command in a process group of its own, so that Ctrl-C reaches us alone and the film can be ended well.
-/// Returns 0 or the error number.
-int spawn(std::vector<std::string> words, int in, int complaints, pid_t& process) {
-    std::vector<char*> arguments;
-    arguments.reserve(words.size() + 1);
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, in, STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&files, complaints, STDERR_FILENO);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    const int failed = posix_spawnp(&process, arguments[0], &files, &attributes, arguments.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-    return failed;
-}
-
 }  // namespace
 
 bool is_film(const std::filesystem::path& path) { return path.extension() == ".mp4" || path.extension() == ".gif"; }
@@ -82,8 +61,9 @@ Film::Film(const std::filesystem::path& path, int width, int height, double fram
     if (!complaints_ || pipe2(ends.data(), O_CLOEXEC) != 0)
         throw Error(std::string("no pipe to ffmpeg: ") + std::strerror(errno));
     pipe_ = ends[1];
-    const int failed =
-        spawn(command(path, beside_.path(), width, height, frame_ms), ends[0], fileno(complaints_.get()), ffmpeg_);
+    // Ctrl-C does not reach it: the film is ended well.
+    const int failed = spawn(command(path, beside_.path(), width, height, frame_ms),
+                             {ends[0], -1, fileno(complaints_.get())}, ffmpeg_);
     ::close(ends[0]);
     if (failed == 0) return;
     ::close(pipe_);

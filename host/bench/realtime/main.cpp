@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "host/base/child.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
@@ -23,7 +24,6 @@
 #include "host/link/realtime.hpp"
 #include "host/link/statistics.hpp"
 #include "host/numbers/numbers.hpp"
-#include "host/run/child.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/run/child.hpp"
+#include "host/base/child.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -31,26 +31,6 @@ std::array<int, 2> make_pipe(const std::string& name) {
     return ends;
 }
 
-/// Returns 0 or the error number.
-int spawn(const std::vector<std::string>& command, const std::string& folder, int out, int err, pid_t& id) {
-    std::vector<char*> argv;
-    for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    if (!folder.empty()) posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, out, STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&files, err, STDERR_FILENO);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    const int failed = posix_spawnp(&id, argv[0], &files, &attributes, argv.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-    return failed;
-}
-
 void close_one(int& fd) {
     if (fd >= 0) close(fd);
     fd = -1;
@@ -70,13 +50,59 @@ bool is_from_outside(int status) {
 
 }  // namespace
 
+int spawn(const std::vector<std::string>& command, const std::array<int, 3>& streams, pid_t& id,
+          const std::string& folder) {
+    std::vector<char*> argv;
+    for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    if (!folder.empty()) posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
+    for (int fd = 0; fd < 3; ++fd) {
+        const int from = streams[static_cast<std::size_t>(fd)];
+        if (from >= 0)
+            posix_spawn_file_actions_adddup2(&files, from, fd);
+        else
+            posix_spawn_file_actions_addopen(&files, fd, "/dev/null", fd == 0 ? O_RDONLY : O_WRONLY, 0);
+    }
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    const int failed = posix_spawnp(&id, argv[0], &files, &attributes, argv.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    return failed;
+}
+
+ShellResult run_shell(const std::string& command) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw Error(std::string("sh: no pipe: ") + std::strerror(errno));
+    pid_t id = 0;
+    const int failed = spawn({"sh", "-c", command}, {-1, ends[1], STDERR_FILENO}, id);
+    close(ends[1]);
+    ShellResult result;
+    std::array<char, 4096> part{};
+    for (ssize_t got = 1; failed == 0 && (got > 0 || errno == EINTR);) {
+        got = read(ends[0], part.data(), part.size());
+        if (got == 0) break;
+        if (got > 0) result.out.append(part.data(), static_cast<std::size_t>(got));
+    }
+    close(ends[0]);
+    if (failed != 0) throw Error(std::string("sh cannot be started: ") + std::strerror(failed));
+    int status = 0;
+    while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
+    }
+    result.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return result;
+}
+
 Child::Child(std::string name, const std::vector<std::string>& command, const std::string& folder)
     : name_(std::move(name)) {
     // posix_spawn cannot ask the kernel for a signal at our death; setpriv (util-linux) can, and becomes the program.
     std::vector<std::string> words{"setpriv", "--pdeathsig", "TERM", "--"};
     words.insert(words.end(), command.begin(), command.end());
     std::array<int, 2> out = make_pipe(name_), err = make_pipe(name_);
-    const int failed = spawn(words, folder, out[1], err[1], id_);
+    const int failed = spawn(words, {-1, out[1], err[1]}, id_, folder);
     close(out[1]);
     close(err[1]);
     out_.fd = out[0];

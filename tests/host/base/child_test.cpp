@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/run/child.hpp"
+#include "host/base/child.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

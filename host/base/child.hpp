@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A program that runs beside this one: started, heard, ended, and never left behind.
+// Programs that run beside this one: all are started here.
 #pragma once
 
 #include <sys/types.h>
@@ -11,11 +11,25 @@
 
 namespace haptable {
 
+/// Starts a command, found by PATH, with these as its standard input, output and error (-1: /dev/null), in `folder`, or
+/// here where that is empty. It has a process group of its own: a terminal's Ctrl-C reaches us alone, and we end it.
+/// Returns 0, or the error number.
+int spawn(const std::vector<std::string>& command, const std::array<int, 3>& streams, pid_t& id,
+          const std::string& folder = {});
+
+/// What a shell's command came to.
+struct ShellResult {
+    int status = 0;   ///< of its exit; -1: a signal ended it
+    std::string out;  ///< all that it printed on standard output
+};
+/// Waits for its end. Throws Error where no shell can be started.
+ShellResult run_shell(const std::string& command);
+
+/// A program that is heard while it runs, and never left behind.
 class Child {
 public:
-    /// Starts it, in a process group of its own: a terminal's Ctrl-C reaches us alone, and we end it. The kernel ends
-    /// it where we are killed. `name` is for messages; it runs in `folder`, here where that is empty. Throws Error
-    /// where it cannot be started.
+    /// Starts it as spawn does. The kernel ends it where we are killed. `name` is for messages. Throws Error where it
+    /// cannot be started.
     Child(std::string name, const std::vector<std::string>& command, const std::string& folder = {});
     /// Killed, with all that it started, where it still runs.
     ~Child();
