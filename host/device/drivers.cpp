@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
 #include "host/base/error.hpp"
 
 namespace haptable {
@@ -16,19 +14,23 @@ struct NamedDriver {
     std::unique_ptr<Driver> (*open)(const DriverOptions&);
 };
 
-// A new driver: its file, a line in drivers.hpp, and one here.
-constexpr std::array kDrivers{NamedDriver{"inverse3", open_inverse3}, NamedDriver{"hapi", open_hapi},
-                              NamedDriver{"falcon", open_falcon}};
+constexpr NamedDriver kDrivers[] = {
+#define HAPTABLE_DRIVER(name) {#name, open_##name},
+#include "host/device/drivers.inc"
+};
 
 }  // namespace
 
+std::string driver_names() {
+    std::string names;
+    for (const NamedDriver& one : kDrivers) names += (names.empty() ? "" : ", ") + std::string(one.name);
+    return names;
+}
+
 std::unique_ptr<Driver> open_driver(const std::string& name, const DriverOptions& options) {
-    std::string known = "simulated";
-    for (const NamedDriver& one : kDrivers) {
+    for (const NamedDriver& one : kDrivers)
         if (name == one.name) return one.open(options);
-        known += std::string(", ") + one.name;
-    }
-    throw Error(fmt::format("--driver: there is no {}; there are {}", name, known));
+    throw Error(fmt::format("--driver: there is no {}; there are simulated, {}", name, driver_names()));
 }
 
 }  // namespace haptable

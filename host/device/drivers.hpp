@@ -18,14 +18,13 @@ struct DriverOptions {
     double silence_s = 0.02;                   ///< a device that does not answer for so long has gone
 };
 
-/// Haply's Inverse3: JSON over WebSocket with its service.
-std::unique_ptr<Driver> open_inverse3(const DriverOptions& options);
-/// Haply's 2diy: the hAPI's serial protocol.
-std::unique_ptr<Driver> open_hapi(const DriverOptions& options);
-/// Novint's Falcon, its firmware loaded.
-std::unique_ptr<Driver> open_falcon(const DriverOptions& options);
+#define HAPTABLE_DRIVER(name) std::unique_ptr<Driver> open_##name(const DriverOptions& options);
+#include "host/device/drivers.inc"
 
-/// "inverse3", "hapi" or "falcon". Throws Error for another name, or where the device does not answer.
+/// "inverse3, hapi, falcon"
+std::string driver_names();
+
+/// One of these. Throws Error for another name, or where the device does not answer.
 std::unique_ptr<Driver> open_driver(const std::string& name, const DriverOptions& options);
 
 }  // namespace haptable

@@ -53,7 +53,7 @@ Reading ExchangeDriver::read(std::int64_t) {
     ++late_;
     const double waited_s = seconds_since(asked_);
     if (waited_s < silence_s_) return newest_;
-    let_go();
+    send_no_force();
     throw Error(fmt::format("{}: the device has not answered for {:.0f} ms; its force was set to zero. Start again",
                             name_, 1e3 * waited_s));
 }
@@ -79,7 +79,7 @@ void ExchangeDriver::wait_for_first(double patience_s, const std::string& hint) 
     throw Error(name_ + ": interrupted before the first reading");
 }
 
-void ExchangeDriver::let_go() noexcept {
+void ExchangeDriver::send_no_force() noexcept {
     force_n_.setZero();
     try {
         send(force_n_);

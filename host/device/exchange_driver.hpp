@@ -34,7 +34,7 @@ protected:
     /// `patience_s`.
     void wait_for_first(double patience_s, const std::string& hint);
     /// For destructors: no force, as far as the device still listens.
-    void let_go() noexcept;
+    void send_no_force() noexcept;
     /// One more of what came and is no reading.
     void count_odd() { ++odd_; }
     const std::string& name() const { return name_; }

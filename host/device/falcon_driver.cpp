@@ -32,7 +32,7 @@ public:
             "is Novint's firmware loaded (findfalcons)? While its light is red, push the grip in and pull it "
             "out once");
     }
-    ~FalconDriver() override { let_go(); }
+    ~FalconDriver() override { send_no_force(); }
 
 private:
     void send(const Eigen::Vector3d& force_n) override {

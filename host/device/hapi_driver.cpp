@@ -56,7 +56,7 @@ public:
         line_.write(set_up(options.hardware));
         wait_for_first(options.patience_s, "is it a 2diy with the hAPI's firmware, and its supply on?");
     }
-    ~HapiDriver() override { let_go(); }
+    ~HapiDriver() override { send_no_force(); }
 
 private:
     void send(const Eigen::Vector3d& force_n) override {

@@ -174,7 +174,7 @@ public:
     explicit Inverse3Driver(const DriverOptions& options) : ExchangeDriver(options.url, options), socket_(options.url) {
         wait_for_first(options.patience_s, "does Haply's service run, with an Inverse3 plugged in?");
     }
-    ~Inverse3Driver() override { let_go(); }
+    ~Inverse3Driver() override { send_no_force(); }
 
 private:
     void send(const Eigen::Vector3d& force_n) override {

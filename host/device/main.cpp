@@ -92,7 +92,7 @@ void add_path_options(CommandLine& app, Options& o) {
 void add_options(CommandLine& app, Options& o) {
     app.option("SCENE", o.scene, "the scene file: its [device] gives mass, friction, encoder and force limit")
         .required();
-    app.option("--driver", o.driver, "simulated, or a real device: inverse3, hapi, falcon (docs/DEVICES.md)")
+    app.option("--driver", o.driver, "simulated, or a real device: " + driver_names() + " (docs/DEVICES.md)")
         .show_default();
     app.option("--port", o.real.port, "of hapi and falcon: its serial port, such as /dev/ttyACM0");
     app.option("--url", o.real.url, "of inverse3: Haply's service").show_default();

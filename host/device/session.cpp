@@ -325,7 +325,7 @@ void DeviceSession::feel(const Eigen::Vector3d& body_n) {
 }
 
 void DeviceSession::ask_again(int resends) {
-    if (resends == kResendsToAny) let_go();
+    if (resends == kResendsToAny) forget_servo();
     ++report_.resent;
     publish();
 }
@@ -361,7 +361,7 @@ void DeviceSession::drop_stale_force() {
     ++report_.silences;
     feel(Eigen::Vector3d::Zero());
     first_ = state_.seq + 1;
-    let_go();
+    forget_servo();
 }
 
 /// Of who else is on the channel, and of silence.
@@ -381,7 +381,7 @@ void DeviceSession::tell() {
 }
 
 /// Any servo may answer from now on: one that is started anew is another one, and may have newer tables.
-void DeviceSession::let_go() {
+void DeviceSession::forget_servo() {
     state_.servo = 0;
     state_.model_hash = options_.model_hash;
 }

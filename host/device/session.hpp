@@ -92,7 +92,7 @@ private:
     void feel(const Eigen::Vector3d& body_n);
     bool is_for_us(const servo_force& force);
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
-    void let_go();
+    void forget_servo();
     std::string why_none() const;
     std::string of_other_scene() const;
     void begin_tick(std::int64_t tick);

@@ -240,7 +240,7 @@ void factorize(const Run& run, const Stiffness& k, Summary& summary) {
 }
 
 /// The body under its own weight. With prestress K becomes that of the loaded body, and is factorised again.
-void settle(const Run& run, Stiffness& k, Summary& summary) {
+void load_by_gravity(const Run& run, Stiffness& k, Summary& summary) {
     run.clock.begin("gravity");
     summary.sag_m = find_sag(run.scene, run.body, run.whole);
     const Eigen::SparseMatrix<double> k_sigma = prestress_of(run.scene, run.body, summary.sag_m);
@@ -252,7 +252,7 @@ void settle(const Run& run, Stiffness& k, Summary& summary) {
 }
 
 /// K of a body that is not held, in place of K_c, which was factorised.
-void let_go(const Run& run, Stiffness& k) {
+void assemble_unheld(const Run& run, Stiffness& k) {
     if (run.scene.free_body) k = assemble_free(run.scene, run.body);
 }
 
@@ -264,8 +264,8 @@ Matrices compute(const Run& run, Summary& summary) {
     clock.begin("assembly");
     Stiffness k = assemble_held(scene, body);
     factorize(run, k, summary);
-    let_go(run, k);
-    if (scene.gravity && !scene.free_body) settle(run, k, summary);
+    assemble_unheld(run, k);
+    if (scene.gravity && !scene.free_body) load_by_gravity(run, k, summary);
     // 5. Checks that need K, which can go then.
     clock.begin("condition");
     checks.condition_estimate = estimate_condition(k, whole);

@@ -105,7 +105,7 @@ private:
     void add(const servo_force& force, std::size_t finger) {
         Side& side = side_[finger];
         if (force.owner != force.session) return;
-        if (is_last_word(force, side)) return fall_silent(side);
+        if (is_silence(force, side)) return fall_silent(side);
         const std::optional<Asked> asked = side.open.take(force);
         if (!asked) return;
         recording_.tables_hash = static_cast<std::uint64_t>(force.model_hash);
@@ -115,7 +115,7 @@ private:
     }
 
     /// The servo's, to a state that it has answered, when no other came.
-    static bool is_last_word(const servo_force& force, const Side& side) {
+    static bool is_silence(const servo_force& force, const Side& side) {
         return force.servo_state == servo_force::SILENT && side.last && side.last->session == force.session &&
                side.last->seq == force.seq;
     }
@@ -145,8 +145,8 @@ private:
     static bool begins(const Side& side, const device_state& state) {
         if (!side.last) return false;
         const bool other = side.last->session != state.session;
-        const bool let_go = side.last->servo != 0 && state.servo == 0;
-        return other || let_go || !side.is_there;
+        const bool begins_again = side.last->servo != 0 && state.servo == 0;
+        return other || begins_again || !side.is_there;
     }
 
     /// Who was not answered stayed where it was.

@@ -40,7 +40,7 @@ std::string for_mca(const std::string& instruction) {
 
 /// The instructions of an IT block without their conditions, and the IT itself as a nop: LLVM 14's Cortex-M7 does not
 /// know it. In a trace each has run, or passed as a nop.
-class Unconditional {
+class ItBlocks {
 public:
     std::string operator()(const std::string& instruction) {
         static const std::regex it("^\tit([te]*)\t.*"),
@@ -90,12 +90,12 @@ std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const Tar
     const std::map<std::uint64_t, std::string> text = disassemble(image);
     if (text.empty()) return std::nullopt;
     std::string executed;
-    Unconditional unconditional;
+    ItBlocks without_conditions;
     for (const std::uint64_t address : image.trace(path_m, tick)) {
         const auto instruction = text.find(address);
         if (instruction == text.end())
             throw Error(fmt::format("{}: llvm-objdump shows no instruction at {:x}", image.elf().string(), address));
-        executed += for_mca(unconditional(instruction->second)) + "\n";
+        executed += for_mca(without_conditions(instruction->second)) + "\n";
     }
     const std::filesystem::path file = image.elf().parent_path() / "tick.s";
     write_file(file, executed);

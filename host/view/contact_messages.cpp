@@ -70,7 +70,7 @@ NodalForce to_load(const contact& message, std::size_t i, const Tables& tables, 
 }
 
 /// What is left out of a session, and why the first of it was.
-class Omissions {
+class LeftOut {
 public:
     void add(const std::string& why) {
         if (count_++ == 0) first_ = why;
@@ -136,9 +136,9 @@ private:
 };
 
 /// Chooses frames from messages in the order of a log. Those of one time are one tick.
-class Chooser {
+class FrameChooser {
 public:
-    Chooser(const ContactLoads& loads, const FrameChoice& choice, std::string source)
+    FrameChooser(const ContactLoads& loads, const FrameChoice& choice, std::string source)
         : loads_(loads),
           choice_(choice),
           source_(std::move(source)),
@@ -152,7 +152,7 @@ public:
         ++messages_;
     }
 
-    void finish(const Omissions& left_out) {
+    void finish(const LeftOut& left_out) {
         end_tick(joined_.end());
         if (messages_ == 0 && left_out.count() > 0) throw Error(left_out.first());
         if (messages_ == 0)
@@ -240,8 +240,8 @@ ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::in
 RecordedContacts read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
                                   const FrameChoice& choice) {
     LogReader log(file);
-    Chooser chooser(loads, choice, file.string());
-    Omissions left_out;
+    FrameChooser chooser(loads, choice, file.string());
+    LeftOut left_out;
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
         try {
@@ -263,9 +263,9 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
 namespace {
 
 /// The newest message of one servo, of those that come.
-class Newest {
+class LiveFrame {
 public:
-    Newest(const ContactLoads& loads, std::string source) : loads_(loads), source_(std::move(source)) {}
+    LiveFrame(const ContactLoads& loads, std::string source) : loads_(loads), source_(std::move(source)) {}
 
     void take(std::size_t finger, const contact& message) {
         const Clock::time_point now = Clock::now();
@@ -288,7 +288,7 @@ public:
     std::optional<ContactFrame> frame() { return std::exchange(frame_, std::nullopt); }
 
     std::int64_t messages = 0;
-    Omissions left_out;
+    LeftOut left_out;
     LastMotion motion;
 
 private:
@@ -308,7 +308,7 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
                                  const std::function<void(const std::string& url)>& listens) {
     const std::chrono::milliseconds period(limits.every_ms);
     Connection connection;
-    Newest newest(loads, connection.url());
+    LiveFrame newest(loads, connection.url());
     connection.subscribe<body_pose>(channel_of<body_pose>(),
                                     [&](const body_pose& m, std::int64_t) { newest.motion.take(m); });
     connection.subscribe<body_modes>(channel_of<body_modes>(),

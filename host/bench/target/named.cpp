@@ -25,7 +25,7 @@ constexpr int kStrokes = 100;  // 4,000 ticks
 constexpr const char* kTarget = "cortex-m7";
 
 /// What a scene names beside mesh, material and what is held.
-struct Named {
+struct SceneVariant {
     std::string what;
     std::function<void(Scene&, const Body&)> name;
     bool has_compliance = false;  ///< whose precision is told
@@ -54,7 +54,7 @@ std::function<void(Scene&, const Body&)> display(std::size_t rows) {
     };
 }
 
-std::vector<Named> all_named(double mask_radius_m) {
+std::vector<SceneVariant> all_named(double mask_radius_m) {
     return {
         {"the paper's force, the whole surface", with([](Scene&) {})},
         {"one patch touched", touch_one_patch},
@@ -91,7 +91,7 @@ std::vector<Named> all_named(double mask_radius_m) {
 }
 
 /// What costs the same whatever the mesh.
-std::vector<Named> named_of_any_mesh() {
+std::vector<SceneVariant> named_of_any_mesh() {
     return {
         {"`[[relaxation]]`, one term", with([](Scene& s) {
              s.relaxation = {{0.3, 0.5}};
@@ -133,7 +133,7 @@ std::vector<Cell> precision_row(const std::string& name, const std::vector<Preci
     return row;
 }
 
-void add_costs(const std::string& body, Scene scene, const Named& named, const fs::path& build, NamedCosts& costs) {
+void add_costs(const std::string& body, Scene scene, const SceneVariant& named, const fs::path& build, NamedCosts& costs) {
     const fs::path objects = build / "cube/firmware" / kTarget;
     scene.tables.columns = ColumnRows::kNone;
     scene.contact = {};
@@ -174,8 +174,8 @@ NamedCosts named_costs(const fs::path& build) {
     NamedCosts costs{none, none, {{"the scene names", "float32", "float16", "int16"}, {}}};
     for (const auto& [body, scene, radius_m] :
          {std::tuple{"cube", "meshes/cube.toml", 0.012}, {"mouse", "meshes/mouse.toml", 0.006}})
-        for (const Named& named : all_named(radius_m)) add_costs(body, read_scene(scene), named, build, costs);
-    for (const Named& named : named_of_any_mesh())
+        for (const SceneVariant& named : all_named(radius_m)) add_costs(body, read_scene(scene), named, build, costs);
+    for (const SceneVariant& named : named_of_any_mesh())
         add_costs("cube", read_scene("meshes/cube.toml"), named, build, costs);
     return costs;
 }

@@ -300,12 +300,12 @@ TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfMoreThan20Ms) {
 
 // After silence the servo begins without contact: what it said before of the one that was is over.
 TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfBeforeTheSilence) {
-    std::int64_t let_go_at = -1, last_named = -1;
+    std::int64_t released_at = -1, last_named = -1;
     partner([&](const device_state& state, servo_force& force) {
         if (state.servo == kServo) last_named = state.seq;
-        if (state.seq > 10 && state.servo == 0 && let_go_at < 0) let_go_at = state.seq;
-        if (let_go_at < 0) return state.seq <= 10;
-        if (state.seq > let_go_at) return false;
+        if (state.seq > 10 && state.servo == 0 && released_at < 0) released_at = state.seq;
+        if (released_at < 0) return state.seq <= 10;
+        if (state.seq > released_at) return false;
         force.seq = last_named;
         force.force_n[0] = 3.0;
         return true;
@@ -313,7 +313,7 @@ TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfBeforeTheSilence) {
     SessionOptions options;
     options.seconds = 0.06;
     const DeviceReport report = run(options);
-    ASSERT_GT(let_go_at, 0);
+    ASSERT_GT(released_at, 0);
     EXPECT_EQ(report.largest_force_n, 0.0);
     EXPECT_EQ(report.stale_answers, 1);
 }
