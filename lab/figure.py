@@ -28,8 +28,8 @@ GREY, INK = "#7A828E", "#2D3748"
 
 
 def thing_colors() -> dict[str, str]:
-    """Colours on a light ground of what pictures, pages and plots share (host/view/colors.inc), by thing."""
-    text = (ROOT / "host/view/colors.inc").read_text(encoding="utf-8")
+    """Colours on a light ground of what pictures, pages and plots share (host/base/colors.inc), by thing."""
+    text = (ROOT / "host/base/colors.inc").read_text(encoding="utf-8")
     return {name: "#" + color for name, color in re.findall(r"^COLOR\((\w+), 0x([0-9a-f]{6}),", text, re.M)}
 
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/base/child.hpp"
 #include "host/fit/fit.hpp"
 
 #include <fmt/format.h>
@@ -8,6 +7,8 @@
 
 #include "codegen/in_memory.hpp"
 #include "codegen/vibration.hpp"
+#include "host/base/child.hpp"
+#include "host/base/colors.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 
@@ -24,13 +25,16 @@ std::string data_of(const char* name, const std::vector<double>& time_s, const s
     return text + "END\n";
 }
 
-constexpr const char* kPlot =
-    "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output 'fit.svg'\n"
-    "set multiplot layout 2,1\nset grid lc rgb '#d0d0d0'\nset lmargin 10\nset rmargin 3\nset ylabel 'N'\n"
-    "plot $measured with points pt 7 ps 0.3 lc rgb '#808080' title 'measured', $fitted with lines lw 1.5 lc rgb "
-    "'#1f4e9c' title "
-    "'fit'\nset xlabel 's'\nset ylabel 'fit - measured, N'\n"
-    "plot $misfit with lines lc rgb '#c0392b' notitle\nunset multiplot\n";
+std::string plot_script() {
+    return fmt::format(
+        "set terminal svg size 900,480 font 'DejaVu Sans,11' background 'white'\nset output 'fit.svg'\n"
+        "set multiplot layout 2,1\nset grid lc rgb '{}'\nset lmargin 10\nset rmargin 3\nset ylabel 'N'\n"
+        "plot $measured with points pt 7 ps 0.3 lc rgb '{}' title 'measured', $fitted with lines lw 1.5 lc rgb '{}' "
+        "title 'fit'\nset xlabel 's'\nset ylabel 'fit - measured, N'\n"
+        "plot $misfit with lines lc rgb '{}' notitle\nunset multiplot\n",
+        css(drawn_color("grid_line")), css(drawn_color("measured")), css(drawn_color("first_curve")),
+        css(drawn_color("second_curve")));
+}
 
 }  // namespace
 
@@ -75,7 +79,7 @@ void plot_fit(const ForceRecord& record, const PronyFit& fit, const std::filesys
     const Beside scratch(svg.string() + ".plot", BesideIs::folder);
     write_file(scratch.path() / "fit.gnuplot", data_of("measured", record.time_s, record.force_n) +
                                                    data_of("fitted", record.time_s, fit.force_n) +
-                                                   data_of("misfit", record.time_s, misfit_n) + kPlot);
+                                                   data_of("misfit", record.time_s, misfit_n) + plot_script());
     Child gnuplot("gnuplot", {"gnuplot", "fit.gnuplot"}, scratch.path().string());
     gnuplot.wait(kPatience);
     if (!gnuplot.is_well())

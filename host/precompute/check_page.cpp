@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "host/base/colors.hpp"
 #include "host/base/index.hpp"
 #include "host/base/json.hpp"
 
@@ -33,9 +34,10 @@ canvas { display: block; width: 100vw; height: 100vh; touch-action: none; cursor
 // Kinds of patches: 0 touchable, 1 held, 2 neither. Everything is drawn anew when something has changed.
 constexpr const char* kScript = R"script(
 const canvas = document.querySelector("canvas"), pen = canvas.getContext("2d");
-const colors = [[240, 217, 174], [172, 160, 143], [218, 220, 223]];
-const far_away = [0, 120, 125];
-const red = "#c81e28", violet = "#8028a0", blue = "#2654a0";
+const rgb = color => [1, 3, 5].map(i => parseInt(color.slice(i, i + 2), 16));
+const colors = [data.colors.touchable, data.colors.held, data.colors.not_touchable].map(rgb);
+const far_away = rgb(data.colors.far_from_scan);
+const red = data.colors.worst_element, violet = data.colors.hinge, blue = data.colors.under_constrained;
 const mid = [0, 1, 2].map(a => (data.box[a] + data.box[a + 3]) / 2);
 const size = Math.hypot(...[0, 1, 2].map(a => data.box[a + 3] - data.box[a]));
 let azimuth = -122, elevation = 24, zoom = 1, asked = false;
@@ -136,7 +138,7 @@ function box(see, behind) {
     tell(0), tell(7);
 }
 function axes(turn, width, height) {
-    const x = width - 70, y = height - 90, ink = [ "#b2322c", "#2e7d32", "#2654a0" ];
+    const x = width - 70, y = height - 90, ink = [ data.colors.axis_x, data.colors.axis_y, data.colors.axis_z ];
     [ 0, 1, 2 ].sort((a, b) => turn[2][a] - turn[2][b]).forEach(k => {
         pen.strokeStyle = ink[k], pen.lineWidth = 2.2;
         const d = [ 38 * turn[0][k], -38 * turn[1][k] ], far = Math.hypot(...d) > 5 ? 1 + 10 / Math.hypot(...d) : 0;
@@ -228,6 +230,8 @@ json data_of(const Body& body, const Audit& audit, const std::vector<std::int32_
         data["farthest"] = farthest_m(body);
         for (const std::int32_t node : body.surface.node) data["away"].push_back(body.mesh.scan_distance_m[at(node)]);
     }
+    for (const DrawnColor& color : kDrawnColors)
+        data["colors"][std::string(color.name)] = fmt::format("#{:06x}", color.on_light);
     for (const auto& [a, b] : audit.hinge_edge) data["hinge_edge"].push_back({point(body, a), point(body, b)});
     for (const ShapedTet& tet : audit.worst)
         data["worst"].push_back(
@@ -240,17 +244,20 @@ json data_of(const Body& body, const Audit& audit, const std::vector<std::int32_
 std::string check_page(const Scene& scene, const Body& body, const Audit& audit,
                        const std::vector<std::int32_t>& under_constrained) {
     const Eigen::Vector3d &low = audit.box_m.min(), &high = audit.box_m.max();
-    const auto sign = [](const char* color, const std::string& text) {
-        return fmt::format("<i style=\"background: {}\"></i>{}", color, text);
+    const auto sign = [](const Rgb8& color, const std::string& text) {
+        return fmt::format("<i style=\"background: {}\"></i>{}", css(color), text);
     };
-    std::string legend = sign("#f0d9ae", "touchable") +
-                         sign("#aca08f", fmt::format("held ({} nodes)", body.fixed_count())) +
-                         sign("#dadcdf", "neither") + sign("#c81e28", "worst elements (number: radius ratio)");
-    if (audit.hinge_edges + audit.hinge_nodes > 0) legend += sign("#8028a0", "hinges");
+    std::string legend = sign(drawn_color("touchable"), "touchable") +
+                         sign(drawn_color("held"), fmt::format("held ({} nodes)", body.fixed_count())) +
+                         sign(drawn_color("not_touchable"), "neither") +
+                         sign(drawn_color("worst_element"), "worst elements (number: radius ratio)");
+    if (audit.hinge_edges + audit.hinge_nodes > 0) legend += sign(drawn_color("hinge"), "hinges");
     if (farthest_m(body) > 0.0)
-        legend += sign("#00787d", fmt::format("far from the scan (at most {:.3g} mm)", 1e3 * farthest_m(body)));
+        legend += sign(drawn_color("far_from_scan"),
+                       fmt::format("far from the scan (at most {:.3g} mm)", 1e3 * farthest_m(body)));
     if (!under_constrained.empty())
-        legend += sign("#2654a0", fmt::format("under-constrained ({} nodes)", under_constrained.size()));
+        legend += sign(drawn_color("under_constrained"),
+                       fmt::format("under-constrained ({} nodes)", under_constrained.size()));
     return fmt::format(
         "{}<title>{}</title></head>\n<body><canvas></canvas>\n<div id=\"text\"><b>{}</b>\n"
         "<div>{} nodes, {} tetrahedra, {} patches; radius ratio: worst {:.2g}, median {:.2f}; volume {:.4g} m^3</div>\n"

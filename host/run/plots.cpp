@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/base/child.hpp"
 #include "host/run/plots.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +9,8 @@
 #include <functional>
 #include <iterator>
 
+#include "host/base/child.hpp"
+#include "host/base/colors.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/run/recorder.hpp"
@@ -125,18 +126,29 @@ std::string script_of(const Figure& figure) {
                         figure.name, figure.name, figure.unit, plots);
 }
 
-constexpr const char* kStyle =
-    "set grid lc rgb '#d0d0d0'\nset xlabel 's'\nset key below\nset lmargin 10\nset rmargin 3\nset yrange [*:*]\n"
-    "set offsets 0, 0, graph 0.05, graph 0.05\nset linetype 1 lw 1.5 lc rgb '#1f4e9c'\n"
-    "set linetype 2 lw 1 lc rgb '#c0392b'\nset linetype 3 lw 1 lc rgb '#2e8b57'\n"
-    "set linetype 4 lw 1 lc rgb '#d68910'\n";
+std::string style() {
+    std::string text =
+        "set xlabel 's'\nset key below\nset lmargin 10\nset rmargin 3\nset yrange [*:*]\n"
+        "set offsets 0, 0, graph 0.05, graph 0.05\n";
+    text += fmt::format("set grid lc rgb '{}'\n", css(drawn_color("grid_line")));
+    int number = 0;
+    for (const Rgb8& color : {drawn_color("first_curve"), drawn_color("second_curve"), drawn_color("third_curve"),
+                              drawn_color("fourth_curve")}) {
+        ++number;
+        text += fmt::format("set linetype {} lw {} lc rgb '{}'\n", number, number == 1 ? 1.5 : 1.0, css(color));
+    }
+    return text;
+}
 
 /// What the servo's state, as in servo_force, looks like behind the curves.
 struct Band {
     int servo_state;
-    const char* colour;
+    Rgb8 color;
 };
-constexpr std::array<Band, 4> kBands{{{0, "#b0b0b0"}, {3, "#e67e22"}, {4, "#f1c40f"}, {5, "#c0392b"}}};
+constexpr std::array<Band, 4> kBands{{{0, drawn_color("silent")},
+                                      {3, drawn_color("rejected")},
+                                      {4, drawn_color("limited")},
+                                      {5, drawn_color("faulted")}}};
 
 /// Stretches of time in one of these states; those that no eye could part are one.
 std::string bands_of(const Timeline& timeline, double end_s) {
@@ -149,7 +161,7 @@ std::string bands_of(const Timeline& timeline, double end_s) {
             script += fmt::format(
                 "set object {} rectangle from {:.6g}, graph 0 to {:.6g}, graph 1 behind fillcolor rgb '{}' fillstyle "
                 "solid 0.25 noborder\n",
-                ++object, from_s, std::max(to_s, from_s + end_s / kColumns), band.colour);
+                ++object, from_s, std::max(to_s, from_s + end_s / kColumns), css(band.color));
         };
         for (const Tick& tick : timeline.ticks) {
             if (tick.servo_state != band.servo_state) continue;
@@ -194,7 +206,7 @@ std::vector<std::array<double, 2>> thinned(const std::vector<std::array<double, 
 std::vector<Plot> draw_plots(const Timeline& timeline, const std::filesystem::path& scratch) {
     const std::vector<Figure> all = figures(timeline);
     const double end_s = timeline.ticks.empty() ? 1.0 : std::max(timeline.ticks.back().time_s, 1e-3);
-    std::string script = fmt::format("{}set xrange [0:{:.6g}]\n", kStyle, end_s);
+    std::string script = fmt::format("{}set xrange [0:{:.6g}]\n", style(), end_s);
     script += bands_of(timeline, end_s);
     for (const Figure& figure : all) script += script_of(figure);
     write_file(scratch / "plots.gp", script);

@@ -56,7 +56,7 @@ class Picture {
     return color;
   }
 
-  // As the page's colours are now (host/view/colors.inc, by --name).
+  // As the page's colours are now (host/base/colors.inc, by --name).
   recolour() {
     const style = getComputedStyle(document.documentElement);
     for (const {name, color} of this.inked) color.set(style.getPropertyValue('--' + name).trim());

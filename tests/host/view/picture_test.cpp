@@ -102,7 +102,7 @@ TEST_F(ViewPicture, ShowsSpheresWhereGodObjectAndFingerAre) {
     EXPECT_GT((hue(color_at(image, camera.pixel(god) + 4.5F * beside)) - hue(kGodObjectColor)).norm(), 0.2F);
 }
 
-// Of two fingers each has its colour, in contact or not, and no other: the page's (host/view/colors.inc).
+// Of two fingers each has its colour, in contact or not, and no other: the page's (host/base/colors.inc).
 TEST_F(ViewPicture, ShowsTwoFingersInTheirColours) {
     ContactFrame both;
     both.finger_known = true;
