@@ -430,7 +430,8 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 
 $(BUILD)/lcm/haptable/channels.hpp: codegen/lcm/channels.list
 	@mkdir -p $(@D)
-	@awk 'BEGIN { print "#pragma once\n#define HAPTABLE_MESSAGES(X) \\" } !/^#/ { printf "    X(%s, %s, %s, %d) \\\n", $$1, $$2, $$3, $$4 == "each" ? 2 : 1 } END { print "" }' $< > $@
+	@awk '!/^#/ { types = types "#include \"haptable/" $$2 ".hpp\"\n"; rows = rows sprintf("    X(%s, %s, %s, %d) \\\n", $$1, $$2, $$3, $$4 == "each" ? 2 : 1) } \
+	END { print "#pragma once\n" types "#define HAPTABLE_MESSAGES(X) \\\n" rows }' $< > $@
 
 # The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
 WASM_C = $(wildcard firmware/*.c host/page/wasm/*.c) $(addprefix firmware/port/haptable_,scene_reader.c memory.c)

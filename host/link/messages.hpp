@@ -12,13 +12,7 @@
 // lcm-gen 1.3.1 writes implicit conversions for variable-size arrays.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
-#include "haptable/body_modes.hpp"
-#include "haptable/body_pose.hpp"
 #include "haptable/channels.hpp"
-#include "haptable/contact.hpp"
-#include "haptable/device_state.hpp"
-#include "haptable/servo_force.hpp"
-#include "haptable/servo_status.hpp"
 #pragma GCC diagnostic pop
 
 namespace haptable {

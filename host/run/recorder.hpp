@@ -51,7 +51,8 @@ private:
     void take(const device_state& state, std::int64_t utime, Side& side);
     static void take(const servo_force& force, std::int64_t utime, Side& side);
     void take(const body_pose& pose, std::int64_t, Side&);
-    static void take(const body_modes&, std::int64_t, Side&) {}  // kept, not told
+    template <typename Message>
+    static void take(const Message&, std::int64_t, Side&) {}  // others are kept, not told
     void take(const contact& touched, std::int64_t, Side& side) const;
     void take(const servo_status& status, std::int64_t, Side&);
     std::string line(Side& side) const;

@@ -94,7 +94,13 @@ TEST(Decode, NamesAreNames) {
 
 template <typename Message>
 class DecodeAll : public testing::Test {};
-using Messages = testing::Types<device_state, servo_force, contact, servo_status, body_pose, body_modes>;
+template <typename /*none*/, typename... Message>
+struct TypesOf {
+    using Types = testing::Types<Message...>;
+};
+#define HAPTABLE_TYPE(channel, type, ...) , type
+using Messages = TypesOf<void HAPTABLE_MESSAGES(HAPTABLE_TYPE)>::Types;
+#undef HAPTABLE_TYPE
 TYPED_TEST_SUITE(DecodeAll, Messages);
 
 /// Some entries where the type has any.

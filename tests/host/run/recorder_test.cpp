@@ -77,7 +77,7 @@ TEST_F(RecordedList, EveryMessageIsInTheLogAndDrawn) {
         line = recorder.line();
         log.finish();
     }
-    EXPECT_EQ(sent.size(), 9U);
+    EXPECT_GE(sent.size(), 9U);
     EXPECT_NE(line.find(" | "), std::string::npos) << line;
     EXPECT_NE(line.find("rejected_positions +2"), std::string::npos) << line;
 
