@@ -106,7 +106,7 @@ void export_servo(const fs::path& tables, const std::string& kind, const fs::pat
     const ServoSources files = servo_sources(require_part("firmware"), tables);
     const TemplateValues values = values_of(tables, files);
     const fs::path templates = require_part("boards") / kind;
-    Beside beside(out, BesideIs::folder);
+    StagedPath beside(out, StagedKind::folder);
     fs::create_directories(beside.path() / "src");
     copy_into(beside.path() / "src", files.sources);
     copy_into(beside.path() / "src", files.headers);

@@ -77,7 +77,7 @@ std::string read_text(const fs::path& path) {
 }
 
 void write_file(const fs::path& path, std::string_view bytes) {
-    Beside beside(path);
+    StagedPath beside(path);
     errno = 0;
     std::ofstream out(beside.path(), std::ios::binary);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -87,7 +87,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
 }
 
 // Renaming would put a file in the place of a link or, for root, of /dev/null.
-Beside::Beside(fs::path final_path, BesideIs is) : final_(std::move(final_path)) {
+StagedPath::StagedPath(fs::path final_path, StagedKind kind) : final_(std::move(final_path)) {
     std::error_code ignored;
     if (fs::is_symlink(final_, ignored)) final_ = fs::weakly_canonical(final_);
     if (fs::is_other(final_, ignored))
@@ -95,38 +95,38 @@ Beside::Beside(fs::path final_path, BesideIs is) : final_(std::move(final_path))
     temporary_ = final_;
     temporary_ += std::string(kUnderConstruction) + std::to_string(getpid());
     remove_leftovers_once(final_.parent_path());
-    make(is);
+    make(kind);
 }
 
 /// Locked, so that it is nobody's leftover. Between the two it may have been taken for one: then once more. Where a
 /// file system has no locks, nobody takes it for one.
-void Beside::make(BesideIs is) {
+void StagedPath::make(StagedKind kind) {
     constexpr int kNew = O_RDWR | O_CREAT | O_EXCL;
     do {
         close();
         errno = 0;
-        if (is == BesideIs::folder && mkdir(temporary_.c_str(), 0777) != 0)
+        if (kind == StagedKind::folder && mkdir(temporary_.c_str(), 0777) != 0)
             throw Error(final_.string() + ": cannot be written: " + why(errno));
         descriptor_ = open(temporary_.c_str(),
-                           (is == BesideIs::folder ? O_RDONLY | O_DIRECTORY : kNew) | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (descriptor_ < 0 && (is == BesideIs::file || errno != ENOENT))
+                           (kind == StagedKind::folder ? O_RDONLY | O_DIRECTORY : kNew) | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (descriptor_ < 0 && (kind == StagedKind::file || errno != ENOENT))
             throw Error(final_.string() + ": cannot be written: " + why(errno));
         flock(descriptor_, LOCK_EX);
     } while (descriptor_ < 0 || !names_open(temporary_, descriptor_));
 }
 
-Beside::~Beside() {
+StagedPath::~StagedPath() {
     std::error_code ignored;
     if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
     close();
 }
 
-void Beside::close() {
+void StagedPath::close() {
     if (descriptor_ >= 0) ::close(descriptor_);
     descriptor_ = -1;
 }
 
-void Beside::commit() {
+void StagedPath::commit() {
     std::error_code failed;
     fs::rename(temporary_, final_, failed);
     if (failed) throw Error(final_.string() + ": cannot be written: " + failed.message());

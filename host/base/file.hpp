@@ -17,18 +17,18 @@ std::string read_text(const std::filesystem::path& path);
 /// Writes `bytes` to `path`, whole or not at all. Throws Error that names the path.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-enum class BesideIs { file, folder };
+enum class StagedKind { file, folder };
 
 /// A file or folder under construction, beside its final place: NAME.haptable-PROCESS, which it holds locked. Unless
 /// commit() is called it is removed; where the process was killed, the next one that writes into its folder removes it.
-class Beside {
+class StagedPath {
 public:
     /// Makes it, empty. A link's target is what will be replaced. Throws Error for a device or a pipe, and where it
     /// cannot be made.
-    explicit Beside(std::filesystem::path final_path, BesideIs is = BesideIs::file);
-    ~Beside();
-    Beside(const Beside&) = delete;
-    Beside& operator=(const Beside&) = delete;
+    explicit StagedPath(std::filesystem::path final_path, StagedKind kind = StagedKind::file);
+    ~StagedPath();
+    StagedPath(const StagedPath&) = delete;
+    StagedPath& operator=(const StagedPath&) = delete;
 
     /// Where to write meanwhile: in the folder of the final path, so that renaming it is atomic.
     const std::filesystem::path& path() const { return temporary_; }
@@ -36,7 +36,7 @@ public:
     void commit();
 
 private:
-    void make(BesideIs is);
+    void make(StagedKind kind);
     void close();
 
     std::filesystem::path final_;

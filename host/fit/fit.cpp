@@ -76,7 +76,7 @@ std::string scene_lines(const Scene& scene, double factor, const PronyFit& fit) 
 void plot_fit(const ForceRecord& record, const PronyFit& fit, const std::filesystem::path& svg) {
     std::vector<double> misfit_n(fit.force_n);
     for (std::size_t i = 0; i < misfit_n.size(); ++i) misfit_n[i] -= record.force_n[i];
-    const Beside scratch(svg.string() + ".plot", BesideIs::folder);
+    const StagedPath scratch(svg.string() + ".plot", StagedKind::folder);
     write_file(scratch.path() / "fit.gnuplot", data_of("measured", record.time_s, record.force_n) +
                                                    data_of("fitted", record.time_s, fit.force_n) +
                                                    data_of("misfit", record.time_s, misfit_n) + plot_script());

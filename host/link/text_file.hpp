@@ -38,7 +38,7 @@ public:
 
 private:
     std::filesystem::path path_;
-    Beside beside_;
+    StagedPath beside_;
     std::FILE* file_;
     std::string buffer_;
     bool kept_ = false;

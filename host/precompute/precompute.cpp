@@ -385,7 +385,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 2. A folder of ours, and one in it for files that come into their place together. One writer at a time.
     OwnFolder own(folder, kTables, own_tables_in(folder));
     own.file(work_folder(folder).filename());
-    const Beside beside(folder / "tables", BesideIs::folder);
+    const StagedPath beside(folder / "tables", StagedKind::folder);
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");

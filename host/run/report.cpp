@@ -73,7 +73,7 @@ private:
     }
 
     std::vector<Plot> draw_in_scratch(const Timeline& timeline) const {
-        const Beside scratch(o_.folder / "plots", BesideIs::folder);
+        const StagedPath scratch(o_.folder / "plots", StagedKind::folder);
         return draw_plots(timeline, scratch.path());
     }
 

@@ -163,7 +163,7 @@ void NpyWriter<T>::close() {
 
 template <typename T>
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape, std::span<const T> values) {
-    Beside beside(path);
+    StagedPath beside(path);
     NpyWriter<T> writer(beside.path(), shape);
     writer.append(values);
     writer.close();

@@ -76,7 +76,9 @@ void compile(const fs::path& tables, const fs::path& work, const std::string& fi
 }
 
 /// Of the objects, beside the tables. The linker gets it by a path from elsewhere.
-Beside work_folder(const fs::path& tables) { return Beside(fs::absolute(tables / "linked"), BesideIs::folder); }
+StagedPath work_folder(const fs::path& tables) {
+    return StagedPath(fs::absolute(tables / "linked"), StagedKind::folder);
+}
 
 }  // namespace
 
@@ -88,7 +90,7 @@ std::string missing_for_link(const fs::path& objects) {
 }
 
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
-    const Beside work = work_folder(tables);
+    const StagedPath work = work_folder(tables);
     const bool display = fs::exists(tables / "display.c");
     write_file(work.path() / "main.c", main_text(tables));
     compile(tables, work.path(), (work.path() / "main.c").string());
@@ -118,7 +120,7 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
 }
 
 std::size_t stack_of(const fs::path& tables, const fs::path& objects) {
-    const Beside work = work_folder(tables);
+    const StagedPath work = work_folder(tables);
     compile(tables, work.path(), (tables / "model.c").string());
     return std::stoul(output_of(fmt::format("CROSS={} sh scripts/stack.sh {} {}", kCross, shell_quoted(objects),
                                             shell_quoted(work.path() / "model.o"))));

@@ -212,7 +212,7 @@ bool is_figure(const std::filesystem::path& path) { return path.extension() == "
 
 void draw_figure(const std::filesystem::path& path, const ViewOptions& view, const Camera& camera, float size_m,
                  const DrawnSurface& surface, const Shading& shading, const Markers& markers, const Annotation& notes) {
-    Beside beside(path);
+    StagedPath beside(path);
     const std::string file = beside.path().string();
     const auto create = path.extension() == ".pdf" ? cairo_pdf_surface_create : cairo_svg_surface_create;
     const std::unique_ptr<cairo_surface_t, Destroy> sheet(create(file.c_str(), view.width, view.height));

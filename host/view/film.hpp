@@ -32,7 +32,7 @@ private:
     [[noreturn]] void fail();
 
     std::filesystem::path path_;
-    Beside beside_;
+    StagedPath beside_;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> complaints_;  ///< what ffmpeg says on standard error
     pid_t ffmpeg_ = -1;
     int pipe_ = -1;

@@ -134,13 +134,13 @@ std::vector<Mode> modes_beside() {
 }
 
 /// What is compared on a body: proxies, and modes in the order of modes_beside().
-struct Beside {
+struct ProxyTimes {
     Times finger, shell, shell_friction;
     std::vector<Times> mode;
 };
 
 /// All in turn, so that a ratio compares the same minutes.
-Beside times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rounds) {
+ProxyTimes times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rounds) {
     const Tables& tables = subjects[0]->tables();
     const std::vector<FingerPath> strokes = slow_strokes(tables);
     const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
@@ -157,7 +157,7 @@ Beside times_on(const std::array<std::unique_ptr<Subject>, 3>& subjects, int rou
         for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i], strokes, fastest_s[i]);
     const double clock_s = times_of(fastest_s[0], counts, 0.0).median_s;
     const auto of = [&](std::size_t i) { return times_of(fastest_s[i], counts, clock_s); };
-    Beside beside{of(1), of(2), of(3), {}};
+    ProxyTimes beside{of(1), of(2), of(3), {}};
     for (std::size_t i = proxies; i < touched.size(); ++i) beside.mode.push_back(of(i));
     return beside;
 }
@@ -193,8 +193,8 @@ std::vector<Cell> faster(const std::string& name, const Times& cube_proxy, const
 }  // namespace
 
 std::pair<NumberTable, NumberTable> beside_proxies(const std::filesystem::path& build, int rounds) {
-    const Beside cube = times_on(in_every_force(contact_cube(5, 0.3), 0.012, build), rounds);
-    const Beside mouse = times_on(in_every_force(read_scene("meshes/mouse.toml"), 0.006, build), rounds);
+    const ProxyTimes cube = times_on(in_every_force(contact_cube(5, 0.3), 0.012, build), rounds);
+    const ProxyTimes mouse = times_on(in_every_force(read_scene("meshes/mouse.toml"), 0.006, build), rounds);
     NumberTable finger{{"", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"}, {}}, shell = finger;
     finger.rows.push_back(taken("a finger proxy takes", cube.finger, mouse.finger));
     shell.rows.push_back(taken("the stand-in takes", cube.shell, mouse.shell));

@@ -133,7 +133,8 @@ std::vector<Cell> precision_row(const std::string& name, const std::vector<Preci
     return row;
 }
 
-void add_costs(const std::string& body, Scene scene, const SceneVariant& named, const fs::path& build, NamedCosts& costs) {
+void add_costs(const std::string& body, Scene scene, const SceneVariant& named, const fs::path& build,
+               NamedCosts& costs) {
     const fs::path objects = build / "cube/firmware" / kTarget;
     scene.tables.columns = ColumnRows::kNone;
     scene.contact = {};

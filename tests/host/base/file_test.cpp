@@ -63,7 +63,7 @@ TEST_F(BaseFile, ErrorsNameThePath) {
 TEST_F(BaseFile, WithoutCommitNothingIsLeft) {
     write_file(folder_ / "a", "old");
     {
-        const Beside beside(folder_ / "a");
+        const StagedPath beside(folder_ / "a");
         write_file(beside.path(), "half");
         EXPECT_EQ(read_file(folder_ / "a"), "old");
     }
@@ -73,7 +73,7 @@ TEST_F(BaseFile, WithoutCommitNothingIsLeft) {
 
 TEST_F(BaseFile, CommitReplaces) {
     write_file(folder_ / "a", "old");
-    Beside beside(folder_ / "a");
+    StagedPath beside(folder_ / "a");
     write_file(beside.path(), "new");
     beside.commit();
     EXPECT_EQ(read_file(folder_ / "a"), "new");

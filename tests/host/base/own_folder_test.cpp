@@ -125,9 +125,9 @@ TEST_F(BaseOwnFolder, WhatAKilledProcessLeftGoes) {
     if (child == 0) {
         OwnFolder own(place_, kSession);
         write_file(own.file("a"), "a");
-        const Beside beside(place_ / "tables", BesideIs::folder);
+        const StagedPath beside(place_ / "tables", StagedKind::folder);
         write_file(beside.path() / "half", "half");
-        const Beside file(place_ / "b");
+        const StagedPath file(place_ / "b");
         kill(getpid(), SIGKILL);
     }
     waitpid(child, nullptr, 0);
@@ -143,7 +143,7 @@ TEST_F(BaseOwnFolder, WhatAKilledProcessLeftGoes) {
 // What is under construction is locked: another process does not take it for a leftover.
 TEST_F(BaseOwnFolder, WhatIsUnderConstructionStays) {
     fs::create_directories(place_);
-    Beside one(place_ / "a"), two(place_ / "b", BesideIs::folder);
+    StagedPath one(place_ / "a"), two(place_ / "b", StagedKind::folder);
     const fs::path held = place_ / "c.haptable-1";
     write_file(held, "another's");
     const int file = open(held.c_str(), O_RDONLY | O_CLOEXEC);
