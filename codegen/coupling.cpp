@@ -31,7 +31,7 @@ double smallest_eigenvalue(const Matrix3d& m) {
     return Eigen::SelfAdjointEigenSolver<Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[0];
 }
 
-/// Of a grid of eighths.
+/// Points of a grid of eighths.
 std::vector<BernsteinPoint> grid_of(int degree) {
     constexpr int kSteps = 8;
     const auto fraction = [](int n) { return static_cast<double>(n) / kSteps; };
@@ -49,7 +49,7 @@ bool all_above(const Matrix3d& c, double bound) {
     return a > 0.0 && b > 0.0 && c(2, 2) - bound - c(2, 0) * c(2, 0) / a - l * l / b > 0.0;
 }
 
-/// Of the points of a grid on every patch.
+/// Largest at the points of a grid on every patch.
 double largest_of_compliance(const ServoModel& model) {
     constexpr double kSurely = 1.0 + 1e-6;  // far beyond the rounding of all_above
     const std::vector<BernsteinPoint> grid = grid_of(model.compliance.degree);

@@ -18,7 +18,7 @@ class Fan {
 public:
     Fan(std::uint16_t vertex, const std::vector<std::uint16_t>& patches) : vertex_(vertex), patches_(patches) {}
 
-    /// Of each patch the lowest one that is reached from it over edges at the vertex.
+    /// The lowest patch that each one reaches from it over edges at the vertex.
     std::vector<std::uint16_t> rings(const std::vector<Patch>& patch, const std::vector<Patch>& neighbour) const {
         std::map<std::uint16_t, std::uint16_t> ring;
         for (const std::uint16_t p : patches_) ring[p] = p;

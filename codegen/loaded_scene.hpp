@@ -34,7 +34,7 @@ public:
     /// Reads the folder, and builds its servo's tables again. Throws Error as read_scene_files does, and where they are
     /// not those of the folder's tables_hash.
     explicit LoadedScene(const TablesFolder& folder);
-    /// Of files that somebody changed: without limits, in another mode. Throws Error where the servo cannot hold them.
+    /// From files that somebody changed: without limits, in another mode. Throws Error if the servo cannot hold them.
     explicit LoadedScene(SceneFiles files);
     LoadedScene(const LoadedScene&) = delete;
     LoadedScene& operator=(const LoadedScene&) = delete;

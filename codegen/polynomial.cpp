@@ -14,7 +14,7 @@ double factorial(int n) {
     return product;
 }
 
-/// Of a patch's control points.
+/// Exponents of a patch's control points.
 std::vector<std::array<int, 3>> exponents(int degree) {
     std::vector<std::array<int, 3>> all;
     for (int i = 0; i <= degree; ++i)

@@ -196,7 +196,7 @@ std::string sizes(const ServoModel& servo) {
     return fmt::format("{}", fmt::join(list, " +\n                        "));
 }
 
-/// Of the model, and which parts the scene has besides.
+/// Values of the model, and which parts the scene has besides.
 TemplateValues values_of(const Tables& tables, const ServoModel& servo, const haptable_model& model,
                          const ServoPair* pair, const ServoVibration* vibration, const haptable_body* body) {
     const std::string name = "haptable_" + identifier(tables.name), macro = upper(name);

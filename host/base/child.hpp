@@ -42,7 +42,7 @@ public:
     /// Takes what it has said and whether it has ended, without waiting.
     void look();
     bool has_ended() const { return id_ == 0; }
-    /// Of an ended one: by itself, with status 0.
+    /// An ended one ended by itself, with status 0.
     bool is_well() const { return status_ == 0; }
     /// SIGTERM, once.
     void ask_to_end();

@@ -13,7 +13,7 @@ struct XXH3_state_s;  // of xxhash.h
 
 namespace haptable {
 
-/// Of values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
+/// Hash of values in a fixed order. Every list is preceded by its length, so that no two contents write alike.
 class Hash {
 public:
     Hash();
@@ -40,7 +40,7 @@ private:
     std::unique_ptr<XXH3_state_s, Free> state_;
 };
 
-/// Of a file's bytes, 16 hex digits; empty where it cannot be read.
+/// Hash of a file's bytes, 16 hex digits; empty where it cannot be read.
 std::string hash_file(const std::filesystem::path& path);
 
 }  // namespace haptable

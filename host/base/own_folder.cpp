@@ -122,7 +122,7 @@ OwnFolder::~OwnFolder() {
     ::close(descriptor_);
 }
 
-/// Of a folder without a mark.
+/// Refuses a folder without a mark that holds other files.
 void OwnFolder::require_no_others(const std::vector<std::string>& known) const {
     const bool is_known =
         std::any_of(known.begin(), known.end(), [&](const auto& name) { return is_there(folder_ / name); });

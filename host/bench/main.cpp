@@ -188,7 +188,7 @@ NumberTable table(const Cases& cases, const std::string& beside) {
     return table;
 }
 
-/// Of the finger on its circle, m/s: one round in kTicks milliseconds.
+/// Speed of the finger on its circle, m/s: one round in kTicks milliseconds.
 double finger_speed(const FingerPath& path) {
     double length = 0.0;
     for (std::size_t i = 0; i < path.size(); ++i) {

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 Vector2d direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
 Vector2d across(double angle) { return {-std::sin(angle), std::cos(angle)}; }
 
-// Of a right angle, where the two lower arms are nearly one line: beyond it a small force takes a large torque.
+// A part of a right angle, where the two lower arms are nearly one line: beyond it a small force takes a large torque.
 constexpr double kInALine = 1e-3;
 
 }  // namespace

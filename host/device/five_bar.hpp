@@ -12,7 +12,7 @@ namespace haptable {
 struct FiveBar {
     double upper_m = 0.07, lower_m = 0.09, base_m = 0.0;
 
-    /// Of the end for the motors' angles, rad; none where the arms do not reach each other.
+    /// Place of the end for the motors' angles, rad; none where the arms do not reach each other.
     std::optional<Eigen::Vector2d> end_m(const Eigen::Vector2d& angle) const;
     /// d(end)/d(angle), m/rad: the torques of a force F at the end are its transpose times F. None where the arms do
     /// not reach each other or stand in a line.

@@ -216,7 +216,7 @@ private:
         return true;
     }
 
-    /// Of a grip: a, b and c, where there is one.
+    /// Buttons of a grip: a, b and c, where there is one.
     static std::int32_t buttons_of(const Json& message) {
         std::int32_t buttons = 0;
         for (const char* kind : {"wireless_verse_grip", "verse_grip"}) {

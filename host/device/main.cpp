@@ -164,7 +164,7 @@ void choose_place(const Options& o, const std::optional<Touchable>& body, PathOp
                    text_of(geometry.direction));
 }
 
-/// Of two hands: a pinch.
+/// Lets two hands pinch.
 void choose_sides(const Options& o, const std::optional<Touchable>& body, std::vector<HandPlan>& hands) {
     if (is_recorded(o)) return;
     if (o.at_m.has_value() != o.second_at_m.has_value())
@@ -287,7 +287,7 @@ struct HandAtWork {
     std::unique_ptr<DeviceSession> session;
 };
 
-/// Of a second hand beside the first's: device_2.csv.
+/// The record of a hand; a second one's beside the first's: device_2.csv.
 std::filesystem::path record_of(const Options& o, std::size_t hand) {
     const std::filesystem::path first = o.csv;
     if (hand == 0) return first;

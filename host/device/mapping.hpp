@@ -34,7 +34,7 @@ public:
     Eigen::Vector3d to_motors(const Eigen::Vector3d& body_n) const { return share_ * (force_ * body_n); }
     /// A force of the device's in the body's axes, not scaled: for records.
     Eigen::Vector3d turned_to_body(const Eigen::Vector3d& device_n) const { return turn_ * device_n; }
-    /// Of the force: 1, and less while the clutch or the workspace has it fall.
+    /// Share of the force: 1, and less while the clutch or the workspace has it fall.
     double share() const { return share_; }
 
 private:

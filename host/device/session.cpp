@@ -266,7 +266,7 @@ Clock::time_point DeviceSession::due() const {
     return faults_ ? std::min(faults_->out.due(), faults_->in.due()) : Clock::time_point::max();
 }
 
-/// Of the servo that this device belongs to, or of the first that answers it.
+/// True for the servo that this device belongs to, or of the first that answers it.
 bool DeviceSession::is_for_us(const servo_force& force) {
     const bool other_tables = state_.model_hash != 0 && force.model_hash != state_.model_hash;
     const bool other_servo = state_.servo != 0 && force.servo != state_.servo;
@@ -364,7 +364,7 @@ void DeviceSession::drop_stale_force() {
     forget_servo();
 }
 
-/// Of who else is on the channel, and of silence.
+/// Tells who else is on the channel, and of silence.
 void DeviceSession::tell() {
     const Clock::time_point now = Clock::now();
     live_.look("silences", report_.silences, now,

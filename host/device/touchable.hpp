@@ -18,7 +18,7 @@ struct Touchable {
     std::vector<std::array<std::int32_t, 3>> patch;  ///< [p] mesh nodes
 };
 
-/// Of the tables in `folder` (position.npy and patch.npy). Throws Error that names the file.
+/// The surface of the tables in `folder` (position.npy and patch.npy). Throws Error that names the file.
 Touchable read_touchable(const std::filesystem::path& folder);
 
 /// The tables_hash of the tables in `folder`, as the messages have it; 0 where it has no summary.json that says it.

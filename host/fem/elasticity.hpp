@@ -31,7 +31,7 @@ TetGeometry tet_geometry(const Corners& corner_m);
 /// The element's stiffness, N/m: 3 rows a corner. Symmetric to the last bit.
 Eigen::Matrix<double, 12, 12> element_stiffness(const TetGeometry& geometry, const Lame& material);
 
-/// Of ten nodes, its edges straight or curved; integrated by tet_points(), as CalculiX's C3D10.
+/// Stiffness of ten nodes, its edges straight or curved; integrated by tet_points(), as CalculiX's C3D10.
 Eigen::Matrix<double, 30, 30> element_stiffness(const TenNodes& node_m, const Lame& material);
 
 }  // namespace haptable

@@ -23,7 +23,7 @@ Hooke isotropic_hooke(const Lame& material);
 /// The law of a material that lies along `axes`: columns are its directions 1, 2, 3, a right-handed frame.
 Hooke turned(const Hooke& own, const Eigen::Matrix3d& axes);
 
-/// Of a displacement's gradient.
+/// The strain of a displacement's gradient.
 Voigt strain_of(const Gradient& gradient);
 /// As a symmetric matrix.
 Eigen::Matrix3d stress_of(const Voigt& stress);

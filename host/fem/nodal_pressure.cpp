@@ -19,7 +19,7 @@ std::vector<std::int32_t> number_materials(std::span<const Lame> material) {
     return number;
 }
 
-/// Of an element at one of its corners a: int N_a dV, m^3, and int N_a grad N_b dV for all its nodes b, m^2.
+/// Integrals over an element at its corner a: int N_a dV, m^3, and int N_a grad N_b dV for all its nodes b, m^2.
 struct Share {
     double volume_m3 = 0.0;
     Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10> d_m2;

@@ -19,7 +19,7 @@ public:
 
     std::size_t size() const { return node_.size(); }
     std::int32_t node(std::size_t cell) const { return node_[cell]; }
-    /// Of one material.
+    /// The tetrahedra of a cell, all of one material.
     std::span<const std::int32_t> tets(std::size_t cell) const { return tets_at_[cell]; }
     const Lame& material(std::size_t cell) const { return mesh_.material[first_tet(cell)]; }
 

@@ -45,7 +45,7 @@ std::vector<std::int32_t> nodes_of(const ElementMesh& mesh, std::size_t t);
 /// The nodes of all small matrices: of the tetrahedra, then of the layered faces.
 Lists node_lists(const ElementMesh& mesh);
 
-/// Of tetrahedron t.
+/// The corners of tetrahedron t.
 Corners corners_of(const ElementMesh& mesh, std::size_t t);
 
 TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t);
@@ -53,7 +53,7 @@ TenNodes ten_nodes_of(const ElementMesh& mesh, std::size_t t);
 /// lambda_e, which an element keeps for itself; the rest it leaves to the nodes.
 double own_lambda_pa(Element element, const Lame& material);
 
-/// Of tetrahedron t, where it has one: D - (lambda - lambda_e) 1 1^T, without what it leaves to the nodes. With the
+/// Law of tetrahedron t, where it has one: D - (lambda - lambda_e) 1 1^T, without what it leaves to the nodes. With the
 /// bulk modulus kappa of Reuss's average, 1 / (1^T D^-1 1), it is positive definite as long as lambda - lambda_e <
 /// kappa.
 const Hooke* law_of(const ElementMesh& mesh, std::size_t t);

@@ -118,7 +118,7 @@ std::vector<Eigen::Index> order_of(const VectorXd& x) {
 
 constexpr double kRounding = 1e-7;  // of the largest force: a record has no more digits
 
-/// Of each logarithm, and so of each number as a part of itself.
+/// Standard errors of each logarithm, so of each number as a part of itself.
 VectorXd errors_of(const Residual& residual, const VectorXd& x, double misfit_n) {
     MatrixXd by_x;
     residual.df(x, by_x);

@@ -180,7 +180,7 @@ void for_each_pivot(const cholmod_factor& factor, Visit visit) {
     }
 }
 
-/// Of the rows of K: no pivot of a pressure is nearer to 0 than its entry of M.
+/// The weakest pivot among the rows of K: no pivot of a pressure is nearer to 0 than its entry of M.
 Pivot find_weakest(const cholmod_factor& factor, const Stiffness& k) {
     const auto* permutation = static_cast<const int*>(factor.Perm);
     if (factor.minor < factor.n) return {k.row_of_k(permutation[factor.minor]), 0.0};

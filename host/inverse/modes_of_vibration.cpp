@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of a mode: || omega^2 L M phi - phi ||, both of length 1 in M. What is left of it is rounding.
+// The residual of a mode: || omega^2 L M phi - phi ||, both of length 1 in M. What is left of it is rounding.
 constexpr double kLargestResidual = 1e-7;
 constexpr int kMostRestarts = 300;
 // Frequencies that a body's symmetry makes one differ by rounding, 1e-14 of themselves.

@@ -38,7 +38,7 @@ public:
         std::vector<std::int32_t> begin, row;
     };
     Bundles bundles() const;
-    /// Of a row of M: a row of K that it is tied to, itself where it is one.
+    /// The row of K that a row of M is tied to; itself where it is one.
     Eigen::Index row_of_k(Eigen::Index row) const;
 
     /// K u for many columns: u [3n, k].

@@ -32,7 +32,7 @@ public:
         }
         return true;
     }
-    /// Of the state that a message answers; null: it is not known.
+    /// What is kept of the state that a message answers; null: it is not known.
     template <typename Answer>
     Kept* find(const Answer& answer) {
         const auto found = open_.find(Name(answer.session, answer.seq));

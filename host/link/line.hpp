@@ -11,7 +11,7 @@
 
 namespace haptable {
 
-/// Of a serial port: those that termios knows, or whatever its divider makes.
+/// Speeds of a serial port: those that termios knows, or whatever its divider makes.
 enum class Speeds { standard, any };
 
 class Line {

@@ -36,7 +36,7 @@ double DurationStatistics::quantile_us(double share) const {
 
 void SequenceGaps::note(std::int64_t seq) {
     if (begun_ && seq > last_) {
-        // Of any two numbers the distance fits 64 bits without a sign.
+        // The distance of any two numbers fits 64 bits without a sign.
         const std::uint64_t missing = static_cast<std::uint64_t>(seq) - static_cast<std::uint64_t>(last_) - 1;
         const auto room = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() - lost_);
         lost_ += static_cast<std::int64_t>(std::min(missing, room));

@@ -171,7 +171,7 @@ bool LiveTicks::fill_contact(const servo_force& force, const contact& load, Live
     return copy_finite(alpha.data(), 3, tick.alpha);
 }
 
-/// Of a point on a patch, to rounding: the message does not carry them.
+/// Area coordinates of a point on a patch, to rounding: the message does not carry them.
 std::array<double, 3> LiveTicks::area_coordinates(const std::array<std::int32_t, 3>& node, const double x_m[3]) const {
     const auto at = [this](std::int32_t n) { return vector(tables_.position[static_cast<std::size_t>(n)]); };
     const Eigen::Vector3d x(x_m), a = at(node[0]), ab = at(node[1]) - a, ac = at(node[2]) - a;

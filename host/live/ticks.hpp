@@ -57,14 +57,14 @@ public:
     /// Before the contacts of its tick.
     void take(const body_pose& pose, std::size_t = 0);
     void take(const body_modes& modes, std::size_t = 0);
-    /// Of the device that has the servo: what it holds down.
+    /// Takes what the device that has the servo holds down.
     void take(const device_state& state, std::size_t finger = 0);
 
     /// Those that were joined since the last call: [ticks, fingers]. Who had no answer in a tick is as it was last.
     std::vector<LiveTick> ticks();
-    /// Of those that ticks() gave last: [ticks], where nothing holds the body; else none.
+    /// Poses of those that ticks() gave last: [ticks], where nothing holds the body; else none.
     const std::vector<LivePose>& poses() const { return given_poses_; }
-    /// Of the same: [ticks, modes], how far each has swung.
+    /// Modes of the same: [ticks, modes], how far each has swung.
     const std::vector<float>& swings() const { return given_swings_; }
     /// When the last tick came; the epoch's begin, where none did.
     Clock::time_point heard() const { return heard_; }
@@ -73,7 +73,7 @@ public:
     std::int64_t lost() const { return lost_; }
     /// Times that a servo told another device that it is not its.
     std::int64_t refusals() const { return refusals_; }
-    /// Of the last message of other tables.
+    /// Hash of the last message of other tables.
     std::uint64_t other_hash() const { return other_hash_; }
 
 private:

@@ -66,7 +66,7 @@ bool is_curved(const TenNodes& node_m) {
     return false;
 }
 
-/// Of quadratic tetrahedra: their own volume too.
+/// Judges the middle nodes of quadratic tetrahedra; takes their own volume too.
 void judge_middles(const TetMesh& mesh, Audit& audit) {
     std::vector<std::int32_t> middle;
     audit.volume_m3 = 0.0;

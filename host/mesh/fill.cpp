@@ -220,7 +220,7 @@ std::string describe_distances(const std::vector<double>& distance, const std::v
                        point[most].x(), point[most].y(), point[most].z());
 }
 
-/// Of each node of the filling's surface from the scan: [nodes], 0 inside. And notes of that, and of the scan from it.
+/// Distances of the filling's surface nodes from the scan: [nodes], 0 inside; notes of them, and the scan's from it.
 std::vector<double> measure(const Filler& filler, const Soup& scan, const Filling& filling,
                             std::vector<std::string>& notes) {
     const Surface surface = find_surface(filling.mesh.tet);

@@ -352,7 +352,7 @@ void take_vectors(const fs::path& file, const RawMesh& raw, const ReadOptions& o
     }
 }
 
-/// Of the middles of edges, which were made: the mean of its ends.
+/// Gives each middle of an edge, which was made, the mean distance of its ends.
 void add_scan_distances(TetMesh& mesh) {
     if (mesh.scan_distance_m.empty()) return;
     mesh.scan_distance_m.resize(mesh.position_m.size());

@@ -111,7 +111,7 @@ private:
         }
     }
 
-    /// Of the tetrahedra among the cells.
+    /// Reads the vectors of the tetrahedra among the cells.
     void read_vectors(const pugi::xml_node& piece, const std::vector<double>& type) {
         for (const std::string& name : wanted_) {
             const pugi::xml_node data =

@@ -88,7 +88,7 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
     for (std::size_t i = 0; i < modes.size(); ++i) {
         const std::string table = fmt::format("model {}", i);
         blob.add(table, modes[i].model);
-        // Of one force they are the same.
+        // Models of one force share their bytes.
         const auto share = [&](const char* what, const std::string& bytes) {
             std::string name = bytes.empty() ? "" : fmt::format("{} {}", what, word(modes[i].force));
             if (!bytes.empty() && !blob.tables().contains(name)) blob.add(name, bytes);
@@ -104,14 +104,14 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
     }
 }
 
-/// Of a body that nothing holds: what moves it, and for the picture where it rests.
+/// Adds a body that nothing holds: what moves it, and for the picture where it rests.
 void add_body(const haptable_body& body, Blob& blob, json& scene) {
     blob.add("body", {reinterpret_cast<const char*>(&body), sizeof body});
     scene["body"] = {{"rest_centre", body.centre_m}};
     if (body.point_count > 0) scene["body"]["floor"] = {{"normal", body.floor_normal}, {"height", body.floor_m}};
 }
 
-/// Of a body that rings: phi of each of the page's rows, [r, m].
+/// Adds the modes of a body that rings: phi of each of the page's rows, [r, m].
 void add_vibration(const SceneFiles& files, const PageRows& rows, Blob& blob, json& scene) {
     const VibrationTables& vibration = *files.vibration;
     const std::size_t modes = vibration.modes();

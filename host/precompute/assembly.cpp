@@ -10,7 +10,7 @@ namespace haptable {
 
 namespace {
 
-/// Of these nodes, the unknown ones of `count`.
+/// Mass matrix of these nodes, the unknown ones of `count`.
 Eigen::SparseMatrix<double> mass_of(const Scene& scene, const Body& body, std::span<const std::int32_t> unknown,
                                     std::size_t count) {
     std::vector<double> density;

@@ -27,7 +27,7 @@ using TakeColumns = std::function<void(std::size_t first, const Eigen::MatrixXd&
 double solve_columns(const LinearSolver& solver, const Stiffness& k, std::span<const std::int32_t> node,
                      Progress& progress, const TakeColumns& take);
 
-/// Of a symmetric block, 2-norm; infinite where it is not positive definite.
+/// Condition of a symmetric block, 2-norm; infinite where it is not positive definite.
 double condition_of(const Eigen::Matrix3d& block);
 
 /// What the servo needs of L: its 3x3 diagonal blocks, inverted.

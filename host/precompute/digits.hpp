@@ -11,7 +11,7 @@ namespace haptable {
 
 /// Relative errors of the force.
 struct Digits {
-    /// Of S = (L_ii)^-1: a rounding in double times the condition of K, scaled to a diagonal of 1, times that of L_ii;
+    /// Error of S = (L_ii)^-1: double rounding x condition of K, scaled to a diagonal of 1, x that of L_ii;
     /// where blocks were found in float, at least the tolerance that was asked for.
     double inverse = 0.0;
     ServoError servo;  ///< of the servo's float32, measured

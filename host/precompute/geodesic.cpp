@@ -20,7 +20,7 @@ std::int32_t previous(std::int32_t corner) { return corner % 3 == 0 ? corner + 2
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Of point p from the segment between a and b.
+/// Distance of point p from the segment between a and b.
 double distance_to(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     const Eigen::Vector3d ab = b - a;
     const double length2 = ab.squaredNorm();

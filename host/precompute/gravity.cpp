@@ -38,7 +38,7 @@ VectorXd on_unknowns(const Body& body, const Eigen::Matrix3Xd& f) {
     return x;
 }
 
-/// Of one finger: S = (phi^T K phi)^-1 becomes S + dS with phi^T K_sigma phi; the largest share in any direction.
+/// |dS| / S of one finger, at most in any direction: S = (phi^T K phi)^-1 becomes S + dS with phi^T K_sigma phi.
 double force_change(const Body& body, const NodeWeights& load, const Eigen::SparseMatrix<double>& k_sigma,
                     const LinearSolver& solver) {
     MatrixXd w = MatrixXd::Zero(solver.size(), 3), phi;

@@ -19,7 +19,7 @@ struct Locking {
     std::size_t places = 0;        ///< whose most it is; 0: it is foreseen from the mesh alone
 };
 
-/// Of a finger's pad, where this is asked: the mask's, or a sixth of the body.
+/// Radius of a finger's pad, where this is asked: the mask's, or a sixth of the body.
 double pad_radius_m(const Scene& scene, const TetMesh& mesh);
 
 /// A law fitted to the paper's cube, whose grid is kinder than most: within a fourth there, for Poisson's ratio of 0.45

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 constexpr Eigen::Index kRows = 3 * kClusterPlaces;
 constexpr std::size_t kScaleBytes = 4, kVectorBytes = 6, kCoreBytes = 9, kBeginBytes = 4;
-/// Of two clusters at the most.
+/// The couplings of two clusters at the most.
 using Tile = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRows>;
 
 constexpr double kBasisStep = 32767.0, kCoreSteps = 127.0, kTwice = 254.0;
@@ -124,7 +124,7 @@ private:
             for (std::size_t i = 0; i < cluster.place.size(); ++i) own_[cluster.place[i]] = cluster.own[i];
     }
 
-    /// Of cluster i: A over s s^T.
+    /// The rows of cluster i: A over s s^T.
     MatrixXd scaled_rows(std::size_t i) const {
         const Cluster& cluster = cluster_[i];
         MatrixXd rows = a_.rows(cluster.place);
@@ -283,7 +283,7 @@ std::size_t form_bytes(std::size_t form, std::size_t rows) {
     return (form == kTwiceDense ? 18 : 9) * kClusterPlaces * rows;
 }
 
-/// Of each pair of clusters the forms' errors, and how many places the first has.
+/// The forms' errors of each pair of clusters, and how many places the first has.
 struct Choice {
     std::vector<std::array<float, kForms>> error;
     std::vector<std::size_t> rows;
@@ -304,7 +304,7 @@ struct Choice {
             if (const std::size_t form = of(pair, most); form <= kMostRank) rank = std::max(rank, form);
         return rank;
     }
-    /// Of all tables.
+    /// Bytes of all tables.
     std::size_t bytes(double most) const {
         std::size_t sum = (kScaleBytes + kVectorBytes * most_rank) * places + kCoreBytes * error.size() + kBeginBytes;
         for (std::size_t pair = 0; pair < error.size(); ++pair) sum += form_bytes(of(pair, most), rows[pair]);

@@ -77,7 +77,7 @@ std::set<std::pair<std::size_t, std::size_t>> beside_fixed(const PairControls& c
     return to;
 }
 
-/// Of the loaded nodes, as the force asks for them: S_k L_kl S_l, or L_kl.
+/// Coupling of the loaded nodes, as the force asks for them: S_k L_kl S_l, or L_kl.
 PlaceMatrix node_matrix(const PairControls& controls, const MatrixXd& l, bool is_stiffness) {
     const auto rows = [&l, s = is_stiffness ? stiffness_of(l)
                                             : std::vector<Matrix3d>{}](const std::vector<std::size_t>& place) {
@@ -105,7 +105,7 @@ std::vector<Vector3d> positions_of(const PairControls& controls) {
     return position;
 }
 
-/// Of the controls themselves: W L W^T.
+/// Coupling of the controls themselves: W L W^T.
 PlaceMatrix control_matrix(const PairControls& controls, const MatrixXd& l) {
     const auto rows = [&](const std::vector<std::size_t>& place) {
         MatrixXd to(dof(place.size()), dof(controls.weights.size()));
@@ -119,7 +119,7 @@ PlaceMatrix control_matrix(const PairControls& controls, const MatrixXd& l) {
     return {positions_of(controls), rows, {}};
 }
 
-/// Of each patch: the nodes that its controls load, with each one's share of every control.
+/// The nodes of each patch that its controls load, with each one's share of every control.
 using Loads = std::vector<std::map<std::int32_t, std::array<double, 6>>>;
 
 Loads loads_of(const PairControls& controls) {

@@ -16,7 +16,7 @@ std::string name_of(Drawing drawing);
 
 /// Mesh nodes whose displacements columns.npy gives.
 const std::vector<std::int32_t>& rows_of(const Scene& scene, const Body& body);
-/// Of columns.npy.
+/// Bytes of columns.npy.
 double column_bytes(const Scene& scene, const Body& body);
 
 /// Edges whose L_ij the consistent force needs: those between free touchable nodes, as mesh nodes, lower first.

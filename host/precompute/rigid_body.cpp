@@ -32,7 +32,7 @@ constexpr std::size_t kMostPoints = 8;
 // A tick's turn, relative to a second: where the midpoint rule is 2 % slow.
 constexpr double kMostFrequency_hz = 80.0;
 
-// Of a point that carries the whole body: 16 Hz, and half of critical damping.
+// Stiffness of a point that carries the whole body: 16 Hz, and half of critical damping.
 constexpr double kFloorTurn = 0.1;  // rad a tick
 constexpr double kFloorDamping = 0.5;
 

@@ -10,7 +10,7 @@
 
 namespace haptable {
 
-/// Of the whole mesh, N nodes. Axes and origin are the mesh's.
+/// Mass and inertia of the whole mesh, N nodes. Axes and origin are the mesh's.
 struct RigidBody {
     double mass_kg = 0.0;
     Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();       ///< of mass
@@ -19,7 +19,7 @@ struct RigidBody {
     Eigen::MatrixXd momentum;  ///< M R, M the consistent mass
 };
 
-/// Of a scene with free_body.
+/// The rigid body of a scene with free_body.
 RigidBody rigid_body_of(const Scene& scene, const Body& body);
 
 /// Three nodes, far apart: from the centre, from one another, and from the line of those two.

@@ -70,7 +70,7 @@ double median_depth(std::span<const Departure> all) {
     return *middle;
 }
 
-/// Of a finger the worst of its four.
+/// The worst of the four departures of each finger.
 std::vector<Departure> worst_of_four(const std::vector<Departure>& sideways) {
     std::vector<Departure> worst;
     for (auto four = sideways.begin(); four != sideways.end(); four += 4)

@@ -41,7 +41,7 @@ std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks);
 enum class Way { kPressing, kPulling, kSideways };
 using Departures = std::array<std::vector<Departure>, 3>;  ///< by way: [fingers], sideways [4 fingers]
 
-/// Of each finger. The solver's K is the mesh's, of its unknown nodes.
+/// Departures of each finger. The solver's K is the mesh's, of its unknown nodes.
 ///   unknown  [N] place of a node among them, or -1
 Departures departures(const NeoHooke& body, const LinearSolver& solver, std::span<const std::int32_t> unknown,
                       std::span<const FingerLoad> fingers);
@@ -58,7 +58,7 @@ struct SmallStrain {
     double depth_m(bool friction) const { return friction ? std::min(pressing_m, sideways_m) : pressing_m; }
 };
 
-/// Of a few touchable nodes, or of their masks. None where one of the three depths is infinite, and of
+/// Departures of a few touchable nodes or their masks. None where one of the three depths is infinite, and of
 /// materials that are not isotropic, with membranes or with prestress.
 ///   masks  of the scene; unused without a mask
 std::optional<SmallStrain> find_small_strain(const Scene& scene, const Body& body, const Masks& masks,

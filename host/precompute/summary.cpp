@@ -305,7 +305,7 @@ std::string describe(const PairSummary& pair) {
         how, human_bytes(pair.bytes), pair.error.places, pair.error.worst, pair.error.p99);
 }
 
-/// Of [device]; what is off is left out.
+/// Adds the limits of [device]; what is off is left out.
 void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
     if (limits.max_speed_m_s > 0.0) json["max_speed_m_s"] = limits.max_speed_m_s;
     if (limits.max_force_rate_n_per_s > 0.0) json["max_force_rate_n_per_s"] = limits.max_force_rate_n_per_s;

@@ -19,7 +19,7 @@ constexpr double kTick_s = 0.001;  // HAPTABLE_TICK_US
 
 double hz_of(double omega_rad_per_s) { return omega_rad_per_s / (2.0 * std::numbers::pi); }
 
-/// Of one place: w^T phi_k.
+/// The mode at one place: w^T phi_k.
 Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeights& place, const VibrationModes& modes,
                   Index k) {
     Vector3d shape = Vector3d::Zero();

@@ -44,14 +44,14 @@ Points over_ticks(const std::vector<Tick>& ticks, const Value& value) {
     return points;
 }
 
-/// Of the first finger, and behind it of a second one where there is one.
+/// A curve of the first finger, and behind it of a second one where there is one.
 std::vector<Curve> of_each(const Timeline& timeline, const std::string& name, const Value& value) {
     if (timeline.second.empty()) return {{name, over_ticks(timeline.ticks, value)}};
     return {{name + ", finger 1", over_ticks(timeline.ticks, value)},
             {name + ", finger 2", over_ticks(timeline.second, value)}};
 }
 
-/// Of one finger size and components, of two the sizes.
+/// Size and components for one finger, the sizes for two.
 std::vector<Curve> force_curves(const Timeline& timeline) {
     std::vector<Curve> curves = of_each(timeline, "size", [](const Tick& t) { return t.force_size_n(); });
     constexpr std::array kAxes{"x", "y", "z"};
@@ -81,7 +81,7 @@ Points unanswered(const std::vector<Tick>& ticks) {
     return over_ticks(ticks, [&count](const Tick& tick) { return count += tick.answered ? 0.0 : 1.0; });
 }
 
-/// Of the servo's counters those that say that something went wrong, where any did, and the states without an answer.
+/// The servo's counters that say that something went wrong, where any did, and the states without an answer.
 std::vector<Curve> fault_curves(const Timeline& timeline) {
     std::vector<Curve> curves{{"states without an answer", unanswered(timeline.ticks), true}};
     if (!timeline.second.empty())

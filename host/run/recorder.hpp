@@ -27,7 +27,7 @@ public:
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
 
-    /// Of a device, or of both.
+    /// States of a device, or of both.
     std::int64_t states() const { return side_[0].states + side_[1].states; }
     /// What came since the last call: "contact  0.412 N  2.93 mm  1000 ticks, 0 unanswered  latency 85 us ...". Where a
     /// second finger has spoken, its part follows behind a bar.

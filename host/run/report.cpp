@@ -77,7 +77,7 @@ private:
         return draw_plots(timeline, scratch.path());
     }
 
-    /// Of the device's summary: where the body is that the finger never met.
+    /// By the device's summary: where the body is that the finger never met.
     std::string never_met() const {
         const auto device = parse_json_or_discard(outcome_.device_summary);
         return device.is_object() ? device.value("never_met", std::string()) : std::string();

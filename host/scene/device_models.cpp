@@ -15,7 +15,7 @@ constexpr const char* kNone = "none";
 
 // A driver that exchanges once a tick: the force of one tick acts from the next.
 constexpr Figure kOneTick{1e-3, kAssumed};
-// Of a current amplifier's order.
+// Bandwidth of a current amplifier's order.
 constexpr Figure kCurrentLoop{1000.0, kAssumed};
 constexpr Figure kBearings{0.005, kAssumed};
 constexpr std::array<double, 3> kYUp{0.0, 1.0, 0.0}, kZUp{0.0, 0.0, 1.0}, kEndless{0.0, 0.0, 0.0};

@@ -7,7 +7,7 @@ namespace haptable {
 constexpr double kLeastMass_kg = 1e-6, kMostMass_kg = 1e6;
 /// Principal moments about the centre: of a milligram of 0.3 mm, and of a thousand tonnes of 60 m.
 constexpr double kLeastInertia_kg_m2 = 1e-14, kMostInertia_kg_m2 = 1e9;
-/// Of its slowest mode; the fastest is below half of 1 kHz.
+/// Least frequency of its slowest mode; the fastest is below half of 1 kHz.
 constexpr double kLeastMode_hz = 0.01;
 
 }  // namespace haptable

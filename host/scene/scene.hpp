@@ -148,11 +148,11 @@ struct Scene {
     std::optional<Vibration> vibration;  ///< none: it follows at once
     SceneOptions options;                ///< as the file has them; what stands above may have been changed since
 
-    /// Of a region, or of the body (-1).
+    /// The material of a region, or of the body (-1).
     const Material& material_of(std::int32_t region) const {
         return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
     }
-    /// Of [body], to which all densities are scaled; 0: they are as they are.
+    /// The mass of [body], to which all densities are scaled; 0: they are as they are.
     double mass_kg() const { return free_body ? free_body->mass_kg : vibration ? vibration->mass_kg : 0.0; }
     /// With [gravity] or [body]; without a density there, 1.
     double density_of(std::int32_t region) const {
@@ -171,7 +171,7 @@ double servo_force_limit_n(const Scene& scene);
 /// The device's limits, which are of the hand's motion and force, as the servo meets them at the body.
 SafetyLimits servo_limits(const Scene& scene);
 
-/// Of a force until the motors give it: on its way, and behind their lag.
+/// Delay of a force until the motors give it: on its way, and behind their lag.
 double whole_delay_s(const Device& device);
 
 /// Reads and checks a scene. Throws Error "FILE:LINE: key: what is wrong" for a missing file, an unknown key, a wrong

@@ -94,7 +94,7 @@ private:
         side.open.add(state, Asked{finger, state, utime});
     }
 
-    /// Of a log in which nobody answers.
+    /// Keeps the states of a log in which nobody answers.
     void keep_unanswered(const Asked& asked) {
         const bool again = !unanswered_.empty() && unanswered_.back().finger == asked.finger &&
                            unanswered_.back().state.session == asked.state.session &&
@@ -127,7 +127,7 @@ private:
     void add_finger(const Asked& asked, std::int64_t utime, std::optional<std::array<float, 3>> force_n) {
         Side& side = side_[asked.finger];
         const bool has_servo_time = is_simulated(asked.state) || recording_.fingers == 2 || asked.finger > 0;
-        // Of one finger the state's, which came before the servo's answer; of two, times must ascend.
+        // One finger has the state's time, which is before the servo's answer; times of two must ascend.
         const std::int64_t at = has_servo_time ? utime : asked.logged_utime;
         Answered answered{{}, asked.state.seq, static_cast<std::uint32_t>(at)};
         std::copy_n(asked.state.position_m, 3, answered.finger.position_m.begin());

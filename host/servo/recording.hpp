@@ -33,9 +33,9 @@ struct Recording {
     std::int64_t damaged = 0;       ///< parts of a log that could not be read
 };
 
-/// Of a log the states that were answered, each once, in the order of their answers; of one without any answer all. In
+/// Reads a log: answered states, each once, in the order of their answers; without any answer all states. In
 /// lockstep they have the times that the servo had; in real time those of the log, which the servo's came near to.
-/// Of two fingers answers with one utime are one tick, and who was answered is there until its answer says silent.
+/// Two fingers: answers with one utime are one tick, and who was answered is there until its answer says silent.
 /// Throws Error for a file that is none of the three.
 Recording read_recording(const std::filesystem::path& file);
 

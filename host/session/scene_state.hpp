@@ -34,7 +34,7 @@ public:
         return *haptable_scene_servo(memory_.data(), static_cast<int>(finger));
     }
     const haptable_servo& servo(std::size_t finger) const { return const_cast<SceneState*>(this)->servo(finger); }
-    /// Of two fingers; else null.
+    /// The state of two fingers; else null.
     haptable_pair* pair() {
         return scene_.pair != nullptr ? reinterpret_cast<haptable_pair*>(memory_.data()) : nullptr;
     }
@@ -49,7 +49,7 @@ public:
         return scene_.modes != nullptr ? haptable_scene_modes(&scene_, memory_.data()) : nullptr;
     }
     const haptable_modes_state* modes() const { return const_cast<SceneState*>(this)->modes(); }
-    /// Of a body that moves.
+    /// The account of a body that moves.
     const haptable_account& account() const {
         return *haptable_scene_account(&scene_, const_cast<std::max_align_t*>(memory_.data()));
     }

@@ -273,7 +273,7 @@ void Session::publish_status() {
     tell();
 }
 
-/// Of two fingers, which one a line is about.
+/// Which of two fingers a line is about.
 std::string Session::who(std::size_t finger) const {
     return side_.size() == 1 ? "" : "finger " + std::to_string(finger + 1) + ": ";
 }

@@ -11,8 +11,8 @@
 
 namespace haptable {
 
-/// Of states that were not the servo's next: of another scene, of a device that has another servo, of a second device,
-/// too old ones. who: begins each line; empty where there is one finger.
+/// Tells of states that were not the servo's next: of another scene, of a device that has another servo, of a second
+/// device, too old ones. who: begins each line; empty where there is one finger.
 void tell_of_states(const StateCounters& counters, Clock::time_point now, LiveState& live, const std::string& who = "");
 
 /// A rejected position, m, and what is likely to be wrong with it.

@@ -6,7 +6,7 @@
 
 namespace haptable {
 
-/// Of a symmetric matrix [n, n]: eigenvalues ascending, eigenvectors of length 1 as columns.
+/// A symmetric matrix [n, n]: eigenvalues ascending, eigenvectors of length 1 as columns.
 struct SymmetricEigen {
     Eigen::VectorXd values;
     Eigen::MatrixXd vectors;

@@ -56,7 +56,7 @@ struct Tick {
     haptable_counters counters{};
 
     Vector3d u() const { return x - god; }
-    /// Of the spring that the contact is while the god-object stands still.
+    /// Energy of the spring that the contact is while the god-object stands still.
     double energy_at(const Vector3d& finger) const {
         return contact ? 0.5 * (finger - god).dot(s * (finger - god)) : 0.0;
     }

@@ -29,7 +29,7 @@ struct StrokedMeshes {
     std::vector<LeftOut> left_out;
 };
 
-/// Of files and folders (not of the folders in them): scenes (.toml) as they are, but touchable everywhere; meshes
+/// Bodies of files and folders (without folders in them): scenes (.toml) as they are, but touchable everywhere; meshes
 /// 0.1 m long, of 10 kPa, the lowest tenth of the nodes of each part held, surfaces filled with 3,000 nodes, or with as
 /// many more as their creases need. A mesh of the same bytes as an earlier one is left out. Names that do not contain
 /// one of `only` too, where it has some, and untold. most_nodes: larger ones are left out.

@@ -29,7 +29,7 @@ struct PairTally {
 };
 
 /// Strokes number 2 n and 2 n + 1 of that seed at once, for n below `count`; the judge looks at either finger by turns.
-/// Of its faults those count that the other finger does not explain: outside, lost, and a force that is none. The
+/// Only faults count that the other finger does not explain: outside, lost, and a force that is none. The
 /// result does not depend on the number of threads.
 PairTally run_pairs(const TouchedByTwo& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
                     Workers& workers, const std::function<void(std::size_t done)>& on_done);

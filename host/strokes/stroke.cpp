@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kTick_s = 1e-3;
 constexpr double kSlowest_m_s = 0.01, kFastest_m_s = 2.0, kPass_m_s = 5.0;
-// Of the body's size: how deep and how high.
+// Depth and height as parts of the body's size.
 constexpr double kShallow = 1e-4, kDeep = 0.05, kHigh = 0.02;
 constexpr std::size_t kMostTicksOfLine = 200;
 
@@ -109,7 +109,7 @@ std::size_t StrokeMaker::any_neighbour(std::size_t patch, Pen& pen) const {
     return next == HAPTABLE_NONE ? patch : next;
 }
 
-/// Of the edge opposite to a corner: 0 where it is flat, 2 where it is a knife's.
+/// Sharpness of the edge opposite to a corner: 0 where it is flat, 2 where it is a knife's.
 double StrokeMaker::sharpness(std::size_t patch, std::size_t corner) const {
     const std::uint16_t across = servo_.neighbour[patch][corner];
     return across == HAPTABLE_NONE ? 0.0 : 1.0 - normal(patch).dot(normal(across));

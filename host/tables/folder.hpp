@@ -27,7 +27,7 @@ public:
     const std::filesystem::path& path() const;
     std::string text() const { return path().string(); }
     const nlohmann::json& summary() const;
-    /// Of what the tables were made from; of the servo's tables, all parts of them. 0: not yet known.
+    /// Hashes of what the tables were made from, and of all parts of the servo's tables. 0: not yet known.
     std::uint64_t model_hash() const;
     std::uint64_t tables_hash() const;
 

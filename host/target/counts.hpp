@@ -10,7 +10,7 @@
 
 namespace haptable {
 
-/// Of the ticks of one kind.
+/// Instructions of the ticks of one kind.
 struct Counts {
     std::size_t ticks = 0;
     std::uint64_t median = 0;

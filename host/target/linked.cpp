@@ -75,7 +75,7 @@ void compile(const fs::path& tables, const fs::path& work, const std::string& fi
                           shell_quoted(file), shell_quoted(object)));
 }
 
-/// Of the objects, beside the tables. The linker gets it by a path from elsewhere.
+/// The folder of the objects, beside the tables. The linker gets it by a path from elsewhere.
 StagedPath work_folder(const fs::path& tables) {
     return StagedPath(fs::absolute(tables / "linked"), StagedKind::folder);
 }

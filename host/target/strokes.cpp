@@ -49,7 +49,7 @@ Vec normal(const Tables& tables, std::size_t patch) {
     return (corner(tables, patch, 1) - a).cross(corner(tables, patch, 2) - a).normalized();
 }
 
-/// Of a few patches the one nearest to `from`: a stroke's end is near its begin, but not in the same patch.
+/// The nearest to `from` of a few random patches: a stroke's end is near its begin, but not in the same patch.
 std::size_t near_patch(const Tables& tables, std::size_t from, Choice& choice) {
     std::size_t best = choice.below(tables.patch.size());
     for (int tries = 0; tries < 8; ++tries) {

@@ -138,7 +138,7 @@ void draw_bar(Pen& pen, const ColorBar& bar) {
     const double left = pen.width - (kBarMargin * kReferenceHeight) + 34.0;
     const double bottom = 0.5 * (pen.height + length);
     cairo_t* cairo = pen.cairo();
-    // Of 33 of its stops, which lie nearer to the map than the eye sees: a gradient of cairo's costs by its stops.
+    // By 33 of its stops, which lie nearer to the map than the eye sees: a gradient of cairo's costs by its stops.
     constexpr std::size_t kStops = 32;
     cairo_pattern_t* colors = cairo_pattern_create_linear(0.0, bottom, 0.0, bottom - length);
     for (std::size_t k = 0; k <= kStops; ++k) {

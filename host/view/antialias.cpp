@@ -65,7 +65,7 @@ void Smoothing::mix(const Image& image, std::ptrdiff_t at, std::ptrdiff_t toward
     mixes.push_back({static_cast<std::size_t>(at), out});
 }
 
-/// Of a pixel's edge to the neighbour that differs most from it: along is the way along the edge, across the way over
+/// Smooths a pixel's edge to the neighbour that differs most: along is the way along the edge, across the way over
 /// it. The edge goes on while both sides stay as they are; where it ends, a step to the other side counts.
 void Smoothing::look_at(const Image& image, int x, int y, Mixes& mixes) const {
     const std::ptrdiff_t width = image.width, at = static_cast<std::ptrdiff_t>(y) * width + x;

@@ -28,7 +28,7 @@ private:
 
     void find_brightness(const Image& image);
     int brightness(std::ptrdiff_t at) const { return brightness_[static_cast<std::size_t>(at)]; }
-    /// Of rows from .. to - 1; they only read what is shared.
+    /// Looks at rows from .. to - 1; they only read what is shared.
     void look_at_rows(const Image& image, int from, int to, Mixes& mixes) const;
     void look_at(const Image& image, int x, int y, Mixes& mixes) const;
     static void mix(const Image& image, std::ptrdiff_t at, std::ptrdiff_t towards, int share_256, Mixes& mixes);

@@ -29,7 +29,7 @@ private:
     std::vector<float> displacement_m_;
 };
 
-/// Of the tables in a folder; none where the body does not ring, or nothing of it is drawn.
+/// The modes of the tables in a folder; none where the body does not ring, or nothing of it is drawn.
 std::optional<DrawnModes> read_drawn_modes(const Tables& tables, const TablesFolder& folder);
 
 }  // namespace haptable

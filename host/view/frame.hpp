@@ -35,7 +35,7 @@ struct ContactFrame {
     std::vector<float> modes;       ///< how far they have swung, sqrt(kg) m; none where the record does not say
 };
 
-/// Of a body that nothing holds: its centre of mass where it was at first and where it is, and its turn w x y z. None
+/// Pose of a body that nothing holds: its centre of mass at first and now, and its turn w x y z. None
 /// where a number is not finite.
 std::optional<Eigen::Isometry3d> pose_of(const Eigen::Vector3d& rest_centre_m, const Eigen::Vector3d& centre_m,
                                          const std::array<double, 4>& turn);

@@ -21,7 +21,7 @@ struct MeshCheck {
     std::vector<std::int32_t> hinge_node;
 };
 
-/// Of the tables in `folder`. Where summary.json tells none (tables of an earlier version) or names nodes that there
+/// The check of tables in `folder`. Where summary.json tells none (of an earlier version) or names nodes that there
 /// are not: none.
 MeshCheck read_mesh_check(const TablesFolder& folder, std::size_t node_count);
 

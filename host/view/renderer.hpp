@@ -30,13 +30,13 @@ struct Shading {
     float range = 0.0F;            ///< where the map ends
 };
 
-/// Of a patch, 0: a colour of the map; else one of the plain colours: 1 not touchable, 2 held, 3 touchable.
+/// Colour of a patch: 0 a colour of the map; else a plain one: 1 not touchable, 2 held, 3 touchable.
 int plain_color(const DrawnSurface& surface, std::size_t patch, bool colored);
 const Rgb8& plain_color(int number);
 
 class Renderer {
 public:
-    /// Of this surface's patches, seen around its rest shape.
+    /// Draws this surface's patches, seen around its rest shape.
     Renderer(const ViewOptions& view, const DrawnSurface& surface);
 
     const Camera& camera() const { return camera_; }

@@ -14,7 +14,7 @@ struct Sag {
     std::vector<float> displacement_m;  ///< [r,3] of the rows
 };
 
-/// Of tables in `folder`. Throws Error where their scene has no [gravity].
+/// The sag of tables in `folder`. Throws Error where their scene has no [gravity].
 Sag read_sag(Tables tables, const TablesFolder& folder);
 
 }  // namespace haptable

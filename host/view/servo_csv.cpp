@@ -20,10 +20,10 @@ namespace {
 constexpr std::string_view kHeader =
     "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z";
 constexpr std::size_t kColumns = 17;  // a file may have more behind them
-// Of a body that nothing holds, in the last columns.
+// Columns of a body that nothing holds, in the last columns.
 constexpr std::string_view kPoseColumns = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
 constexpr std::size_t kPose = 7;
-// Of a second finger, behind the first's and its buttons, state and faults.
+// Columns of a second finger, behind the first's and its buttons, state and faults.
 constexpr std::string_view kSecondColumns = ",faults,x2,y2,z2,contact2,";
 constexpr std::size_t kSecond = 20, kSecondEnd = 36;
 constexpr double kTick_s = 0.001;
@@ -36,7 +36,7 @@ struct Row {
     PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
     std::array<double, kPose> pose{};
-    /// Of the second finger; without contact its position alone.
+    /// The second finger's; without contact its position alone.
     struct Second {
         bool contact = false;
         PatchNodes node{};

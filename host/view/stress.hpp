@@ -23,12 +23,12 @@ namespace haptable {
 using DeviatorMap = Eigen::Matrix<float, 6, Eigen::Dynamic>;
 DeviatorMap deviator_map(const Hooke& law, const Eigen::Ref<const Eigen::Matrix3Xd>& gradient_per_m);
 
-/// Of a deviator in Voigt's notation, Pa.
+/// Von Mises stress of a deviator in Voigt's notation, Pa.
 float von_mises(const Eigen::Matrix<float, 6, 1>& deviator_pa);
 
 /// An element at the surface.
 struct StressedElement {
-    /// Of linear tetrahedra one for all of its nodes.
+    /// Linear tetrahedra have one for all of its nodes.
     struct Place {
         DeviatorMap deviator_pa_per_m;
         std::vector<std::int32_t> drawn;  ///< surface nodes

@@ -28,7 +28,7 @@ struct Deck {
     double density_kg_per_m3 = 0.0;  ///< 0: none is given
 };
 
-/// Of nodes whose place among the unknowns is -1.
+/// The nodes whose place among the unknowns is -1.
 std::vector<std::int32_t> held_of(std::span<const std::int32_t> unknown);
 
 template <typename Elements>

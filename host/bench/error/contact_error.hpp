@@ -7,7 +7,7 @@
 
 namespace haptable {
 
-/// Of one mesh, by force: how far the servo's float32 is from its own equations in double, how far the force is from
+/// Errors of one mesh, by force: the servo's float32 from its own equations in double, how far the force is from
 /// that contact imposed on the mesh and solved for, and how far the drawn surface then misses the finger. Rows for the
 /// table of contact_error_table().
 std::vector<std::vector<Cell>> contact_errors(const Specimen& specimen, const Meshed& meshed,

@@ -27,7 +27,7 @@ std::vector<double> normals_of(const std::vector<Truth>& truths) {
     return normal;
 }
 
-/// Of the ratio that docs/numbers.json has no truth of, on the coarser mesh.
+/// The truth at the ratio that docs/numbers.json has no truth of, on the coarser mesh.
 std::vector<Truth> solve_nearly_incompressible(Specimen cube, Progress& progress) {
     progress.stage(fmt::format("the body itself: cube, nu {}", kNotKept));
     for (Meshed& meshed : cube.meshes) meshed.scene.material.poisson = kNotKept;

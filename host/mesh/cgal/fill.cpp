@@ -309,7 +309,7 @@ std::size_t count_creases(const SurfaceMesh& surface, double crease_deg) {
                                                   [&](const auto edge) { return get(is_crease, edge); }));
 }
 
-/// Of its closed parts, those that are turned inwards.
+/// The number of its closed parts that are turned inwards.
 std::size_t count_cavities(const SurfaceMesh& surface) {
     std::vector<SurfaceMesh> parts;
     pmp::split_connected_components(surface, parts);
