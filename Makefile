@@ -113,9 +113,9 @@ $(BUILD)/firmware/%.c.o $(BUILD)/pic/firmware/%.c.o: private OPT = -O3
 $(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private OPT = -O3
 
 # An example includes the installed header by its name.
-$(BUILD)/tidy/host/library/examples/%.ok: private INCLUDE += -Ihost/library
+$(BUILD)/tidy/UnifiedSource-host-library-examples%.ok: private INCLUDE += -Ihost/library
 # Not -I: MPI's headers are not ours to warn about.
-$(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/host/mpi/%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
+$(BUILD)/host/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/UnifiedSource-host-mpi%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
 # CGAL's exact predicates count on directed rounding.
 $(BUILD)/host/mesh/cgal/%.cpp.o: private FP += -frounding-math
@@ -337,12 +337,13 @@ figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-ru
 lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
-# tidy: clang-tidy on what changed since it had nothing to say, in any clone (20 s a file)
+# tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
 # Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
 TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
-tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(TIDY))
+tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
+	@rooms=$$(python3 scripts/rooms.py $(BUILD) $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/')
 
 # format: put every C and C++ file into the project's form
 .PHONY: format
@@ -416,7 +417,7 @@ $(BUILD)/%.c.o: %.c | $(BUILD)/setup.stamp
 
 tidied = $(say) TIDY $< && mkdir -p $(@D) && sh scripts/tidy.sh $(1) $< $(2) && $(1) $(2) -MM -MP -MT $@ -MF $@.d $< && touch $@
 
-$(BUILD)/tidy/%.cpp.ok: %.cpp tests/clang-tidy.yaml scripts/tidy.sh | $(BUILD)/setup-lint.stamp $(TYPES)
+$(BUILD)/tidy/%.cpp.ok: $(BUILD)/tidy/%.cpp tests/clang-tidy.yaml scripts/tidy.sh | $(BUILD)/setup-lint.stamp $(TYPES)
 	$(call tidied,$(CXX),-std=c++20 $(INCLUDE))
 
 $(BUILD)/tidy/%.c.ok: %.c tests/clang-tidy.yaml scripts/tidy.sh | $(BUILD)/setup-lint.stamp

@@ -1,9 +1,10 @@
 #!/bin/sh
 # setup.sh [SET...]: installs the Debian packages of the sets (default: demo) that are missing, and says which.
+# setup.sh --list SET...: prints the packages of the sets, and installs nothing.
 # Exit status 0: all are there. One at a time: two makes, or two jobs of one, may ask at once.
 set -eu
-exec 9<"$0"
-flock 9
+lists=""
+[ "${1:-}" != --list ] || { lists=yes && shift; }
 
 # What a set needs besides demo.
 packages_of() {
@@ -16,7 +17,7 @@ packages_of() {
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws
     test) echo libgtest-dev python3-venv python3-jsonschema clang libclang-rt-14-dev calculix-ccx lld libjs-three chromium ffmpeg locales ;;
-    lint) echo git clang-format clang-tidy cppcheck universal-ctags ;;
+    lint) echo git python3 clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev cmark-gfm calculix-ccx ;;
     lab) echo cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-cffi python3-pytest ;; # lab/: pages and figures
     figures) echo ffmpeg chromium ;;
@@ -30,7 +31,10 @@ packages_of() {
 
 packages=""
 for set in "${@:-demo}"; do packages="$packages $(packages_of "$set")"; done
+[ -z "$lists" ] || { echo "$packages" && exit 0; }
 
+exec 9<"$0"
+flock 9
 missing=""
 for package in $packages; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"

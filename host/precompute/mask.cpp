@@ -163,7 +163,7 @@ std::vector<std::int32_t> nodes_of(std::span<const Patch> patch) {
     return sorted(std::move(nodes));
 }
 
-std::vector<Edge> edges_of(std::span<const Patch> patch) {
+std::vector<Edge> sorted_edges(std::span<const Patch> patch) {
     std::vector<Edge> edges;
     for (const Patch& corner : patch)
         for (std::size_t c = 0; c < 3; ++c) {
@@ -177,7 +177,7 @@ Masks make_masks(std::span<const Eigen::Vector3d> position_m, std::span<const Pa
                  Workers& workers, Progress& progress, std::span<const Quarter> quarter) {
     Masks masks;
     masks.vertex_id = nodes_of(patch);
-    masks.edge_id = edges_of(patch);
+    masks.edge_id = sorted_edges(patch);
     masks.control = controls_of(masks, patch);
     const std::size_t vertices = masks.vertex_id.size(), places = vertices + masks.edge_id.size();
     const std::vector<double> area_m2 = node_areas(position_m, patch);

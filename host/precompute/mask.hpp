@@ -45,7 +45,7 @@ struct Masks {
 
 /// Mesh nodes and edges of patches, as Masks holds them.
 std::vector<std::int32_t> nodes_of(std::span<const std::array<std::int32_t, 3>> patch);
-std::vector<std::array<std::int32_t, 2>> edges_of(std::span<const std::array<std::int32_t, 3>> patch);
+std::vector<std::array<std::int32_t, 2>> sorted_edges(std::span<const std::array<std::int32_t, 3>> patch);
 
 /// The workers share the vertices and edges; their number changes no bit.
 ///   quarter  [p] of quadratic tetrahedra; else empty

@@ -71,7 +71,7 @@ std::string name_of(Drawing drawing) {
 std::vector<std::array<std::int32_t, 2>> coupled_edges(const Scene& scene, const Body& body) {
     std::vector<std::array<std::int32_t, 2>> edges;
     if (scene.contact.force != ForceLaw::kConsistent) return edges;
-    for (const auto& edge : edges_of(body.touch_patch))
+    for (const auto& edge : sorted_edges(body.touch_patch))
         if (!body.is_fixed(edge[0]) && !body.is_fixed(edge[1])) edges.push_back(edge);
     return edges;
 }

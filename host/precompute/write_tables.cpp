@@ -91,7 +91,7 @@ std::vector<Eigen::Vector3d> read_sag(const fs::path& folder) {
 }
 
 void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Matrix3d> l_ij, const fs::path& folder) {
-    const auto edges = edges_of(body.touch_patch), coupled = coupled_edges(scene, body);
+    const auto edges = sorted_edges(body.touch_patch), coupled = coupled_edges(scene, body);
     std::vector<Eigen::Matrix3d> blocks;
     std::size_t next = 0;
     for (const auto& edge : edges) {

@@ -120,7 +120,7 @@ Tables with_compliance(const TestModel& ball, int degree) {
     tables.force = degree == 2 ? ForceLaw::kConsistent : ForceLaw::kPressureMask;
     ComplianceTables& c = tables.compliance;
     c.degree = degree;
-    c.edge_id = edges_of(tables.patch);
+    c.edge_id = sorted_edges(tables.patch);
     int seed = 0;
     const auto fill = [&](std::vector<std::array<double, 9>>& blocks, std::size_t count) {
         for (std::size_t b = 0; b < count; ++b) {
