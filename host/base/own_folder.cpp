@@ -138,7 +138,7 @@ bool OwnFolder::has_only_mark() const {
 }
 
 fs::path OwnFolder::file(const std::string& name) {
-    const fs::path path = folder_ / name;
+    fs::path path = folder_ / name;
     if (ours_.contains(name)) return path;
     if (is_there(path))
         throw Error(path.string() + ": is not haptable's, and would be written over: move it away, or give another -o");
