@@ -134,6 +134,9 @@ sh scripts/docs.sh || complain "the pages: mend what is said above"
 # shellcheck disable=SC2046 # file names of ours hold no spaces
 /usr/bin/python3 -m lab check $(git ls-files '*.md' 'docs/data/*.csv') || complain "the numbers of the pages: mend what is said above"
 
+# ---- packages: what a bare machine lacks ---------------------------------------------------------------------------
+sh scripts/packages.sh || complain "scripts/setup.sh: name the packages above in the set that needs them"
+
 # ---- clang-tidy, cppcheck -----------------------------------------------------------------------------------------
 cppcheck --quiet --std=c99 --enable=warning,style,performance,portability --inline-suppr --error-exitcode=1 \
     --suppress=unusedStructMember --suppress=missingInclude --suppress=comparePointers:firmware/port/* -Ifirmware firmware || complain "cppcheck"
