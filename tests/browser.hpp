@@ -30,7 +30,7 @@ public:
     /// The value of an expression, awaited where it is a promise.
     nlohmann::json evaluate(const std::string& expression);
     /// Evaluates until it is true. False after `patience_s`.
-    bool wait_until(const std::string& expression, double patience_s = 30.0);
+    bool wait_until(const std::string& expression, double patience_s = 120.0);
     /// One command of the protocol in the page, and its result.
     nlohmann::json command(const std::string& method, const nlohmann::json& parameters = nlohmann::json::object());
     /// A pointer event: "mousePressed", "mouseMoved", "mouseReleased", "mouseWheel".

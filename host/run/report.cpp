@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "host/base/child.hpp"
 #include "host/base/error.hpp"
@@ -83,6 +84,16 @@ private:
         return device.is_object() ? device.value("never_met", std::string()) : std::string();
     }
 
+    /// Ticks of one finger that the servo had and the log has not: the logger was kept from its socket until that was
+    /// full. None where the servo did not say.
+    std::optional<std::int64_t> unrecorded(const Timeline& timeline) const {
+        const auto servo = parse_json_or_discard(outcome_.servo_summary);
+        if (!servo.is_object() || !servo.contains("ticks") || !timeline.second.empty()) return std::nullopt;
+        const auto answered =
+            std::count_if(timeline.ticks.begin(), timeline.ticks.end(), [](const Tick& tick) { return tick.answered; });
+        return servo["ticks"].get<std::int64_t>() - answered;
+    }
+
     SummaryLines summarise(const Timeline& timeline, const std::string& scene) const {
         SummaryLines summary;
         summary.add("scene", scene);
@@ -96,6 +107,7 @@ private:
         }
         if (const std::string where = never_met(); !where.empty()) summary.add("never_met", where);
         summary.add("damaged_messages", timeline.damaged);
+        if (const auto ticks = unrecorded(timeline)) summary.add("unrecorded_ticks", *ticks);
         summary.add("wall_s", outcome_.wall_s);
         summary.add("trouble", note_.empty() ? "none" : note_);
         summary.add("report", (o_.folder / "report.html").string());

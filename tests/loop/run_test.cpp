@@ -83,10 +83,18 @@ protected:
 };
 
 TEST_F(Run, LeavesAFolderWithAllOfASession) {
-    Process process(command({"--path", "poke", "--draw", "nothing", "--lockstep", "--json"}), place());
-    ASSERT_EQ(process.wait_for_exit(), 0) << said();
+    // A busy machine may keep the logger from its socket until that is full. What it lacks then is told; here a session
+    // counts whose record is whole.
+    for (int sessions = 0; sessions < 5; ++sessions) {
+        Process process(command({"--path", "poke", "--draw", "nothing", "--lockstep", "--json"}), place());
+        ASSERT_EQ(process.wait_for_exit(), 0) << said();
+        EXPECT_EQ(read_file(folder / "stdout"), read_file(folder / "out/summary.json"));
+        EXPECT_EQ(parse_json(read_file(folder / "out/device.json"))["ticks"],
+                  parse_json(read_file(folder / "out/servo.json"))["ticks"]);
+        if (summary()["unrecorded_ticks"] == 0) break;
+    }
+    ASSERT_EQ(summary()["unrecorded_ticks"], 0);
     expect_whole_record();
-    EXPECT_EQ(read_file(folder / "stdout"), read_file(folder / "out/summary.json"));
     EXPECT_EQ(summary()["trouble"], "none");
     EXPECT_EQ(summary()["unanswered"], 0);
     EXPECT_GT(summary()["contact_ticks"], 300);
@@ -102,6 +110,24 @@ TEST_F(Run, LeavesAFolderWithAllOfASession) {
     const std::string page = read_file(folder / "out/report.html");
     for (const char* title : {"Force on the finger", "Depth", "Energy", "Faults so far"})
         EXPECT_NE(page.find(title), std::string::npos) << title;
+}
+
+// A logger that is kept from its socket loses ticks, and the summary says how many.
+TEST_F(Run, CountsTheTicksThatItsRecordLacks) {
+    Process process(command({"--seconds", "600", "--draw", "nothing", "--lockstep"}), place());
+    ASSERT_TRUE(wait_for_record()) << said();
+    process.kill(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::seconds(1));  // servo and device go on, by thousands of ticks
+    process.kill(SIGCONT);
+    ASSERT_TRUE(wait_for_record(10'000'000)) << said();
+    process.kill(SIGINT);
+    EXPECT_EQ(process.wait_for_exit(), 130);
+    const std::size_t recorded = lines_of(read_file(folder / "out/session.csv")).size() - 1;
+    EXPECT_GT(summary()["unrecorded_ticks"], 0);
+    EXPECT_EQ(summary()["ticks"], recorded);
+    const auto servos = parse_json(read_file(folder / "out/servo.json"))["ticks"].get<std::int64_t>();
+    EXPECT_EQ(summary()["unrecorded_ticks"],
+              servos - summary()["ticks"].get<std::int64_t>() + summary()["unanswered"].get<std::int64_t>());
 }
 
 // The summary says where the body is that the finger never met.
@@ -270,7 +296,7 @@ TEST_F(Run, AfterAKilledOneTheFolderIsWrittenAgain) {
     write_file(folder / "out/servo.csv.haptable-999999999", "half");
     Process again(command({"--seconds", "0.3", "--lockstep", "--draw", "nothing", "--quiet"}), place());
     ASSERT_EQ(again.wait_for_exit(), 0) << said();
-    EXPECT_EQ(summary()["ticks"], 300);
+    EXPECT_EQ(parse_json(read_file(folder / "out/device.json"))["ticks"], 300);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/servo.csv.haptable-999999999"));
 }
 
