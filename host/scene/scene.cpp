@@ -240,7 +240,7 @@ void begin_body(const Section& root, const SceneOptions& options, Scene& scene) 
     if (options.flag("body.free")) {
         scene.free_body.emplace();
         scene.free_body->line = section.line("free");
-        if (options.has("body.floor")) scene.free_body->floor.emplace();
+        if (options.has("body.floor")) scene.free_body->floor = FreeBody::Floor{};
     }
     if (options.integer("body.modes") == 0) return;
     scene.vibration.emplace();
