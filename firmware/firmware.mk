@@ -162,11 +162,13 @@ $(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/display.c
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/display.c -o $@
 
-# Options are a dependency too: written only when they change.
+# Options are a dependency too: written only when they change. An object whose file is gone goes too: tests link all that
+# are there.
+GONE = $(basename $(filter-out $(OF_EVERY_SCENE) $(addprefix $(IMAGE)/,model.o display.o),$(wildcard $(IMAGE)/*.o)))
 .PHONY: FORCE
 $(IMAGE)/options: private LINKED = $(TARGET_LDFLAGS)
 $(IMAGE)/options $(FOR_EVERY_SCENE)/options: FORCE | $(BUILD)/setup-cross.stamp
-	@mkdir -p $(@D)
+	@mkdir -p $(@D) && rm -f $(addsuffix .o,$(GONE)) $(addsuffix .ci,$(GONE)) $(addsuffix .su,$(GONE))
 	@echo '$(TARGET_CC) $(TARGET_CFLAGS) $(LINKED)' | cmp -s - $@ || echo '$(TARGET_CC) $(TARGET_CFLAGS) $(LINKED)' >$@
 
 define link_image

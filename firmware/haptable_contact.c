@@ -239,3 +239,11 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
     }
     ++servo->counters.slide_limits;
 }
+
+const struct haptable_contact* haptable_freed_contact(const struct haptable_model* model,
+                                                      struct haptable_servo* servo) {
+    const struct haptable_freed* freed;
+    if (!model->frictionless || servo->contact.patch == HAPTABLE_NONE) return 0;
+    freed = haptable_freed_of(model, servo);
+    return servo->counters.ticks - freed->tick == 1u && servo->counters.contacts == freed->contacts ? &freed->at : 0;
+}

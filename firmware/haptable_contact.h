@@ -10,13 +10,7 @@
 #include "haptable_model.h"
 
 /* Where friction's god-object of the last tick would be without it; NULL where that is not known of this contact. */
-static inline const struct haptable_contact* haptable_freed_contact(const struct haptable_model* model,
-                                                                    struct haptable_servo* servo) {
-    const struct haptable_freed* freed;
-    if (!model->frictionless || servo->contact.patch == HAPTABLE_NONE) return 0;
-    freed = haptable_freed_of(model, servo);
-    return servo->counters.ticks - freed->tick == 1u && servo->counters.contacts == freed->contacts ? &freed->at : 0;
-}
+const struct haptable_contact* haptable_freed_contact(const struct haptable_model* model, struct haptable_servo* servo);
 
 /* Slides the god-object down to the nearest point of the surface around it; *steps counts on. Returns 0 when it met
  * HAPTABLE_WALK_STEPS and is not there yet.

@@ -6,6 +6,7 @@
 
 #include "haptable_bounds.h"
 #include "haptable_patch.h"
+#include "haptable_side.h"
 #include "haptable_surface.h"
 
 /* The surface as it is seen along a segment, which comes from the origin of a plane: coordinates less their part along
@@ -177,7 +178,7 @@ static struct clearance begin_clearance(const struct haptable_model* model, cons
                                         const float along[3]) {
     struct clearance clear = {0.0f, 0.0f, 0.0f};
     if (segment->box != 0 || segment->left[0] != HAPTABLE_NONE) return clear;
-    clear.least = vec_dot(along, along) * haptable_surface_inverse_length(along) / model->tolerance_m;
+    clear.least = vec_dot(along, along) * haptable_side_inverse_length(along) / model->tolerance_m;
     clear.radius = CLEAR_TICKS * clear.least + CLEAR_REST;
     clear.steps = model->grid_per_m * model->tolerance_m;
     return clear;
@@ -237,7 +238,7 @@ static void limit_by_patch(const struct haptable_model* model, uint16_t patch, c
     if (height * height > clear->radius * clear->radius * area2) return;
     far_away = gap_to_patch(edge1, edge2, offset) / model->tolerance_m;
     if (far_away >= clear->radius) return;
-    height *= haptable_surface_inverse_length(normal);
+    height *= haptable_side_inverse_length(normal);
     if (far_away < height) far_away = height;
     clear->radius = far_away > clear->least ? far_away : 0.0f;
 }
@@ -341,7 +342,7 @@ void haptable_segment_step_back(const struct haptable_model* model, struct hapta
     float along[3];
     float back;
     vec_sub(segment->to_m, segment->from_m, along);
-    back = model->tolerance_m * haptable_surface_inverse_length(along);
+    back = model->tolerance_m * haptable_side_inverse_length(along);
     vec_add_scaled(back < 0.5f ? -back : -0.5f, along, segment->to_m);
 }
 
@@ -397,8 +398,8 @@ static int begin_on(const struct haptable_model* model, const struct haptable_co
     if (side == HAPTABLE_SIDE_ALONG) {
         float outward[3];
         float scale;
-        haptable_surface_outward(model, at, outward);
-        scale = model->tolerance_m * haptable_surface_inverse_length(outward);
+        haptable_side_outward(model, at, outward);
+        scale = model->tolerance_m * haptable_side_inverse_length(outward);
         vec_add_scaled(scale, outward, segment->from_m);
         vec_add_scaled(scale, outward, segment->to_m);
     }
@@ -414,14 +415,14 @@ static int begin_beside(const struct haptable_model* model, const struct haptabl
                         struct haptable_segment* segment) {
     int corner;
     const float left_out = haptable_patch_feature(at->alpha, &corner) == ON_VERTEX ? LEFT_OUT_AT_VERTEX : LEFT_OUT;
-    const float out = left_out * model->tolerance_m * haptable_surface_inverse_length(u);
+    const float out = left_out * model->tolerance_m * haptable_side_inverse_length(u);
     enum haptable_side side;
     float begin_m[3];
     float from_border[3];
     vec_copy(from->god_object_m, begin_m);
     vec_add_scaled(out < 0.5f ? out : 0.5f, u, begin_m);
     vec_sub(begin_m, at->god_object_m, from_border);
-    side = haptable_surface_side(model, at, from_border);
+    side = haptable_side_of(model, at, from_border);
     if (!begin_on(model, at, side, begin_m, x_m, segment)) return 0;
     segment->is_beside = 1;
     return 1;
@@ -439,7 +440,7 @@ static int begin_near_border(const struct haptable_model* model, const struct ha
     if (gap2(at.god_object_m, from->god_object_m) > HAPTABLE_ROUNDING * HAPTABLE_ROUNDING * near2)
         return begin_beside(model, from, &at, x_m, u, segment);
     vec_sub(x_m, at.god_object_m, u);
-    return begin_on(model, &at, haptable_surface_side(model, &at, u), at.god_object_m, x_m, segment);
+    return begin_on(model, &at, haptable_side_of(model, &at, u), at.god_object_m, x_m, segment);
 }
 
 /* The line from a point within a patch. Returns 1 where it does not begin inside: in most ticks it does. */

@@ -17,10 +17,6 @@ int haptable_force_clamp(float max_n, float force_n[3]);
 #define HAPTABLE_BRAKE 64.0f
 
 /* N/m, against a tick's motion: what takes given_j back in the next one, if the finger goes on as it went. */
-static inline float haptable_brake_of(const struct haptable_model* model, float given_j, float motion2_m2) {
-    const float most = HAPTABLE_BRAKE * model->stiffness_limit_n_per_m;
-    if (!(given_j > 0.0f && motion2_m2 > 0.0f)) return 0.0f;
-    return given_j < most * motion2_m2 ? given_j / motion2_m2 : most;
-}
+float haptable_brake_of(const struct haptable_model* model, float given_j, float motion2_m2);
 
 #endif

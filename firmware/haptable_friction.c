@@ -5,6 +5,7 @@
 #include "haptable_bounds.h"
 #include "haptable_contact.h"
 #include "haptable_patch.h"
+#include "haptable_side.h"
 #include "haptable_surface.h"
 
 /* What the load at a contact is to the inward normal there. */
@@ -17,7 +18,7 @@ struct load {
     float at_m[3]; /* where that is the normal */
 };
 
-/* The normal at a contact, see haptable_surface_outward; most contacts are within a patch, and many of a slip's that
+/* The normal at a contact, see haptable_side_outward; most contacts are within a patch, and many of a slip's that
  * are not are where the held one is. */
 static void outward_at(const struct haptable_model* model, const struct haptable_contact* contact,
                        const struct load* held, float normal[3]) {
@@ -29,7 +30,7 @@ static void outward_at(const struct haptable_model* model, const struct haptable
         if (held && gap2(held->at_m, contact->god_object_m) == 0.0f)
             vec_copy(held->normal, normal);
         else
-            haptable_surface_outward(model, contact, normal);
+            haptable_side_outward(model, contact, normal);
         return;
     }
     patch_frame(model, contact->patch, edge1, edge2, normal);

@@ -13,7 +13,6 @@
 #define HAPTABLE_MODES_H
 
 #include "haptable_model.h"
-#include "haptable_pair.h"
 
 #ifdef __cplusplus
 extern "C" {

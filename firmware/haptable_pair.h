@@ -10,6 +10,7 @@
 #ifndef HAPTABLE_PAIR_H
 #define HAPTABLE_PAIR_H
 
+#include "haptable_law.h"
 #include "haptable_model.h"
 
 #ifdef __cplusplus
@@ -31,9 +32,6 @@ extern "C" {
 /* How a core is kept, beside its rank: as the blocks of its places, or as these and what they lack. */
 #define HAPTABLE_PAIR_DENSE 254
 #define HAPTABLE_PAIR_TWICE 255
-
-/* The most controls of a patch: its vertices and, under a mask, its edges. */
-#define HAPTABLE_PAIR_CONTROLS 6
 
 /* Evaluations of both fingers' energy at once, in a tick that tries to settle them together: at its begin and, where
  * that fails, once more at its end. */
@@ -59,24 +57,6 @@ struct haptable_pair_place {
     float weight[HAPTABLE_PAIR_CONTROLS];     /* sum 1 */
 };
 
-/* A place of its own, without the other: A v = s, load f of v. Of the consistent and the mask's force A = C, s = u,
- * f = v; of the interpolated one A = S, s = S u, f = S v, so that what couples is S_a L_ab S_b. */
-struct haptable_pair_own {
-    float a[6];
-    float s[3];
-};
-
-/* The same with what its slope is made of: haptable_pair_terms.h. */
-struct haptable_pair_point;
-
-/* How a place of its own changes with alpha_1, alpha_2, v being given. */
-struct haptable_pair_slope {
-    float y[2][3];     /* s_b - A_b v */
-    float first_j[2];  /* s_b . v - 1/2 v . A_b v */
-    float second_j[3]; /* s_bc . v - 1/2 v . A_bc v: 11 12 22 */
-    float a_v[2][3];   /* A_b v */
-};
-
 struct haptable_pair;
 struct haptable_pair_model;
 struct haptable_pair_view;
@@ -88,16 +68,6 @@ typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, uint1
 typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                      float (*block)[9]);
 
-typedef void haptable_pair_own_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                  const float finger_m[3], struct haptable_pair_own* own);
-typedef void haptable_pair_load_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                   const float v[3], float nodal_force_n[3][3], float force_n[3]);
-typedef void haptable_pair_open_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                   const float finger_m[3], struct haptable_pair_point* point);
-typedef void haptable_pair_slope_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                    struct haptable_pair_point* point, const float v[3],
-                                    struct haptable_pair_slope* slope);
-
 /* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
  * they rest but the one gives no force, pair->touches says so. */
 typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
@@ -108,40 +78,6 @@ typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, st
  * Returns 1 where it rests, with its load; 0 where not; -1 where there is no such step, and then it has not moved. */
 typedef int haptable_pair_track_fn(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3],
                                    int steps, struct haptable_contact* at);
-
-/* A force law for two. */
-struct haptable_pair_law {
-    uint8_t controls;     /* of a patch: 3, or 6 */
-    uint8_t is_stiffness; /* 1: A is a stiffness */
-    haptable_pair_own_fn* own;
-    haptable_pair_load_fn* load;
-};
-
-extern const struct haptable_pair_law haptable_pair_interpolated;
-extern const struct haptable_pair_law haptable_pair_consistent;
-extern const struct haptable_pair_law haptable_pair_pressure_mask;
-extern const struct haptable_pair_law haptable_pair_consistent_packed;
-extern const struct haptable_pair_law haptable_pair_pressure_mask_packed;
-
-/* What the least energy needs besides. */
-struct haptable_pair_bend {
-    haptable_pair_open_fn* open;
-    haptable_pair_slope_fn* slope;
-};
-
-extern const struct haptable_pair_bend haptable_pair_bend_interpolated;
-extern const struct haptable_pair_bend haptable_pair_bend_consistent;
-extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
-extern const struct haptable_pair_bend haptable_pair_bend_consistent_packed;
-extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask_packed;
-
-/* All force laws for two, by what they are called behind haptable_pair_. */
-#define HAPTABLE_PAIR_LAWS(X) \
-    X(interpolated)           \
-    X(consistent)             \
-    X(pressure_mask)          \
-    X(consistent_packed)      \
-    X(pressure_mask_packed)
 
 /* Rows of tables. */
 typedef float haptable_float9[9];

@@ -33,7 +33,7 @@ static void see_loads(const struct haptable_pair_model* tables, uint16_t patch, 
     to->place = to->own;
     to->share = 0;
     to->count = 0;
-    pair_controls(tables, patch, control);
+    haptable_pair_controls(tables, patch, control);
     for (c = 0; c < pair_count(tables->law); ++c) {
         if (control[c] == HAPTABLE_NONE) continue;
         to->own[to->count] = tables->place[control[c]];

@@ -2,16 +2,7 @@
  *
  * [C_1 X; X^T C_2] f = u,   C_c = C(alpha) of one finger,   X = sum_kl w_k w_l C_kl over the controls of two patches
  */
-#include "haptable_pair_compliance.h"
-
-static inline void open_of(const struct haptable_model* model, const struct haptable_compliance_form* form,
-                           const struct haptable_contact* contact, const float finger_m[3],
-                           struct haptable_pair_point* point) {
-    struct net net;
-    gather(model, form, contact->patch, &net);
-    open_net(&net, form->degree, contact->alpha, &point->net);
-    open_place(model, form->degree, contact, finger_m, point);
-}
+#include "haptable_polynomial.h"
 
 static inline void slope_of(const struct haptable_model* model, int degree, const struct haptable_contact* contact,
                             struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
@@ -34,24 +25,6 @@ static inline void slope_of(const struct haptable_model* model, int degree, cons
     for (b = 0; b < 3; ++b) slope->second_j[b] = -0.5f * second_j[b];
 }
 
-static inline void own_of(const struct haptable_model* model, const struct haptable_compliance_form* form,
-                          const struct haptable_contact* contact, const float finger_m[3],
-                          struct haptable_pair_own* own) {
-    struct net net;
-    gather(model, form, contact->patch, &net);
-    own_place(model, &net, form->degree, contact, finger_m, own);
-}
-
-static void open_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                            const float finger_m[3], struct haptable_pair_point* point) {
-    open_of(model, &consistent_form, contact, finger_m, point);
-}
-
-static void open_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                      const float finger_m[3], struct haptable_pair_point* point) {
-    open_of(model, &mask_form, contact, finger_m, point);
-}
-
 void haptable_pair_slope_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                                     struct haptable_pair_point* point, const float v[3],
                                     struct haptable_pair_slope* slope) {
@@ -63,25 +36,13 @@ void haptable_pair_slope_mask(const struct haptable_model* model, const struct h
     slope_of(model, 4, contact, point, v, slope);
 }
 
-const struct haptable_pair_bend haptable_pair_bend_consistent = {open_consistent, haptable_pair_slope_consistent};
-const struct haptable_pair_bend haptable_pair_bend_pressure_mask = {open_mask, haptable_pair_slope_mask};
-
-static void own_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                           const float finger_m[3], struct haptable_pair_own* own) {
-    own_of(model, &consistent_form, contact, finger_m, own);
-}
-
-static void own_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                     const float finger_m[3], struct haptable_pair_own* own) {
-    own_of(model, &mask_form, contact, finger_m, own);
-}
-
 void haptable_pair_load_of_compliance(const struct haptable_model* model, const struct haptable_contact* contact,
                                       const float v[3], float nodal_force_n[3][3], float force_n[3]) {
     (void)model;
     haptable_compliance_distribute(v, contact, nodal_force_n, force_n);
 }
 
-const struct haptable_pair_law haptable_pair_consistent = {3, 0, own_consistent, haptable_pair_load_of_compliance};
-const struct haptable_pair_law haptable_pair_pressure_mask = {HAPTABLE_PAIR_CONTROLS, 0, own_mask,
-                                                              haptable_pair_load_of_compliance};
+#define HAPTABLE_STORED(name) name
+#define HAPTABLE_GATHER gather
+#define HAPTABLE_IS_PACKED 0
+#include "haptable_pair_compliance_template.h"

@@ -26,7 +26,7 @@ static void add_row(const struct haptable_pair_view* view, uint32_t k, int count
         const float w = view->place.weight[j];
         if (l == HAPTABLE_NONE) continue;
         if (k >= l)
-            pair_add(w, row[l], out);
+            mat_add(w, row[l], out);
         else
             add_transposed(w, block[l * (l + 1u) / 2u + k], out);
     }
@@ -36,14 +36,14 @@ void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t p
     const int count = pair_count(view->tables->law);
     uint16_t control[HAPTABLE_PAIR_CONTROLS];
     int i;
-    pair_controls(view->tables, patch, control);
+    haptable_pair_controls(view->tables, patch, control);
     for (i = 0; i < count; ++i) {
         float sum[9];
         vec_zero(&sum[0]);
         vec_zero(&sum[3]);
         vec_zero(&sum[6]);
         if (control[i] != HAPTABLE_NONE) add_row(view, control[i], count, sum);
-        pair_copy(sum, x[i]);
+        mat_copy(sum, x[i]);
     }
 }
 
@@ -52,7 +52,7 @@ static void put_block(const float (*all)[9], uint16_t k, uint16_t l, float block
     for (a = 0; a < 9; ++a) block[a] = 0.0f;
     if (k == HAPTABLE_NONE || l == HAPTABLE_NONE) return;
     if (k >= l)
-        pair_copy(all[(uint32_t)k * (k + 1u) / 2u + l], block);
+        mat_copy(all[(uint32_t)k * (k + 1u) / 2u + l], block);
     else
         add_transposed(1.0f, all[(uint32_t)l * (l + 1u) / 2u + k], block);
 }
@@ -63,8 +63,8 @@ void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16
     uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     int i;
     int j;
-    pair_controls(tables, first, control[0]);
-    pair_controls(tables, second, control[1]);
+    haptable_pair_controls(tables, first, control[0]);
+    haptable_pair_controls(tables, second, control[1]);
     for (i = 0; i < count; ++i)
         for (j = 0; j < count; ++j, ++block) put_block(tables->block, control[0][i], control[1][j], *block);
 }

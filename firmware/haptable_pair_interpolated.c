@@ -8,7 +8,7 @@
  * is not below the mean's square).
  */
 #include "haptable_block.h"
-#include "haptable_pair_terms.h"
+#include "haptable_polynomial.h"
 
 /* S of a corner, read where it stands or expanded into `room`. */
 static inline const float* corner_block(const struct haptable_model* model, uint16_t vertex, float room[6]) {

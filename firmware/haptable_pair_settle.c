@@ -16,6 +16,21 @@
 #include "haptable_pair_terms.h"
 #include "haptable_patch.h"
 
+/* The one finger's own sensitivity is not known, but the god-object stays where its finger does. */
+static inline void pair_keep_known(struct haptable_servo* servo) {
+    vec_zero(servo->sensitivity_per_m[0]);
+    vec_zero(servo->sensitivity_per_m[1]);
+    servo->sensitivity_per_m[0][0] = 1e-12f;
+}
+
+/* Over k, of blocks C_kl of so many controls each by k and then l; x is the first of the column. */
+static inline void pair_sum_column(int count, const float w[], const float* x, float* restrict to) {
+    if (count == HAPTABLE_PAIR_CONTROLS)
+        pair_sum_six(w, x, (size_t)9 * HAPTABLE_PAIR_CONTROLS, to);
+    else
+        pair_sum_three(w, x, 27, to);
+}
+
 #define MOST_FREE 4
 
 /* A finger's place. */
@@ -214,14 +229,14 @@ static void press(const struct both* both, const struct haptable_pair_net* net,
     int k;
     int l;
     for (k = 0; k < count; ++k) {
-        pair_product(both->row[k], two, pressed[0].by_other[k]);
-        pair_transposed_product(both->row[k], one, pressed[0].back[k]);
+        mat_product(both->row[k], two, pressed[0].by_other[k]);
+        mat_transposed_product(both->row[k], one, pressed[0].back[k]);
     }
     for (l = 0; l < count; ++l) {
         float x[9];
         pair_sum_column(count, both->place[0].weight, net->block[l], x);
-        pair_transposed_product(x, one, pressed[1].by_other[l]);
-        pair_product(x, two, pressed[1].back[l]);
+        mat_transposed_product(x, one, pressed[1].by_other[l]);
+        mat_product(x, two, pressed[1].back[l]);
     }
 }
 
@@ -276,11 +291,11 @@ static void couple_meeting(const struct both* both, int f, float x_v[2][3], floa
     float back_v[3];
     int b;
     if (f == 0) {
-        pair_product(both->x, both->system.v[1], there);
-        pair_transposed_product(both->x, v, back_v);
+        mat_product(both->x, both->system.v[1], there);
+        mat_transposed_product(both->x, v, back_v);
     } else {
-        pair_transposed_product(both->x, both->system.v[0], there);
-        pair_product(both->x, v, back_v);
+        mat_transposed_product(both->x, both->system.v[0], there);
+        mat_product(both->x, v, back_v);
     }
     for (b = 0; b < 2; ++b) {
         const float slope = meeting_slope(both, f, here->point.e[b]) / both->meeting.share;
@@ -361,7 +376,7 @@ static void put_rows(struct both* both, const struct haptable_pair_net* net) {
     for (k = 0; k < count; ++k, block += 9 * (size_t)count)
         pair_sum(count, both->place[1].weight, block, 9, both->row[k]);
     pair_sum(count, both->place[0].weight, both->row[0], 9, both->x);
-    if (both->meeting.is_near) pair_set(both->meeting.share, both->x, both->x);
+    if (both->meeting.is_near) mat_scale(both->meeting.share, both->x, both->x);
 }
 
 /* v of both, and the energy, of places whose points are known. Returns 0 where N is lifted. */
@@ -377,11 +392,11 @@ static int solve_points(struct both* both, struct haptable_pair_net* net) {
         pair_weights(pair_count(tables->law), here[f].at.alpha, here[f].weight);
         vec_sub(both->x_m[f], here[f].at.god_object_m, u[f]);
         vec_copy(here[f].point.u, dent[f]);
-        if (both->is_raised[f]) pair_inwards(tables->model, here[f].at.patch, u[f]);
+        if (both->is_raised[f]) haptable_pair_inwards(tables->model, here[f].at.patch, u[f]);
     }
-    put_rows(both, pair_net(tables, net, here[0].at.patch, here[1].at.patch));
-    pair_press_alone(tables->law, own[0], own[1], u, dent, both->x, &both->system);
-    pair_press_both(own[0], own[1], both->x, &both->system);
+    put_rows(both, haptable_pair_net_of(tables, net, here[0].at.patch, here[1].at.patch));
+    haptable_pair_press_alone(tables->law, own[0], own[1], u, dent, both->x, &both->system);
+    haptable_pair_press_both(own[0], own[1], both->x, &both->system);
     both->energy_j = 0.5f * (vec_dot(own[0]->s, both->system.v[0]) + vec_dot(own[1]->s, both->system.v[1]));
     return !both->system.lifted;
 }
@@ -479,11 +494,11 @@ static void put_mixed(struct both* both) {
 /* dv = A^-1 y */
 static void solve_slope(const struct pair_system* system, float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]) {
     float t[3];
-    pair_product(system->xm, y[1], t);
+    mat_product(system->xm, y[1], t);
     vec_sub(y[0], t, t);
-    solve(&system->n, t, z[0]);
+    sym_solve(&system->n, t, z[0]);
     vec_symmetric_product(system->m, y[1], z[1]);
-    pair_transposed_product(system->xm, z[0], t);
+    mat_transposed_product(system->xm, z[0], t);
     vec_sub(z[1], t, z[1]);
 }
 
@@ -516,7 +531,7 @@ static int evaluate(struct both* both, struct haptable_pair* pair) {
     ++pair->evaluations;
     if (!solve_places(both, &pair->net)) return 0;
     if (both->meeting.is_near)
-        both->meeting.whole_j = pair_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
+        both->meeting.whole_j = mat_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
@@ -598,7 +613,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     const struct haptable_pair_model* tables = both->tables;
     const struct place* here = &both->place[f];
     const uint16_t* vertex = tables->model->patch[here->at.patch];
-    const float(*x)[9] = (const float(*)[9])pair_gather(&pair->view[f], patch)->x;
+    const float(*x)[9] = (const float(*)[9])haptable_pair_gather(&pair->view[f], patch)->x;
     const float* v = both->system.v[f];
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
@@ -614,7 +629,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
         if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
     tables->bend->open(tables->model, &at, both->felt_m[f], &point);
     tables->bend->slope(tables->model, &at, &point, v, &slope);
-    for (k = 0; k < pair_count(tables->law); ++k) q[k] = pair_bilinear(x[k], v, both->system.v[1 - f]);
+    for (k = 0; k < pair_count(tables->law); ++k) q[k] = mat_bilinear(x[k], v, both->system.v[1 - f]);
     if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
         float weight[2][HAPTABLE_PAIR_CONTROLS];
         put_slope_weights(at.alpha, weight);
@@ -688,7 +703,7 @@ static int rests_across(struct both* both, struct haptable_pair* pair, int f) {
     const struct place* here = &both->place[f];
     int corner;
     if (here->free == 2) return 1;
-    pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
+    haptable_pair_look(both->tables, &both->place[1 - f].at, &pair->view[f]);
     return feature_of(here->at.alpha, &corner) == ON_EDGE ? !falls_across(both, pair, f) : !falls_around(both, pair, f);
 }
 
@@ -858,7 +873,8 @@ static int end(struct both* both, struct haptable_pair* pair, const float step[M
         const struct haptable_pair_point* point = &both->place[f].point;
         float normal[3];
         vec_cross(point->e[0], point->e[1], normal);
-        pair_keep_pressing(both->tables, normal, &point->own, both->is_raised[f], both->u[f], f, &both->system);
+        haptable_pair_keep_pressing(both->tables, normal, &point->own, both->is_raised[f], both->u[f], f,
+                                    &both->system);
     }
     if (both->system.touches[0] != both->system.touches[1]) {
         pair->touches[both->system.touches[0] ? 1 : 0] = 0;

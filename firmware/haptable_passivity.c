@@ -5,6 +5,12 @@
 #include "haptable_force.h"
 #include "haptable_vector.h"
 
+float haptable_brake_of(const struct haptable_model* model, float given_j, float motion2_m2) {
+    const float most = HAPTABLE_BRAKE * model->stiffness_limit_n_per_m;
+    if (!(given_j > 0.0f && motion2_m2 > 0.0f)) return 0.0f;
+    return given_j < most * motion2_m2 ? given_j / motion2_m2 : most;
+}
+
 /* A force held over a tick (zero-order hold) does F_k . d to the user: W is exactly what was given. What is owed is
  * braked away in the next tick if the finger goes on as it went, as far as the device bears such a brake; its force is
  * at most max_force_n. */

@@ -7,6 +7,7 @@
  */
 #include "haptable_model.h"
 #include "haptable_patch.h"
+#include "haptable_side.h"
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
@@ -40,7 +41,7 @@ static void end(const struct haptable_model* model, struct haptable_servo* servo
     nearest.patch = servo->nearest_patch;
     haptable_patch_nearest(model, servo->nearest_patch, x_m, &nearest);
     vec_sub(x_m, nearest.god_object_m, u);
-    if (haptable_surface_side(model, &nearest, u) != HAPTABLE_SIDE_INSIDE) return;
+    if (haptable_side_of(model, &nearest, u) != HAPTABLE_SIDE_INSIDE) return;
     *contact = nearest;
     contact->slips = 0;
     vec_zero(servo->sensitivity_per_m[0]);

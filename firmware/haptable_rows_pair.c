@@ -45,10 +45,10 @@ static void put_cross(const struct haptable_pair_law* law, float c[HAPTABLE_FING
         if (law->is_stiffness) {
             float first[3];
             vec_symmetric_product(c[0], unit, first);
-            pair_transposed_product(x, first, unit);
+            mat_transposed_product(x, first, unit);
             vec_symmetric_product(c[1], unit, column);
         } else {
-            pair_transposed_product(x, unit, column);
+            mat_transposed_product(x, unit, column);
         }
         for (j = 0; j < 3; ++j) a[3 + j][i] = by * column[j];
     }
@@ -70,7 +70,7 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         growth[f] = growth_of(tables->law, &own[f], pair->view[f].v, past[f].load_n);
         if (growth[f] > 0.0f) presses |= 1u << f;
         if (tables->law->is_stiffness) {
-            pair_invert(own[f].a, c[f]);
+            sym_invert(own[f].a, c[f]);
         } else {
             vec_copy(&own[f].a[0], &c[f][0]);
             vec_copy(&own[f].a[3], &c[f][3]);
@@ -81,9 +81,9 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         float x[9];
         float xm[9];
         float n[6];
-        pair_cross_contacts(tables, pair, at[0], at[1], x);
-        pair_invert(own[1].a, m);
-        (void)pair_reduce_definite(own[0].a, m, x, xm, n);
+        haptable_pair_cross_contacts(tables, pair, at[0], at[1], x);
+        sym_invert(own[1].a, m);
+        (void)haptable_pair_reduce_definite(own[0].a, m, x, xm, n);
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The triangle surface of a model: its patches, the fans around its vertices, inside and outside. What every
- * god-object needs.
+ * The triangle surface of a model: its patches and the fans around its vertices.
  */
 #ifndef HAPTABLE_SURFACE_H
 #define HAPTABLE_SURFACE_H
@@ -152,53 +151,5 @@ static inline enum place_on_patch feature_of(const float alpha[3], int* corner) 
     *corner = !zero0 ? 0 : (!zero1 ? 1 : 2);
     return ON_VERTEX;
 }
-
-/* ---- inside, outside ---------------------------------------------------------------------------------------- */
-
-/* 1 / |v|; 0 where v is nothing. A function: where it is asked, digits count more than cycles. */
-float haptable_surface_inverse_length(const float v[3]);
-
-/* The outward direction at the god-object, of any length: the patch's normal, the mean of those at an edge, the mean
- * weighted by angles at a vertex. Within a patch it is twice the area long, in tolerance_m squared: no root is taken,
- * and squares of it are floats on a body of any size. */
-void haptable_surface_outward(const struct haptable_model* model, const struct haptable_contact* contact,
-                              float normal[3]);
-
-/* Heights within this, in tolerance_m, are rounding: of the points, and of a plane beyond its patch. */
-#define HAPTABLE_ROUNDING 0.25f
-
-/* Where a line begins: within the body or outside of it, by more than rounding, or along its surface. */
-enum haptable_side { HAPTABLE_SIDE_INSIDE, HAPTABLE_SIDE_OUTSIDE, HAPTABLE_SIDE_ALONG };
-
-/* Of u over a unit normal, m, or over more of them. */
-static inline enum haptable_side side_of_height(const struct haptable_model* model, float over) {
-    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
-    if (over > rounding) return HAPTABLE_SIDE_OUTSIDE;
-    return over < -rounding ? HAPTABLE_SIDE_INSIDE : HAPTABLE_SIDE_ALONG;
-}
-
-/* Of u over the plane of a normal of any length. */
-static inline enum haptable_side side_of_plane(const struct haptable_model* model, const float normal[3],
-                                               const float u[3]) {
-    const float over = vec_dot(normal, u);
-    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
-    if (over * over <= rounding * rounding * vec_dot(normal, normal)) return HAPTABLE_SIDE_ALONG;
-    return over > 0.0f ? HAPTABLE_SIDE_OUTSIDE : HAPTABLE_SIDE_INSIDE;
-}
-
-static inline enum haptable_side side_of_patch(const struct haptable_model* model, uint16_t patch, const float u[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    patch_frame(model, patch, edge1, edge2, normal);
-    return side_of_plane(model, normal, u);
-}
-
-/* On which side the line from the god-object along u begins. Exact wherever the god-object is: the patch, edge or
- * vertex there that is nearest to u has the sign (haptable_surface.c). Of what is thinner there than an
- * edge or a vertex reaches, what lies beyond is asked.
- * cost: at a vertex a look at each patch around it, and at a nearest point its normal. */
-enum haptable_side haptable_surface_side(const struct haptable_model* model, const struct haptable_contact* contact,
-                                         const float u[3]);
 
 #endif

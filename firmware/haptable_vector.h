@@ -22,6 +22,12 @@ static inline void vec_sub(const float a[3], const float b[3], float out[3]) {
     out[2] = a[2] - b[2];
 }
 
+static inline void vec_add(const float a[3], const float b[3], float out[3]) {
+    out[0] = a[0] + b[0];
+    out[1] = a[1] + b[1];
+    out[2] = a[2] + b[2];
+}
+
 static inline void vec_cross(const float a[3], const float b[3], float out[3]) {
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
@@ -48,6 +54,12 @@ static inline void vec_symmetric_product(const float s[6], const float u[3], flo
     f[0] = s[0] * u[0] + s[3] * u[1] + s[5] * u[2];
     f[1] = s[3] * u[0] + s[1] * u[1] + s[4] * u[2];
     f[2] = s[5] * u[0] + s[4] * u[1] + s[2] * u[2];
+}
+
+/* Not a number, three times. */
+static inline void vec_no_number(float out[3]) {
+    const float zero = 0.0f;
+    out[0] = out[1] = out[2] = zero / zero; /* cppcheck-suppress duplicateExpression */
 }
 
 static inline float vec_clamp01(float x) { return x < 0.0f ? 0.0f : (x > 1.0f ? 1.0f : x); }

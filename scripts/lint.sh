@@ -55,6 +55,9 @@ arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view
 arrow host/live host/base host/device host/link host/live host/page host/tables host/view codegen firmware/haptable_model.h haptable/
 arrow host/view host/base host/fem/hooke.hpp host/link host/tables host/solve host/view codegen firmware/haptable_model.h haptable/
 
+# ---- the rooms of the firmware ------------------------------------------------------------------------------------
+sh scripts/rooms.sh >/dev/null || complain "firmware: the arrows above, or the rooms of firmware/rooms.txt"
+
 # ---- firmware: freestanding, single precision, no heap, no recursion ----------------------------------------------
 headers=$(grep -rhoE '#include <[^>]*>' firmware | sort -u | grep -vE '<(stdint|stddef|stdbool|limits|float)\.h>' || true)
 [ -z "$headers" ] || complain "firmware needs more than a freestanding compiler: $headers"

@@ -73,6 +73,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/haptable_surface.c"
 #include "firmware/haptable_hinge.c"
 #include "firmware/haptable_patch.c"
+#include "firmware/haptable_side.c"
 #include "firmware/haptable_entry.c"
 #include "firmware/haptable_contact.c"
 
@@ -82,10 +83,9 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/haptable_force_interpolated.c"
 #include "firmware/haptable_energy_interpolated.c"
 #include "firmware/haptable_compliance.c"
-#include "firmware/haptable_compliance_packed.c"
+#include "firmware/haptable_force_compliance.c"
+#include "firmware/haptable_force_compliance_packed.c"
 
-#include "firmware/haptable_force_consistent.c"
-#include "firmware/haptable_force_mask.c"
 #include "firmware/haptable_servo.c"
 // clang-format on
 #pragma GCC diagnostic pop

@@ -95,7 +95,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     const LinkedServo alone = link(nothing,
                                    "haptable_contact.o haptable_entry.o haptable_force.o haptable_force_interpolated.o "
                                    "haptable_patch.o haptable_scene.o haptable_scene_one.o haptable_servo.o "
-                                   "haptable_surface.o");
+                                   "haptable_side.o haptable_surface.o");
     EXPECT_EQ(plain.flash, alone.flash);
     EXPECT_EQ(plain.ram, alone.ram);
     EXPECT_EQ(plain.symbols, alone.symbols);

@@ -7,10 +7,12 @@
  * What haptable_compliance.c (blocks in float32) and haptable_compliance_packed.c (in 16 bits) are made of: one file
  * for each, so that each has it inlined, and a model pays for one of them only.
  */
-#ifndef HAPTABLE_NET_H
-#define HAPTABLE_NET_H
+#ifndef HAPTABLE_POLYNOMIAL_H
+#define HAPTABLE_POLYNOMIAL_H
 
 #include "haptable_compliance.h"
+#include "haptable_law.h"
+#include "haptable_matrix.h"
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
@@ -18,19 +20,25 @@
 
 /* ---- the polynomial ------------------------------------------------------------------------------------------- */
 
+static const struct haptable_compliance_form consistent_form = {2, {0, 3, 5}, {{4}, {2}, {1}}, {0}};
+static const struct haptable_compliance_form mask_form = {
+    4, {0, 10, 14}, {{11, 12, 13}, {9, 5, 2}, {1, 3, 6}}, {4, 7, 8}};
+
 /* Control blocks in the order of exponents (n - r, r - k, k): block r (r + 1) / 2 + k, r = 0 .. n, k = 0 .. r. */
 struct net {
     const float* block[HAPTABLE_COMPLIANCE_CONTROLS];
     int count;
 };
 
-/* The blocks of a patch. An edge's blocks stand from its lower vertex to its higher one; degree 2 has one of them. */
+/* The blocks of a patch, where they stand; nothing is put into `room`. An edge's blocks stand from its lower vertex to
+ * its higher one; degree 2 has one of them. */
 static inline void gather(const struct haptable_model* model, const struct haptable_compliance_form* form,
-                          uint16_t patch, struct net* net) {
+                          uint16_t patch, float (*room)[6], struct net* net) {
     const struct haptable_compliance* c = model->compliance;
     const uint16_t* v = model->patch[patch];
     const uint16_t* e = c->patch_edge[patch];
     int corner;
+    (void)room;
     if (form->degree == 2) {
         net->count = 6;
         net->block[0] = c->vertex[v[0]];
@@ -199,12 +207,6 @@ static inline void bernstein_four(const float alpha[3], float w[15]) {
     w[14] = q[5] * q[5];
 }
 
-/* Where a net of less degree has its blocks: in another net, or in `room`. */
-struct reduced {
-    const float* block[6];
-    float room[6][6];
-};
-
 /* The net of degree 2 at alpha of one of degree 4 (two steps of de Casteljau's scheme): every block of it a sum over
  * those of the six whose exponents are its own and two more. At a vertex it is the six blocks around that. */
 static inline void quadratic_net(const struct net* net, const float alpha[3], enum place_on_patch feature, int corner,
@@ -255,82 +257,7 @@ static inline void linear_of_four(const struct net* net, const float alpha[3], f
     }
 }
 
-/* ---- fixed vertices ------------------------------------------------------------------------------------------- */
-
-/* The fraction of alpha on fixed vertices. */
-static inline float fixed_fraction(const struct haptable_model* model, const struct haptable_contact* contact) {
-    float fraction = 0.0f;
-    int corner;
-    for (corner = 0; corner < 3; ++corner)
-        if (model->patch[contact->patch][corner] >= model->free_count) fraction += contact->alpha[corner];
-    return fraction;
-}
-
-static inline float third_of_trace(const float s[6]) { return (s[0] + s[1] + s[2]) * (1.0f / 3.0f); }
-
-/* What C's diagonal lacks to the fixed vertices' fraction of 1 / rigid_stiffness. */
-static inline float missing_of(const struct haptable_model* model, float fraction, const float c[6]) {
-    return fraction / model->rigid_stiffness_n_per_m - third_of_trace(c);
-}
-
-/* Lifts C's diagonal by what it lacks. Returns 1 where it did. */
-static inline int lift(const struct haptable_model* model, float fraction, float c[6]) {
-    float missing;
-    int i;
-    if (fraction <= 0.0f) return 0;
-    missing = missing_of(model, fraction, c);
-    if (missing <= 0.0f) return 0;
-    for (i = 0; i < 3; ++i) c[i] += missing;
-    return 1;
-}
-
 /* ---- the load ------------------------------------------------------------------------------------------------- */
-
-/* C = L D L^T of a symmetric positive definite C, D inverted. */
-struct factored {
-    float inverse[3]; /* 1 / D */
-    float l10, l20, l21;
-};
-
-static inline struct factored factor(const float c[6]) {
-    struct factored f;
-    float d1;
-    float d2;
-    f.inverse[0] = 1.0f / c[0];
-    f.l10 = c[3] * f.inverse[0];
-    f.l20 = c[5] * f.inverse[0];
-    d1 = c[1] - f.l10 * c[3];
-    f.inverse[1] = 1.0f / d1;
-    f.l21 = (c[4] - f.l20 * c[3]) * f.inverse[1];
-    d2 = c[2] - f.l20 * c[5] - f.l21 * f.l21 * d1;
-    f.inverse[2] = 1.0f / d2;
-    return f;
-}
-
-static inline void solve(const struct factored* f, const float b[3], float x[3]) {
-    const float y1 = b[1] - f->l10 * b[0];
-    const float y2 = b[2] - f->l20 * b[0] - f->l21 * y1;
-    x[2] = y2 * f->inverse[2];
-    x[1] = y1 * f->inverse[1] - f->l21 * x[2];
-    x[0] = b[0] * f->inverse[0] - f->l10 * x[1] - f->l20 * x[2];
-}
-
-/* C^-1 b of one b: the 2x2 that is left without C_00 by Cramer's rule, so that two divisions wait for one another, and
- * not three. */
-static inline void solve_once(const float c[6], const float b[3], float x[3]) {
-    const float scale0 = 1.0f / c[0];
-    const float l10 = c[3] * scale0;
-    const float l20 = c[5] * scale0;
-    const float d11 = c[1] - l10 * c[3];
-    const float d12 = c[4] - l10 * c[5];
-    const float d22 = c[2] - l20 * c[5];
-    const float y1 = b[1] - l10 * b[0];
-    const float y2 = b[2] - l20 * b[0];
-    const float scale = 1.0f / (d11 * d22 - d12 * d12);
-    x[1] = (d22 * y1 - d12 * y2) * scale;
-    x[2] = (d11 * y2 - d12 * y1) * scale;
-    x[0] = b[0] * scale0 - l10 * x[1] - l20 * x[2];
-}
 
 /* C of degree 4 at once: half the work of its derivatives' nets. */
 static inline void quartic_c(const struct net* net, const float alpha[3], float c[6]) {
@@ -386,7 +313,7 @@ static inline void blocks_around_vertex(const struct net* net, int degree, int c
 
 /* A block's part that is not isotropic: what C's derivatives are made of where C is lifted. */
 static inline void without_trace(float b[6]) {
-    const float third = third_of_trace(b);
+    const float third = sym_third_of_trace(b);
     int i;
     for (i = 0; i < 3; ++i) b[i] -= third;
 }
@@ -413,7 +340,7 @@ static inline void bend_net(const float* const block[6], int degree, const float
     square_of_load(f, square);
     for (n = 0; n < 6; ++n) {
         q[n] = squared(block[n], square);
-        if (lifted) q[n] -= third_of_trace(block[n]) * (square[0] + square[1] + square[2]);
+        if (lifted) q[n] -= sym_third_of_trace(block[n]) * (square[0] + square[1] + square[2]);
     }
     second_j[0] = second * (q[3] - 2.0f * q[1] + q[0]);
     second_j[1] = second * (q[4] - q[1] - q[2] + q[0]);
@@ -445,28 +372,20 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
     for (b = 1; b < 3; ++b) {
         const int more = (vertex[b] >= model->free_count) - (vertex[0] >= model->free_count);
         const float slope =
-            compliance * (float)more / (float)degree - third_of_trace(linear[b]) + third_of_trace(linear[0]);
+            compliance * (float)more / (float)degree - sym_third_of_trace(linear[b]) + sym_third_of_trace(linear[0]);
         steepest += slope < 0.0f ? -slope : slope;
     }
     return missing <= reach * steepest && missing >= -reach * steepest;
 }
 
-static inline void forget_slope(struct haptable_energy* energy) {
-    const float zero = 0.0f;
-    const float none = zero / zero; /* cppcheck-suppress duplicateExpression ; not a number */
-    int b;
-    for (b = 0; b < 2; ++b)
-        energy->load_gradient_n[b][0] = energy->load_gradient_n[b][1] = energy->load_gradient_n[b][2] = none;
-}
-
 /* Curvature and the load's slope: r_b = e_b + C_b f. before: hessian_j is f^T C_bc f. */
-static inline void bend(const struct factored* factored, float e[2][3], float first_m[2][3],
+static inline void bend(const struct sym_factored* factored, float e[2][3], float first_m[2][3],
                         struct haptable_energy* energy) {
     float s_r[2][3];
     int b;
     for (b = 0; b < 2; ++b) {
         vec_add_scaled(1.0f, first_m[b], e[b]);
-        solve(factored, e[b], s_r[b]);
+        sym_solve(factored, e[b], s_r[b]);
         vec_zero(energy->load_gradient_n[b]);
         vec_add_scaled(-1.0f, s_r[b], energy->load_gradient_n[b]);
     }
@@ -552,14 +471,14 @@ static inline void energy_and_slope(const struct haptable_model* model, const st
                                     enum place_on_patch feature, int corner, struct haptable_energy* energy) {
     const float* alpha = contact->alpha;
     struct reduced linear;
-    struct factored factored;
+    struct sym_factored factored;
     float c[6];
     float u[3];
     find_linear(net, degree, alpha, feature, corner, &linear);
     mix_three(alpha, linear.block[0], linear.block[1], linear.block[2], c);
     vec_sub(finger_m, contact->god_object_m, u);
-    factored = factor(c);
-    solve(&factored, u, energy->load_n);
+    factored = sym_factor(c);
+    sym_solve(&factored, u, energy->load_n);
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     slope_of_load(model, contact->patch, degree, linear.block, energy);
 }
@@ -569,7 +488,7 @@ static inline void whole_energy(const struct haptable_model* model, const float*
                                 const struct haptable_contact* contact, const float finger_m[3],
                                 struct haptable_energy* energy) {
     float* f = energy->load_n;
-    struct factored factored;
+    struct sym_factored factored;
     float first_m[2][3];
     float e[2][3];
     int lifted = 0;
@@ -587,8 +506,8 @@ static inline void whole_energy(const struct haptable_model* model, const float*
             lifted = lift(model, fraction, c);
         }
         vec_sub(finger_m, contact->god_object_m, u);
-        factored = factor(c);
-        solve(&factored, u, f);
+        factored = sym_factor(c);
+        sym_solve(&factored, u, f);
         energy->energy_j = 0.5f * vec_dot(u, f);
         vary(degree, linear, f, lifted, first_m);
     }
@@ -597,7 +516,10 @@ static inline void whole_energy(const struct haptable_model* model, const float*
     edges_of(model, contact->patch, e);
     for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
     bend(&factored, e, first_m, energy);
-    if (steps) forget_slope(energy);
+    if (steps) {
+        vec_no_number(energy->load_gradient_n[0]);
+        vec_no_number(energy->load_gradient_n[1]);
+    }
 }
 
 static inline void energy_of(const struct haptable_model* model, const struct net* net, int degree,

@@ -1,10 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * F = -C^-1 u,   C = sum_ab alpha_a alpha_b L_ab
+ * F = -C^-1 u with blocks in float32, where they stand in flash
+ *
+ * Consistent: C = sum_ab alpha_a alpha_b L_ab. Under a mask C = sum_ab w_a(g) w_b(g) L_ab, w quadratic in the area
+ * coordinates: C is of degree 4.
  */
-#include "haptable_compliance.h"
+#include "haptable_polynomial.h"
 
-static const struct haptable_compliance_form consistent_form = {2, {0, 3, 5}, {{4}, {2}, {1}}, {0}};
+void haptable_force_of_least_energy(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
+    (void)model;
+    (void)finger_m;
+    haptable_compliance_distribute(contact->load_n, contact, nodal_force_n, force_n);
+}
 
 /* C = sum alpha_a^2 L_aa + sum 2 alpha_a alpha_b L_ab, without the scheme for all degrees: half the work. */
 static void compliance_of_point(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -30,21 +38,6 @@ void haptable_force_consistent(const struct haptable_model* model, const struct 
     haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);
 }
 
-void haptable_force_consistent_packed(const struct haptable_model* model, const struct haptable_contact* contact,
-                                      const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
-    float load_n[3];
-    haptable_compliance_load_packed(model, &consistent_form, contact, finger_m, load_n);
-    haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);
-}
-
-void haptable_energy_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                                const float finger_m[3], enum haptable_energy_terms terms,
-                                struct haptable_energy* energy) {
-    haptable_compliance_energy(model, &consistent_form, contact, finger_m, terms, energy);
-}
-
-void haptable_energy_consistent_packed(const struct haptable_model* model, const struct haptable_contact* contact,
-                                       const float finger_m[3], enum haptable_energy_terms terms,
-                                       struct haptable_energy* energy) {
-    haptable_compliance_energy_packed(model, &consistent_form, contact, finger_m, terms, energy);
-}
+#define HAPTABLE_STORED(name) name
+#define HAPTABLE_GATHER gather
+#include "haptable_compliance_template.h"

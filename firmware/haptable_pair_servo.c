@@ -22,10 +22,10 @@ static void look_at(const struct haptable_pair_model* tables, const struct hapta
     const struct haptable_contact* contact = &other->contact;
     struct haptable_pair_own own;
     tables->law->own(tables->model, contact, other_m, &own);
-    pair_invert(own.a, view->m);
+    sym_invert(own.a, view->m);
     vec_copy(own.s, view->s);
     vec_symmetric_product(view->m, own.s, view->alone);
-    pair_look(tables, contact, view);
+    haptable_pair_look(tables, contact, view);
 }
 
 static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
@@ -36,22 +36,6 @@ static int grabs(const struct haptable_servo* servo) { return (servo->buttons & 
 static void forget_sensitivity(struct haptable_servo* servo) {
     vec_zero(servo->sensitivity_per_m[0]);
     vec_zero(servo->sensitivity_per_m[1]);
-}
-
-/* Of the patch where the finger is: from the blocks that the pair has of both patches. */
-static void put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
-    const int count = pair_count(tables->law);
-    const size_t next = finger == 0 ? 9 : 9 * (size_t)count; /* from one control of the other's to the next */
-    struct haptable_pair_view* view = &pair->view[finger];
-    const struct haptable_pair_net* net =
-        pair_net(tables, &pair->net, pair->servo[0].contact.patch, pair->servo[1].contact.patch);
-    int k;
-    view->rows[0].patch = pair->servo[finger].contact.patch;
-    for (k = 0; k < count; ++k) {
-        float* x = view->rows[0].x[k];
-        pair_sum(count, view->place.weight, net->block[finger == 0 ? k * count : k], next, x);
-        if (finger == 1) pair_transpose(x);
-    }
 }
 
 /* Before a finger moves alone. A god-object that has rested moves with the other finger too. One that has no contact
@@ -67,52 +51,11 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
     if (!view->is_coupled) return;
     pair_felt(&pair->view[other], other_m, felt_m);
     look_at(tables, &pair->servo[other], felt_m, view);
-    put_rows(tables, pair, finger);
+    haptable_pair_put_rows(tables, pair, finger);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
-/* ---- the force ------------------------------------------------------------------------------------------------ */
-
-/* What is felt where A v = s: the load with its sign turned. */
-static void put_felt(const struct haptable_pair_law* law, const float a[6], const float v[3], float force_n[3]) {
-    float load_n[3];
-    if (law->is_stiffness)
-        vec_symmetric_product(a, v, load_n);
-    else
-        vec_copy(v, load_n);
-    vec_zero(force_n);
-    vec_sub(force_n, load_n, force_n);
-}
-
-/* force: of the pair at a contact of this finger's, the other being where it was told. Of those that a tick tries, as
- * friction does, nobody asks for the nodes' loads. */
-static void feel(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
-                 float nodal_force_n[3][3], float force_n[3]) {
-    const struct haptable_pair_view* view = pair_view_of(model);
-    const struct haptable_pair_law* law = view->tables->law;
-    struct haptable_pair_own own;
-    struct pair_solved solved;
-    float felt_m[3];
-    if (view->is_solved) {
-        law->load(model, contact, view->v, nodal_force_n, force_n);
-        return;
-    }
-    pair_felt(view, finger_m, felt_m);
-    law->own(model, contact, felt_m, &own);
-    if (view->is_coupled) {
-        float x[9];
-        pair_cross(view, contact, x);
-        (void)pair_solve_place(view, &own, x, &solved);
-    } else if (law->is_stiffness) {
-        vec_zero(force_n);
-        vec_sub(force_n, own.s, force_n);
-        return;
-    } else {
-        solved.n = factor(own.a);
-        solve(&solved.n, own.s, solved.v);
-    }
-    put_felt(law, own.a, solved.v, force_n);
-}
+/* ---- the pair ---------------------------------------------------------------------------------------------------- */
 
 /* passivity: takes back what both hands were given, from both as they move. */
 static void brake(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
@@ -147,20 +90,20 @@ static void dent_of(const struct haptable_pair_model* tables, const struct hapta
     const struct haptable_servo* servo = &pair->servo[finger];
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
     pair_felt(&pair->view[finger], u, dent);
-    if (is_raised(pair, finger)) pair_inwards(tables->model, servo->contact.patch, u);
+    if (is_raised(pair, finger)) haptable_pair_inwards(tables->model, servo->contact.patch, u);
 }
 
 /* One that is alone touches but where it has come out of its dent, as the other has left. */
 static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int is_off) {
     float* v = pair->view[finger].v;
     struct haptable_pair_own own;
-    struct factored factored;
+    struct sym_factored factored;
     float u[3];
     float dent[3];
     own_of(tables, pair, finger, &own);
     dent_of(tables, pair, finger, u, dent);
-    factored = factor(own.a);
-    solve(&factored, own.s, v);
+    factored = sym_factor(own.a);
+    sym_solve(&factored, own.s, v);
     pair->touches[finger] = !is_off && (!(vec_dot(u, dent) < 0.0f) || grabs(&pair->servo[finger]));
     pair->touches[1 - finger] = 0;
     if (!pair->touches[finger]) vec_zero(v);
@@ -173,20 +116,20 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
 static void moved_by(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int by,
                      float moved_m[3]) {
     struct haptable_pair_own own;
-    struct factored factored;
+    struct sym_factored factored;
     float alone[3];
     float x[9];
     own_of(tables, pair, by, &own);
-    factored = factor(own.a);
-    solve(&factored, own.s, alone);
-    pair_cross_contacts(tables, pair, &pair->servo[0].contact, &pair->servo[1].contact, x);
-    if (finger == 1) pair_transpose(x);
-    pair_product(x, alone, moved_m);
+    factored = sym_factor(own.a);
+    sym_solve(&factored, own.s, alone);
+    haptable_pair_cross_contacts(tables, pair, &pair->servo[0].contact, &pair->servo[1].contact, x);
+    if (finger == 1) mat_transpose(x);
+    mat_product(x, alone, moved_m);
     if (!tables->law->is_stiffness) return;
     own_of(tables, pair, finger, &own);
-    factored = factor(own.a);
+    factored = sym_factor(own.a);
     vec_copy(moved_m, alone);
-    solve(&factored, alone, moved_m);
+    sym_solve(&factored, alone, moved_m);
 }
 
 /* Sets raised_m to where the surface was moved, but along the outward normal to `along`, of the normal's length. */
@@ -282,7 +225,7 @@ static void keep_pressing(const struct haptable_pair_model* tables, const struct
     float edge2[3];
     float normal[3];
     patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
-    pair_keep_pressing(tables, normal, own, is_raised(pair, finger), u, finger, system);
+    haptable_pair_keep_pressing(tables, normal, own, is_raised(pair, finger), u, finger, system);
 }
 
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
@@ -301,11 +244,11 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
         own_of(tables, pair, finger, &own[finger]);
         dent_of(tables, pair, finger, u[finger], dent[finger]);
     }
-    pair_cross_contacts(tables, pair, at[0], at[1], x);
-    pair_press_alone(tables->law, &own[0], &own[1], u, dent, x, &system);
+    haptable_pair_cross_contacts(tables, pair, at[0], at[1], x);
+    haptable_pair_press_alone(tables->law, &own[0], &own[1], u, dent, x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         touches[finger] = !is_off[finger] && (system.touches[finger] || grabs(&pair->servo[finger]));
-    if (tables->energy || touches[0] == touches[1]) pair_press_both(&own[0], &own[1], x, &system);
+    if (tables->energy || touches[0] == touches[1]) haptable_pair_press_both(&own[0], &own[1], x, &system);
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         if (tables->energy) {
             keep_pressing(tables, pair, finger, &own[finger], u[finger], &system);
@@ -381,7 +324,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         haptable_servo_init(&pair->servo[finger]);
         pair->servo[finger].finger = (uint8_t)finger;
         view->model = *tables->model;
-        view->model.force = feel;
+        view->model.force = haptable_pair_force;
         view->model.energy = tables->energy;
         if (view->model.frictionless && tables->track) view->model.frictionless = go_free;
         view->tracked = 0;
