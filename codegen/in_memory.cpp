@@ -26,6 +26,7 @@ const Row* as_rows(const std::vector<Value>& values) {
 haptable_compliance compliance_in_memory(const ServoCompliance& from) {
     haptable_compliance to{};
     HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_COPY, HAPTABLE_POINT)
+    to.span = haptable_span_of_compliance;
     return to;
 }
 
@@ -62,7 +63,9 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.patch_count = static_cast<std::uint16_t>(servo.patch.size());
     model.box_count = static_cast<std::uint16_t>(servo.box.size());
     model.hinge_count = static_cast<std::uint16_t>(servo.hinge.size());
-    model.hinges = servo.hinge.empty() ? nullptr : &haptable_hinges_of_table;
+    model.packed_count = static_cast<std::uint32_t>(servo.packed.size());
+    model.scale_count = static_cast<std::uint32_t>(servo.packed_scale.size());
+    haptable_model_surface(&model);
     model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
     if (!servo.packed.empty()) model.unpack = unpack_of(tables.precision);
     if (!servo.reads_stiffness()) model.stiffness_n_per_m = nullptr;

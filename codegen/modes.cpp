@@ -54,6 +54,8 @@ void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& 
             limits.mean_force_time_s, max_force_n, limits.mean_force_n, 1.01 * (2.0 * most2 / mean2 - 1.0) * kTick_s));
     model.resume = limits.ramp_s > 0.0 ? haptable_resume_ramp : nullptr;
     model.resume_gain = limits.ramp_s > 0.0 ? static_cast<float>(kTick_s / limits.ramp_s) : 0.0F;
+    model.limit =
+        model.rate != nullptr || model.mean != nullptr || model.resume != nullptr ? haptable_limit_force : nullptr;
     model.check = limits.check ? haptable_check_crc : nullptr;
 }
 

@@ -17,7 +17,7 @@ struct BernsteinPoint {
     std::vector<double> weight;  ///< in the order of control_blocks()
 };
 
-/// The blocks of a patch's control points, as numbers among HAPTABLE_PACKED_BLOCKS: all vertices' blocks, then those of
+/// The blocks of a patch's control points, as numbers among haptable_model.packed: all vertices' blocks, then those of
 /// edges, then those of patches.
 std::vector<std::size_t> control_blocks(const ServoModel& model, std::size_t patch);
 

@@ -55,7 +55,7 @@ void pack_int16(const Floats& blocks, ServoModel& model) {
     }
 }
 
-/// What the force reads: S of the free vertices; or a compliance's blocks, in the order of HAPTABLE_PACKED_BLOCKS.
+/// What the force reads: S of the free vertices; or a compliance's blocks, in the order of haptable_model.packed.
 Floats blocks_of(const ServoModel& model) {
     return model.compliance.degree == 0 ? model.stiffness_n_per_m : compliance_blocks(model);
 }

@@ -181,6 +181,7 @@ std::string compliance_fields(const haptable_compliance* compliance) {
     const haptable_compliance& from = *compliance;
     Initialiser to("");
     HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_COMPLIANCE_TABLE)
+    to.add("span", "haptable_span_of_compliance");
     return to.text();
 }
 
@@ -194,6 +195,14 @@ std::string sizes(const ServoModel& servo) {
     std::vector<std::string> list;
     for (const TableBytes& table : flash_tables(servo)) list.push_back("sizeof " + table.name);
     return fmt::format("{}", fmt::join(list, " +\n                        "));
+}
+
+/// The first member of the servo that a scene of one finger does without; "": it has all.
+const char* servo_end(const haptable_model& model) {
+    if (model.energy != nullptr) return "";
+    if (model.release != nullptr) return "sensitivity_per_m";
+    if (model.passivity != nullptr) return "felt_n";
+    return model.resume != nullptr ? "given_j" : "nearest_m2";
 }
 
 /// Values of the model, and which parts the scene has besides.
@@ -225,6 +234,11 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"nodes", nodes(servo.node)},
             {"model", model_fields(model, macro)},
             {"hinges", flag(model.hinges != nullptr)},
+            {"slivers", model.slivers == nullptr                        ? ""
+                        : model.slivers == &haptable_slivers_of_patches ? "patches"
+                                                                        : "corners"},
+            {"servo_end", pair != nullptr ? "" : servo_end(model)},
+            {"checked_parts", flag(model.check != nullptr && (moves || pair != nullptr))},
             {"relaxed", flag(model.relax != nullptr)},
             {"freed", flag(model.frictionless != nullptr)},
             {"fingers", pair != nullptr ? "2" : "1"},

@@ -9,103 +9,54 @@
 #include "haptable_safety.h"
 #include "haptable_scene.h"
 
-/* The fields of a model and of its compliance, in the order of their lists. */
-enum {
-#define VALUE(type, name) FIELD_##name,
-#define TABLE(type, name, count) FIELD_##name,
-#define PART_VALUE(type, name) PART_##name,
-#define PART_TABLE(type, name, count) PART_##name,
-#define NO_FIELD(...)
-    HAPTABLE_MODEL_FIELDS(VALUE, TABLE, NO_FIELD, NO_FIELD) HAPTABLE_COMPLIANCE_FIELDS(PART_VALUE, PART_TABLE) FIELDS
-#undef VALUE
-#undef TABLE
-#undef PART_VALUE
-#undef PART_TABLE
-};
+/* For a span of spans: rows of a table, whose count may be 0 where it has none. */
+#define SPAN_OF_TABLE(type, name, count) {of->name, of->name ? (uint32_t)(count) * (uint32_t)sizeof *of->name : 0u},
+#define NO_SPAN(...)
 
-static struct haptable_span rows_of(const void* at, int rows, uint32_t row_bytes) {
-    const struct haptable_span span = {at, at ? (uint32_t)rows * row_bytes : 0u};
-    return span;
+struct haptable_span haptable_span_of_compliance(const void* tables, uint32_t field) {
+    const struct haptable_model* model = (const struct haptable_model*)tables;
+    const struct haptable_compliance* of = model->compliance;
+    /* What the list's numbers of rows speak of. */
+    const int vertex_count = model->vertex_count;
+    const int patch_count = model->patch_count;
+    const int edge_count = of->edge_count;
+    const int degree = of->degree;
+    const struct haptable_span span[] = {{&of->edge_count, sizeof of->edge_count + sizeof of->degree},
+                                         HAPTABLE_COMPLIANCE_FIELDS(NO_SPAN, SPAN_OF_TABLE){of, HAPTABLE_SPAN_END}};
+    return span[field < sizeof span / sizeof span[0] ? field : sizeof span / sizeof span[0] - 1u];
 }
 
 struct haptable_span haptable_span_of_model(const void* tables, uint32_t field) {
-    const struct haptable_model* model = (const struct haptable_model*)tables;
-    static const struct haptable_compliance none = {.degree = 1};
-    const struct haptable_compliance* compliance = model->compliance ? model->compliance : &none;
-    /* What the lists' numbers of rows speak of. */
-    haptable_unpack_fn* const unpack = model->unpack;
-    const int vertex_count = model->vertex_count;
-    const int free_count = model->free_count;
-    const int patch_count = model->patch_count;
-    const int box_count = model->box_count;
-    const int hinge_count = model->hinge_count;
-    const int term_count = model->term_count;
-    const int degree = compliance->degree;
-    const int edge_count = compliance->edge_count;
-#define VALUE(type, name) \
-    case FIELD_##name:    \
-        return rows_of(&model->name, FIELD_##name != FIELD_crc, sizeof model->name);
-#define TABLE(type, name, count) \
-    case FIELD_##name:           \
-        return rows_of(model->name, count, sizeof *model->name);
-#define PART_VALUE(type, name) \
-    case PART_##name:          \
-        return rows_of(&compliance->name, compliance != &none, sizeof compliance->name);
-#define PART_TABLE(type, name, count) \
-    case PART_##name:                 \
-        return rows_of(compliance->name, count, sizeof *compliance->name);
-    switch (field) {
-        HAPTABLE_MODEL_FIELDS(VALUE, TABLE, NO_FIELD, NO_FIELD)
-        HAPTABLE_COMPLIANCE_FIELDS(PART_VALUE, PART_TABLE)
-        default:
-            return rows_of(model, 1, HAPTABLE_SPAN_END);
+    const struct haptable_model* of = (const struct haptable_model*)tables;
+    const uint32_t vertex_count = of->vertex_count;
+    const uint32_t free_count = of->free_count;
+    const uint32_t packed_count = of->packed_count;
+    const uint32_t scale_count = of->scale_count;
+    const uint32_t patch_count = of->patch_count;
+    const uint32_t box_count = of->box_count;
+    const uint32_t hinge_count = of->hinge_count;
+    const uint32_t term_count = of->term_count;
+    const struct haptable_span span[] = {
+        {&of->max_force_n, (uint32_t)(offsetof(struct haptable_model, term_count) + sizeof of->term_count -
+                                      offsetof(struct haptable_model, max_force_n))},
+        HAPTABLE_MODEL_FIELDS(NO_SPAN, SPAN_OF_TABLE, NO_SPAN, NO_SPAN){of, HAPTABLE_SPAN_END}};
+    const uint32_t tables_end = sizeof span / sizeof span[0] - 1u;
+    if (field < tables_end) return span[field];
+    return of->compliance ? of->compliance->span(of, field - tables_end) : span[tables_end];
+}
+
+uint32_t haptable_crc_of(const void* tables, haptable_span_fn* span_of) {
+    uint32_t remainder = HAPTABLE_CRC_BEGIN;
+    uint32_t field;
+    for (field = 0;; ++field) {
+        const struct haptable_span span = span_of(tables, field);
+        if (span.bytes == HAPTABLE_SPAN_END) return ~remainder;
+        remainder = haptable_crc(remainder, (const uint8_t*)span.at, span.bytes);
     }
-#undef VALUE
-#undef TABLE
-#undef PART_VALUE
-#undef PART_TABLE
-#undef NO_FIELD
 }
 
-/* Goes on through a part by at most *bytes bytes, which it takes off; 1 where all of it is taken. cost: a byte takes
- * two steps of the CRC, a field a look through the list. */
-static int take(const void* tables, haptable_span_fn* span_of, struct haptable_table_check* check, uint32_t* bytes) {
-    while (*bytes > 0u) {
-        const struct haptable_span span = span_of(tables, check->field);
-        uint32_t count;
-        if (span.bytes == HAPTABLE_SPAN_END) return 1;
-        count = span.bytes - check->byte < *bytes ? span.bytes - check->byte : *bytes;
-        if (count > 0u) check->crc = haptable_crc(check->crc, (const uint8_t*)span.at + check->byte, count);
-        check->byte += count;
-        *bytes -= count;
-        if (check->byte < span.bytes) return 0;
-        check->byte = 0;
-        ++check->field;
-    }
-    return 0;
-}
-
-uint32_t haptable_crc_of(const void* tables, haptable_span_fn* span) {
-    struct haptable_table_check check;
-    uint32_t bytes = HAPTABLE_CHECK_ALL;
-    haptable_check_begin(&check);
-    (void)take(tables, span, &check, &bytes);
-    return ~check.crc;
-}
-
-/* A part of a scene. */
-struct part {
-    const void* tables; /* NULL: the scene has none */
-    haptable_span_fn* span;
-    uint32_t crc;
-};
-
-enum { PARTS = 4 };
-
-static struct part part_of(const struct haptable_scene* scene, uint32_t number) {
-    const struct part model = {scene->model, haptable_span_of_model, scene->model->crc};
-    struct part part = {0, 0, 0};
-    if (number == 0u) return model;
+struct haptable_part haptable_part_of(const struct haptable_scene* scene, uint32_t number) {
+    struct haptable_part part = {0, 0, 0};
     if (number == 1u && scene->pair) {
         part.tables = scene->pair;
         part.span = scene->pair->span;
@@ -122,35 +73,47 @@ static struct part part_of(const struct haptable_scene* scene, uint32_t number) 
     return part;
 }
 
-/* The next part begins. */
-static void end_part(uint32_t crc, struct haptable_table_check* check) {
-    const uint8_t damaged = (uint8_t)(check->damaged | (~check->crc != crc));
-    const uint8_t next = (uint8_t)(check->part + 1u);
-    haptable_check_begin(check);
-    check->part = next;
-    check->damaged = damaged;
+enum { PARTS = 4 };
+
+/* A part is taken whole; 1 where that was the last. */
+static int end_part(const struct haptable_scene* scene, const struct haptable_part* part,
+                    struct haptable_table_check* check) {
+    if (part->tables && check->crc != part->crc) check->damaged = 1;
+    check->crc = 0;
+    check->field = 0;
+    return ++check->part >= (scene->part ? PARTS : 1);
 }
 
-/* Goes on by at most so many bytes; 1 where all parts are taken. */
-static int take_parts(const struct haptable_scene* scene, struct haptable_table_check* check, uint32_t bytes) {
-    while (check->part < PARTS) {
-        const struct part part = part_of(scene, check->part);
-        if (part.tables && !take(part.tables, part.span, check, &bytes)) return 0;
-        end_part(part.tables ? part.crc : ~check->crc, check);
-    }
-    return 1;
+/* All parts are taken. */
+static void end_check(const struct haptable_scene* scene, struct haptable_servo* servo) {
+    int finger;
+    servo->check.verdict = servo->check.damaged ? CHECK_DAMAGED : CHECK_WELL;
+    for (finger = 0; finger < haptable_scene_fingers(scene) && servo->check.damaged; ++finger)
+        haptable_fault(&servo[finger], HAPTABLE_FAULT_TABLES);
+    haptable_check_begin(&servo->check);
 }
 
+/* cost: a byte takes two steps of the CRC, a field a look through its part's list. */
 void haptable_check_crc(const struct haptable_scene* scene, struct haptable_servo* servo, uint32_t bytes) {
     struct haptable_table_check* check = &servo->check;
-    int finger;
-    if (check->part == 0u && check->field == 0u && check->byte == 0u) haptable_check_begin(check);
-    if (take_parts(scene, check, bytes)) {
-        check->verdict = check->damaged ? CHECK_DAMAGED : CHECK_WELL;
-        if (check->verdict == CHECK_DAMAGED)
-            for (finger = 0; finger < haptable_scene_fingers(scene); ++finger)
-                haptable_fault(&servo[finger], HAPTABLE_FAULT_TABLES);
-        haptable_check_begin(check);
+    while (bytes > 0u) {
+        struct haptable_part part = {scene->model, haptable_span_of_model, scene->model->crc};
+        struct haptable_span span = {0, HAPTABLE_SPAN_END};
+        uint32_t count;
+        if (check->part > 0u) part = scene->part(scene, check->part);
+        if (part.tables) span = part.span(part.tables, check->field);
+        if (span.bytes == HAPTABLE_SPAN_END) {
+            if (!end_part(scene, &part, check)) continue;
+            end_check(scene, servo);
+            break;
+        }
+        count = span.bytes - check->byte < bytes ? span.bytes - check->byte : bytes;
+        check->crc = ~haptable_crc(~check->crc, (const uint8_t*)span.at + check->byte, count);
+        check->byte += count;
+        bytes -= count;
+        if (check->byte < span.bytes) break;
+        check->byte = 0;
+        ++check->field;
     }
-    for (finger = 1; finger < haptable_scene_fingers(scene); ++finger) servo[finger].check = *check;
+    if (scene->pair) servo[1].check = *check;
 }

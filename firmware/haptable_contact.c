@@ -16,9 +16,8 @@
 /* ---- sliding -------------------------------------------------------------------------------------------------- */
 
 /* 1 when the neighbour's point lies elsewhere, and so nearer (see the head of this file). */
-static int is_move(const struct haptable_model* model, const struct haptable_contact* from,
-                   const struct haptable_contact* to) {
-    return gap2(from->god_object_m, to->god_object_m) > model->tolerance_m * model->tolerance_m;
+static int is_move(const struct haptable_model* model, const float from_m[3], const struct haptable_contact* to) {
+    return gap2(from_m, to->god_object_m) > model->tolerance_m * model->tolerance_m;
 }
 
 /* Tries the patches across the edge. Returns 1 when the god-object moved on to one. */
@@ -29,7 +28,7 @@ static int cross_edge(const struct haptable_model* model, int corner, const floa
         struct haptable_contact next;
         *steps += STEPS_OF_PATCH;
         haptable_patch_nearest(model, across.patch, x_m, &next);
-        if (!is_move(model, contact, &next)) continue;
+        if (!is_move(model, contact->god_object_m, &next)) continue;
         *contact = next;
         return 1;
     }
@@ -51,8 +50,10 @@ static int step_along_edge(const struct haptable_model* model, int* corner, cons
     do {
         const uint16_t* v = model->patch[fan.patch];
         const uint16_t other = v[next_corner(fan.corner)];
-        const struct edge edge = edge_to(model, other, at_m, to_x);
-        const float nearer2 = 2.0f * edge.rise - edge.length2;
+        struct edge edge;
+        float nearer2;
+        edge_to(model, other, at_m, to_x, &edge);
+        nearer2 = 2.0f * edge.rise - edge.length2;
         ++*steps;
         if (nearer2 <= most || edge.rise <= 2.0f * edge.length2) continue;
         most = nearer2;
@@ -69,8 +70,8 @@ static int step_along_edge(const struct haptable_model* model, int* corner, cons
 
 /* Where one can go from a vertex. */
 struct leaving {
-    struct haptable_contact at_vertex;
-    float gap2; /* of the best patch's point to x, squared: there the god-object is, once it has moved */
+    const float* at_m; /* the vertex */
+    float gap2;        /* of the best patch's point to x, squared: there the god-object is, once it has moved */
     int moved;
     float most;        /* what the steepest edge brings nearer to x, squared */
     uint16_t steepest; /* a patch with that edge; HAPTABLE_NONE: no edge leads nearer */
@@ -83,13 +84,13 @@ static void try_patch(const struct haptable_model* model, uint16_t patch, const 
     float gap;
     haptable_patch_nearest(model, patch, x_m, &next);
     gap = gap2(next.god_object_m, x_m);
-    if (!is_move(model, &leaving->at_vertex, &next) || (leaving->moved && gap >= leaving->gap2)) return;
+    if (!is_move(model, leaving->at_m, &next) || (leaving->moved && gap >= leaving->gap2)) return;
     leaving->gap2 = gap;
     leaving->moved = 1;
     *contact = next;
 }
 
-static inline void note_edge(const struct edge* edge, uint16_t patch, struct leaving* leaving) {
+HAPTABLE_CALLED void note_edge(const struct edge* edge, uint16_t patch, struct leaving* leaving) {
     if (edge->rise <= 0.0f || edge->rise * edge->rise <= leaving->most * edge->length2) return;
     leaving->most = edge->rise * edge->rise / edge->length2;
     leaving->steepest = patch;
@@ -102,13 +103,15 @@ static int cross_vertex(const struct haptable_model* model, int corner, const fl
                         struct haptable_contact* contact, int* steps) {
     struct fan fan = fan_begin(model, contact->patch, corner);
     const float* at_m = model->vertex_m[fan.vertex];
-    struct leaving leaving = {*contact, 0.0f, 0, 0.0f, HAPTABLE_NONE};
+    struct leaving leaving = {at_m, 0.0f, 0, 0.0f, HAPTABLE_NONE};
     float to_x[3];
     vec_sub(x_m, at_m, to_x);
     do {
         const uint16_t* v = model->patch[fan.patch];
-        const struct edge one = edge_to(model, v[next_corner(fan.corner)], at_m, to_x);
-        const struct edge two = edge_to(model, v[previous_corner(fan.corner)], at_m, to_x);
+        struct edge one;
+        struct edge two;
+        edge_to(model, v[next_corner(fan.corner)], at_m, to_x, &one);
+        edge_to(model, v[previous_corner(fan.corner)], at_m, to_x, &two);
         *steps += STEPS_OF_TWO_EDGES;
         note_edge(&one, fan.patch, &leaving);
         note_edge(&two, fan.patch, &leaving);

@@ -14,44 +14,48 @@
  * whatever patch has it, and the side of an edge there is a sign of the difference of two products, which rounding
  * cannot turn: patches that meet at an edge or a vertex leave no gap, and no segment slips between. */
 struct view {
-    int axis[3]; /* to the right, up, and along the segment, less those two: a right-handed turn seen from its begin */
+    int right; /* axes: the one along the segment is the depth */
+    int up;
+    int depth;
     float shift[2]; /* by the depth */
+    float turn;     /* 1, or -1 where right and up, seen from the segment's begin, are left-handed */
 };
 
-static float magnitude(float x) { return x < 0.0f ? -x : x; }
-
-static struct view view_along(const float along[3]) {
-    struct view view;
-    int depth = magnitude(along[1]) > magnitude(along[0]) ? 1 : 0;
-    if (magnitude(along[2]) > magnitude(along[depth])) depth = 2;
-    view.axis[2] = depth;
-    view.axis[0] = along[depth] < 0.0f ? previous_corner(depth) : next_corner(depth);
-    view.axis[1] = along[depth] < 0.0f ? next_corner(depth) : previous_corner(depth);
-    view.shift[0] = along[depth] != 0.0f ? along[view.axis[0]] / along[depth] : 0.0f;
-    view.shift[1] = along[depth] != 0.0f ? along[view.axis[1]] / along[depth] : 0.0f;
-    return view;
+/* Of no use where the segment has no length: that enters nothing. */
+static void view_along(const float along[3], struct view* view) {
+    float most = vec_magnitude(along[0]);
+    int depth = 0;
+    if (vec_magnitude(along[1]) > most) {
+        most = vec_magnitude(along[1]);
+        depth = 1;
+    }
+    if (vec_magnitude(along[2]) > most) depth = 2;
+    view->depth = depth;
+    view->right = next_corner(depth);
+    view->up = previous_corner(depth);
+    view->turn = along[depth] < 0.0f ? -1.0f : 1.0f;
+    view->shift[0] = along[view->right] / along[depth];
+    view->shift[1] = along[view->up] / along[depth];
 }
 
 static inline void see_vertex(const struct view* view, const float vertex_m[3], const float from_m[3], float seen[2]) {
-    const float depth = vertex_m[view->axis[2]] - from_m[view->axis[2]];
-    seen[0] = vertex_m[view->axis[0]] - from_m[view->axis[0]] - view->shift[0] * depth;
-    seen[1] = vertex_m[view->axis[1]] - from_m[view->axis[1]] - view->shift[1] * depth;
+    const float depth = vertex_m[view->depth] - from_m[view->depth];
+    seen[0] = vertex_m[view->right] - from_m[view->right] - view->shift[0] * depth;
+    seen[1] = vertex_m[view->up] - from_m[view->up] - view->shift[1] * depth;
 }
 
-/* 1 where the segment passes the edge on the side where its patch is not. */
-static inline int passes_edge(const float a[2], const float b[2]) { return a[0] * b[1] - a[1] * b[0] > 0.0f; }
-
-/* 1 where the segment, as a line, goes through the patch. */
+/* 1 where the segment, as a line, goes through the patch: past no edge on the side where that is not. */
 static int goes_through(const struct haptable_model* model, uint16_t patch, const struct view* view,
                         const float from_m[3]) {
-    float a[2];
-    float b[2];
-    float c[2];
-    see_vertex(view, vertex_of(model, patch, 0), from_m, a);
-    see_vertex(view, vertex_of(model, patch, 1), from_m, b);
-    if (passes_edge(a, b)) return 0;
-    see_vertex(view, vertex_of(model, patch, 2), from_m, c);
-    return !passes_edge(b, c) && !passes_edge(c, a);
+    float seen[3][2];
+    int i;
+    for (i = 0; i < 3; ++i) see_vertex(view, vertex_of(model, patch, i), from_m, seen[i]);
+    for (i = 0; i < 3; ++i) {
+        const float* a = seen[i];
+        const float* b = seen[next_corner(i)];
+        if (view->turn * (a[0] * b[1] - a[1] * b[0]) > 0.0f) return 0;
+    }
+    return 1;
 }
 
 /* 1 where the patch is one of those that the segment leaves. */
@@ -96,65 +100,72 @@ static int begins_on(const struct haptable_model* model, const struct haptable_s
     return gap2(on.god_object_m, segment->from_m) <= model->tolerance_m * model->tolerance_m;
 }
 
-/* 1 when the segment crosses the patch from outside to inside; *fraction is where, 0 to 1 of the segment. */
-static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
-                  const struct view* view, float* fraction) {
-    const uint16_t* v = model->patch[patch];
+/* A patch as a segment sees it. */
+struct over_patch {
     float edge1[3];
     float edge2[3];
     float normal[3];
-    float offset[3];
-    float start;
+    float end_m[3]; /* the segment's end, from corner 0 */
+    float start;    /* the segment's height there, and at its end: times the normal's length */
     float end;
-    patch_frame(model, patch, edge1, edge2, normal);
-    vec_sub(segment->from_m, model->vertex_m[v[0]], offset);
-    start = vec_dot(normal, offset);
-    vec_sub(segment->to_m, model->vertex_m[v[0]], offset);
-    end = vec_dot(normal, offset);
-    if (end >= 0.0f || end >= start) return 0;
-    if (!may_enter(model, segment, patch, start, end, normal)) return 0;
-    if (!goes_through(model, patch, view, segment->from_m) && !begins_on(model, segment, patch, start, normal))
-        return 0;
-    *fraction = start > 0.0f ? start / (start - end) : 0.0f;
-    return 1;
-}
-
-/* A segment in grid steps: its middle and half its extent, and the magnitudes of that half. */
-struct grid_segment {
-    float middle[3];
-    float half[3];
-    float size[3];
 };
 
-static struct grid_segment to_grid(const struct haptable_model* model, const struct haptable_segment* segment) {
-    struct grid_segment grid;
+static void look_over(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
+                      struct over_patch* over) {
+    const float* corner_m = vertex_of(model, patch, 0);
+    patch_frame(model, patch, over->edge1, over->edge2, over->normal);
+    vec_sub(segment->from_m, corner_m, over->end_m);
+    over->start = vec_dot(over->normal, over->end_m);
+    vec_sub(segment->to_m, corner_m, over->end_m);
+    over->end = vec_dot(over->normal, over->end_m);
+}
+
+/* 1 when the segment crosses the patch from outside to inside. */
+static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
+                  const struct view* view, const struct over_patch* over) {
+    if (over->end >= 0.0f || over->end >= over->start) return 0;
+    return may_enter(model, segment, patch, over->start, over->end, over->normal) &&
+           (goes_through(model, patch, view, segment->from_m) ||
+            begins_on(model, segment, patch, over->start, over->normal));
+}
+
+/* A segment along an axis of the grid, in its steps: the middle, half the extent, and that half's magnitude. */
+struct grid_axis {
+    float middle;
+    float half;
+    float size;
+};
+
+static void to_grid(const struct haptable_model* model, const struct haptable_segment* segment,
+                    struct grid_axis grid[3]) {
     int axis;
     for (axis = 0; axis < 3; ++axis) {
         const float a = (segment->from_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
         const float b = (segment->to_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
-        grid.middle[axis] = 0.5f * (a + b);
-        grid.half[axis] = 0.5f * (b - a);
-        grid.size[axis] = magnitude(grid.half[axis]);
+        grid[axis].middle = 0.5f * (a + b);
+        grid[axis].half = 0.5f * (b - a);
+        grid[axis].size = vec_magnitude(grid[axis].half);
     }
-    return grid;
 }
 
 /* Separating axes of a segment and a box: the box's three, then the three that are square to both. Codegen made the
  * boxes at least two steps too large on every side, which covers the rounding here. */
-static int meets_box(const struct grid_segment* grid, const struct haptable_box* box) {
+static int meets_box(const struct grid_axis grid[3], const struct haptable_box* box) {
     float offset[3];
     float half[3];
     int i;
+    int j = 1;
+    int k = 2;
     for (i = 0; i < 3; ++i) {
         half[i] = 0.5f * ((float)box->high[i] - (float)box->low[i]);
-        offset[i] = grid->middle[i] - (float)box->low[i] - half[i];
-        if (magnitude(offset[i]) > half[i] + grid->size[i]) return 0;
+        offset[i] = grid[i].middle - (float)box->low[i] - half[i];
+        if (vec_magnitude(offset[i]) > half[i] + grid[i].size) return 0;
     }
     for (i = 0; i < 3; ++i) {
-        const int j = i == 2 ? 0 : i + 1;
-        const int k = i == 0 ? 2 : i - 1;
-        const float distance = magnitude(offset[j] * grid->half[k] - offset[k] * grid->half[j]);
-        if (distance > half[j] * grid->size[k] + half[k] * grid->size[j] + grid->size[j] + grid->size[k]) return 0;
+        const float distance = vec_magnitude(offset[j] * grid[k].half - offset[k] * grid[j].half);
+        if (distance > half[j] * grid[k].size + half[k] * grid[j].size + grid[j].size + grid[k].size) return 0;
+        j = k;
+        k = i;
     }
     return 1;
 }
@@ -174,24 +185,22 @@ struct clearance {
 #define CLEAR_REST 4096.0f
 
 /* Of the segment's end, where the search begins with it; of none where that goes on, or looks from the surface. */
-static struct clearance begin_clearance(const struct haptable_model* model, const struct haptable_segment* segment,
-                                        const float along[3]) {
-    struct clearance clear = {0.0f, 0.0f, 0.0f};
-    if (segment->box != 0 || segment->left[0] != HAPTABLE_NONE) return clear;
-    clear.least = vec_dot(along, along) * haptable_side_inverse_length(along) / model->tolerance_m;
-    clear.radius = CLEAR_TICKS * clear.least + CLEAR_REST;
-    clear.steps = model->grid_per_m * model->tolerance_m;
-    return clear;
+static void begin_clearance(const struct haptable_model* model, const struct haptable_segment* segment,
+                            const float along[3], struct clearance* clear) {
+    if (segment->box != 0 || segment->left[0] != HAPTABLE_NONE) return;
+    clear->least = vec_dot(along, along) * haptable_side_inverse_length(along) / model->tolerance_m;
+    clear->radius = CLEAR_TICKS * clear->least + CLEAR_REST;
+    clear->steps = model->grid_per_m * model->tolerance_m;
 }
 
 /* Limits it to what the segment is far from a box along one of the box's axes. */
-static void limit_by_box(const struct grid_segment* grid, const struct haptable_box* box, struct clearance* clear) {
+static void limit_by_box(const struct grid_axis grid[3], const struct haptable_box* box, struct clearance* clear) {
     const float enough = clear->radius * clear->steps;
     float gap = 0.0f;
     int i;
     for (i = 0; i < 3; ++i) {
-        const float under = (float)box->low[i] - grid->middle[i] - grid->size[i];
-        const float over = grid->middle[i] - grid->size[i] - (float)box->high[i];
+        const float under = (float)box->low[i] - grid[i].middle - grid[i].size;
+        const float over = grid[i].middle - grid[i].size - (float)box->high[i];
         if (under > gap) gap = under;
         if (over > gap) gap = over;
         if (gap >= enough) return;
@@ -221,24 +230,16 @@ static float gap_to_patch(const float edge1[3], const float edge2[3], const floa
 
 /* Limits it to what the segment's end is far from a patch: no less than its height over the patch's plane, nor than
  * its distance from the patch's box. */
-static void limit_by_patch(const struct haptable_model* model, uint16_t patch, const float end_m[3],
-                           struct clearance* clear) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float offset[3];
-    float height;
-    float area2;
+static void limit_by_patch(const struct haptable_model* model, const struct over_patch* over, struct clearance* clear) {
+    const float area2 = vec_dot(over->normal, over->normal);
+    float height = vec_magnitude(over->end) / model->tolerance_m;
     float far_away;
-    patch_frame(model, patch, edge1, edge2, normal);
-    vec_sub(end_m, vertex_of(model, patch, 0), offset);
-    height = magnitude(vec_dot(normal, offset)) / model->tolerance_m;
-    area2 = vec_dot(normal, normal);
-    if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_dot(edge1, edge1) * vec_dot(edge2, edge2)) height = 0.0f;
+    if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_dot(over->edge1, over->edge1) * vec_dot(over->edge2, over->edge2))
+        height = 0.0f;
     if (height * height > clear->radius * clear->radius * area2) return;
-    far_away = gap_to_patch(edge1, edge2, offset) / model->tolerance_m;
+    far_away = gap_to_patch(over->edge1, over->edge2, over->end_m) / model->tolerance_m;
     if (far_away >= clear->radius) return;
-    height *= haptable_side_inverse_length(normal);
+    height *= haptable_side_inverse_length(over->normal);
     if (far_away < height) far_away = height;
     clear->radius = far_away > clear->least ? far_away : 0.0f;
 }
@@ -276,37 +277,39 @@ static int is_clear(const struct haptable_segment* segment, const float x_m[3]) 
  * none, its patches limit the clearance. */
 static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct view* view,
                        struct haptable_segment* segment, struct clearance* clear) {
-    const int left = (int)model->patch_count - (int)first;
-    const int count = left < HAPTABLE_LEAF ? left : HAPTABLE_LEAF;
-    int i;
-    for (i = 0; i < count; ++i) {
-        const uint16_t candidate = (uint16_t)(first + i);
-        float here;
-        if (!enters(model, candidate, segment, view, &here) || here >= segment->fraction) continue;
-        segment->fraction = here;
-        segment->patch = candidate;
+    uint16_t patch;
+    for (patch = first; patch < model->patch_count && patch < first + HAPTABLE_LEAF; ++patch) {
+        struct over_patch over;
+        look_over(model, patch, segment, &over);
+        if (enters(model, patch, segment, view, &over)) {
+            const float here = over.start > 0.0f ? over.start / (over.start - over.end) : 0.0f;
+            if (here >= segment->fraction) continue;
+            segment->fraction = here;
+            segment->patch = patch;
+            clear->radius = 0.0f;
+        } else if (clear->radius > 0.0f) {
+            limit_by_patch(model, &over, clear);
+        }
     }
-    if (segment->patch != HAPTABLE_NONE) clear->radius = 0.0f;
-    for (i = 0; i < count && clear->radius > 0.0f; ++i)
-        limit_by_patch(model, (uint16_t)(first + i), segment->to_m, clear);
 }
 
 /* Searches the segment with what is left of the boxes that the tick has: depth first, so that one index is all that a
  * search which goes on later has to keep. */
 static void search(const struct haptable_model* model, int boxes, struct haptable_segment* segment) {
-    const struct grid_segment grid = to_grid(model, segment);
     uint16_t box = segment->box;
-    struct clearance clear;
+    struct grid_axis grid[3];
+    struct clearance clear = {0.0f, 0.0f, 0.0f};
     struct view view;
     float along[3];
     vec_sub(segment->to_m, segment->from_m, along);
-    view = view_along(along);
-    clear = begin_clearance(model, segment, along);
+    to_grid(model, segment, grid);
+    view_along(along, &view);
+    begin_clearance(model, segment, along, &clear);
     while (box < model->box_count && segment->boxes < boxes) {
         const struct haptable_box* here = &model->box[box];
         ++segment->boxes;
-        if (!meets_box(&grid, here)) {
-            if (clear.radius > 0.0f) limit_by_box(&grid, here, &clear);
+        if (!meets_box(grid, here)) {
+            if (clear.radius > 0.0f) limit_by_box(grid, here, &clear);
             box = here->skip;
             continue;
         }
@@ -449,7 +452,7 @@ static inline int begin_within(const struct haptable_model* model, const struct 
     enum haptable_side side;
     float u[3];
     vec_sub(x_m, from->god_object_m, u);
-    side = side_of_patch(model, from->patch, u);
+    side = haptable_side_of_patch(model, from->patch, u);
     if (side == HAPTABLE_SIDE_INSIDE || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
     return begin_on(model, from, side, from->god_object_m, x_m, segment);
 }

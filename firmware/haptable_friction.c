@@ -278,7 +278,7 @@ static void free_contact(const struct haptable_model* model, struct haptable_ser
     const struct haptable_contact* freed = haptable_freed_contact(model, servo);
     const int is_known = freed != 0;
     if (is_known && !model->energy) servo->contact = *freed;
-    if (!is_known) {
+    if (!is_known && model->energy) {
         vec_zero(servo->sensitivity_per_m[0]);
         vec_zero(servo->sensitivity_per_m[1]);
     }

@@ -11,8 +11,6 @@ static void forget(struct haptable_servo* servo) {
     servo->slide_patch = HAPTABLE_NONE;
     servo->segment.unfinished = 0;
     servo->contact.slips = 0;
-    vec_zero(servo->sensitivity_per_m[0]);
-    vec_zero(servo->sensitivity_per_m[1]);
 }
 
 /* before: model->ungrabbed is another god-object. cost: that one's, or an energy. */
@@ -28,5 +26,7 @@ void haptable_god_object_grab(const struct haptable_model* model, struct haptabl
         struct haptable_energy energy;
         model->energy(model, contact, x_m, HAPTABLE_ENERGY_ALL, &energy);
         vec_copy(energy.load_n, contact->load_n);
+        vec_zero(servo->sensitivity_per_m[0]);
+        vec_zero(servo->sensitivity_per_m[1]);
     }
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Hinges: vertices with more than one ring of patches, edges with more than two. Bodies without them do not link this.
+ * How patches go on where a ring of them ends: at the border of the touch region, and at hinges, vertices with more
+ * than one ring and edges with more than two patches. Closed bodies without a hinge do not link this.
  */
 #include "haptable_surface.h"
 
@@ -31,6 +32,8 @@ static uint16_t ring_of(const struct haptable_model* model, uint16_t first, uint
     return HAPTABLE_NONE;
 }
 
+/* A patch of the ring after that of `patch` at the vertex, in a circle of the rings; HAPTABLE_NONE where that is the
+ * ring of `begin`. before: both patches have the vertex. */
 static uint16_t next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin) {
     const uint16_t first = first_at(model, vertex);
     uint16_t ring;
@@ -63,4 +66,23 @@ static uint16_t next_across(const struct haptable_model* model, uint16_t patch, 
     return HAPTABLE_NONE;
 }
 
-const struct haptable_hinges haptable_hinges_of_table = {next_ring, next_across};
+static struct fan fan_at(const struct haptable_model* model, struct fan fan, uint16_t patch) {
+    fan.patch = patch;
+    if (patch != HAPTABLE_NONE) fan.corner = corner_of(model, patch, fan.vertex);
+    return fan;
+}
+
+static struct fan turned(const struct haptable_model* model, struct fan fan) {
+    if (!fan.clockwise && fan_turn(model, &fan) == HAPTABLE_NONE) {
+        uint16_t next;
+        fan = fan_at(model, fan, fan.first);
+        fan.clockwise = 1;
+        next = fan_turn(model, &fan);
+        if (next != HAPTABLE_NONE) return fan_at(model, fan, next);
+    }
+    fan.first = next_ring(model, fan.vertex, fan.first, fan.begin);
+    fan.clockwise = 0;
+    return fan_at(model, fan, fan.first);
+}
+
+const struct haptable_hinges haptable_hinges_of_table = {turned, next_across};

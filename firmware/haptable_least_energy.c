@@ -599,7 +599,8 @@ static inline int surely_presses(const struct haptable_model* model, const struc
     float u[3];
     if (haptable_patch_is_on_rim(at->alpha)) return presses_on_border(model, at, load_n, x_m);
     patch_frame(model, at->patch, edge1, edge2, normal);
-    if (haptable_patch_has_thin_frame(model, edge1, edge2, normal)) return presses_on_border(model, at, load_n, x_m);
+    if (model->slivers && model->slivers->is_thin && haptable_patch_has_thin_frame(model, edge1, edge2, normal))
+        return presses_on_border(model, at, load_n, x_m);
     vec_sub(x_m, at->god_object_m, u);
     return presses_under(normal, u, load_n);
 }

@@ -50,3 +50,18 @@ void haptable_limit_mean(const struct haptable_model* model, struct haptable_ser
     servo->gain = root(most2 / force2);
     ++servo->counters.mean_limits;
 }
+
+void haptable_limit_force(const struct haptable_model* model, struct haptable_servo* servo,
+                          struct haptable_output* out) {
+    const int touches = servo->contact.patch != HAPTABLE_NONE;
+    if (!touches && vec_dot(out->force_n, out->force_n) == 0.0f) servo->gain = 1.0f; /* the finger has left */
+    if (model->mean) model->mean(model, servo, out->force_n);
+    if (model->rate) model->rate(model, servo, out->force_n);
+    if (!(servo->gain < 1.0f)) return; /* most ticks */
+    out->force_n[0] *= servo->gain;
+    out->force_n[1] *= servo->gain;
+    out->force_n[2] *= servo->gain;
+    if (!touches) return;
+    ++servo->counters.limited_ticks;
+    servo->state = out->state = HAPTABLE_LIMITED;
+}

@@ -86,17 +86,42 @@ struct haptable_hinge {
     uint16_t ring; /* patches of one ring are reached from one another around the vertex */
 };
 
-/* How patches go on at a hinge: what bodies without one do not link. */
+struct fan;
+
+/* How patches go on at a hinge and at the border of the touch region: what closed bodies without a hinge do not link.
+ */
 struct haptable_hinges {
-    /* A patch of the ring after that of `patch` at the vertex, in a circle of the rings; HAPTABLE_NONE where that is
-     * the ring of `begin`. before: both patches have the vertex. */
-    uint16_t (*next_ring)(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin);
+    /* The fan after the last patch of a turn: turning the other way from the border, or on the next ring; without a
+     * patch where all were visited. By value, so that a fan stays in registers. */
+    struct fan (*turned)(const struct haptable_model* model, struct fan fan);
     /* The next of a hinge's patches that have the edge of the patch opposite to `corner`, after `last`; after all of
      * them HAPTABLE_NONE. The first comes after the neighbour. */
     uint16_t (*next_across)(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last);
 };
 
 extern const struct haptable_hinges haptable_hinges_of_table;
+
+struct haptable_seen;
+
+/* What lies beyond patches that are too thin to tell inside from outside: what bodies without such do not link. */
+struct haptable_slivers {
+    /* 1 where a patch may be so thin that every point of it is next to an edge; NULL where none is. */
+    int (*is_thin)(const struct haptable_model* model, uint16_t patch);
+    /* What a vertex at at_m sees of the fan's patch. before: seen->end has the patch's own two. */
+    void (*see)(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m,
+                struct haptable_seen* seen);
+    /* A point of the edge opposite to `corner` of the patch, as far from its vertex as patches that are no slivers are
+     * apart. */
+    void (*along_edge)(const struct haptable_model* model, uint16_t patch, int corner, uint16_t vertex, float thin_m,
+                       float at_m[3]);
+    /* From a patch that is that thin at the point at_m of its edge between the vertices end[0] and end[1] to the one
+     * beyond its other edge there, with that edge's ends. */
+    void (*beyond)(const struct haptable_model* model, uint16_t* patch, uint16_t end[2], const float at_m[3],
+                   float thin_m);
+};
+
+extern const struct haptable_slivers haptable_slivers_of_patches;
+extern const struct haptable_slivers haptable_slivers_of_corners; /* sharp ones, of patches that are not that thin */
 
 /* ---- what tables hold ------------------------------------------------------------------------------------------
  * One list for each struct of tables makes the struct, codegen's own, its C text, the tables' hash, and the file that
@@ -116,12 +141,21 @@ typedef float haptable_float6[6];
 typedef uint16_t haptable_index3[3];
 typedef uint16_t haptable_packed6[6];
 
+/* A field of a part's tables, by its number in the order of their list. */
+struct haptable_span {
+    const void* at;
+    uint32_t bytes; /* 0: it is not there; HAPTABLE_SPAN_END: there is no such field */
+};
+#define HAPTABLE_SPAN_END 0xFFFFFFFFu
+
+typedef struct haptable_span haptable_span_fn(const void* tables, uint32_t field);
+
 /* The compliance of a contact, m/N, as a polynomial of the area coordinates on every patch, in Bernstein's form:
  * C(alpha) = sum over i + j + k = degree of degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k B_ijk.
  * Symmetric blocks: xx yy zz xy yz zx. Blocks of vertices and edges are shared, so C is continuous over the surface. */
 #define HAPTABLE_COMPLIANCE_FIELDS(VALUE, TABLE)                                                                   \
-    VALUE(uint8_t, degree) /* 2: force = "consistent", 4: force = "pressure-mask" */                               \
     VALUE(uint16_t, edge_count)                                                                                    \
+    VALUE(uint8_t, degree) /* 2: force = "consistent", 4: force = "pressure-mask" */                               \
     TABLE(haptable_float6, vertex, vertex_count)                                                                   \
     TABLE(haptable_float6, edge, (degree - 1) * edge_count) /* from an edge's lower vertex to its higher one */    \
     TABLE(haptable_float6, patch, 3 * patch_count)          /* with exponent 2 at corner 0, 1, 2; degree 4 only */ \
@@ -129,6 +163,7 @@ typedef uint16_t haptable_packed6[6];
 
 struct haptable_compliance {
     HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD)
+    haptable_span_fn* span; /* haptable_span_of_compliance, of the model */
 };
 
 struct haptable_contact;
@@ -142,15 +177,8 @@ struct haptable_servo;
 typedef void haptable_god_object_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                     const float x_m[3]);
 
-/* A block that is stored in 16 bits, expanded. before: block < HAPTABLE_PACKED_BLOCKS of the model. */
+/* A block that is stored in 16 bits, expanded. before: block < packed_count. */
 typedef void haptable_unpack_fn(const struct haptable_model* model, uint32_t block, float s[6]);
-
-/* How many blocks are stored in 16 bits, by a model's fields: S of the free vertices; or those of a compliance, of
- * vertices, edges and patches in a row. */
-#define HAPTABLE_PACKED_BLOCKS                                                            \
-    (compliance == 0 ? free_count                                                         \
-                     : vertex_count + (compliance->degree - 1) * compliance->edge_count + \
-                           (compliance->degree == 4 ? 3 * patch_count : 0))
 
 /* The force of a contact: on the patch's vertices, and what the user feels (not clamped). */
 typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
@@ -201,80 +229,80 @@ struct haptable_output;
 typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                struct haptable_output* out);
 
+/* Keeps a tick's force below the body's, by servo->gain: changes out. */
+typedef void haptable_gain_fn(const struct haptable_model* model, struct haptable_servo* servo,
+                              struct haptable_output* out);
+
 struct haptable_scene;
 
 /* Goes on with the check of all tables of a scene, which the first servo holds. servo: of each finger. */
 typedef void haptable_check_fn(const struct haptable_scene* scene, struct haptable_servo* servo, uint32_t bytes);
 
-/* A field of a part's tables, by its number in the order of their list. */
-struct haptable_span {
-    const void* at;
-    uint32_t bytes; /* 0: it is not there; HAPTABLE_SPAN_END: there is no such field */
-};
-#define HAPTABLE_SPAN_END 0xFFFFFFFFu
-
-typedef struct haptable_span haptable_span_fn(const void* tables, uint32_t field);
-
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
- * The functions that it names are linked, others are not: a mode that no table chose costs no byte. */
+ * The functions that it names are linked, others are not: a mode that no table chose costs no byte. Values but the crc
+ * stand together and have no gap, the largest first: the check takes them as one. */
 #define HAPTABLE_MODEL_FIELDS(VALUE, TABLE, FUNCTION, PART)                                                            \
+    TABLE(haptable_float3, vertex_m, vertex_count)        /* rest positions V_i */                                     \
+    TABLE(haptable_float6, stiffness_n_per_m, free_count) /* S_i, xx yy zz xy yz zx, where the force reads it so */    \
+    TABLE(haptable_packed6, packed, packed_count)         /* in 16 bits: numbers to be scaled */                       \
+    TABLE(float, packed_scale, scale_count)               /* N/m; C: m/N */                                            \
+    TABLE(haptable_index3, patch, patch_count)            /* vertices, counter-clockwise from outside */               \
+    TABLE(haptable_index3, neighbour, patch_count)        /* patch across the edge opposite to corner c, or NONE */    \
+    TABLE(struct haptable_box, box, box_count)                                                                         \
+    TABLE(struct haptable_hinge, hinge, hinge_count)                                                                   \
+    TABLE(haptable_float3, term, term_count)               /* share g; 1 - exp(-tick / time) = d; time / tick d */     \
+    FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
+    FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
+    FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
+    FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
+    PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
+    FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
+    FUNCTION(haptable_finish_fn, release, HAPTABLE_FINISHES)                                                           \
+    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)                                                         \
+    FUNCTION(haptable_god_object_fn, ungrabbed, HAPTABLE_GOD_OBJECTS) /* that god_object_grab holds still */           \
+    FUNCTION(haptable_plausible_fn, plausible, HAPTABLE_PLAUSIBLES)                                                    \
+    FUNCTION(haptable_gain_fn, limit, HAPTABLE_GAINS) /* of rate, mean, resume, where it has one of them */            \
+    FUNCTION(haptable_limit_fn, rate, HAPTABLE_LIMITS)                                                                 \
+    FUNCTION(haptable_limit_fn, mean, HAPTABLE_LIMITS)                                                                 \
+    FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
+    FUNCTION(haptable_relax_fn, relax, HAPTABLE_RELAXATIONS)                                                           \
+    FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
     VALUE(float, max_force_n)             /* the device's limit, > 0 */                                                \
     VALUE(float, rigid_stiffness_n_per_m) /* S of a fixed node is this times the identity, > 0 */                      \
     VALUE(float, tolerance_m)             /* 2^-20 of the body's diagonal: points nearer than this are the same */     \
     VALUE(float, workspace_limit_m)       /* a finger farther than this from grid_origin_m is refused */               \
     VALUE(haptable_float3, grid_origin_m) /* spatial index: lowest corner of the surface */                            \
     VALUE(float, grid_per_m)              /* spatial index: grid steps in a metre */                                   \
-    VALUE(uint16_t, vertex_count)         /* vertices of touchable patches: free ones first */                         \
-    VALUE(uint16_t, free_count)           /* how many of them are free: these have a block */                          \
-    VALUE(uint16_t, patch_count)                                                                                       \
-    VALUE(uint16_t, box_count)                                                                                         \
-    VALUE(uint16_t, hinge_count)                   /* 0: every vertex has one ring of patches and every edge two */    \
-    TABLE(haptable_float3, vertex_m, vertex_count) /* rest positions V_i */                                            \
-    TABLE(haptable_float6, stiffness_n_per_m, free_count)  /* S_i, xx yy zz xy yz zx, where the force reads it so */   \
-    FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
-    TABLE(haptable_packed6, packed, HAPTABLE_PACKED_BLOCKS) /* in 16 bits: numbers to be scaled */                     \
-    TABLE(float, packed_scale, unpack == haptable_unpack_int16 ? HAPTABLE_PACKED_BLOCKS : 1) /* N/m; C: m/N */         \
-    TABLE(haptable_index3, patch, patch_count)     /* vertices, counter-clockwise from outside */                      \
-    TABLE(haptable_index3, neighbour, patch_count) /* patch across the edge opposite to corner c, or NONE */           \
-    TABLE(struct haptable_box, box, box_count)                                                                         \
-    TABLE(struct haptable_hinge, hinge, hinge_count)                                                                   \
-    FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
-    FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
-    FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
-    PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
-    VALUE(float, stiffness_limit_n_per_m)                   /* the largest eigenvalue of any point's S */              \
-    FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
-    VALUE(float, static_friction)  /* for god_object_friction: >= kinetic_friction */                                  \
-    VALUE(float, kinetic_friction) /* for god_object_friction: > 0 */                                                  \
-    FUNCTION(haptable_finish_fn, release, HAPTABLE_FINISHES)                                                           \
-    VALUE(float, release_n) /* for release: by how much a force may fall in a tick that lets go */                     \
-    FUNCTION(haptable_finish_fn, passivity, HAPTABLE_FINISHES)                                                         \
-    FUNCTION(haptable_god_object_fn, ungrabbed, HAPTABLE_GOD_OBJECTS) /* that god_object_grab holds still */           \
-    FUNCTION(haptable_plausible_fn, plausible, HAPTABLE_PLAUSIBLES)                                                    \
-    VALUE(float, max_motion_m) /* for plausible: the farthest that a finger comes in a tick, > 0 */                    \
-    FUNCTION(haptable_limit_fn, rate, HAPTABLE_LIMITS)                                                                 \
-    VALUE(float, rate_n) /* for rate: by how much the force may rise in a tick, > 0 */                                 \
-    FUNCTION(haptable_limit_fn, mean, HAPTABLE_LIMITS)                                                                 \
-    VALUE(float, mean_limit_n2) /* for mean: what the mean of the squared force stays below, > 0 */                    \
-    VALUE(float, mean_share)    /* for mean: of a tick in the filter's time, (1 + mean_slope) mean_share <= 1 */       \
-    VALUE(float, mean_slope)    /* for mean: 2 (max_force_n^2 / mean_limit_n2 - 1), > 0 */                             \
-    FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
-    VALUE(float, resume_gain) /* for resume: by how much the gain rises in a tick, > 0 */                              \
-    FUNCTION(haptable_relax_fn, relax, HAPTABLE_RELAXATIONS)                                                           \
-    VALUE(uint8_t, term_count)               /* for relax: at most HAPTABLE_TERMS */                                   \
-    TABLE(haptable_float3, term, term_count) /* share g; 1 - exp(-tick / time) = d; time / tick d */                   \
-    VALUE(float, rest_share)                 /* for relax: 1 less all shares, > 0 */                                   \
+    VALUE(float, stiffness_limit_n_per_m) /* the largest eigenvalue of any point's S */                                \
+    VALUE(float, static_friction)         /* for god_object_friction: >= kinetic_friction */                           \
+    VALUE(float, kinetic_friction)        /* for god_object_friction: > 0 */                                           \
+    VALUE(float, release_n)               /* for release: by how much a force may fall in a tick that lets go */       \
+    VALUE(float, max_motion_m)            /* for plausible: the farthest that a finger comes in a tick, > 0 */         \
+    VALUE(float, rate_n)                  /* for rate: by how much the force may rise in a tick, > 0 */                \
+    VALUE(float, mean_limit_n2)           /* for mean: what the mean of the squared force stays below, > 0 */          \
+    VALUE(float, mean_share)         /* for mean: of a tick in the filter's time, (1 + mean_slope) mean_share <= 1 */  \
+    VALUE(float, mean_slope)         /* for mean: 2 (max_force_n^2 / mean_limit_n2 - 1), > 0 */                        \
+    VALUE(float, resume_gain)        /* for resume: by how much the gain rises in a tick, > 0 */                       \
+    VALUE(float, rest_share)         /* for relax: 1 less all shares, > 0 */                                           \
     VALUE(float, tick_share)         /* for relax: what a tick leaves of a steady rise: rest and g d time / tick */    \
     VALUE(float, relaxation_reach_m) /* for relax: from the last contact; a new one beyond knows nothing of it */      \
-    FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
-    VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_tables_crc */
+    VALUE(uint32_t, packed_count)    /* of the free vertices; or a compliance's: vertices, edges, patches in a row */  \
+    VALUE(uint32_t, scale_count)     /* of int16 one a block, of float16 one for all */                                \
+    VALUE(uint16_t, vertex_count)    /* vertices of touchable patches: free ones first */                              \
+    VALUE(uint16_t, free_count)      /* how many of them are free: these have a block */                               \
+    VALUE(uint16_t, patch_count)                                                                                       \
+    VALUE(uint16_t, box_count)                                                                                         \
+    VALUE(uint16_t, hinge_count) /* 0: every vertex has one ring of patches and every edge two */                      \
+    VALUE(uint8_t, term_count)   /* for relax: at most HAPTABLE_TERMS */                                               \
+    VALUE(uint32_t, crc)         /* for check: of all other values and tables, haptable_crc_of */
 
 struct haptable_model {
-    uint64_t hash; /* of these tables, every bit of them, and of what they were made from: messages carry it */
-    const struct haptable_hinges* hinges; /* haptable_hinges_of_table; NULL where hinge_count is 0: not linked */
+    const struct haptable_hinges* hinges; /* haptable_hinges_of_table; NULL where no vertex is at one or at a border */
+    const struct haptable_slivers* slivers; /* haptable_slivers_of_patches, _corners; NULL where there is none */
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
     uint32_t relaxed_at; /* for relax: byte of each finger's struct haptable_relaxed in the state, behind the servos */
     uint32_t freed_at;   /* for god_object_friction: of each finger's struct haptable_freed */
-    HAPTABLE_MODEL_FIELDS(HAPTABLE_VALUE_FIELD, HAPTABLE_TABLE_FIELD, HAPTABLE_FUNCTION_FIELD, HAPTABLE_PART_FIELD)
+    uint64_t hash;       /* of these tables, every bit of them, and of what they were made from: messages carry it */
 };
 #undef HAPTABLE_VALUE_FIELD
 #undef HAPTABLE_TABLE_FIELD
@@ -306,7 +334,7 @@ struct haptable_segment {
 
 /* How far the check of the tables has come. */
 struct haptable_table_check {
-    uint32_t crc;    /* of what was taken */
+    uint32_t crc;    /* of what was taken of the part */
     uint32_t byte;   /* of the field, that comes next */
     uint8_t field;   /* of the part, that comes next */
     uint8_t verdict; /* of the last whole check: 0 none yet, 1 well, 2 damaged */
@@ -314,36 +342,42 @@ struct haptable_table_check {
     uint8_t damaged; /* 1: a part before it is */
 };
 
-/* The whole state of one servo. The caller owns it; haptable_servo_init makes it valid. */
+/* The whole state of one servo. The caller owns it; haptable_servo_init makes it valid. The state of a scene with one
+ * finger ends before nearest_m2, or before the first of those after it that its model does not name. */
 struct haptable_servo {
-    struct haptable_contact contact;
-    struct haptable_segment segment;
-    float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger, by god_object_least_energy; 0: unknown */
-    float finger_m[3];             /* last accepted position; meaningless unless finger_known */
-    uint8_t finger_known;          /* 0 or 1 */
-    uint8_t state;                 /* enum haptable_state */
-    uint8_t undecided_ticks;       /* in a row that could not tell inside from outside */
-    uint8_t fade_ticks;            /* by so many of HAPTABLE_FADE_TICKS the force is down */
-    uint16_t slide_patch;          /* where a slide to the nearest point that met its limit goes on; HAPTABLE_NONE */
-    uint8_t finger;                /* its number among the servos of a state */
-    uint32_t position_us;          /* when the last position came; wraps */
-    float felt_n[3];               /* the force of the last tick, before release and passivity; 0 without contact */
-    float released_n[3];           /* what release still adds: of forces that have ended, or are to come up */
-    float owed_j;                  /* with release: energy that is stored and not yet paid by the finger; >= 0 */
-    float given_n[3];              /* the force of the last tick as it was given */
-    float given_j;           /* with passivity: energy given to the user, less what was taken; never far above 0 */
-    float gain;              /* with limits: of the force, 0..1; falls in a contact, but for resume */
-    float mean_n2;           /* with mean: of the squared force, filtered */
-    float nearest_m2;        /* with resume: of the patches looked at, to the finger */
-    uint16_t nearest_patch;  /* with resume: that one */
-    uint16_t seek_patch;     /* with resume: the next to look at; HAPTABLE_NONE: none is sought */
+    uint8_t finger_known;    /* 0 or 1 */
+    uint8_t state;           /* enum haptable_state */
+    uint8_t undecided_ticks; /* in a row that could not tell inside from outside */
+    uint8_t fade_ticks;      /* by so many of HAPTABLE_FADE_TICKS the force is down */
+    uint16_t slide_patch;    /* where a slide to the nearest point that met its limit goes on; HAPTABLE_NONE */
+    uint8_t finger;          /* its number among the servos of a state */
+    uint8_t felt_known;      /* with release: 0 where contact was dropped since; then nothing was felt, nor is owed */
     uint16_t distrust_ticks; /* with plausible: HAPTABLE_DISTRUST_TICKS */
     uint8_t wait_ticks;      /* with plausible: until positions are believed again */
     uint8_t faults;          /* enum haptable_fault */
+    struct haptable_contact contact;
+    uint32_t position_us; /* when the last position came; wraps */
+    uint32_t buttons;     /* held down: enum haptable_button */
+    uint32_t pressed;     /* of them, those that were not held down a tick before */
     struct haptable_table_check check;
-    uint32_t buttons; /* held down: enum haptable_button */
-    uint32_t pressed; /* of them, those that were not held down a tick before */
     struct haptable_counters counters;
+    struct haptable_segment segment;
+    float finger_m[3]; /* last accepted position; meaningless unless finger_known */
+    float given_n[3];  /* the force of the last tick as it was given */
+    float gain;        /* with limits: of the force, 0..1; falls in a contact, but for resume */
+    float mean_n2;     /* with mean: of the squared force, filtered */
+    /* with resume */
+    float nearest_m2;       /* of the patches looked at, to the finger */
+    uint16_t nearest_patch; /* that one */
+    uint16_t seek_patch;    /* the next to look at; HAPTABLE_NONE: none is sought */
+    /* with passivity */
+    float given_j; /* energy given to the user, less what was taken; never far above 0 */
+    /* with release */
+    float felt_n[3];     /* the force of the last tick, before release and passivity; 0 without contact */
+    float released_n[3]; /* what release still adds: of forces that have ended, or are to come up */
+    float owed_j;        /* energy that is stored and not yet paid by the finger; >= 0 */
+    /* with god_object_least_energy */
+    float sensitivity_per_m[2][3]; /* of alpha_1, alpha_2 to the finger; 0: unknown */
 };
 
 /* One term of a relaxing body: its own load, g times which is a part of the force. */
@@ -398,6 +432,9 @@ static inline struct haptable_freed* haptable_freed_of(const struct haptable_mod
 /* Makes a servo that has no contact and knows no finger. */
 void haptable_servo_init(struct haptable_servo* servo);
 
+/* The same where all bytes of its state are 0. */
+void haptable_servo_begin(struct haptable_servo* servo);
+
 /* The buttons of the next tick, to be called before it by who has any: bits of enum haptable_button, all others 0. They
  * stay as they are until the next call. */
 void haptable_servo_buttons(struct haptable_servo* servo, uint32_t buttons);
@@ -410,10 +447,14 @@ void haptable_servo_step(const struct haptable_model* model, struct haptable_ser
  * dropped. Returns 1 when out was written (the servo fell silent now or earlier), 0 when it is still in time. */
 int haptable_servo_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out);
 
+/* Names what the surface of a model's tables needs: hinges, slivers. */
+void haptable_model_surface(struct haptable_model* model);
+
 /* CRC-32 (ISO-HDLC) of all values and tables of a part of a scene but its crc itself, in the order of their list. */
 uint32_t haptable_crc_of(const void* tables, haptable_span_fn* span);
 
-haptable_span_fn haptable_span_of_model; /* of a struct haptable_model: HAPTABLE_MODEL_FIELDS, then its compliance's */
+haptable_span_fn haptable_span_of_model;      /* of a struct haptable_model: its values, its tables, its compliance's */
+haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one */
 
 /* ---- what a model may name: each in a file of its own --------------------------------------------------------- */
 
@@ -437,6 +478,7 @@ haptable_span_fn haptable_span_of_model; /* of a struct haptable_model: HAPTABLE
     X(haptable_energy_pressure_mask_packed)
 #define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
 #define HAPTABLE_PLAUSIBLES(X) X(haptable_plausible_motion)
+#define HAPTABLE_GAINS(X) X(haptable_limit_force)
 #define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
 #define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
 #define HAPTABLE_CHECKS(X) X(haptable_check_crc)
@@ -497,6 +539,9 @@ haptable_god_object_fn haptable_god_object_grab;
 /* plausible: no finger is faster than max_motion_m a tick. After one that is, HAPTABLE_GOOD_TICKS plausible positions
  * come before one is believed. */
 haptable_plausible_fn haptable_plausible_motion;
+
+/* limit: times the gain, which the limits below lower. */
+haptable_gain_fn haptable_limit_force;
 
 /* rate: the force rises by no more than rate_n a tick, in any direction: it lies within rate_n of what is between none
  * and the last. Falling is free. */

@@ -434,7 +434,7 @@ static void finish(struct haptable_pair* pair, int finger, const float motion_m[
     struct haptable_servo* servo = &pair->servo[finger];
     put_force(model, servo, out);
     if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
-    if (model->rate || model->mean || model->resume) limit_force(model, servo, out);
+    if (model->limit) model->limit(model, servo, out);
     vec_copy(out->force_n, servo->given_n);
 }
 

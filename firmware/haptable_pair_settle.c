@@ -1036,7 +1036,7 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     struct both both;
     const int is_first = pair->evaluations == 0 && !pair->view[0].is_solved;
     const int most = is_first ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
-    float most_j = 3e38f;
+    float most_j = HAPTABLE_MOST;
     both.tables = tables;
     both.x_m = finger_m;
     both.hessian_j = pair->follow.curvature_j;
@@ -1160,7 +1160,7 @@ static void predict_alone(const struct haptable_servo* servo, const float x_m[3]
 int haptable_pair_track(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3], int steps,
                         struct haptable_contact* at) {
     struct place here;
-    float most_j = 3e38f;
+    float most_j = HAPTABLE_MOST;
     here.at = *at;
     find_ways(&here);
     if (here.free > 0) predict_alone(servo, x_m, &here, &view->model);

@@ -41,11 +41,7 @@ static inline int haptable_patch_has_thin_frame(const struct haptable_model* mod
 }
 
 static inline int haptable_patch_is_thin(const struct haptable_model* model, uint16_t patch) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    patch_frame(model, patch, edge1, edge2, normal);
-    return haptable_patch_has_thin_frame(model, edge1, edge2, normal);
+    return model->slivers && model->slivers->is_thin && model->slivers->is_thin(model, patch);
 }
 
 /* 1 where area coordinates leave it open whether a point is out of reach of every edge. */

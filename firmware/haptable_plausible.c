@@ -8,8 +8,8 @@
 
 /* Ticks between two positions: 1 or more, and no more than silence lasts. */
 static float ticks_in(uint32_t elapsed_us) {
-    if (elapsed_us <= HAPTABLE_TICK_US) return 1.0f;
-    if (elapsed_us >= HAPTABLE_SILENCE_US) return (float)HAPTABLE_SILENCE_US / (float)HAPTABLE_TICK_US;
+    if (elapsed_us < HAPTABLE_TICK_US) elapsed_us = HAPTABLE_TICK_US;
+    if (elapsed_us > HAPTABLE_SILENCE_US) elapsed_us = HAPTABLE_SILENCE_US;
     return (float)elapsed_us * (1.0f / (float)HAPTABLE_TICK_US);
 }
 

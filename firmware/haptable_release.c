@@ -88,12 +88,19 @@ static float most_owed(const struct haptable_servo* servo, int is_first, const f
 
 void haptable_release_slew(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
                            float force_n[3]) {
-    const int is_first = vec_dot(servo->felt_n, servo->felt_n) == 0.0f;
     const int is_free = servo->contact.patch == HAPTABLE_NONE;
+    int is_first;
     float change[3];
     float held[3]; /* the contact's force over the motion */
     float contact_j;
     float most_j;
+    if (!servo->felt_known) {
+        vec_zero(servo->felt_n);
+        vec_zero(servo->released_n);
+        servo->owed_j = 0.0f;
+        servo->felt_known = 1;
+    }
+    is_first = vec_dot(servo->felt_n, servo->felt_n) == 0.0f;
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
     vec_copy(force_n, held);

@@ -11,13 +11,10 @@
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
-/* Farther than any patch. */
-#define NOWHERE_M2 3e38f
-
 static void begin(struct haptable_servo* servo) {
     servo->seek_patch = 0;
     servo->nearest_patch = 0;
-    servo->nearest_m2 = NOWHERE_M2;
+    servo->nearest_m2 = HAPTABLE_MOST;
 }
 
 static void look_at(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
@@ -44,8 +41,10 @@ static void end(const struct haptable_model* model, struct haptable_servo* servo
     if (haptable_side_of(model, &nearest, u) != HAPTABLE_SIDE_INSIDE) return;
     *contact = nearest;
     contact->slips = 0;
-    vec_zero(servo->sensitivity_per_m[0]);
-    vec_zero(servo->sensitivity_per_m[1]);
+    if (model->energy) {
+        vec_zero(servo->sensitivity_per_m[0]);
+        vec_zero(servo->sensitivity_per_m[1]);
+    }
     servo->segment.unfinished = 0;
     servo->gain = 0.0f;
     ++servo->counters.contacts;

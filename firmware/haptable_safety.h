@@ -11,7 +11,7 @@
 enum { CHECK_NONE = 0, CHECK_WELL = 1, CHECK_DAMAGED = 2 };
 
 static inline void haptable_check_begin(struct haptable_table_check* check) {
-    check->crc = 0xffffffffu;
+    check->crc = 0;
     check->byte = 0;
     check->field = 0;
     check->part = 0;

@@ -55,6 +55,16 @@ typedef void haptable_init_fn(const struct haptable_scene* scene, void* state);
 typedef unsigned haptable_rows_fn(const struct haptable_scene* scene, void* state, const struct haptable_past past[],
                                   float (*a)[HAPTABLE_ROWS]);
 
+/* A part of a scene's tables, for the check. */
+struct haptable_part {
+    const void* tables; /* NULL: the scene has none */
+    haptable_span_fn* span;
+    uint32_t crc;
+};
+
+/* The parts beside the model: 1 what couples two fingers, 2 the rigid body, 3 the modes. */
+typedef struct haptable_part haptable_part_fn(const struct haptable_scene* scene, uint32_t number);
+
 struct haptable_scene {
     const struct haptable_model* model;
     const struct haptable_pair_model* pair; /* what couples two fingers; NULL: there is one */
@@ -66,6 +76,7 @@ struct haptable_scene {
     const struct haptable_rigid_part* rigid;
     const struct haptable_modes_part* ringing;
     haptable_rows_fn* rows; /* with modes: haptable_rows_of_one, haptable_rows_of_two */
+    haptable_part_fn* part; /* haptable_part_of; NULL: the model has all tables */
     uint32_t bytes;         /* of the state; it begins with the fingers' servos, or the pair of them, and what the model
                                lets them remember */
     uint32_t body_at;       /* byte of struct haptable_body_state in it */
@@ -82,6 +93,7 @@ haptable_rows_fn haptable_rows_of_two;
 haptable_step_fn haptable_step_one;
 haptable_step_fn haptable_step_held;
 haptable_step_fn haptable_moving;
+haptable_part_fn haptable_part_of;
 
 /* Who is there in a tick and what is pressed; who is not is released, as after silence. */
 void haptable_scene_begin(const struct haptable_scene* scene, void* state, const struct haptable_input in[],

@@ -6,7 +6,7 @@
 
 void haptable_init_one(const struct haptable_scene* scene, void* state) {
     (void)scene;
-    haptable_servo_init(haptable_scene_servo(state, 0));
+    haptable_servo_begin(haptable_scene_servo(state, 0));
 }
 
 void haptable_contact_of_one(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
@@ -18,11 +18,12 @@ void haptable_contact_of_one(const struct haptable_scene* scene, void* state, co
 void haptable_step_one(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                        uint32_t now_us, struct haptable_output out[]) {
     struct haptable_servo* servo = haptable_scene_servo(state, 0);
-    if (!in[0].is_there || now_us - servo->position_us >= HAPTABLE_SILENCE_US) {
-        haptable_step_held(scene, state, in, now_us, out);
-    } else {
-        servo->pressed = in[0].buttons & ~servo->buttons;
-        servo->buttons = in[0].buttons;
-        haptable_servo_step(scene->model, servo, in[0].finger_m, now_us, out);
+    if (!in[0].is_there) {
+        (void)haptable_servo_watch(servo, servo->position_us + HAPTABLE_SILENCE_US, out);
+        return;
     }
+    if (now_us - servo->position_us >= HAPTABLE_SILENCE_US) (void)haptable_servo_watch(servo, now_us, out);
+    servo->pressed = in[0].buttons & ~servo->buttons;
+    servo->buttons = in[0].buttons;
+    haptable_servo_step(scene->model, servo, in[0].finger_m, now_us, out);
 }

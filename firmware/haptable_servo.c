@@ -8,12 +8,15 @@
 #include "haptable_tick.h"
 
 void haptable_servo_init(struct haptable_servo* servo) {
-    static const struct haptable_servo fresh = {.contact = {.patch = HAPTABLE_NONE},
-                                                .state = HAPTABLE_SILENT,
-                                                .slide_patch = HAPTABLE_NONE,
-                                                .gain = 1.0f,
-                                                .seek_patch = HAPTABLE_NONE};
-    *servo = fresh;
+    static const struct haptable_servo none = {.state = HAPTABLE_SILENT};
+    *servo = none;
+    haptable_servo_begin(servo);
+}
+
+void haptable_servo_begin(struct haptable_servo* servo) {
+    servo->contact.patch = HAPTABLE_NONE;
+    servo->slide_patch = HAPTABLE_NONE;
+    servo->gain = 1.0f;
 }
 
 void haptable_servo_buttons(struct haptable_servo* servo, uint32_t buttons) {
@@ -25,33 +28,26 @@ void haptable_servo_step(const struct haptable_model* model, struct haptable_ser
                          uint32_t now_us, struct haptable_output* out) {
     const uint32_t elapsed_us = now_us - servo->position_us;
     float motion_m[3];
+    int refused;
     ++servo->counters.ticks;
     servo->position_us = now_us;
-    if (is_refused(model, servo, finger_m, elapsed_us)) {
-        give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
-        return;
-    }
-    if (is_faulted(model, servo)) {
-        give_nothing(servo, HAPTABLE_FAULTED, out);
-        if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
+    refused = is_refused(model, servo, finger_m, elapsed_us);
+    if (refused || is_faulted(model, servo)) {
+        give_nothing(servo, refused && servo->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, out);
+        if (!refused && out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
         return;
     }
     move(model, servo, finger_m, motion_m);
     put_force(model, servo, out);
     if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
-    if (model->rate || model->mean || model->resume) limit_force(model, servo, out);
+    if (model->limit) model->limit(model, servo, out);
     vec_copy(out->force_n, servo->given_n);
 }
 
 int haptable_servo_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {
     const int was_silent = servo->state == HAPTABLE_SILENT;
     if (!was_silent && now_us - servo->position_us < HAPTABLE_SILENCE_US) return 0;
-    if (!was_silent) {
-        ++servo->counters.silences;
-        drop_contact(servo);
-        servo->state = HAPTABLE_SILENT;
-    }
-    put_nothing(HAPTABLE_SILENT, out);
-    out->faults = servo->faults;
+    if (!was_silent) ++servo->counters.silences;
+    give_nothing(servo, HAPTABLE_SILENT, out);
     return 1;
 }

@@ -12,11 +12,36 @@
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
+/* ---- a plane ----------------------------------------------------------------------------------------------------- */
+
+/* Of u over a unit normal, m, or over more of them. */
+static enum haptable_side side_of_height(const struct haptable_model* model, float over) {
+    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
+    if (over > rounding) return HAPTABLE_SIDE_OUTSIDE;
+    return over < -rounding ? HAPTABLE_SIDE_INSIDE : HAPTABLE_SIDE_ALONG;
+}
+
+/* Of u over the plane of a normal of any length. */
+static enum haptable_side side_of_plane(const struct haptable_model* model, const float normal[3], const float u[3]) {
+    const float over = vec_dot(normal, u);
+    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
+    if (over * over <= rounding * rounding * vec_dot(normal, normal)) return HAPTABLE_SIDE_ALONG;
+    return over > 0.0f ? HAPTABLE_SIDE_OUTSIDE : HAPTABLE_SIDE_INSIDE;
+}
+
+enum haptable_side haptable_side_of_patch(const struct haptable_model* model, uint16_t patch, const float u[3]) {
+    float edge1[3];
+    float edge2[3];
+    float normal[3];
+    patch_frame(model, patch, edge1, edge2, normal);
+    return side_of_plane(model, normal, u);
+}
+
 /* ---- outwards ---------------------------------------------------------------------------------------------------- */
 
 /* arccos x for -1 <= x <= 1, to 7e-5 rad (Abramowitz and Stegun 4.4.45). It weighs normals: no digit of a force. */
 static float angle_of_cosine(float x) {
-    const float c = x < 0.0f ? -x : x;
+    const float c = vec_magnitude(x);
     const float polynomial = 1.5707288f + c * (-0.2121144f + c * (0.0742610f - c * 0.0187293f));
     const float rest = 1.0f - c;
     const float angle = rest > HAPTABLE_ROOT_LEAST ? rest * vec_inverse_root(rest) * polynomial : 0.0f;
@@ -42,42 +67,27 @@ static inline void add_weighted_normal(const float one[3], const float two[3], f
                    normal, sum);
 }
 
-/* What a vertex sees of a patch around it: one piece between two edges. Where the edge opposite to the vertex is nearer
- * than thin_m, the patch is a sliver and its normal says nothing: then two pieces of what lies beyond. */
-struct seen {
-    uint16_t patch;
-    int pieces;
-    uint16_t end[3]; /* vertices: piece i lies between those of end[i] and end[i + 1] */
-};
-
-/* before: the vertex is at at_m. */
-static struct seen see(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m) {
+/* What the fan's vertex, which is at at_m, sees of its patch. */
+static void see(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m,
+                struct haptable_seen* seen) {
     const uint16_t* v = model->patch[fan->patch];
-    struct seen seen = {fan->patch, 1, {v[next_corner(fan->corner)], v[previous_corner(fan->corner)], 0}};
-    float one[3];
-    float two[3];
-    float normal[3];
-    vec_sub(model->vertex_m[seen.end[0]], at_m, one);
-    vec_sub(model->vertex_m[seen.end[1]], at_m, two);
-    if (vec_dot(one, two) >= 0.0f) return seen; /* most patches: the vertex's foot is not between */
-    vec_cross(one, two, normal);
-    if (vec_dot(normal, normal) > thin_m * thin_m * gap2(one, two)) return seen;
-    if (model->neighbour[fan->patch][fan->corner] == HAPTABLE_NONE) return seen;
-    seen.patch = model->neighbour[fan->patch][fan->corner];
-    seen.pieces = 2;
-    seen.end[2] = seen.end[1];
-    v = model->patch[seen.patch];
-    seen.end[1] = v[3 - corner_of(model, seen.patch, seen.end[0]) - corner_of(model, seen.patch, seen.end[2])];
-    return seen;
+    seen->patch = fan->patch;
+    seen->pieces = 1;
+    seen->end[0] = v[next_corner(fan->corner)];
+    seen->end[1] = v[previous_corner(fan->corner)];
+    if (model->slivers) model->slivers->see(model, fan, at_m, thin_m, seen);
 }
 
 /* Adds those of the fan's patches. */
-static void add_vertex_normals(const struct haptable_model* model, struct fan fan, float thin_m, float sum[3]) {
+static void add_vertex_normals(const struct haptable_model* model, uint16_t patch, int corner, float thin_m,
+                               float sum[3]) {
+    struct fan fan = fan_begin(model, patch, corner);
     const float* at_m = model->vertex_m[fan.vertex];
     int patches = 0;
     do {
-        const struct seen seen = see(model, &fan, at_m, thin_m);
+        struct haptable_seen seen;
         int i;
+        see(model, &fan, at_m, thin_m, &seen);
         for (i = 0; i < seen.pieces; ++i) {
             float one[3];
             float two[3];
@@ -96,8 +106,7 @@ void haptable_side_outward(const struct haptable_model* model, const struct hapt
     uint16_t patch = contact->patch;
     vec_zero(normal);
     if (feature == ON_VERTEX) {
-        add_vertex_normals(model, fan_begin(model, contact->patch, corner), HAPTABLE_VERTEX_REACH * model->tolerance_m,
-                           normal);
+        add_vertex_normals(model, patch, corner, HAPTABLE_VERTEX_REACH * model->tolerance_m, normal);
         return;
     }
     if (feature == ON_EDGE) across = across_begin(model, patch, corner);
@@ -115,13 +124,6 @@ void haptable_side_outward(const struct haptable_model* model, const struct hapt
 }
 
 /* ---- on which side a line begins ------------------------------------------------------------------------------ */
-
-/* Of u over a unit normal, m, or over more of them. */
-static enum haptable_side side_of_height(const struct haptable_model* model, float over) {
-    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
-    if (over > rounding) return HAPTABLE_SIDE_OUTSIDE;
-    return over < -rounding ? HAPTABLE_SIDE_INSIDE : HAPTABLE_SIDE_ALONG;
-}
 
 /* What an edge's patches say about u. */
 struct around_edge {
@@ -151,28 +153,15 @@ static void look_over(const struct haptable_model* model, uint16_t patch, uint16
     edge->over = over;
 }
 
-/* Slivers that may lie side by side along an edge. */
-#define SLIVERS 4
-
 /* The same; where the patch is so thin at the point at_m that its normal says nothing, what lies beyond its other edge
  * there. */
 static void look_beyond(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float at_m[3],
                         float thin_m, const float u[3], const float across[3], struct around_edge* edge) {
-    int slivers;
-    for (slivers = 0; slivers < SLIVERS; ++slivers) {
-        const int corner_a = corner_of(model, patch, a);
-        const int opposite = 3 - corner_a - corner_of(model, patch, b);
-        const uint16_t far_vertex = model->patch[patch][opposite];
-        const int beyond = haptable_patch_ends_beyond(model, patch, opposite, at_m, thin_m);
-        const uint16_t other = beyond < 0 ? HAPTABLE_NONE : across_begin(model, patch, beyond).patch;
-        if (other == HAPTABLE_NONE) break;
-        if (beyond == corner_a)
-            a = far_vertex;
-        else
-            b = far_vertex;
-        patch = other;
-    }
-    look_over(model, patch, a, b, u, across, edge);
+    uint16_t end[2];
+    end[0] = a;
+    end[1] = b;
+    if (model->slivers) model->slivers->beyond(model, &patch, end, at_m, thin_m);
+    look_over(model, patch, end[0], end[1], u, across, edge);
 }
 
 /* See haptable_side_of; on the edge opposite to `corner`, at at_m of it. */
@@ -186,9 +175,11 @@ static enum haptable_side side_of_edge(const struct haptable_model* model, uint1
     float across[3];
     vec_sub(model->vertex_m[b], model->vertex_m[a], along);
     vec_cross(along, u, across);
-    look_beyond(model, patch, a, b, at_m, thin_m, u, across, &edge);
-    for (; other.patch != HAPTABLE_NONE; across_next(model, &other))
-        look_beyond(model, other.patch, a, b, at_m, thin_m, u, across, &edge);
+    while (patch != HAPTABLE_NONE) {
+        look_beyond(model, patch, a, b, at_m, thin_m, u, across, &edge);
+        patch = other.patch;
+        if (patch != HAPTABLE_NONE) across_next(model, &other);
+    }
     return side_of_height(model, edge.nearest > 0.0f ? edge.over : edge.sum);
 }
 
@@ -202,11 +193,15 @@ struct around_vertex {
     int corner;       /* of it, opposite to the edge; -1: the patch's inside */
 };
 
-static void note_part(float reach2, uint16_t patch, int corner, struct around_vertex* around) {
+HAPTABLE_CALLED void note_part(float reach2, uint16_t patch, int corner, struct around_vertex* around) {
     if (reach2 <= around->reach2) return;
     around->reach2 = reach2;
     around->patch = patch;
     around->corner = corner;
+}
+
+HAPTABLE_CALLED void note_edge(const struct edge* edge, uint16_t patch, int corner, struct around_vertex* around) {
+    if (edge->rise > 0.0f) note_part(edge->rise * edge->rise / edge->length2, patch, corner, around);
 }
 
 /* Takes what is seen of the fan's patch: on which side of its plane u is; the patch or one of its two edges, where u
@@ -214,66 +209,37 @@ static void note_part(float reach2, uint16_t patch, int corner, struct around_ve
 static void look_at(const struct haptable_model* model, const struct fan* fan, const float u[3], float thin_m,
                     struct around_vertex* around) {
     const float* at_m = model->vertex_m[fan->vertex];
-    const uint16_t* v = model->patch[fan->patch];
-    struct seen seen = {fan->patch, 1, {v[next_corner(fan->corner)], v[previous_corner(fan->corner)], 0}};
-    struct edge one = edge_to(model, seen.end[0], at_m, u);
+    struct haptable_seen seen;
+    struct edge edge[3];
     int i;
+    see(model, fan, at_m, thin_m, &seen);
+    edge_to(model, seen.end[0], at_m, u, &edge[0]);
     for (i = 0; i < seen.pieces; ++i) {
-        struct edge two = edge_to(model, seen.end[i + 1], at_m, u);
+        const struct edge* one = &edge[i];
+        const struct edge* two = &edge[i + 1];
         float normal[3];
-        if (i == 0 && vec_dot(one.along, two.along) < 0.0f) { /* or else it is no sliver */
-            seen = see(model, fan, at_m, thin_m);
-            two = edge_to(model, seen.end[1], at_m, u);
-        }
-        vec_cross(one.along, two.along, normal);
+        edge_to(model, seen.end[i + 1], at_m, u, &edge[i + 1]);
+        vec_cross(one->along, two->along, normal);
         if (side_of_plane(model, normal, u) == HAPTABLE_SIDE_OUTSIDE)
             around->is_over_one = 1;
         else
             around->is_under_one = 1;
-        if ((one.rise > 0.0f || two.rise > 0.0f) && leads_between(&one, &two)) {
+        if ((one->rise > 0.0f || two->rise > 0.0f) && leads_between(one, two)) {
             const float over = vec_dot(normal, u);
             note_part(vec_dot(u, u) - over * (over / vec_dot(normal, normal)), seen.patch, -1, around);
         } else {
-            if (i == 0 && one.rise > 0.0f)
-                note_part(one.rise * one.rise / one.length2, fan->patch, previous_corner(fan->corner), around);
-            if (i + 1 == seen.pieces && two.rise > 0.0f)
-                note_part(two.rise * two.rise / two.length2, fan->patch, next_corner(fan->corner), around);
+            if (i == 0) note_edge(one, fan->patch, previous_corner(fan->corner), around);
+            if (i + 1 == seen.pieces) note_edge(two, fan->patch, next_corner(fan->corner), around);
         }
-        one = two;
     }
 }
 
-static struct around_vertex look_around(const struct haptable_model* model, struct fan fan, const float u[3],
-                                        float thin_m) {
-    struct around_vertex around = {0, 0, 0.0f, HAPTABLE_NONE, -1};
+static void look_around(const struct haptable_model* model, uint16_t patch, int corner, const float u[3], float thin_m,
+                        struct around_vertex* around) {
+    struct fan fan = fan_begin(model, patch, corner);
     int patches = 0;
-    do look_at(model, &fan, u, thin_m, &around);
+    do look_at(model, &fan, u, thin_m, around);
     while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
-    return around;
-}
-
-/* So far from a vertex, in thin_m, an edge there is asked: patches that are no slivers are apart. */
-#define ALONG_EDGE 64.0f
-
-/* A point of an edge of the vertex, opposite to `corner` of the patch. */
-static void point_along_edge(const struct haptable_model* model, uint16_t patch, int corner, uint16_t vertex,
-                             float thin_m, float at_m[3]) {
-    const float* a = model->vertex_m[vertex];
-    const int at = corner_of(model, patch, vertex);
-    float along[3];
-    float far_away;
-    vec_sub(vertex_of(model, patch, 3 - at - corner), a, along);
-    far_away = ALONG_EDGE * thin_m * haptable_side_inverse_length(along);
-    vec_copy(a, at_m);
-    vec_add_scaled(far_away < 0.5f ? far_away : 0.5f, along, at_m);
-}
-
-/* The mean of the vertex's normals has the sign. */
-static enum haptable_side side_of_mean(const struct haptable_model* model, struct fan fan, const float u[3],
-                                       float thin_m) {
-    float normal[3] = {0.0f, 0.0f, 0.0f};
-    add_vertex_normals(model, fan, thin_m, normal);
-    return side_of_plane(model, normal, u);
 }
 
 /* At a vertex: over all planes there, or under all, is over or under whatever part is the nearest. */
@@ -286,17 +252,22 @@ enum haptable_side haptable_side_of(const struct haptable_model* model, const st
     float at_m[3];
     vec_copy(contact->god_object_m, at_m);
     if (feature == ON_VERTEX) {
-        const struct fan fan = fan_begin(model, patch, corner);
-        struct around_vertex around;
+        struct around_vertex around = {0, 0, 0.0f, HAPTABLE_NONE, -1};
         thin_m = HAPTABLE_VERTEX_REACH * model->tolerance_m;
-        around = look_around(model, fan, u, thin_m);
+        look_around(model, patch, corner, u, thin_m, &around);
         if (!around.is_over_one) return HAPTABLE_SIDE_INSIDE;
         if (!around.is_under_one) return HAPTABLE_SIDE_OUTSIDE;
-        if (around.patch == HAPTABLE_NONE) return side_of_mean(model, fan, u, thin_m);
+        if (around.patch == HAPTABLE_NONE) { /* the mean of the vertex's normals has the sign */
+            float normal[3];
+            haptable_side_outward(model, contact, normal);
+            return side_of_plane(model, normal, u);
+        }
+        if (around.corner >= 0 && model->slivers)
+            model->slivers->along_edge(model, around.patch, around.corner, model->patch[patch][corner], thin_m, at_m);
         patch = around.patch;
         corner = around.corner;
         feature = corner < 0 ? INSIDE : ON_EDGE;
-        if (feature == ON_EDGE) point_along_edge(model, patch, corner, fan.vertex, thin_m, at_m);
     }
-    return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m) : side_of_patch(model, patch, u);
+    return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m)
+                              : haptable_side_of_patch(model, patch, u);
 }

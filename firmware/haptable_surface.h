@@ -17,33 +17,32 @@ static inline const float* vertex_of(const struct haptable_model* model, uint16_
 }
 
 /* The two edges from corner 0, and their cross product: along the outward normal, twice the patch's area long. */
-static inline void patch_frame(const struct haptable_model* model, uint16_t patch, float edge1[3], float edge2[3],
-                               float normal[3]) {
+HAPTABLE_INLINE void patch_frame(const struct haptable_model* model, uint16_t patch, float edge1[3], float edge2[3],
+                                 float normal[3]) {
     const float* origin = vertex_of(model, patch, 0);
     vec_sub(vertex_of(model, patch, 1), origin, edge1);
     vec_sub(vertex_of(model, patch, 2), origin, edge2);
     vec_cross(edge1, edge2, normal);
 }
 
-static inline float gap2(const float a[3], const float b[3]) {
+HAPTABLE_INLINE float gap2(const float a[3], const float b[3]) {
     float d[3];
     vec_sub(a, b, d);
     return vec_dot(d, d);
 }
 
-static inline void place(const struct haptable_model* model, struct haptable_contact* contact) {
+HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_contact* contact) {
     const float* a = vertex_of(model, contact->patch, 0);
     const float* b = vertex_of(model, contact->patch, 1);
     const float* c = vertex_of(model, contact->patch, 2);
     const float* alpha = contact->alpha;
-    contact->god_object_m[0] = alpha[0] * a[0] + alpha[1] * b[0] + alpha[2] * c[0];
-    contact->god_object_m[1] = alpha[0] * a[1] + alpha[1] * b[1] + alpha[2] * c[1];
-    contact->god_object_m[2] = alpha[0] * a[2] + alpha[1] * b[2] + alpha[2] * c[2];
+    int i;
+    for (i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
 }
 
 /* ---- walking around a vertex ---------------------------------------------------------------------------------- */
 
-static inline int corner_of(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
+HAPTABLE_INLINE int corner_of(const struct haptable_model* model, uint16_t patch, uint16_t vertex) {
     const uint16_t* v = model->patch[patch];
     if (v[0] == vertex) return 0;
     return v[1] == vertex ? 1 : 2;
@@ -60,7 +59,7 @@ struct fan {
     int clockwise;
 };
 
-static inline struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
+HAPTABLE_INLINE struct fan fan_begin(const struct haptable_model* model, uint16_t patch, int corner) {
     struct fan fan;
     fan.vertex = model->patch[patch][corner];
     fan.begin = patch;
@@ -76,22 +75,26 @@ static inline uint16_t fan_turn(const struct haptable_model* model, const struct
     return model->neighbour[fan->patch][across];
 }
 
-/* The fan after the last patch of a turn: turning the other way from the border, or on the next ring; without a patch
- * where all were visited. Apart from fan_next, and by value, so that a fan stays in registers. */
-struct fan haptable_surface_fan_turned(const struct haptable_model* model, struct fan fan);
-
 /* Goes on to the next patch of the fan; 0 when all were visited. */
-static inline int fan_next(const struct haptable_model* model, struct fan* fan) {
+HAPTABLE_INLINE int fan_next(const struct haptable_model* model, struct fan* fan) {
     const uint16_t next = fan_turn(model, fan);
-    if (next == fan->first && !model->hinges) return 0; /* at most vertices */
     if (next == HAPTABLE_NONE || next == fan->first) {
-        *fan = haptable_surface_fan_turned(model, *fan);
+        if (!model->hinges) return 0; /* most bodies */
+        *fan = model->hinges->turned(model, *fan);
         return fan->patch != HAPTABLE_NONE;
     }
     fan->patch = next;
     fan->corner = corner_of(model, next, fan->vertex);
     return 1;
 }
+
+/* What a vertex sees of a patch around it: one piece between two edges. Where the edge opposite to the vertex is nearer
+ * than thin_m, the patch is a sliver and its normal says nothing: then two pieces of what lies beyond. */
+struct haptable_seen {
+    uint16_t patch;
+    uint16_t pieces;
+    uint16_t end[3]; /* vertices: piece i lies between those of end[i] and end[i + 1] */
+};
 
 /* The patches across an edge of a patch: its neighbour there, and at a hinge the others that have this edge. */
 struct across {
@@ -105,7 +108,7 @@ static inline void across_next(const struct haptable_model* model, struct across
         model->hinges ? model->hinges->next_across(model, across->from, across->corner, across->patch) : HAPTABLE_NONE;
 }
 
-static inline struct across across_begin(const struct haptable_model* model, uint16_t patch, int corner) {
+HAPTABLE_INLINE struct across across_begin(const struct haptable_model* model, uint16_t patch, int corner) {
     struct across across;
     across.from = patch;
     across.patch = model->neighbour[patch][corner];
@@ -121,17 +124,15 @@ struct edge {
     float length2;  /* e . e */
 };
 
-static inline struct edge edge_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
-                                  const float to_x[3]) {
-    struct edge edge;
-    vec_sub(model->vertex_m[vertex], at_m, edge.along);
-    edge.rise = vec_dot(to_x, edge.along);
-    edge.length2 = vec_dot(edge.along, edge.along);
-    return edge;
+HAPTABLE_INLINE void edge_to(const struct haptable_model* model, uint16_t vertex, const float at_m[3],
+                             const float to_x[3], struct edge* edge) {
+    vec_sub(model->vertex_m[vertex], at_m, edge->along);
+    edge->rise = vec_dot(to_x, edge->along);
+    edge->length2 = vec_dot(edge->along, edge->along);
 }
 
 /* 1 when the nearest point to x of the plane of two edges lies between them: normal equations, solved by Cramer. */
-static inline int leads_between(const struct edge* one, const struct edge* two) {
+HAPTABLE_INLINE int leads_between(const struct edge* one, const struct edge* two) {
     const float both = vec_dot(one->along, two->along);
     return one->rise * two->length2 > two->rise * both && two->rise * one->length2 > one->rise * both;
 }
@@ -139,17 +140,22 @@ static inline int leads_between(const struct edge* one, const struct edge* two) 
 /* Where a point of a patch lies: inside, on the edge opposite to `corner`, or on the vertex at `corner`. */
 enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
 
-static inline enum place_on_patch feature_of(const float alpha[3], int* corner) {
-    const int zero0 = alpha[0] == 0.0f;
-    const int zero1 = alpha[1] == 0.0f;
-    const int zeros = zero0 + zero1 + (alpha[2] == 0.0f);
-    if (zeros == 0) return INSIDE;
-    if (zeros == 1) {
-        *corner = zero0 ? 0 : (zero1 ? 1 : 2);
-        return ON_EDGE;
+HAPTABLE_INLINE enum place_on_patch feature_of(const float alpha[3], int* corner) {
+    int zeros = 0;
+    int zero = 0;
+    int other = 2;
+    int i;
+    for (i = 2; i >= 0; --i) {
+        if (alpha[i] == 0.0f) {
+            ++zeros;
+            zero = i;
+        } else {
+            other = i;
+        }
     }
-    *corner = !zero0 ? 0 : (!zero1 ? 1 : 2);
-    return ON_VERTEX;
+    if (zeros == 0) return INSIDE;
+    *corner = zeros == 1 ? zero : other;
+    return zeros == 1 ? ON_EDGE : ON_VERTEX;
 }
 
 #endif

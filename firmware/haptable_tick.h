@@ -31,9 +31,7 @@ static void put_nothing(uint8_t state, struct haptable_output* out) {
 static void drop_contact(struct haptable_servo* servo) {
     haptable_contact_end(servo);
     servo->finger_known = 0;
-    vec_zero(servo->felt_n);
-    vec_zero(servo->released_n);
-    servo->owed_j = 0.0f;
+    servo->felt_known = 0;
     vec_zero(servo->given_n);
     servo->gain = 1.0f; /* contact begins at the surface, with no force */
 }
@@ -46,10 +44,9 @@ static void give_nothing(struct haptable_servo* servo, uint8_t state, struct hap
     out->faults = servo->faults;
 }
 
-/* 1 when the position is a number and within the workspace limit. */
+/* 1 when the position is within the workspace limit: what is not a number, or infinite, is not. */
 static int is_position(const struct haptable_model* model, const float finger_m[3]) {
     float offset[3];
-    if (!vec_finite(finger_m)) return 0;
     vec_sub(finger_m, model->grid_origin_m, offset);
     return vec_dot(offset, offset) <= model->workspace_limit_m * model->workspace_limit_m;
 }
@@ -117,21 +114,6 @@ static void finish_force(const struct haptable_model* model, struct haptable_ser
     if (model->release) model->release(model, servo, motion_m, out->force_n);
     if (model->passivity) model->passivity(model, servo, motion_m, out->force_n);
     gate_force(model, servo, out);
-}
-
-/* What keeps a force below the body's: a gain, which the limits lower. */
-static void limit_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
-    const int touches = servo->contact.patch != HAPTABLE_NONE;
-    if (!touches && vec_dot(out->force_n, out->force_n) == 0.0f) servo->gain = 1.0f; /* the finger has left */
-    if (model->mean) model->mean(model, servo, out->force_n);
-    if (model->rate) model->rate(model, servo, out->force_n);
-    if (!(servo->gain < 1.0f)) return; /* most ticks */
-    out->force_n[0] *= servo->gain;
-    out->force_n[1] *= servo->gain;
-    out->force_n[2] *= servo->gain;
-    if (!touches) return;
-    ++servo->counters.limited_ticks;
-    servo->state = out->state = HAPTABLE_LIMITED;
 }
 
 /* 1 while nothing may be given: a fault stands, or nobody looked at the tables. Pressing the button ends a fault;

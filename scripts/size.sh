@@ -11,13 +11,21 @@ symbols=$(mktemp)
 trap 'rm -f "$symbols"' EXIT
 "${CROSS}nm" -S "$elf" >"$symbols"
 value() { printf '%d' "0x$(awk -v name="$1" '$NF == name { print $1 }' "$symbols")"; }
-# Bytes of code that the linker kept of an object, from its map: " .text.name" and on that line or the next "address size object".
+# Bytes of code and constants that the linker kept of an object, from its map: " .text.name" and on that line or the
+# next "address size object". With -Os what several files call is weak, and the first of them has it: a row of its own.
 bytes_of() {
     awk -v object="$1" '
+        FNR == NR { if ($3 == "W") shared[".text." $4] = 1; next }
         /^Linker script and memory map/ { kept = 1 }
-        kept && /^ \.text/ { if (NF == 1) { getline; size = $2; from = $3 } else { size = $3; from = $4 } if (from == object) print size }' \
-        "$folder/$2.map" | { sum=0; while read -r bytes; do sum=$((sum + bytes)); done; echo $sum; }
+        kept && /^ \.(text|rodata)/ {
+            name = $1
+            if (NF == 1) { getline; size = $2; from = $3 } else { size = $3; from = $4 }
+            if (from == object && !(name in shared)) print size
+        }' "$symbols" "$folder/$2.map" | sum
 }
+sum() { total=0; while read -r bytes; do total=$((total + bytes)); done; echo $total; }
+# What a file is for: the line at its head.
+purpose() { sed -n '3s/^ \* //p' "firmware/$1" 2>/dev/null; }
 row() { printf '  %-42s %9s %s\n' "$1" "$2" "${3:-}"; }
 
 # ---- what must not be there -----------------------------------------------------------------------------------------
@@ -39,9 +47,14 @@ echo "flash, bytes"
 for object in "$folder"/*.o; do
     [ "$object" != "$folder/model.o" ] || continue
     bytes=$(bytes_of "$object" "$image")
+    [ "$bytes" != 0 ] || continue
     code=$((code + bytes))
-    row "  code of $(basename "$object" .o).c" "$bytes"
+    file=$(basename "$object" .o).c
+    row "  code of $file" "$bytes" "$(purpose "$file")"
 done
+shared=$(awk '$3 == "W" { print "0x" $2 }' "$symbols" | sum)
+[ "$shared" = 0 ] || row "  code that files share" "$shared" "small functions of headers, once each"
+code=$((code + shared))
 row "code of the servo" $code
 # The tables are the arrays that model.c keeps to itself.
 "${CROSS}nm" -S --no-sort "$folder/model.o" | awk 'NF == 4 && $3 == "r" && $4 != "compliance" { print $4, "0x" $2 }' |

@@ -11,6 +11,7 @@ namespace haptable::test::reference {
 
 // haptable.h declares these with C linkage: other names, or they would be the float ones.
 #define haptable_servo_init reference_init
+#define haptable_servo_begin reference_begin
 #define haptable_servo_step reference_step
 #define haptable_servo_watch reference_watch
 #define haptable_servo_buttons reference_buttons
@@ -34,14 +35,19 @@ namespace haptable::test::reference {
 #define haptable_passivity_control reference_passivity_control
 #define haptable_god_object_grab reference_god_object_grab
 #define haptable_plausible_motion reference_plausible_motion
+#define haptable_limit_force reference_limit_force
 #define haptable_limit_rate reference_limit_rate
 #define haptable_limit_mean reference_limit_mean
 #define haptable_resume_ramp reference_resume_ramp
 #define haptable_check_crc reference_check_crc
 #define haptable_crc_of reference_crc_of
 #define haptable_span_of_model reference_span_of_model
+#define haptable_span_of_compliance reference_span_of_compliance
 #define haptable_touches reference_touches
 #define haptable_hinges_of_table reference_hinges_of_table
+#define haptable_slivers_of_patches reference_slivers_of_patches
+#define haptable_slivers_of_corners reference_slivers_of_corners
+#define haptable_model_surface reference_model_surface
 #define haptable_relaxed_of reference_relaxed_of
 #define haptable_freed_of reference_freed_of
 #define haptable_relaxation reference_relaxation
@@ -70,9 +76,9 @@ namespace haptable::test::reference {
 #include "firmware/haptable_vector.h"
 #undef vec_inverse_root
 static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
-#include "firmware/haptable_surface.c"
 #include "firmware/haptable_hinge.c"
 #include "firmware/haptable_patch.c"
+#include "firmware/haptable_sliver.c"
 #include "firmware/haptable_side.c"
 #include "firmware/haptable_entry.c"
 #include "firmware/haptable_contact.c"
@@ -92,6 +98,7 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef float
 #undef restrict
 #undef haptable_servo_init
+#undef haptable_servo_begin
 #undef haptable_servo_step
 #undef haptable_servo_watch
 #undef haptable_servo_buttons
@@ -115,14 +122,19 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_passivity_control
 #undef haptable_god_object_grab
 #undef haptable_plausible_motion
+#undef haptable_limit_force
 #undef haptable_limit_rate
 #undef haptable_limit_mean
 #undef haptable_resume_ramp
 #undef haptable_check_crc
 #undef haptable_crc_of
 #undef haptable_span_of_model
+#undef haptable_span_of_compliance
 #undef haptable_touches
 #undef haptable_hinges_of_table
+#undef haptable_slivers_of_patches
+#undef haptable_slivers_of_corners
+#undef haptable_model_surface
 #undef haptable_relaxed_of
 #undef haptable_freed_of
 #undef haptable_relaxation
@@ -187,6 +199,9 @@ struct ReferenceServo::State {
         model.box = reinterpret_cast<const reference::haptable_box*>(m.box);
         model.hinge_count = m.hinge_count;
         model.hinges = m.hinges != nullptr ? &reference::reference_hinges_of_table : nullptr;
+        if (m.slivers != nullptr)
+            model.slivers = m.slivers->is_thin != nullptr ? &reference::reference_slivers_of_patches
+                                                          : &reference::reference_slivers_of_corners;
         model.hinge = reinterpret_cast<const reference::haptable_hinge*>(m.hinge);
         choose(m);
         if (m.compliance != nullptr) copy(*m.compliance, m);
@@ -218,12 +233,12 @@ struct ReferenceServo::State {
         vertex_compliance = widen(c.vertex, m.vertex_count);
         edge_compliance = widen(c.edge, std::size_t{c.edge_count} * (c.degree - 1U));
         if (c.degree == 4) patch_compliance = widen(c.patch, 3U * m.patch_count);
-        compliance = {c.degree,
-                      c.edge_count,
-                      as_rows<6>(vertex_compliance),
-                      as_rows<6>(edge_compliance),
-                      as_rows<6>(patch_compliance),
-                      c.patch_edge};
+        compliance.degree = c.degree;
+        compliance.edge_count = c.edge_count;
+        compliance.vertex = as_rows<6>(vertex_compliance);
+        compliance.edge = as_rows<6>(edge_compliance);
+        compliance.patch = as_rows<6>(patch_compliance);
+        compliance.patch_edge = c.patch_edge;
         model.compliance = &compliance;
     }
 };

@@ -44,6 +44,7 @@ static uint32_t take_choice(struct haptable_scene_reader* in, uint32_t choices) 
 static const struct haptable_compliance* take_compliance(struct haptable_scene_reader* in,
                                                          struct haptable_compliance* to) {
     HAPTABLE_COMPLIANCE_FIELDS(TAKE_VALUE, TAKE_TABLE)
+    to->span = haptable_span_of_compliance;
     return to;
 }
 
@@ -52,8 +53,9 @@ const struct haptable_model* haptable_read_model(struct haptable_scene_reader* i
     to->compliance = 0;
     haptable_lay_out(to);
     HAPTABLE_MODEL_FIELDS(TAKE_VALUE, TAKE_TABLE, TAKE_FUNCTION, TAKE_PART)
-    to->hinges = to->hinge_count > 0u ? &haptable_hinges_of_table : 0;
-    return in->is_whole ? to : 0;
+    if (!in->is_whole) return 0;
+    haptable_model_surface(to);
+    return to;
 }
 
 const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reader* in,

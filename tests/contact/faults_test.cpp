@@ -572,6 +572,7 @@ TEST(Faults, AForceThatEndsOnTheSurfaceIsReleased) {
     haptable_servo servo;
     haptable_servo_init(&servo);
     servo.contact.patch = 0;
+    servo.felt_known = 1;
     servo.felt_n[2] = 0.5F;
     const float motion_m[3] = {1e-4F, 0.0F, 0.0F};
     float force_n[3] = {0.0F, 0.0F, 0.0F};
@@ -592,6 +593,7 @@ TEST(Faults, NoMoreIsHeldBackThanIsStored) {
     servo.contact.patch = 0;
     servo.contact.god_object_m[2] = 0.0F;
     servo.finger_m[2] = -1e-3F;
+    servo.felt_known = 1;
     servo.felt_n[2] = 0.06F;
     servo.released_n[2] = -0.5F;  // of a force that has ended; now it would push
     const float motion_m[3] = {0.0F, 0.0F, -1.2e-3F};

@@ -95,13 +95,13 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     const LinkedServo alone = link(nothing,
                                    "haptable_contact.o haptable_entry.o haptable_force.o haptable_force_interpolated.o "
                                    "haptable_patch.o haptable_scene.o haptable_scene_one.o haptable_servo.o "
-                                   "haptable_side.o haptable_surface.o");
+                                   "haptable_side.o");
     EXPECT_EQ(plain.flash, alone.flash);
     EXPECT_EQ(plain.ram, alone.ram);
     EXPECT_EQ(plain.symbols, alone.symbols);
     EXPECT_TRUE(plain.image == alone.image) << "byte for byte";
     const std::size_t ticks = sizeof(haptable_input) + sizeof(haptable_output) + 12;
-    EXPECT_EQ(plain.ram, sizeof(haptable_servo) + ticks) << "the caller's own";
+    EXPECT_EQ(plain.ram, offsetof(haptable_servo, nearest_m2) + ticks) << "the caller's own";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
     for (const Feature& feature : kFeatures) {
         SCOPED_TRACE(feature.name);
@@ -122,6 +122,12 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
                 << "where it is and how it moves";
         else if (name == "friction")
             EXPECT_EQ(with.ram, plain.ram + 52) << "where the god-object would be without";
+        else if (name == "least energy")
+            EXPECT_EQ(with.ram, sizeof(haptable_servo) + ticks);
+        else if (name == "release")
+            EXPECT_EQ(with.ram, offsetof(haptable_servo, sensitivity_per_m) + ticks);
+        else if (name == "passivity")
+            EXPECT_EQ(with.ram, offsetof(haptable_servo, felt_n) + ticks);
         else if (name == "modes")
             EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state) + sizeof(haptable_account))
                 << "how far they have swung";
@@ -171,10 +177,14 @@ TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
     EXPECT_EQ(all.size(), 8U);
 }
 
-// One patch touched: the same code, and the tables of three nodes.
+// One patch touched: the code of a region with a border, and the tables of three nodes.
 TEST_F(NamedByAScene, ATouchRegionPaysForItsPatchesAlone) {
     if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     const LinkedServo plain = link([](Scene&) {});
+    bytes = 0;
+    const LinkedServo top = link([](Scene& s) {
+        s.touch.push_back({std::array{-1.0, -1.0, 0.03 - 1e-9, 1.0, 1.0, 1.0}, "", 1});
+    });
     const std::size_t whole = bytes;
     bytes = 0;
     const LinkedServo one = link([](Scene& s) {
@@ -183,8 +193,11 @@ TEST_F(NamedByAScene, ATouchRegionPaysForItsPatchesAlone) {
     });
     // A position and a block a node; a patch's corners and neighbours; one box.
     EXPECT_EQ(bytes, 3U * (12 + 24) + (6 + 6) + 16);
-    EXPECT_EQ(plain.symbols, one.symbols);
-    EXPECT_NEAR(double(plain.flash - one.flash), double(whole - bytes), 16.0) << "alignment";
+    std::set<std::string> with_border = plain.symbols;
+    with_border.insert("haptable_hinges_of_table");
+    EXPECT_EQ(top.symbols, with_border) << "a closed body does not link it";
+    EXPECT_EQ(one.symbols, with_border);
+    EXPECT_NEAR(double(top.flash - one.flash), double(whole - bytes), 16.0) << "alignment";
 }
 
 }  // namespace

@@ -220,7 +220,10 @@ TEST_F(ServoTest, TwoObjectsRunSideBySide) {
 }
 
 // All of it is a plain scene's too: what a mode remembers for itself stands beside its model.
-TEST_F(ServoTest, StateIsSmall) { EXPECT_LE(sizeof(haptable_servo), 304U); }
+TEST_F(ServoTest, StateIsSmall) {
+    EXPECT_LE(sizeof(haptable_servo), 304U);
+    EXPECT_LE(offsetof(haptable_servo, nearest_m2), 240U) << "in the paper's mode";
+}
 
 }  // namespace
 }  // namespace haptable::test

@@ -171,6 +171,7 @@ TEST_F(BridgeSessionTest, ASlowerTargetIsWaitedForOnceItIsKnown) {
 // A target that says 8.5 N at once: what the limit allows over its ticks is published, and no more.
 TEST_F(BridgeSessionTest, AForceRisesNoFasterThanTheLimit) {
     haptable_model limited = *box.scene().model;
+    limited.limit = haptable_limit_force;
     limited.rate = haptable_limit_rate;
     limited.rate_n = 0.1F * limited.max_force_n;
     ServoScene scene = box.scene();
