@@ -50,6 +50,30 @@ TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
     }
 }
 
+// Some vertices are held and have no block: what lies behind the blocks is not the tables'.
+TEST(Precision, TheCheckEndsWithThePackedTables) {
+    const TestModel box(box_shape(3, {0.03, 0.03, 0.03}), 0.001);
+    for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
+        const Stored stored(box, precision);
+        ASSERT_LT(stored.model.free_count, stored.model.vertex_count);
+        std::size_t seen = 0;
+        for (std::uint32_t field = 0;; ++field) {
+            const haptable_span of = haptable_span_of_model(&stored.model, field);
+            if (of.bytes == HAPTABLE_SPAN_END) break;
+            const bool is_block = of.at == stored.servo.packed.data(),
+                       is_scale = of.at == stored.servo.packed_scale.data();
+            if (is_block) {
+                EXPECT_EQ(of.bytes, stored.servo.packed.size() * sizeof stored.servo.packed[0]);
+            }
+            if (is_scale) {
+                EXPECT_EQ(of.bytes, stored.servo.packed_scale.size() * sizeof(float));
+            }
+            seen += is_block || is_scale ? 1 : 0;
+        }
+        EXPECT_EQ(seen, 2U);
+    }
+}
+
 TEST(Precision, BlocksComeBackToWithinHalfAStep) {
     const TestModel ball(sphere_shape(2, 0.05));
     const Stored exact(ball, Storage::kFloat32), half(ball, Storage::kFloat16), whole(ball, Storage::kInt16);
