@@ -556,14 +556,14 @@ $(BUILD)/tests/touch_picture/touch-picture: $(patsubst %,$(BUILD)/tests/%.cpp.o,
 ifneq ($(NAME),)
 HERE = $(BUILD)/$(NAME)
 
-$(HERE)/summary.json:
+$(HERE)/summary.json $(HERE)/model.c $(HERE)/model.h $(HERE)/display.c:
 	@echo "make: $@ is missing: make scene SCENE=... makes it" >&2; exit 1
 
-$(HERE)/model.c.o: $(HERE)/summary.json $(wildcard firmware/*.h)
+$(HERE)/model.c.o: $(HERE)/model.c $(HERE)/model.h $(wildcard firmware/*.h)
 	$(say) C $(HERE)/model.c
 	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
 
-$(HERE)/servo.o: host/servo/main.cpp $(HERE)/summary.json $(wildcard firmware/*.h) | $(precompiled)
+$(HERE)/servo.o: host/servo/main.cpp $(HERE)/model.h $(wildcard firmware/*.h) | $(precompiled)
 	$(say) C++ $<
 	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c $< -o $@
 

@@ -149,16 +149,16 @@ $(FOR_EVERY_SCENE)/%.o: firmware/%.S $(FOR_EVERY_SCENE)/options
 $(OF_EVERY_SCENE): $(IMAGE)/%.o: $(FOR_EVERY_SCENE)/%.o
 	@mkdir -p $(@D) && for of in o su ci; do [ ! -e $(<:o=)$$of ] || ln -f $(<:o=)$$of $(@:o=)$$of || exit 1; done
 
-$(IMAGE)/model.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
+$(IMAGE)/model.o: $(BUILD)/$(NAME)/model.c $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/model.c
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o): $(BUILD)/$(NAME)/summary.json
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o): $(BUILD)/$(NAME)/model.h
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
-$(IMAGE)/display.o: $(BUILD)/$(NAME)/summary.json $(IMAGE)/options
+$(IMAGE)/display.o: $(BUILD)/$(NAME)/display.c $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/display.c
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/display.c -o $@
 

@@ -58,8 +58,7 @@ void SceneOptions::set(std::string_view key, Json value) {
 }
 
 void SceneOptions::refuse(std::string_view key) const {
-    throw Error(fmt::format("the tables ask for {} = \"{}\", which this version does not have: make them again", key,
-                            text(key)));
+    throw Error(fmt::format("{} = \"{}\" is not known to this version", key, text(key)));
 }
 
 }  // namespace haptable

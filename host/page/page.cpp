@@ -240,7 +240,8 @@ fs::path page_parts() {
 
 Device pointer_device(const Tables& tables, const TablesFolder& folder) {
     Device device;
-    device.mass_kg.fill(folder.summary().value("/device/mass_kg"_json_pointer, device.mass_kg[0]));
+    const std::vector<double> mass_kg = folder.options().numbers("device.mass");
+    device.mass_kg.fill((mass_kg.at(0) + mass_kg.at(1) + mass_kg.at(2)) / 3.0);
     device.max_force_n = tables.max_force_n;
     device.damping_n_s_per_m = tables.damping_n_s_per_m;
     device.friction_n = tables.device_friction_n;

@@ -8,6 +8,7 @@
 #include "host/base/hash.hpp"
 #include "host/base/json.hpp"
 #include "host/base/program.hpp"
+#include "host/scene/keys.hpp"
 
 namespace haptable {
 
@@ -76,6 +77,12 @@ nlohmann::ordered_json to_json(const Scene& scene, const Identity& identity) {
             {"drawing", identity.drawing}};
 }
 
+std::string options_text(const Scene& scene) {
+    SceneOptions options = options_of(scene);
+    options.set("scene", scene.file.filename().string());
+    return json_text(options.values(), 1) + "\n";
+}
+
 std::uint64_t hash_body(const Scene& scene, const Body& body) {
     Hash hash;
     add_mesh(scene, body, hash);
@@ -99,60 +106,7 @@ std::uint64_t hash_model(const Scene& scene, const Body& body) {
     add_mesh(scene, body, hash);
     hash.add(std::span<const Patch>(body.touch_patch));
     add_materials(scene, body, hash);
-    hash.add(std::string(word(scene.contact.force)));
-    hash.add(std::string(word(scene.contact.god_object)));
-    hash.add(scene.contact.rigid_stiffness_n_per_m);
-    const ContactOptions& c = scene.contact;
-    // Only where chosen: the hash of a scene without them is what it was.
-    for (const auto& [name, value] : {std::pair{"mask_radius", c.mask_radius_m},
-                                      {"friction", c.static_friction},
-                                      {"kinetic_friction", c.kinetic_friction},
-                                      {"release_slew", c.release_n_per_ms},
-                                      {"coupling", c.coupling_n_per_m},
-                                      {"auto coupling", c.auto_coupling ? 1.0 : 0.0},
-                                      {"passivity", c.passivity ? 1.0 : 0.0}}) {
-        if (value == 0.0) continue;
-        hash.add(std::string(name));
-        hash.add(value);
-    }
-    if (c.fingers == 2) {
-        hash.add(std::string("fingers"));
-        hash.add(static_cast<double>(scene.tables.coupling_bytes));
-    }
-    if (c.auto_coupling)
-        for (double value : {scene.device.damping_n_s_per_m, scene.device.friction_n, scene.device.encoder_step_m})
-            hash.add(value);
-    // What the stability limit follows besides, where there is any: the hash of a scene without them is what it was.
-    const double scale = scene.device_map.motion_scale * scene.device_map.force_scale;
-    const double delay_s = whole_delay_s(scene.device);
-    if (scale != 1.0 || delay_s != 0.0)
-        for (double value : {scale, delay_s}) hash.add(value);
-    for (const RelaxationTerm& term : scene.relaxation)
-        for (const double value : {term.share, term.time_s}) hash.add(value);
-    if (scene.vibration) hash.add(scene.vibration->damping_ratio);
-    if (scene.free_body) {
-        const FreeBody& free = *scene.free_body;
-        hash.add(free.mass_kg);
-        for (const auto* six : {&free.stiffness, &free.damping}) hash.add(std::span<const double>(*six));
-        if (free.floor) {
-            hash.add(std::span<const double>(free.floor->normal));
-            for (const double value : {free.floor->height_m, free.floor->friction}) hash.add(value);
-        }
-    }
-    hash.add(servo_force_limit_n(scene));
-    const SafetyLimits limits = servo_limits(scene);
-    if (limits != SafetyLimits())
-        for (const double value :
-             {limits.max_speed_m_s, limits.max_force_rate_n_per_s, limits.mean_force_n, limits.mean_force_time_s,
-              limits.ramp_s, limits.grab ? 1.0 : 0.0, limits.check ? 1.0 : 0.0})
-            hash.add(value);
-    hash.add(std::string(word(scene.tables.columns)));
-    hash.add(std::string(word(scene.tables.column_precision)));
-    hash.add(std::string(word(scene.tables.precision)));
-    if (!scene.tables.display_rows.empty()) {
-        hash.add(std::span<const std::int32_t>(scene.tables.display_rows));
-        hash.add(std::string(word(scene.tables.display_precision)));
-    }
+    hash.add(text_of_tables(options_of(scene)));
     return hash.digest();
 }
 

@@ -25,8 +25,11 @@ struct Identity {
 /// otherwise.
 nlohmann::ordered_json to_json(const Scene& scene, const Identity& identity);
 
-/// XXH3 (64 bits) of all that decides the tables: version, mesh, fixed nodes, touchable patches, material, contact and
-/// table options and the force limit. Names, paths and times are not in it: equal content gives equal hashes.
+/// options.json: every key of the scene with its value, and the scene file's name.
+std::string options_text(const Scene& scene);
+
+/// XXH3 (64 bits) of all that decides the tables: version, mesh, fixed nodes, touchable patches, material, and the text
+/// of the options that change them. Names, paths and times are not in it: equal content gives equal hashes.
 std::uint64_t hash_model(const Scene& scene, const Body& body);
 
 /// XXH3 of what decides K and its factor.

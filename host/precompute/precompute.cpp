@@ -347,6 +347,7 @@ void list_files(const fs::path& folder, std::vector<WrittenFile>& files) {
 void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optional<RigidBody>& rigid, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
+    write_file(beside / "options.json", options_text(scene));
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
     if (rigid) write_rigid_body(scene, body, *rigid, beside);
     list_files(beside, summary.files);

@@ -217,7 +217,7 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const I
     const nlohmann::json wanted = to_json(scene, identity);
     for (const auto& [key, value] : wanted.items())
         if (!old.contains(key) || old[key] != value) return false;
-    return true;
+    return whole->has("options.json") && read_file(whole->file("options.json")) == options_text(scene);
 }
 
 std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, const Identity& identity) try {

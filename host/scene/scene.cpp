@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <type_traits>
 
+#include "host/base/at_body.hpp"
 #include "host/base/error.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/keys.hpp"
@@ -280,7 +280,8 @@ Json to_json(const Material& material) {
 
 /// A material's constants over what the file says of it: its place and its axes stay.
 void store(const Material& material, Json& values) {
-    for (const auto& [key, value] : to_json(material).items()) values[key] = value;
+    const Json constants = to_json(material);
+    for (const auto& [key, value] : constants.items()) values[key] = value;
     for (const char* key : {"young_along", "young_across", "poisson_across"}) values.erase(key);
 }
 
@@ -288,17 +289,10 @@ void store(const Material& material, Json& values) {
 
 double servo_force_limit_n(const Scene& scene) { return scene.device.max_force_n / scene.device_map.force_scale; }
 
-double whole_delay_s(const Device& device) {
-    const double lag_s = device.bandwidth_hz > 0.0 ? 1.0 / (2.0 * std::numbers::pi * device.bandwidth_hz) : 0.0;
-    return device.delay_s + lag_s;
-}
+double whole_delay_s(const Device& device) { return whole_delay_s(device.delay_s, device.bandwidth_hz); }
 
 SafetyLimits servo_limits(const Scene& scene) {
-    SafetyLimits limits = scene.device.limits;
-    limits.max_speed_m_s *= scene.device_map.motion_scale;
-    limits.max_force_rate_n_per_s /= scene.device_map.force_scale;
-    limits.mean_force_n /= scene.device_map.force_scale;
-    return limits;
+    return at_body(scene.device.limits, scene.device_map.motion_scale, scene.device_map.force_scale);
 }
 
 SceneOptions options_of(const Scene& scene) {

@@ -17,6 +17,7 @@ using nlohmann::json;
 namespace {
 
 constexpr const char* kSummary = "summary.json";
+constexpr const char* kOptions = "options.json";
 
 /// A name alone: no way out of the folder.
 bool is_plain(const std::string& name) {
@@ -82,6 +83,12 @@ std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
 const fs::path& TablesFolder::path() const { return content_->path; }
 
 const json& TablesFolder::summary() const { return content_->summary; }
+
+SceneOptions TablesFolder::options() const {
+    const json values = parse_json_or_discard(read_file(file(kOptions)));
+    if (!values.is_object()) fail(kOptions, "is not JSON");
+    return SceneOptions(values);
+}
 
 std::uint64_t TablesFolder::model_hash() const { return content_->model_hash; }
 

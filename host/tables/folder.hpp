@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "host/base/scene_options.hpp"
+
 namespace haptable {
 
 /// Every reader of tables opens their files through it. Copies share what was checked; any number of threads may ask.
@@ -27,6 +29,8 @@ public:
     const std::filesystem::path& path() const;
     std::string text() const { return path().string(); }
     const nlohmann::json& summary() const;
+    /// options.json, as precompute has written it. Throws Error where it is missing or damaged.
+    SceneOptions options() const;
     /// Hashes of what the tables were made from, and of all parts of the servo's tables. 0: not yet known.
     std::uint64_t model_hash() const;
     std::uint64_t tables_hash() const;

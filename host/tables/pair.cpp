@@ -164,9 +164,8 @@ void write_pair(const PairTables& tables, const fs::path& folder) {
 std::optional<PairTables> read_pair(const TablesFolder& folder) {
     using nlohmann::json;
     try {
-        const json& contact = folder.summary().at("contact");
-        if (contact.value("fingers", 1) == 1) return {};
-        const json& pair = contact.at("pair");
+        if (folder.options().integer("contact.fingers") == 1) return {};
+        const json& pair = folder.summary().at("contact").at("pair");
         PairTables tables;
         pair.at("meeting_m").get_to(tables.meeting_m);
         if (!(tables.meeting_m >= 0.0 && std::isfinite(tables.meeting_m)))

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "host/base/at_body.hpp"
 #include "host/base/error.hpp"
 #include "host/tables/npy.hpp"
 
@@ -56,81 +57,72 @@ void check_patches(const fs::path& path, const std::vector<std::array<std::int32
 }
 
 /// What a scene need not choose.
-void read_options(const json& contact, const json& device, Tables& tables) {
-    if (contact.contains("friction")) {
-        tables.static_friction = contact.at("friction").at("static").get<double>();
-        tables.kinetic_friction = contact.at("friction").at("kinetic").get<double>();
-    }
-    tables.release_n_per_ms = contact.value("release_n_per_ms", 0.0);
-    tables.passivity = contact.value("passivity", false);
-    tables.fingers = contact.value("fingers", 1);
-    if (contact.contains("coupling")) {
-        tables.auto_coupling = contact.at("coupling").is_string();
-        if (!tables.auto_coupling) tables.coupling_n_per_m = contact.at("coupling").get<double>();
-    }
-    tables.damping_n_s_per_m = device.value("damping_n_s_per_m", 0.0);
-    tables.device_friction_n = device.value("friction_n", 0.0);
-    tables.encoder_step_m = device.value("encoder_step_m", 0.0);
-    tables.device_delay_s = device.value("delay_s", 0.0);
-    tables.motion_scale = device.value("motion_scale", 1.0);
-    tables.force_scale = device.value("force_scale", 1.0);
+void read_contact(const SceneOptions& o, Tables& tables) {
+    tables.force = o.choice<ForceLaw>("contact.force");
+    tables.god_object = o.choice<GodObject>("contact.god_object");
+    tables.rigid_stiffness_n_per_m = o.number("contact.rigid_stiffness");
+    tables.mask_radius_m = o.number_or("contact.mask_radius", 0.0);
+    tables.static_friction = o.number("contact.friction");
+    tables.kinetic_friction = o.number("contact.kinetic_friction");
+    tables.release_n_per_ms = o.number("contact.release_slew");
+    tables.passivity = o.flag("contact.passivity");
+    tables.fingers = static_cast<int>(o.integer("contact.fingers"));
+    if (o.is_text("contact.coupling"))
+        tables.auto_coupling = o.text("contact.coupling") == "auto";
+    else
+        tables.coupling_n_per_m = o.number("contact.coupling");
+    if (!o.has("relaxation")) return;
+    for (const auto& term : o.at("relaxation"))
+        tables.relaxation.push_back({term.at("share").get<double>(), term.at("time").get<double>()});
 }
 
-/// The choice that the summary names.
-template <typename Choice>
-Choice choice(const json& section, const char* key, std::optional<Choice> fallback = {}) {
-    const auto text = section.value(key, std::string(fallback ? word(*fallback) : ""));
-    const std::optional<Choice> chosen = choice_of<Choice>(text);
-    if (!chosen)
-        throw Error(fmt::format("the tables ask for {} = \"{}\", which this version does not have: make them again",
-                                key, text));
-    return *chosen;
+void read_device(const SceneOptions& o, Tables& tables) {
+    tables.damping_n_s_per_m = o.number("device.damping");
+    tables.device_friction_n = o.number("device.friction");
+    tables.encoder_step_m = o.number("device.encoder_step");
+    tables.device_delay_s = whole_delay_s(o.number("device.delay"), o.number("device.bandwidth"));
+    tables.motion_scale = o.number("device.motion_scale");
+    tables.force_scale = o.number("device.force_scale");
+    tables.max_force_n = o.number("device.max_force") / tables.force_scale;
+    SafetyLimits hand;
+    hand.max_speed_m_s = o.number("device.max_speed");
+    hand.max_force_rate_n_per_s = o.number("device.max_force_rate");
+    hand.mean_force_n = o.number("device.mean_force");
+    hand.mean_force_time_s = o.number("device.mean_force_time");
+    hand.ramp_s = o.number_or("device.ramp_time", 0.0);
+    hand.grab = o.flag("contact.grab");
+    hand.check = o.flag("tables.check");
+    tables.limits = at_body(hand, tables.motion_scale, tables.force_scale);
 }
 
-/// What a summary does not name is off.
-SafetyLimits read_limits(const json& summary) {
-    const json &device = summary.at("device"), &contact = summary.at("contact");
-    SafetyLimits limits;
-    limits.max_speed_m_s = device.value("max_speed_m_s", 0.0);
-    limits.max_force_rate_n_per_s = device.value("max_force_rate_n_per_s", 0.0);
-    limits.mean_force_n = device.value("mean_force_n", 0.0);
-    limits.mean_force_time_s = device.value("mean_force_time_s", limits.mean_force_time_s);
-    limits.ramp_s = device.value("ramp_s", 0.0);
-    limits.grab = contact.value("grab", false);
-    limits.check = summary.at("tables").value("check", false);
-    return limits;
+void read_options(const TablesFolder& folder, const SceneOptions& o, Tables& tables) try {
+    tables.name = o.text("name");
+    tables.scene_file = o.text("scene");
+    read_contact(o, tables);
+    read_device(o, tables);
+    tables.precision = o.choice<Storage>("tables.precision");
+    if (o.has("tables.flash_budget")) tables.flash_budget = o.at("tables.flash_budget").get<std::uintmax_t>();
+    if (o.has("tables.display_rows")) o.at("tables.display_rows").get_to(tables.display_rows);
+    tables.display_precision = o.choice<Storage>("tables.display_precision");
+} catch (const json::exception& error) {
+    folder.fail("options.json", fmt::format("is not of haptable-precompute ({})", error.what()));
+} catch (const Error& error) {
+    folder.fail("options.json", error.what());
 }
 
-void read_summary(const TablesFolder& folder, Tables& tables) {
-    try {
-        const json& summary = folder.summary();
-        tables.name = summary.at("name").get<std::string>();
-        tables.model_hash = folder.model_hash();
-        tables.tables_hash = folder.tables_hash();
-        tables.scene_file = summary.at("scene").get<std::string>();
-        tables.force = choice<ForceLaw>(summary.at("contact"), "force");
-        tables.god_object = choice<GodObject>(summary.at("contact"), "god_object");
-        tables.rigid_stiffness_n_per_m = summary.at("contact").at("rigid_stiffness_n_per_m").get<double>();
-        tables.max_force_n = summary.at("device").at("max_force_n").get<double>();
-        read_options(summary.at("contact"), summary.at("device"), tables);
-        tables.limits = read_limits(summary);
-        tables.mask_radius_m = summary.at("contact").value("mask", json::object()).value("radius_m", 0.0);
-        for (const json& term : summary.value("relaxation", json::array()))
-            tables.relaxation.push_back({term.at("share").get<double>(), term.at("time_s").get<double>()});
-        tables.precision = choice<Storage>(summary.at("tables"), "precision", Storage::kFloat32);
-        tables.flash_budget = summary.at("tables").value("flash_budget", std::uintmax_t{0});
-        tables.display_rows = summary.at("tables").value("display_rows", std::vector<std::int32_t>());
-        tables.display_precision = choice<Storage>(summary.at("tables"), "display_precision", Storage::kFloat32);
-        const bool none = summary.at("tables").at("columns").get<std::string>() == "none";
-        const std::string drawing = summary.value("drawing", none ? "none" : "columns");
-        tables.has_columns = drawing == "columns";
-        tables.has_factor = drawing == "solves";
-        const json columns = summary.value("columns", json::object());
-        tables.half_columns = columns.value("format", "") == "float16";
-        tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
-    } catch (const json::exception& error) {
-        folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
-    }
+/// How the run stored what it computed.
+void read_summary(const TablesFolder& folder, Tables& tables) try {
+    const json& summary = folder.summary();
+    tables.model_hash = folder.model_hash();
+    tables.tables_hash = folder.tables_hash();
+    const std::string drawing = summary.at("drawing").get<std::string>();
+    tables.has_columns = drawing == "columns";
+    tables.has_factor = drawing == "solves";
+    const json columns = summary.value("columns", json::object());
+    tables.half_columns = columns.value("format", "") == "float16";
+    tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
+} catch (const json::exception& error) {
+    folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
 }
 
 void require_count(const fs::path& path, std::size_t count, std::size_t wanted) {
@@ -184,28 +176,28 @@ void check_limits(const fs::path& path, const Tables& tables) {
     };
     const auto positive = [&check](const char* key, double value) { check(key, value, value > 0.0); };
     const auto not_negative = [&check](const char* key, double value) { check(key, value, value >= 0.0); };
-    positive("max_force_n", tables.max_force_n);
-    positive("rigid_stiffness_n_per_m", tables.rigid_stiffness_n_per_m);
-    not_negative("friction.kinetic", tables.kinetic_friction);
-    check("friction.static", tables.static_friction, tables.static_friction >= tables.kinetic_friction);
+    positive("device.max_force", tables.max_force_n);
+    positive("contact.rigid_stiffness", tables.rigid_stiffness_n_per_m);
+    not_negative("contact.kinetic_friction", tables.kinetic_friction);
+    check("contact.friction", tables.static_friction, tables.static_friction >= tables.kinetic_friction);
     for (const RelaxationTerm& term : tables.relaxation) {
         positive("relaxation.share", term.share);
-        positive("relaxation.time_s", term.time_s);
+        positive("relaxation.time", term.time_s);
     }
     positive("1 - the sum of relaxation.share", rest_share(tables.relaxation));
-    not_negative("release_n_per_ms", tables.release_n_per_ms);
-    not_negative("max_speed_m_s", tables.limits.max_speed_m_s);
-    not_negative("max_force_rate_n_per_s", tables.limits.max_force_rate_n_per_s);
-    not_negative("mean_force_n", tables.limits.mean_force_n);
-    positive("mean_force_time_s", tables.limits.mean_force_time_s);
-    not_negative("ramp_s", tables.limits.ramp_s);
-    not_negative("coupling", tables.coupling_n_per_m);
-    not_negative("damping_n_s_per_m", tables.damping_n_s_per_m);
-    not_negative("friction_n", tables.device_friction_n);
-    not_negative("encoder_step_m", tables.encoder_step_m);
-    not_negative("delay_s", tables.device_delay_s);
-    positive("motion_scale", tables.motion_scale);
-    positive("force_scale", tables.force_scale);
+    not_negative("contact.release_slew", tables.release_n_per_ms);
+    not_negative("device.max_speed", tables.limits.max_speed_m_s);
+    not_negative("device.max_force_rate", tables.limits.max_force_rate_n_per_s);
+    not_negative("device.mean_force", tables.limits.mean_force_n);
+    positive("device.mean_force_time", tables.limits.mean_force_time_s);
+    not_negative("device.ramp_time", tables.limits.ramp_s);
+    not_negative("contact.coupling", tables.coupling_n_per_m);
+    not_negative("device.damping", tables.damping_n_s_per_m);
+    not_negative("device.friction", tables.device_friction_n);
+    not_negative("device.encoder_step", tables.encoder_step_m);
+    not_negative("device.delay", tables.device_delay_s);
+    positive("device.motion_scale", tables.motion_scale);
+    positive("device.force_scale", tables.force_scale);
 }
 
 /// A finger that presses is pushed back: every block of a free node.
@@ -228,6 +220,7 @@ bool is_definite(const std::array<double, 9>& block) {
 
 Tables read_tables(const TablesFolder& folder) {
     Tables tables;
+    read_options(folder, folder.options(), tables);
     read_summary(folder, tables);
     tables.position = read_rows<double, 3>(folder.file("position.npy"));
     tables.surface = read_rows<std::int32_t, 3>(folder.file("surface.npy"));
@@ -245,7 +238,7 @@ Tables read_tables(const TablesFolder& folder) {
     }
     require_count(folder.file("stiffness.npy"), tables.stiffness.size(), tables.node_id.size());
     read_compliance(folder, tables);
-    check_limits(folder.path() / "summary.json", tables);
+    check_limits(folder.path() / "options.json", tables);
     check_definite(folder.file("stiffness.npy"), tables.node_id, tables.stiffness);
     return tables;
 }

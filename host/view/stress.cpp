@@ -22,31 +22,31 @@ namespace {
 using Eigen::Index;
 using Nodes = std::vector<std::int32_t>;  // 4 or 10, in VTK's order
 
-/// A material of summary.json in its own directions.
+/// A material of options.json in its own directions.
 struct Law {
     Hooke own;
     bool has_directions = false;
 };
 
-Law read_law(const nlohmann::json& material) {
+Law read_law(const nlohmann::ordered_json& material) {
     using Three = std::array<double, 3>;
-    if (material.contains("shear_pa"))
-        return {orthotropic_hooke(material.at("young_pa").get<Three>(), material.at("poisson").get<Three>(),
-                                  material.at("shear_pa").get<Three>()),
+    if (material.at("law") == "orthotropic")
+        return {orthotropic_hooke(material.at("young").get<Three>(), material.at("poisson").get<Three>(),
+                                  material.at("shear").get<Three>()),
                 true};
-    return {isotropic_hooke(Lame::from_young(material.at("young_pa"), material.at("poisson")))};
+    return {isotropic_hooke(Lame::from_young(material.at("young"), material.at("poisson")))};
 }
 
 /// The scene's material, then those of its regions.
 std::vector<Law> read_laws(const TablesFolder& folder) {
-    const nlohmann::json& json = folder.summary();
+    const SceneOptions options = folder.options();
     try {
-        std::vector<Law> laws{read_law(json.at("material"))};
-        if (json.contains("regions"))
-            for (const auto& region : json.at("regions")) laws.push_back(read_law(region));
+        std::vector<Law> laws{read_law(options.at("material"))};
+        if (options.has("region"))
+            for (const auto& region : options.at("region")) laws.push_back(read_law(region));
         return laws;
     } catch (const nlohmann::json::exception&) {
-        folder.fail("summary.json", "does not tell the material");
+        folder.fail("options.json", "does not tell the material");
     }
 }
 

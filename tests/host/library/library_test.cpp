@@ -11,6 +11,7 @@
 #include "codegen/rigid_body.hpp"
 #include "codegen/vibration.hpp"
 #include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 #include "host/library/haptable_library.h"
 #include "host/session/local_stepper.hpp"
 #include "host/target/modes.hpp"
@@ -286,12 +287,17 @@ TEST_F(Library, RefusesTablesThatWereChanged) {
         EXPECT_NE(std::string(haptable_library_error()).find(file), std::string::npos) << haptable_library_error();
         write_file(tables / file, before);
     }
-    // An option that is of no file but of the tables.
-    const std::string summary = read_file(tables / "summary.json");
-    std::string other = summary;
-    const std::size_t at = other.find("\"max_force_n\": 8.5");
+    // An option, and then its hash: the tables are of another.
+    const std::string options = read_file(tables / "options.json");
+    std::string other = options, summary = read_file(tables / "summary.json");
+    const std::size_t at = other.find("\"max_force\": 8.5");
     ASSERT_NE(at, std::string::npos);
-    write_file(tables / "summary.json", other.replace(at, 18, "\"max_force_n\": 9.5"));
+    const std::string known = hash_file(tables / "options.json");
+    write_file(tables / "options.json", other.replace(at, 16, "\"max_force\": 9.5"));
+    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
+    EXPECT_NE(std::string(haptable_library_error()).find("options.json: is not the file"), std::string::npos);
+    write_file(tables / "summary.json",
+               summary.replace(summary.find(known), known.size(), hash_file(tables / "options.json")));
     EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("not its tables_hash"), std::string::npos);
 }

@@ -283,10 +283,27 @@ TEST_F(PrecomputeRun, TwoRunsGiveTheSameBytes) {
     run(cube_scene(), out_);
     run(cube_scene(), temporary_.path() / "again");
     auto first = contents(out_), second = contents(temporary_.path() / "again");
-    EXPECT_EQ(first.size(), 11U);
+    EXPECT_EQ(first.size(), 12U);
     first.erase("summary.json");  // it has the times
     second.erase("summary.json");
     EXPECT_TRUE(first == second);
+}
+
+// What the simulated device and the page read, though no table follows it.
+TEST_F(PrecomputeRun, OptionsThatChangeNoTableAreWrittenAnew) {
+    const auto told = [&](const char* file) { return parse_json(read_file(out_ / file)); };
+    Scene scene = cube_scene();
+    run(scene, out_);
+    const auto hash = told("summary.json").at("model_hash");
+    EXPECT_EQ(told("options.json").at("device").at("mass").at(0), scene.device.mass_kg[0]);
+    scene.device.mass_kg[0] = 0.2;
+    run(scene, out_);
+    EXPECT_EQ(told("options.json").at("device").at("mass").at(0), 0.2);
+    EXPECT_EQ(told("summary.json").at("model_hash"), hash);
+    EXPECT_EQ(told("summary.json").at("reused"), true) << "nothing is solved for it";
+    scene.contact.static_friction = scene.contact.kinetic_friction = 0.3;
+    run(scene, out_);
+    EXPECT_NE(told("summary.json").at("model_hash"), hash);
 }
 
 TEST_F(PrecomputeRun, TheHashIsOfTheContentOnly) {

@@ -78,8 +78,8 @@ TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
 }
 
 TEST_F(TablesFolder, MissingAndDamagedFilesAreNamed) {
-    for (const char* file :
-         {"summary.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy", "stiffness.npy", "row_id.npy"}) {
+    for (const char* file : {"summary.json", "options.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy",
+                             "stiffness.npy", "row_id.npy"}) {
         expect_error_with(file, [](const fs::path& path) { fs::remove(path); });
         expect_error_with(file, [](const fs::path& path) { write_file(path, ""); });
         expect_error_with(file, [](const fs::path& path) {
@@ -129,10 +129,10 @@ TEST_F(TablesFolder, AnObjectThatWouldPullIsRefused) {
     };
     for (const double factor : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()})
         expect_error_with("stiffness.npy", times(factor));
-    for (const char* key : {"max_force_n", "rigid_stiffness_n_per_m"})
-        for (const char* value : {"-1.0", "0.0", "1e999"}) expect_error_with("summary.json", with(key, value));
-    for (const char* key : {"damping_n_s_per_m", "encoder_step_m"})
-        expect_error_with("summary.json", with(key, "-1e-3"));
+    for (const char* key : {"max_force", "rigid_stiffness"})
+        for (const char* value : {"-1.0", "0.0", "1e999"}) expect_error_with("options.json", with(key, value));
+    for (const char* key : {"damping", "encoder_step"}) expect_error_with("options.json", with(key, "-1e-3"));
+    expect_error_with("options.json", with("force", "\"harder\""));
 }
 
 }  // namespace

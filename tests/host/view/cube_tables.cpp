@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/host/view/cube_tables.hpp"
 
+#include <fmt/format.h>
 #include <stdlib.h>
 
 #include <Eigen/LU>
@@ -10,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "host/base/file.hpp"
 #include "host/base/json.hpp"
 #include "host/tables/npy.hpp"
 #include "tests/sealed.hpp"
@@ -50,11 +52,17 @@ CubeSurface make_surface(const CubeOptions& options) {
     return cube;
 }
 
+constexpr const char* kOptions = R"({"name": "cube", "scene": "cube.toml",
+ "contact": {"force": "interpolated", "god_object": "nearest", "rigid_stiffness": 1000.0, "friction": 0.0,
+  "kinetic_friction": 0.0, "release_slew": 0.0, "coupling": "none", "fingers": 1},
+ "device": {"max_force": 8.5, "mass": [0.075, 0.075, 0.075], "damping": 0.0, "friction": 0.0, "encoder_step": 0.0,
+  "bandwidth": 0.0, "delay": 0.0, "max_speed": 0.0, "max_force_rate": 0.0, "mean_force": 0.0, "mean_force_time": 30.0,
+  "motion_scale": 1.0, "force_scale": 1.0},
+ "tables": {"precision": "float32", "display_precision": "float32"}})";
+
 std::string summary(const CubeOptions& options) {
-    return R"({"name": "cube", "model_hash": "0123456789abcdef", "scene": "cube.toml",
-               "contact": {"force": "interpolated", "god_object": "nearest", "rigid_stiffness_n_per_m": 1000.0},
-               "device": {"max_force_n": 8.5}, "tables": {"precision": "float32", "flash_budget": 0, "columns": ")" +
-           options.columns + "\"}}\n";
+    return fmt::format(R"({{"name": "cube", "model_hash": "0123456789abcdef", "drawing": "{}"}})",
+                       options.columns == "none" ? "none" : "columns");
 }
 
 std::vector<std::int32_t> free_surface_nodes(const CubeSurface& cube) {
@@ -124,6 +132,7 @@ void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& o
         write_npy<std::int32_t>(folder / "row_id.npy", {n}, free);
         write_npy<float>(folder / "columns.npy", {n, n, 3, 3}, columns);
     }
+    write_file(folder / "options.json", kOptions);
     seal(folder, parse_json(summary(options)));
 }
 
