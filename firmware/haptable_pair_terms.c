@@ -147,6 +147,14 @@ static inline float pair_solve_place(const struct haptable_pair_view* view, cons
 
 /* ---- both places at once ----------------------------------------------------------------------------------------- */
 
+/* Of u . s: less of it is rounding, where both load one node next to fixed ones and q = 0. */
+#define PAIR_NO_DENT 0x1p-16f
+
+/* u . q is not below 0. */
+static inline int pair_is_dented(float u_q, float u_s) {
+    return !(u_q < PAIR_NO_DENT * (u_s < 0.0f ? u_s : -u_s));
+}
+
 void haptable_pair_press_alone(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
                                const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
                                float dent[HAPTABLE_FINGERS][3], const float x[9], struct pair_system* system) {
@@ -167,12 +175,12 @@ void haptable_pair_press_alone(const struct haptable_pair_law* law, const struct
     if (law->is_stiffness) { /* q = A^-1 t */
         float w[3];
         sym_solve(&own, u[0], w);
-        system->touches[0] = !(vec_dot(w, system->t) < 0.0f);
+        system->touches[0] = pair_is_dented(vec_dot(w, system->t), vec_dot(w, first->s));
         vec_symmetric_product(system->m, u[1], w);
-        system->touches[1] = !(vec_dot(w, t) < 0.0f);
+        system->touches[1] = pair_is_dented(vec_dot(w, t), vec_dot(w, second->s));
     } else {
-        system->touches[0] = !(vec_dot(u[0], system->t) < 0.0f);
-        system->touches[1] = !(vec_dot(u[1], t) < 0.0f);
+        system->touches[0] = pair_is_dented(vec_dot(u[0], system->t), vec_dot(u[0], first->s));
+        system->touches[1] = pair_is_dented(vec_dot(u[1], t), vec_dot(u[1], second->s));
     }
 }
 

@@ -166,9 +166,10 @@ TEST_P(TwoOnABody, GodObjectsAreOnTheSurfaceInEveryTick) {
 }
 
 // C is symmetric, and so is all that two nearest god-objects feel: to the rounding of a solve for six unknowns, of
-// which at least a 64th is definite.
+// which at least a 64th is definite. On the slab two fingers come to load one node alone, next to fixed ones, where
+// which of them touches is not to hang on rounding.
 TEST_P(TwoOnABody, SwappedFingersFeelSwappedForces) {
-    const int ticks = asked("HAPTABLE_TICKS", 2000);
+    const int ticks = asked("HAPTABLE_TICKS", body_of(GetParam()).name == "slab" ? 50000 : 2000);
     int both = 0;
     for (const ForceLaw force : kForces) {
         const MovingTables tables(scene_of_two(GetParam(), force, folder.path() / word(force)));
@@ -182,13 +183,16 @@ TEST_P(TwoOnABody, SwappedFingersFeelSwappedForces) {
             const Fingers at = adversary.next();
             session.step(at);
             swapped.step({at[1], at[0]});
-            double dent_m = 0.0;
-            for (int f = 0; f < 2; ++f)
-                if (session.felt(f).touches) dent_m += (session.felt(f).inside_m - session.felt(f).god_m).norm();
+            double size_n = 0.0;  // of a solve the larger of the two sides, as the stiffness has it
+            for (int f = 0; f < 2; ++f) {
+                const Felt& felt = session.felt(f);
+                const double dent_m = felt.touches ? (felt.inside_m - felt.god_m).norm() : 0.0;
+                size_n += std::max(tables.stiffness_limit_n_per_m() * dent_m, felt.force_n.norm());
+            }
             for (int f = 0; f < 2; ++f) {
                 ASSERT_EQ(session.felt(f).god_m, swapped.felt(1 - f).god_m) << word(force) << " tick " << tick;
                 ASSERT_WITHIN((session.felt(f).force_n - swapped.felt(1 - f).force_n).norm(), .count = 16,
-                              .epsilon = kFloat, .condition = 64.0, .size = tables.stiffness_limit_n_per_m() * dent_m)
+                              .epsilon = kFloat, .condition = 64.0, .size = size_n)
                     << word(force) << " tick " << tick << " finger " << f << ": " << session.felt(f).force_n.transpose()
                     << " and " << swapped.felt(1 - f).force_n.transpose();
             }
