@@ -14,6 +14,7 @@
  * docs/design/moving.md.
  */
 #include "haptable_contact.h"
+#include "haptable_force.h"
 #include "haptable_scene.h"
 #include "haptable_vector.h"
 
@@ -25,6 +26,7 @@ struct fingers {
     float moved_m[HAPTABLE_FINGERS][3]; /* since the last tick; 0 where that is not known */
     float felt_m[HAPTABLE_FINGERS][3];  /* at_m, less what the modes have moved the surface */
     float way_m2[HAPTABLE_FINGERS];     /* of the hand, or in the body's frame where that is less, squared */
+    float load_n[HAPTABLE_FINGERS][3];  /* of its contact, on the body */
     float share[HAPTABLE_FINGERS];      /* of its force that is given */
     float stored_j;                     /* by its contacts */
 };
@@ -80,6 +82,34 @@ static void ring(const struct haptable_scene* scene, void* state, struct fingers
     for (f = 0; f < fingers->count; ++f) vec_sub(fingers->at_m[f], modes->met[f].shift_m, fingers->felt_m[f]);
 }
 
+/* What is left of a force that has ended brakes the hand, and not only the finger as the surface has it. */
+static void brake_only(const struct haptable_model* model, const float moved_m[3], struct haptable_servo* servo,
+                       struct haptable_output* out) {
+    const float given_j = vec_dot(servo->released_n, moved_m);
+    float by;
+    if (!(given_j > 0.0f) || servo->owed_j > 0.0f) return;
+    by = -given_j / vec_dot(moved_m, moved_m);
+    vec_add_scaled(by, moved_m, servo->released_n);
+    vec_add_scaled(by, moved_m, out->force_n);
+    (void)haptable_force_clamp(model->max_force_n, out->force_n);
+}
+
+/* A release is no load of the contact, whose energy the account is of. */
+static void find_loads(const struct haptable_scene* scene, void* state, struct fingers* fingers,
+                       struct haptable_output out[]) {
+    int f;
+    for (f = 0; f < fingers->count; ++f) {
+        struct haptable_servo* servo = haptable_scene_servo(state, f);
+        vec_zero(fingers->load_n[f]);
+        if (scene->model->release && out[f].state != HAPTABLE_LIMITED) {
+            brake_only(scene->model, fingers->moved_m[f], servo, &out[f]);
+            if (out[f].state == HAPTABLE_CONTACT) vec_sub(servo->released_n, out[f].force_n, fingers->load_n[f]);
+        } else {
+            vec_sub(fingers->load_n[f], out[f].force_n, fingers->load_n[f]);
+        }
+    }
+}
+
 /* How deep a contact is; 0 without one. */
 static void dent_of(const struct fingers* fingers, int f, const struct haptable_output* out, float dent_m[3]) {
     vec_zero(dent_m);
@@ -94,7 +124,7 @@ static float stored_of(const struct haptable_scene* scene, void* state, struct f
     for (f = 0; f < fingers->count; ++f) {
         float dent_m[3];
         dent_of(fingers, f, &out[f], dent_m);
-        work_j += vec_dot(out[f].force_n, dent_m);
+        work_j += vec_dot(fingers->load_n[f], dent_m);
     }
     fingers->stored_j = 0.5f * (work_j < 0.0f ? -work_j : work_j);
     return fingers->stored_j +
@@ -112,12 +142,11 @@ static void ease(const struct haptable_scene* scene, struct fingers* fingers, co
     for (f = 0; f < fingers->count; ++f) {
         float dent_m[3];
         float gives_m[3];
-        float load_n[3] = {0.0f, 0.0f, 0.0f};
+        const float* load_n = fingers->load_n[f];
         float deep_j;
         float leaves_j;
         if (!fingers->is_known[f]) continue;
         dent_of(fingers, f, &out[f], dent_m);
-        vec_sub(load_n, out[f].force_n, load_n);
         scene->rigid->give(scene->body, fingers->at_m[f], load_n, gives_m);
         deep_j = vec_dot(load_n, dent_m);
         leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
@@ -141,7 +170,7 @@ static void settle(const struct haptable_scene* scene, void* state, struct finge
         owed_j -= (1.0f - half) * vec_dot(account->past[f].load_n, fingers->moved_m[f]);
         if (haptable_touches(out[f].state) || vec_dot(account->past[f].load_n, account->past[f].load_n) > 0.0f)
             owed_j -= 0.5f * scene->model->stiffness_limit_n_per_m * fingers->way_m2[f];
-        own_j -= half * fingers->share[f] * vec_dot(out[f].force_n, fingers->moved_m[f]);
+        own_j += half * fingers->share[f] * vec_dot(fingers->load_n[f], fingers->moved_m[f]);
     }
     if (owed_j - own_j > 0.0f)
         paid = owed_j - own_j < fingers->stored_j ? 1.0f - (owed_j - own_j) / fingers->stored_j : 0.0f;
@@ -167,7 +196,7 @@ static void give(const struct haptable_scene* scene, void* state, const struct h
         }
         past->is_known = (uint8_t)(in[f].is_there && servo->finger_known);
         vec_zero(past->load_n);
-        vec_add_scaled(-1.0f, out[f].force_n, past->load_n);
+        vec_add_scaled(fingers->share[f], fingers->load_n[f], past->load_n);
         if (!past->is_known) continue;
         vec_copy(in[f].finger_m, past->hand_m);
         vec_copy(fingers->at_m[f], past->finger_m);
@@ -210,6 +239,7 @@ void haptable_moving(const struct haptable_scene* scene, void* state, const stru
     to_body(scene, state, in, &fingers);
     if (scene->ringing) ring(scene, state, &fingers);
     scene->contacts(scene, state, in, (const float(*)[3])fingers.felt_m, now_us, out);
+    find_loads(scene, state, &fingers, out);
     for (f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
     if (scene->rigid) ease(scene, &fingers, out);
     settle(scene, state, &fingers, out);
