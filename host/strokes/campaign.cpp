@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "host/base/error.hpp"
@@ -22,17 +23,22 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kChunk = 64;
 
+/// Of a whole name that mode; of a part all that have it in theirs.
 std::vector<TouchMode> modes_of(const CampaignOptions& options) {
+    const std::vector<TouchMode> all = all_modes();
+    const auto fits = [&](const TouchMode& mode, const std::string& part) {
+        const bool is_whole = std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name() == part; });
+        return is_whole ? mode.name() == part : mode.name().find(part) != std::string::npos;
+    };
     std::vector<TouchMode> modes;
-    for (const TouchMode& mode : all_modes()) {
-        const auto fits = [&](const std::string& part) { return mode.name().find(part) != std::string::npos; };
-        if (options.modes.empty() || std::any_of(options.modes.begin(), options.modes.end(), fits))
+    for (const TouchMode& mode : all)
+        if (options.modes.empty() || std::any_of(options.modes.begin(), options.modes.end(),
+                                                 [&](const std::string& part) { return fits(mode, part); }))
             modes.push_back(mode);
-    }
     if (modes.empty())
         throw Error(
             "--mode: no mode has that in its name; they are interpolated-nearest, "
-            "consistent-least-energy-friction and so on");
+            "consistent-least-energy-friction-two-free-rings and so on");
     return modes;
 }
 
@@ -67,12 +73,14 @@ public:
         result_.left_out = meshes.left_out;
         std::size_t tallies = 0;
         for (const StrokedMesh& mesh : meshes.taken) {
-            const std::size_t before = tallies;
-            for (const TouchMode& mode : result_.modes) tallies += is_touched(mesh, mode) ? 1 : 0;
-            if (tallies - before < result_.modes.size())
-                result_.left_out.push_back(
-                    {mesh.name + ", by masks",
-                     fmt::format("{} nodes, more than {} (--most-mask-nodes)", mesh.nodes, options_.most_mask_nodes)});
+            std::set<std::string> why;
+            for (const TouchMode& mode : result_.modes) {
+                const auto [name, reason] = refusal(mesh, mode);
+                if (name.empty())
+                    ++tallies;
+                else if (why.insert(name).second)
+                    result_.left_out.push_back({mesh.name + ", " + name, reason});
+            }
         }
         if (tallies == 0) throw Error("no mesh to stroke: give scenes, meshes or folders of them");
         each_ = std::max<std::size_t>(1, options_.strokes / tallies);
@@ -84,31 +92,54 @@ public:
     }
 
 private:
-    bool is_touched(const StrokedMesh& mesh, const TouchMode& mode) const {
-        return mode.force != ForceLaw::kPressureMask || mesh.nodes <= options_.most_mask_nodes;
+    /// By what a mesh is not touched, and why; empty where it is.
+    LeftOut refusal(const StrokedMesh& mesh, const TouchMode& mode) const {
+        const bool is_mask = mode.force == ForceLaw::kPressureMask;
+        if (is_mask && mesh.nodes > options_.most_mask_nodes)
+            return {"by masks",
+                    fmt::format("{} nodes, more than {} (--most-mask-nodes)", mesh.nodes, options_.most_mask_nodes)};
+        if (mode.fingers == 2 && mesh.coupling_bytes(mode.force) > options_.most_coupling)
+            return {is_mask ? "by masks of two" : "by two",
+                    fmt::format("{:.0f} MB couple two places, more than {:.0f} (--most-coupling)",
+                                1e-6 * static_cast<double>(mesh.coupling_bytes(mode.force)),
+                                1e-6 * static_cast<double>(options_.most_coupling))};
+        if (mode.body.free && mesh.parts > 1)
+            return {"free", fmt::format("{} parts, which nothing holds together", mesh.parts)};
+        return {};
     }
+    bool is_touched(const StrokedMesh& mesh, const TouchMode& mode) const { return refusal(mesh, mode).name.empty(); }
 
-    void stroke(const StrokedMesh& mesh) try {
+    /// One body after the other, held before free; those of one kind share their tables.
+    void stroke(const StrokedMesh& mesh) {
         StrokedMeshResult one{mesh, std::vector<Tally>(result_.modes.size()), 0.0};
         BodyTables tables(mesh.scene, options_.folder / "tables" / mesh.name);
-        for (const ForceLaw force : kForcesOfTables) {
-            std::unique_ptr<StrokedBody> body;
-            for (std::size_t m = 0; m < result_.modes.size(); ++m) {
-                const TouchMode& mode = result_.modes[m];
-                if (mode.force != force || !is_touched(mesh, mode)) continue;
-                tell(0, mesh.name + ", tables");
-                if (auto kept = take_over(mesh, mode)) {
-                    one.tally[m] = std::move(*kept);
-                } else {
-                    if (!body) body = std::make_unique<StrokedBody>(tables.with(force));
-                    one.tally[m] = stroke(mesh, *body, mode);
-                }
+        for (const BodyKind& kind : kBodyKinds) try {
+                for (const ForceLaw force : kForcesOfTables) stroke(mesh, kind, force, tables, one);
+            } catch (const Error& error) {
+                result_.left_out.push_back({mesh.name + kind.name(), error.what()});
             }
-        }
         one.tables_cpu_s = tables.cpu_s();
         result_.results.push_back(std::move(one));
-    } catch (const Error& error) {
-        result_.left_out.push_back({mesh.name, error.what()});
+    }
+
+    void stroke(const StrokedMesh& mesh, const BodyKind& kind, ForceLaw force, BodyTables& tables,
+                StrokedMeshResult& one) {
+        std::unique_ptr<StrokedBody> body;
+        TouchMode most{force, GodObject::kNearest, false, 1, kind};
+        for (const TouchMode& mode : result_.modes)
+            if (mode.force == force && mode.body == kind && is_touched(mesh, mode))
+                most.fingers = std::max(most.fingers, mode.fingers);
+        for (std::size_t m = 0; m < result_.modes.size(); ++m) {
+            const TouchMode& mode = result_.modes[m];
+            if (mode.force != force || !(mode.body == kind) || !is_touched(mesh, mode)) continue;
+            tell(0, mesh.name + ", tables");
+            if (auto kept = take_over(mesh, mode)) {
+                one.tally[m] = std::move(*kept);
+            } else {
+                if (!body) body = std::make_unique<StrokedBody>(tables.with(most));
+                one.tally[m] = stroke(mesh, *body, mode);
+            }
+        }
     }
 
     fs::path counts_file(const StrokedMesh& mesh, const TouchMode& mode) const {
@@ -139,8 +170,8 @@ private:
     }
 
     Tally stroke(const StrokedMesh& mesh, const StrokedBody& body, const TouchMode& mode) {
-        const haptable_model model = body.model(in_mode(mesh.scene, mode).contact);
-        const Touched touched = body.touched(model);
+        const StrokedModel model(body, in_mode(mesh.scene, mode).contact);
+        const Touched touched = model.touched();
         const StrokeMaker maker(body.servo());
         const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
         const std::string what = mesh.name + ", " + mode.name();
@@ -162,13 +193,13 @@ private:
                 if (broken.verdict.tick[f] < 0) continue;
                 --left;
                 const auto fault = static_cast<Fault>(f);
-                const Stroke least = shrink(touched, maker.make(seed, broken.number), fault);
+                const Stroke least = shrink(touched, make_stroke(touched, maker, seed, broken.number), fault);
                 const fs::path folder =
                     options_.folder / "faults" /
                     fmt::format("{}-{}-{}-{}-{}", name_of(fault), mesh.name, mode.name(), options_.seed, broken.number);
                 fs::create_directories(folder);
                 write_file(folder / "scene.toml", to_toml(in_mode(mesh.scene, mode)));
-                write_file(folder / "stroke.csv", to_csv(least));
+                write_file(folder / "stroke.csv", to_csv(least, mode.fingers));
                 told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
             }
         }
@@ -194,7 +225,7 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
     workers.for_each(chunks.size(), [&](std::size_t chunk, int) {
         const std::size_t end = std::min(count, (chunk + 1) * kChunk);
         for (std::size_t number = chunk * kChunk; number < end; ++number) {
-            const Stroke stroke = maker.make(seed, number);
+            const Stroke stroke = make_stroke(touched, maker, seed, number);
             chunks[chunk].add(number, stroke, judge(touched, stroke));
         }
         const std::lock_guard lock(mutex);

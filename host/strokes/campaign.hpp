@@ -24,7 +24,9 @@ struct CampaignOptions {
     std::uint64_t seed = 1;
     std::size_t most_nodes = 150'000;      ///< of a mesh
     std::size_t most_mask_nodes = 50'000;  ///< of a mesh that is touched by masks, whose tables grow most
-    std::size_t examples = 3;              ///< of each fault, body and mode: shrunk and written
+    /// Bytes: larger ones are touched by two fingers as far as what couples any two places needs no more.
+    std::uintmax_t most_coupling = 100'000'000;
+    std::size_t examples = 3;  ///< of each fault, body and mode: shrunk and written
     std::filesystem::path folder = "build/strokes";
     int threads = 0;     ///< 0: all processors
     bool again = false;  ///< what earlier runs counted is not taken

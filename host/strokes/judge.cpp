@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 
 namespace haptable {
 
@@ -25,12 +25,11 @@ constexpr double kLaw = 1e-4;
 // Roundings of a float of size 1 that a god-object's coordinates, and their difference to the finger, may have.
 constexpr double kRoundings = 8.0 * 0x1p-24;
 constexpr double kEnergy = 1e-3;
+constexpr double kFloat = 0x1p-24;
+// Roundings: of a sum of area coordinates; of what a tick changes a momentum by.
+constexpr double kSumOfAreas = 4.0, kImpulse = 16.0;
 // The arccosine that weighs normals at vertices is good to 7e-5; 3 of them for the two legs and the sum.
 constexpr double kCone = 1e-3;
-
-Vector3d vector_of(const float x[3]) {
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-}
 
 /// Ascending.
 Vector3d eigenvalues(const Matrix3d& s) {
@@ -44,123 +43,154 @@ Vector3d cut(const Vector3d& force_n, double most_n) {
 
 /// What one tick gave, and what it should have.
 struct Tick {
-    Vector3d x = Vector3d::Zero();
+    Felt felt;
+    Vector3d x = Vector3d::Zero();  ///< in the frame of the body's surface at rest
     bool contact = false;
     SurfacePoint at;
     Vector3d god = Vector3d::Zero();
-    Matrix3d s = Matrix3d::Zero();        ///< S(god), from the tables
-    Vector3d load_n = Vector3d::Zero();   ///< S u
-    Vector3d law_n = Vector3d::Zero();    ///< -S u, cut to max_force
-    Vector3d force_n = Vector3d::Zero();  ///< what the user felt
-    std::array<Vector3d, 3> nodal_n{};    ///< as the servo published them
+    Vector3d raised_m = Vector3d::Zero();  ///< where another finger had raised the surface
+    Matrix3d s = Matrix3d::Zero();         ///< S(god), from the tables
+    Vector3d load_n = Vector3d::Zero();    ///< S u
+    Vector3d law_n = Vector3d::Zero();     ///< -S u, cut to max_force
+    Vector3d force_n = Vector3d::Zero();   ///< what the user felt
+    std::array<Vector3d, 3> nodal_n{};     ///< as the servo published them
     haptable_counters counters{};
 
     Vector3d u() const { return x - god; }
+    Vector3d dent() const { return u() + raised_m; }
     /// Energy of the spring that the contact is while the god-object stands still.
     double energy_at(const Vector3d& finger) const {
-        return contact ? 0.5 * (finger - god).dot(s * (finger - god)) : 0.0;
+        const Vector3d dent = finger - god + raised_m;
+        return contact ? 0.5 * dent.dot(s * dent) : 0.0;
     }
     double energy_j() const { return energy_at(x); }
     Vector3d released_n() const { return force_n - law_n; }
 };
 
-/// One stroke on one servo.
-class Trial {
+/// A tick of the whole scene.
+struct SceneTick {
+    int index = 0;
+    bool rests = false;       ///< no finger has moved
+    bool has_limit = false;   ///< was met by any finger, in it or the last
+    Motion before, after;     ///< of a free body
+    std::string faults = {};  ///< of the tick
+};
+
+/// One finger of a stroke.
+class FingerTrial {
 public:
-    Trial(const Touched& touched, std::vector<Judged>* ticks)
-        : ticks_(ticks),
-          touched_(touched),
+    FingerTrial(const Touched& touched, SceneState& scene, std::size_t finger, SceneTick& tick, Verdict& verdict)
+        : touched_(touched),
           model_(touched.model),
+          scene_(scene),
+          servo_(scene.servo(finger)),
+          finger_(finger),
+          tick_(tick),
+          verdict_(verdict),
           where_(touched.solid),
-          size_m_(touched.solid.size_m()),
-          rounding_m_(kRoundings * touched.solid.reach_m()) {
-        haptable_servo_init(&servo_);
+          size_m_(touched.solid.size_m()) {
+        if (touched.body != nullptr) rigid_ = rigid_of(*touched.body);
     }
-    Trial(const Trial&) = delete;
-    Trial& operator=(const Trial&) = delete;
+    FingerTrial(const FingerTrial&) = delete;
+    FingerTrial& operator=(const FingerTrial&) = delete;
 
-    Verdict run(const Stroke& stroke) {
-        for (const auto& finger : stroke) {
-            step(finger.data());
-            if (!now_.x.allFinite()) {  // refused: the next one begins a session
-                begin();
-                continue;
-            }
-            verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
-            check_force();
-            check_sides();
-            if (now_.contact) check_law();
-            if (!is_first_) check_change();
-            if (model_.energy != nullptr) check_energy();
-            if (model_.frictionless != nullptr && now_.contact && last_.contact) check_cone(finger.data());
-            verdict_.contact_ticks += now_.contact ? 1 : 0;
-            if (ticks_ != nullptr) ticks_->push_back(describe());
-            faults_.clear();
-            ++index_;
-            is_first_ = false;
-        }
-        verdict_.counters = servo_.counters;
-        return verdict_;
+    void keep() {
+        before_ = servo_;
+        if (is_alone() && model_.frictionless != nullptr) freed_before_ = *freed();
+        last_ = now_;
     }
 
-private:
+    void take(const haptable_input& in, const haptable_output& out) {
+        now_ = Tick();
+        now_.felt = felt_of(scene_, finger_, in, out);
+        if (model_.release != nullptr) now_.felt.released_n = now_.felt.force_n + now_.felt.load_n;
+        now_.x = inside_of(now_.felt);
+        now_.force_n = to_vector(out.force_n);
+        now_.counters = servo_.counters;
+        now_.contact = out.state == HAPTABLE_CONTACT;
+        rounding_m_ =
+            kRoundings * (touched_.solid.reach_m() + (touched_.body != nullptr ? now_.felt.at_m.norm() : 0.0));
+        if (!now_.contact) return;
+        now_.at = {out.patch, to_vector(out.alpha)};
+        now_.god = to_vector(out.god_object_m);
+        if (touched_.pair != nullptr) now_.raised_m = to_vector(scene_.pair()->view[finger_].raised_m);
+        now_.s = touched_.law.stiffness(now_.at);
+        now_.load_n = now_.s * now_.dent();
+        now_.law_n = cut(-now_.load_n, most_n());
+        for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
+    }
+
+    void check() {
+        verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
+        check_force();
+        check_sides();
+        if (now_.contact) check_area();
+        if (now_.contact) check_law();
+        if (!is_first_) check_change();
+        if (is_alone() && model_.energy != nullptr) check_energy();
+        if (is_alone() && model_.frictionless != nullptr && now_.contact && last_.contact) check_cone();
+        is_first_ = false;
+    }
+
+    /// A position that is none: the next one begins a session.
     void begin() {
         if (now_.force_n.norm() != 0.0) fault(Fault::kForce);
-        if (ticks_ != nullptr) ticks_->push_back({});
         last_ = now_ = Tick();
         is_first_ = true;
         came_from_outside_ = is_free_ = had_limit_ = false;
         outside_ticks_ = deep_ticks_ = 0;
         behind_ticks_ = 0;
         given_j_ = held_j_ = owed_j_ = 0.0;
-        ++index_;
     }
 
     void fault(Fault kind) {
         int& tick = verdict_.tick[static_cast<std::size_t>(kind)];
-        if (tick < 0) tick = index_;
-        faults_ += (faults_.empty() ? "" : " ") + std::string(name_of(kind));
+        if (tick < 0) tick = tick_.index;
+        std::string& faults = tick_.faults;
+        if (faults.find(name_of(kind)) == std::string::npos)
+            faults += (faults.empty() ? "" : " ") + std::string(name_of(kind));
     }
 
-    Judged describe() {
+    const Felt& felt() const { return now_.felt; }
+    bool touches() const { return now_.contact; }
+    double energy_j() const { return now_.energy_j(); }
+    std::size_t limits() const {
+        return std::size_t{now_.counters.walk_limits} + now_.counters.slide_limits + now_.counters.box_limits;
+    }
+    bool has_limit() const {
+        const haptable_counters &a = last_.counters, &b = now_.counters;
+        return b.walk_limits != a.walk_limits || b.slide_limits != a.slide_limits || b.box_limits != a.box_limits;
+    }
+
+    Judged describe(double given_j) {
         return {now_.contact,
                 where_.is_inside(now_.x),
                 now_.contact && sees_god(),
+                now_.x,
                 now_.at,
                 now_.god,
-                std::size_t{now_.counters.walk_limits} + now_.counters.slide_limits + now_.counters.box_limits,
+                limits(),
                 touched_.solid.gap_m(now_.x),
                 now_.force_n.norm(),
                 now_.law_n.norm(),
                 (now_.force_n - last_.force_n).norm(),
                 now_.energy_j(),
-                given_j_,
-                faults_};
+                is_alone() ? given_j_ : given_j,
+                tick_.faults};
     }
 
-    void step(const float finger_m[3]) {
-        haptable_output out;
-        before_ = servo_;
-        freed_before_ = freed_;
-        last_ = now_;
-        touched_.step(&model_, &servo_, finger_m, static_cast<std::uint32_t>(index_) * 1000U, &out);
-        now_ = Tick();
-        now_.x = vector_of(finger_m);
-        now_.force_n = vector_of(out.force_n);
-        now_.counters = servo_.counters;
-        now_.contact = out.state == HAPTABLE_CONTACT;
-        if (!now_.contact) return;
-        now_.at = {out.patch, vector_of(out.alpha)};
-        now_.god = vector_of(out.god_object_m);
-        now_.s = touched_.law.stiffness(now_.at);
-        now_.load_n = now_.s * now_.u();
-        now_.law_n = cut(-now_.load_n, static_cast<double>(model_.max_force_n));
-        for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = vector_of(out.nodal_force_n[c]);
-    }
+private:
+    /// One finger on a body at rest: all that it gives hangs on its own path.
+    bool is_alone() const { return touched_.pair == nullptr && !moves(); }
+    bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
+    double most_n() const { return static_cast<double>(model_.max_force_n); }
+    haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
 
-    bool has_limit() const {
-        const haptable_counters &a = last_.counters, &b = now_.counters;
-        return b.walk_limits != a.walk_limits || b.slide_limits != a.slide_limits || b.box_limits != a.box_limits;
+    /// In the body's frame. How far modes have moved the surface is the servo's word.
+    Vector3d inside_of(const Felt& felt) const {
+        if (touched_.modes != nullptr) return felt.inside_m;
+        if (touched_.body == nullptr) return felt.at_m;
+        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) + rigid_.centre_m;
     }
 
     // ---- inside and outside ----
@@ -219,20 +249,41 @@ private:
     // ---- the force ----
 
     void check_force() {
-        if (!(now_.force_n.norm() <= static_cast<double>(model_.max_force_n) * (1.0 + 1e-5))) fault(Fault::kForce);
+        if (!(now_.force_n.norm() <= most_n() * (1.0 + 1e-5))) fault(Fault::kForce);
     }
 
+    void check_area() {
+        const double missed = std::abs(now_.at.alpha.sum() - 1.0);
+        verdict_.most_area = std::max(verdict_.most_area, missed);
+        Vector3d point = Vector3d::Zero();
+        for (std::size_t c = 0; c < 3; ++c)
+            point += now_.at.alpha[static_cast<Eigen::Index>(c)] *
+                     to_vector(touched_.servo.vertex_m[touched_.servo.patch[now_.at.patch][c]].data());
+        if (!(missed <= kSumOfAreas * kFloat) || !(now_.at.alpha.minCoeff() >= 0.0) ||
+            !((point - now_.god).norm() <= kRoundings * touched_.solid.reach_m()))
+            fault(Fault::kArea);
+    }
+
+    /// Of a body that moves a part of the law's force is given: what nobody has paid for is not. What two fingers press
+    /// at once is no law of either alone.
     void check_law() {
-        double largest = now_.load_n.norm();
-        for (const Vector3d& nodal : now_.nodal_n) largest = std::max(largest, nodal.norm());
-        double error = 0.0;
-        for (int c = 0; c < 3; ++c)
-            error = std::max(error, (now_.nodal_n[static_cast<std::size_t>(c)] -
-                                     touched_.law.nodal_force(now_.at, now_.s, now_.u(), c))
-                                        .norm());
-        if (model_.release == nullptr) error = std::max(error, (now_.force_n - now_.law_n).norm());
+        const haptable_pair* pair = scene_.pair();
+        if (pair != nullptr && pair->touches[finger_] != 0 && pair->touches[1 - finger_] != 0) return;
+        std::array<Vector3d, 3> law_n;
+        double along = 0.0, square = 0.0, largest = now_.load_n.norm(), error = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            law_n[c] = touched_.law.nodal_force(now_.at, now_.s, now_.dent(), static_cast<int>(c));
+            along += law_n[c].dot(now_.nodal_n[c]);
+            square += law_n[c].squaredNorm();
+            largest = std::max(largest, now_.nodal_n[c].norm());
+        }
+        double share = 1.0;
+        if (moves()) share = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+        if (pair != nullptr && pair->touches[finger_] == 0) share = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) error = std::max(error, (now_.nodal_n[c] - share * law_n[c]).norm());
+        if (is_alone() && model_.release == nullptr) error = std::max(error, (now_.force_n - now_.law_n).norm());
         if (!(error <= kLaw * largest) && !(error <= rounding_of(largest))) fault(Fault::kLaw);
-        if (!touched_.law.draws(now_.at)) return;
+        if (!is_alone() || !touched_.law.draws(now_.at)) return;
         const double gap_m = (touched_.law.drawn(now_.at, now_.nodal_n) - now_.u()).norm();
         if (gap_m <= kLaw * now_.u().norm()) return;
         if (!(gap_m <= rounding_of(now_.load_n.norm()) / eigenvalues(now_.s)[0])) fault(Fault::kDrawn);
@@ -246,23 +297,24 @@ private:
 
     // ---- from tick to tick ----
 
-    bool is_cut(const Vector3d& force_n) const {
-        return force_n.norm() >= static_cast<double>(model_.max_force_n) * (1.0 - 1e-5);
-    }
+    bool is_cut(const Vector3d& force_n) const { return force_n.norm() >= most_n() * (1.0 - 1e-5); }
 
     void check_change() {
         const Vector3d motion = now_.x - last_.x, change = now_.force_n - last_.force_n;
-        if (model_.release == nullptr)
-            check_rest(motion, change);
+        if (model_.release == nullptr || !is_alone())
+            check_rest(change);
         else if (!is_cut(last_.force_n) && !is_cut(now_.force_n))
             check_jump(motion, change);
         owed_j_ = now_.contact ? std::max(0.0, owed_j_ + now_.released_n().dot(motion)) : 0.0;
         had_limit_ = has_limit();
     }
 
-    /// Without release jumps are given as they are: but none where the finger rests.
-    void check_rest(const Vector3d& motion, const Vector3d& change) {
-        if (motion.norm() != 0.0 || has_limit() || had_limit_) return;
+    /// Without release jumps are given as they are: but none where fingers rest on a body that does. Two god-objects
+    /// that go by their energy or by friction come to rest after each other, and may take some ticks.
+    void check_rest(const Vector3d& change) {
+        const bool takes_ticks =
+            touched_.pair != nullptr && (model_.energy != nullptr || model_.frictionless != nullptr);
+        if (!tick_.rests || moves() || takes_ticks || model_.release != nullptr || tick_.has_limit) return;
         const double rounded = now_.contact ? rounding_of(0.0) : 0.0;
         if (change.norm() > 1e-6 * now_.force_n.norm() + rounded) fault(Fault::kJump);
     }
@@ -309,7 +361,7 @@ private:
     Matrix3d spring_at(const Solid::Entry& entry) const {
         std::array<Vector3d, 3> v;
         for (std::size_t c = 0; c < 3; ++c)
-            v[c] = vector_of(touched_.servo.vertex_m[touched_.servo.patch[entry.triangle][c]].data());
+            v[c] = to_vector(touched_.servo.vertex_m[touched_.servo.patch[entry.triangle][c]].data());
         const Vector3d n = (v[1] - v[0]).cross(v[2] - v[0]);
         SurfacePoint at{entry.triangle, Vector3d::Zero()};
         for (int c = 0; c < 3; ++c) {
@@ -334,7 +386,7 @@ private:
     /// Until a clamp is met: beyond it the force is no gradient.
     void check_energy() {
         if (verdict_.clamped) return;
-        if (index_ > 0) given_j_ += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
+        if (tick_.index > 0) given_j_ += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
         const double stored = now_.energy_j();
         verdict_.most_stored_j = std::max(verdict_.most_stored_j, stored);
         rounding_j_ = std::max(rounding_j_, now_.load_n.norm() * rounding_m_);
@@ -353,7 +405,7 @@ private:
 
     /// Where the god-object would be without friction, its force is anywhere. Least energy goes on from there as long
     /// as that stores no more than where it was held, whose load is `share` of what the tables say.
-    bool is_frictionless(const float finger_m[3], double share) const {
+    bool is_frictionless(double share) const {
         haptable_model smooth = model_;
         smooth.god_object = model_.frictionless;
         haptable_room room{};
@@ -364,50 +416,204 @@ private:
         const Vector3d held_n = share * (last_.s * (now_.x - last_.god));
         for (int c = 0; c < 3; ++c) servo.contact.load_n[c] = static_cast<float>(held_n[c]);
         haptable_output out;
-        touched_.step(&smooth, &servo, finger_m, 0, &out);
+        float finger_m[3];
+        for (int c = 0; c < 3; ++c) finger_m[c] = static_cast<float>(now_.x[c]);
+        haptable_servo_step(&smooth, &servo, finger_m, 0, &out);
         return out.state == HAPTABLE_CONTACT && is_at(out.god_object_m);
     }
 
     bool is_at(const float god_object_m[3]) const {
-        return (vector_of(god_object_m) - now_.god).norm() <= static_cast<double>(model_.tolerance_m);
+        return (to_vector(god_object_m) - now_.god).norm() <= static_cast<double>(model_.tolerance_m);
     }
 
     /// A god-object that is where it would be without friction need not have its force in the cone: no point may. At a
     /// limit that depends on the last bit of the load, and is taken as the servo has it.
-    bool is_freed(const float finger_m[3]) const {
-        if (has_limit()) return is_at(freed_.at.god_object_m);
-        return is_frictionless(finger_m, 1.0 + kLaw) || is_frictionless(finger_m, 1.0 - kLaw);
+    bool is_freed() const {
+        if (has_limit()) return is_at(freed()->at.god_object_m);
+        return is_frictionless(1.0 + kLaw) || is_frictionless(1.0 - kLaw);
     }
 
-    void check_cone(const float finger_m[3]) {
+    void check_cone() {
         if (now_.counters.contacts != last_.counters.contacts) return;
         const auto normal = touched_.solid.outward(now_.at.patch, now_.at.alpha);
         const bool slips = servo_.contact.slips != 0;
         const double mu = static_cast<double>(slips ? model_.kinetic_friction : model_.static_friction);
-        if (normal && !is_in_cone(mu, *normal) && !is_freed(finger_m)) fault(Fault::kCone);
+        if (normal && !is_in_cone(mu, *normal) && !is_freed()) fault(Fault::kCone);
     }
 
-    std::vector<Judged>* ticks_;
-    std::string faults_;  ///< of this tick
     const Touched& touched_;
     haptable_model model_;
-    haptable_room room_{};
-    haptable_servo &servo_ = room_.fingers.servo[0], before_{};
-    haptable_freed &freed_ = room_.freed[0], freed_before_{};  ///< with friction
+    SceneState& scene_;
+    haptable_servo &servo_, before_{};
+    haptable_freed freed_before_{};  ///< with friction
+    Rigid rigid_;                    ///< of a free body
+    std::size_t finger_;
+    SceneTick& tick_;
+    Verdict& verdict_;
     Whereabouts where_;
     double size_m_;
-    double rounding_m_;  ///< of a god-object
-    int index_ = 0;
+    double rounding_m_ = 0.0;  ///< of a god-object
     Tick last_, now_;
     bool is_first_ = true, came_from_outside_ = false, had_limit_ = false;
     int outside_ticks_ = 0, deep_ticks_ = 0;
     bool is_free_ = false;  ///< clearly outside, without contact
     std::size_t behind_ticks_ = 0;
     double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0, owed_j_ = 0.0;
-    Verdict verdict_;
 };
 
+/// One stroke on one scene.
+class Trial {
+public:
+    Trial(const Touched& touched, std::vector<Judged>* ticks)
+        : touched_(touched),
+          ticks_(ticks),
+          scene_(touched.model, touched.pair, touched.body, touched.modes),
+          rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
+          ledger_(touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr) {
+        for (std::size_t f = 0; f < scene_.fingers(); ++f)
+            finger_.push_back(std::make_unique<FingerTrial>(touched_, scene_, f, tick_, verdict_));
+    }
+
+    Verdict run(const Stroke& stroke) {
+        for (const FingerPositions& at : stroke) {
+            step(at);
+            const bool is_sound = std::all_of(finger_.begin(), finger_.end(),
+                                              [](const auto& finger) { return finger->felt().at_m.allFinite(); });
+            if (is_sound)
+                check();
+            else
+                for (auto& finger : finger_) finger->begin();
+            if (ticks_ != nullptr)
+                for (auto& finger : finger_)
+                    ticks_->push_back(is_sound ? finger->describe(ledger_.risen_j()) : Judged());
+            ++tick_.index;
+        }
+        for (const auto& finger : finger_) verdict_.limits += finger->limits();
+        return verdict_;
+    }
+
+private:
+    void step(const FingerPositions& at) {
+        std::array<haptable_input, 2> in{};
+        std::array<haptable_output, 2> out{};
+        tick_.faults.clear();
+        tick_.rests = tick_.index > 0 && at == at_;
+        at_ = at;
+        if (touched_.body != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
+        for (std::size_t f = 0; f < finger_.size(); ++f) {
+            std::copy_n(at[f].begin(), 3, in[f].finger_m);
+            in[f].is_there = 1;
+            finger_[f]->keep();
+        }
+        touched_.step(scene_, in.data(), static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, out.data());
+        if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
+        for (std::size_t f = 0; f < finger_.size(); ++f) finger_[f]->take(in[f], out[f]);
+        const bool had_limit = has_limit_;
+        has_limit_ = false;
+        for (const auto& finger : finger_) has_limit_ |= finger->has_limit();
+        tick_.has_limit = has_limit_ || had_limit;
+    }
+
+    void check() {
+        std::size_t contacts = 0;
+        for (auto& finger : finger_) {
+            finger->check();
+            contacts += finger->touches() ? 1 : 0;
+        }
+        verdict_.contact_ticks += contacts > 0 ? 1 : 0;
+        verdict_.both_ticks += contacts == 2 ? 1 : 0;
+        if (touched_.body != nullptr && !only_fingers_act()) return;
+        if (touched_.body != nullptr) check_momentum();
+        if (touched_.body != nullptr || touched_.modes != nullptr ||
+            (finger_.size() == 2 && touched_.model.energy != nullptr))
+            check_ledger();
+    }
+
+    /// No weight, no suspension, no floor.
+    bool only_fingers_act() const {
+        const haptable_body& body = *touched_.body;
+        float sum = static_cast<float>(body.point_count);
+        for (int c = 0; c < 3; ++c)
+            sum += std::abs(body.gravity_m_per_s2[c]) + body.stiffness_n_per_m[c] + body.damping_n_s_per_m[c] +
+                   body.turn_stiffness_n_m[c] + body.turn_damping_n_m_s[c];
+        return sum == 0.0F;
+    }
+
+    /// What acts on the body is its fingers alone.
+    void check_momentum() {
+        const Motion &before = tick_.before, &after = tick_.after;
+        Vector3d linear = after.momentum - before.momentum, angular = after.spin_momentum - before.spin_momentum;
+        double size = before.momentum.norm() + after.momentum.norm();
+        double turning = before.spin_momentum.norm() + after.spin_momentum.norm();
+        for (const auto& finger : finger_) {
+            const Felt& felt = finger->felt();
+            const Vector3d arm = felt.at_m - before.centre_m, impulse = -kTick_s * felt.force_n;
+            linear -= impulse;
+            angular -= arm.cross(impulse);
+            size += impulse.norm();
+            turning += (felt.at_m.norm() + before.centre_m.norm() + arm.norm()) * impulse.norm();
+        }
+        if (!(linear.norm() <= kImpulse * kFloat * size) || !(angular.norm() <= kImpulse * kFloat * turning))
+            finger_[0]->fault(Fault::kMomentum);
+    }
+
+    /// Until a clamp is met: beyond it the force is no gradient. What a contact holds is left out, for not all of it is
+    /// given.
+    void check_ledger() {
+        if (verdict_.clamped) return;
+        std::array<Felt, 2> felt;
+        for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f]->felt();
+        const double contacts_j =
+            touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0]->energy_j();
+        ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after);
+        verdict_.most_stored_j = std::max(verdict_.most_stored_j, contacts_j + ledger_.largest_j());
+        verdict_.most_given_j = ledger_.risen_j();
+        if (ledger_.risen_j() > kEnergy * verdict_.most_stored_j + ledger_.rounded_j())
+            finger_[0]->fault(Fault::kEnergy);
+    }
+
+    const Touched& touched_;
+    std::vector<Judged>* ticks_;
+    SceneState scene_;
+    Rigid rigid_;
+    Ledger ledger_;
+    SceneTick tick_;
+    Verdict verdict_;
+    std::vector<std::unique_ptr<FingerTrial>> finger_;
+    FingerPositions at_{};
+    bool has_limit_ = false;
+};
+
+// A hand that goes after a body is this far behind, in ticks.
+constexpr double kBehind = 50.0;
+
 }  // namespace
+
+/// The hands' frame follows the body's.
+Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number) {
+    Stroke stroke = maker.make(seed, number, touched.fingers());
+    if (touched.body == nullptr) return stroke;
+    SceneState scene(touched.model, touched.pair, touched.body, touched.modes);
+    const Rigid rigid = rigid_of(*touched.body);
+    Vector3d centre = rigid.centre_m;
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    std::array<haptable_input, 2> in{};
+    std::array<haptable_output, 2> out{};
+    for (std::size_t i = 0; i < stroke.size(); ++i) {
+        for (std::size_t f = 0; f < scene.fingers(); ++f) {
+            const Vector3d at = turn * (to_vector(stroke[i][f].data()) - rigid.centre_m) + centre;
+            for (std::size_t c = 0; c < 3; ++c)
+                in[f].finger_m[c] = stroke[i][f][c] = static_cast<float>(at[static_cast<Eigen::Index>(c)]);
+            in[f].is_there = 1;
+        }
+        touched.step(scene, in.data(), static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out.data());
+        const Motion motion = motion_of(*scene.body(), rigid);
+        if (!motion.centre_m.allFinite() || !motion.turn.coeffs().allFinite()) continue;
+        centre += (motion.centre_m - centre) / kBehind;
+        turn = turn.slerp(1.0 / kBehind, motion.turn).normalized();
+    }
+    return stroke;
+}
 
 bool Verdict::is_clean() const {
     return std::all_of(tick.begin(), tick.end(), [](int first) { return first < 0; });

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 #include "host/base/hash.hpp"
 #include "host/mesh/audit.hpp"
@@ -131,9 +132,13 @@ StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs:
     TetMesh mesh;
     Scene& scene = stroked.scene;
     if (is_scene(file)) {
-        scene = read_stroked_scene(file);
+        scene = read_scene(file);
         mesh = make_mesh(scene.mesh);
         scene.touch.clear();
+        scene.gravity.reset();
+        scene.free_body.reset();
+        scene.vibration.reset();
+        if (scene.fixed.empty()) hold_lowest(mesh, scene);
     } else {
         scene = scene_of_mesh(file, folder, mesh);
         stroked.filled = scene.mesh.file != file;
@@ -150,6 +155,8 @@ StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs:
     const std::vector<std::int32_t> loose = find_under_constrained(body);
     if (!loose.empty()) throw Error(fmt::format("{}: {}", file.string(), describe_under_constrained(loose, body)));
     scene.contact.mask_radius_m = kMaskEdges * mean_edge_m(body);
+    const std::vector<std::size_t> part = number_bodies(body.mesh);
+    stroked.parts = part.empty() ? 0 : 1 + *std::max_element(part.begin(), part.end());
     stroked.name = scene.name;
     stroked.nodes = body.mesh.position_m.size();
     stroked.patches = body.touch_patch.size();
@@ -173,6 +180,17 @@ bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
                                        [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
+/// Its [body], of those that in_mode makes.
+std::string body_of(const Scene& scene) {
+    std::string text = scene.free_body ? "free = true\n" : "";
+    const double density = scene.free_body ? scene.free_body->density_kg_per_m3 : scene.vibration->density_kg_per_m3;
+    text += fmt::format("density = {:.17g}\n", density);
+    if (scene.vibration)
+        text +=
+            fmt::format("modes = {}\nmode_damping = {:.17g}\n", scene.vibration->modes, scene.vibration->damping_ratio);
+    return text;
+}
+
 /// As far as it can be told without reading the mesh.
 std::string name_of(const fs::path& file) {
     if (!is_scene(file)) return file.stem();
@@ -182,15 +200,10 @@ std::string name_of(const fs::path& file) {
 
 }  // namespace
 
-Scene read_stroked_scene(const fs::path& file) {
-    Scene scene = read_scene(file);
-    if (scene.free_body)
-        throw Error(
-            fmt::format("{}:{}: free: strokes are judged on a body that is held: remove it from [body], and hold the "
-                        "body with [[fixed]]",
-                        file.string(), scene.free_body->line));
-    scene.vibration.reset();
-    return scene;
+std::uintmax_t StrokedMesh::coupling_bytes(ForceLaw force) const {
+    const std::uintmax_t vertices = patches / 2 + 2, edges = patches + patches / 2;  // Euler's, of a ball
+    const std::uintmax_t controls = force == ForceLaw::kPressureMask ? vertices + edges : vertices;
+    return controls * (controls + 1) / 2 * sizeof(haptable_float9);
 }
 
 StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vector<std::string>& only,
@@ -246,11 +259,14 @@ std::string to_toml(const Scene& scene) {
     const ContactOptions& contact = scene.contact;
     text += fmt::format("\n[contact]\nforce = \"{}\"\ngod_object = \"{}\"\nrigid_stiffness = {:.17g}\n",
                         word(contact.force), word(contact.god_object), contact.rigid_stiffness_n_per_m);
+    if (contact.fingers == 2) text += "fingers = 2\n";
     if (contact.mask_radius_m > 0.0) text += fmt::format("mask_radius = {:.17g}\n", contact.mask_radius_m);
     if (contact.static_friction > 0.0)
         text += fmt::format("friction = {:.17g}\nkinetic_friction = {:.17g}\n", contact.static_friction,
                             contact.kinetic_friction);
+    if (scene.free_body || scene.vibration) text += "\n[body]\n" + body_of(scene);
     text += fmt::format("\n[device]\nmax_force = {:.17g}\n\n[tables]\ncolumns = \"none\"\n", scene.device.max_force_n);
+    if (contact.fingers == 2) text += fmt::format("coupling_bytes = {}\n", scene.tables.coupling_bytes);
     return text;
 }
 

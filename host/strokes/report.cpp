@@ -4,9 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "host/base/file.hpp"
+#include "host/base/hash.hpp"
 #include "host/link/finger_path.hpp"
 
 namespace haptable {
@@ -23,40 +27,67 @@ std::string cell_of(const Tally& tally) {
     return cell.empty() ? "0" : cell;
 }
 
-/// Mesh x mode.
-NumberTable body_table(const CampaignResult& result, bool friction) {
+std::string kind_of(const TouchMode& mode) {
+    return std::string(mode.fingers == 2 ? "two" : "one") + (mode.body.free ? ", free" : ", held") +
+           (mode.body.rings ? ", rings" : "");
+}
+
+/// Mesh x what touches it and how it moves, all forces and god-objects together.
+NumberTable body_table(const CampaignResult& result) {
     NumberTable table{{"mesh", "nodes", "strokes"}, {}};
+    std::vector<std::string> kinds;
     for (const TouchMode& mode : result.modes)
-        if (mode.friction == friction)
-            table.columns.push_back(fmt::format("{}, {}", word(mode.force), word(mode.god_object)));
+        if (std::find(kinds.begin(), kinds.end(), kind_of(mode)) == kinds.end()) kinds.push_back(kind_of(mode));
+    table.columns.insert(table.columns.end(), kinds.begin(), kinds.end());
     for (const StrokedMeshResult& one : result.results) {
-        std::size_t strokes = 0;
+        Tally all;
         std::vector<Cell> row{one.mesh.name + (one.mesh.filled ? ", filled" : ""), thousands(one.mesh.nodes), ""};
-        for (std::size_t m = 0; m < result.modes.size(); ++m) {
-            if (result.modes[m].friction != friction) continue;
-            strokes += one.tally[m].strokes;
-            row.emplace_back(cell_of(one.tally[m]));
+        for (const std::string& kind : kinds) {
+            Tally sum;
+            for (std::size_t m = 0; m < result.modes.size(); ++m)
+                if (kind_of(result.modes[m]) == kind) sum.add(one.tally[m]);
+            row.emplace_back(cell_of(sum));
+            all.add(sum);
         }
-        row[2] = count(strokes);
+        row[2] = count(all.strokes);
         table.rows.push_back(row);
     }
     return table;
 }
 
-/// Mode x fault.
-NumberTable mode_table(const CampaignResult& result) {
-    NumberTable table{{"force", "god-object", "friction", "strokes"}, {}};
-    table.columns.insert(table.columns.end(), kFaultNames.begin(), kFaultNames.end());
+/// Way of touching x fault; way: what a mode is summed by.
+template <typename Way>
+NumberTable fault_table(const CampaignResult& result, std::vector<std::string> columns, const Way& way) {
+    std::vector<std::pair<std::vector<std::string>, Tally>> sums;
     for (std::size_t m = 0; m < result.modes.size(); ++m) {
-        const TouchMode& mode = result.modes[m];
-        Tally sum;
-        for (const StrokedMeshResult& one : result.results) sum.add(one.tally[m]);
-        std::vector<Cell> row{word(mode.force), word(mode.god_object), mode.friction ? "yes" : "no",
-                              count(sum.strokes)};
-        for (std::size_t faulty : sum.faulty) row.emplace_back(count(faulty));
+        const std::vector<std::string> name = way(result.modes[m]);
+        auto at = std::find_if(sums.begin(), sums.end(), [&](const auto& sum) { return sum.first == name; });
+        if (at == sums.end()) at = sums.insert(sums.end(), {name, Tally()});
+        for (const StrokedMeshResult& one : result.results) at->second.add(one.tally[m]);
+    }
+    NumberTable table{std::move(columns), {}};
+    table.columns.emplace_back("strokes");
+    table.columns.insert(table.columns.end(), kFaultNames.begin(), kFaultNames.end());
+    for (const auto& [name, sum] : sums) {
+        std::vector<Cell> row(name.begin(), name.end());
+        row.emplace_back(count(sum.strokes));
+        for (const std::size_t faulty : sum.faulty) row.emplace_back(count(faulty));
         table.rows.push_back(row);
     }
     return table;
+}
+
+/// By force, god-object and friction.
+NumberTable mode_table(const CampaignResult& result) {
+    return fault_table(result, {"force", "god-object", "friction"}, [](const TouchMode& mode) {
+        return std::vector<std::string>{word(mode.force), word(mode.god_object), mode.friction ? "yes" : "no"};
+    });
+}
+
+/// By fingers and how the body moves.
+NumberTable kind_table(const CampaignResult& result) {
+    return fault_table(result, {"fingers and body"},
+                       [](const TouchMode& mode) { return std::vector<std::string>{kind_of(mode)}; });
 }
 
 /// Without the file's path, which the error begins with.
@@ -109,16 +140,53 @@ NumberTable design_table(const CampaignResult& result) {
 
 }  // namespace
 
-Numbers numbers_of(const CampaignResult& result) {
+namespace {
+
+/// C without comments and white space.
+std::string bare(const std::string& c) {
+    std::string text;
+    for (std::size_t i = 0; i < c.size(); ++i) {
+        if (c.compare(i, 2, "/*") == 0)
+            i = std::min(c.size(), c.find("*/", i + 2)) + 1;
+        else if (c.compare(i, 2, "//") == 0)
+            i = std::min(c.size(), c.find('\n', i));
+        else if (std::isspace(static_cast<unsigned char>(c[i])) == 0)
+            text += c[i];
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string source_identity(const std::filesystem::path& folder) {
+    std::set<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == ".c" || entry.path().extension() == ".h") files.insert(entry.path());
+    Hash hash;
+    for (const std::filesystem::path& file : files) {
+        hash.add(file.filename().string());
+        hash.add(bare(read_file(file)));
+    }
+    return hash.text();
+}
+
+Numbers numbers_of(const CampaignResult& result, const std::filesystem::path& firmware) {
     const Tally all = result.total();
     double tables_s = 0.0;
     for (const StrokedMeshResult& one : result.results) tables_s += one.tables_cpu_s;
     const auto minutes = [](double s) { return number(s, fmt::format("{:.1f} minutes", s / 60.0)); };
     const double each_s = 1e5 * all.cpu_s / static_cast<double>(std::max<std::size_t>(1, all.strokes));
     Numbers numbers("make strokes");
+    if (std::filesystem::exists(firmware)) {
+        const std::string identity = source_identity(firmware);
+        numbers.add("strokes-firmware",
+                    number(static_cast<double>(std::stoul(identity.substr(0, 8), nullptr, 16)), identity));
+    }
     numbers.add("strokes-count", count(all.strokes));
     numbers.add("strokes-ticks", count(all.ticks));
     numbers.add("strokes-contact", count(all.contact_ticks));
+    numbers.add("strokes-both", count(all.both_ticks));
+    numbers.add("strokes-area", number(all.most_area, fmt::format("{:.2g}", all.most_area * 0x1p24)));
     numbers.add("strokes-broken", count(all.broken.size()));
     numbers.add("strokes-bodies", count(result.results.size()));
     numbers.add("strokes-seed", count(result.seed));
@@ -126,8 +194,8 @@ Numbers numbers_of(const CampaignResult& result) {
     numbers.add("strokes-cpu-rate", number(each_s, fmt::format("{:.0f} s", each_s)));
     numbers.add("strokes-cpu-tables", minutes(tables_s));
     numbers.add("strokes-modes", mode_table(result));
-    numbers.add("strokes-smooth", body_table(result, false));
-    numbers.add("strokes-friction", body_table(result, true));
+    numbers.add("strokes-kinds", kind_table(result));
+    numbers.add("strokes-meshes", body_table(result));
     numbers.add("strokes-left-out", left_out_table(result));
     numbers.add("contact-by-design", design_table(result));
     return numbers;
@@ -154,27 +222,35 @@ nlohmann::ordered_json to_json(const CampaignResult& result) {
     return json;
 }
 
-std::string to_csv(const Stroke& stroke) {
-    std::string text = "x,y,z\n";
-    for (const auto& x : stroke) text += fmt::format("{:.9g},{:.9g},{:.9g}\n", x[0], x[1], x[2]);
+std::string to_csv(const Stroke& stroke, int fingers) {
+    std::string text = fingers == 2 ? "x,y,z,x2,y2,z2\n" : "x,y,z\n";
+    for (const FingerPositions& x : stroke) {
+        text += fmt::format("{:.9g},{:.9g},{:.9g}", x[0][0], x[0][1], x[0][2]);
+        if (fingers == 2) text += fmt::format(",{:.9g},{:.9g},{:.9g}", x[1][0], x[1][1], x[1][2]);
+        text += "\n";
+    }
     return text;
 }
 
 Stroke read_stroke(const std::filesystem::path& file) {
     Stroke stroke;
-    for (const auto& x : read_finger_path(file, Positions::any))
-        stroke.push_back({static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
+    const auto rounded = [](const std::array<double, 3>& x) {
+        return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
+    };
+    for (const FingerTick& tick : read_finger_ticks(file, Positions::any))
+        stroke.push_back({rounded(tick.position_m), rounded(tick.second_m.value_or(std::array<double, 3>{}))});
     return stroke;
 }
 
-std::string to_csv(const Stroke& stroke, const std::vector<Judged>& ticks) {
+std::string to_csv(const std::vector<Judged>& ticks, int fingers) {
     std::string text =
-        "tick,x,y,z,contact,inside,sees_god,patch,alpha_0,alpha_1,alpha_2,god_x,god_y,god_z,limits,gap_m,force_n,law_n,"
-        "change_n,stored_j,given_j,faults\n";
-    for (std::size_t i = 0; i < stroke.size(); ++i) {
+        "tick,finger,x,y,z,contact,inside,sees_god,patch,alpha_0,alpha_1,alpha_2,god_x,god_y,god_z,limits,gap_m,"
+        "force_n,law_n,change_n,stored_j,given_j,faults\n";
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
         const Judged& t = ticks[i];
-        text += fmt::format("{},{:.9g},{:.9g},{:.9g},{:d},{:d},{:d},", i, stroke[i][0], stroke[i][1], stroke[i][2],
-                            t.contact, t.inside, t.sees_god);
+        const auto count = static_cast<std::size_t>(fingers);
+        text += fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:d},{:d},{:d},", i / count, i % count, t.at_m.x(), t.at_m.y(),
+                            t.at_m.z(), t.contact, t.inside, t.sees_god);
         text +=
             fmt::format("{},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g},{},", t.contact ? std::to_string(t.at.patch) : "",
                         t.at.alpha[0], t.at.alpha[1], t.at.alpha[2], t.god_m.x(), t.god_m.y(), t.god_m.z(), t.limits);

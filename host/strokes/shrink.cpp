@@ -8,10 +8,10 @@ namespace haptable {
 
 namespace {
 
-double motion_m(const std::array<float, 3>& a, const std::array<float, 3>& b) {
-    return (Eigen::Map<const Eigen::Vector3f>(b.data()) - Eigen::Map<const Eigen::Vector3f>(a.data()))
-        .cast<double>()
-        .norm();
+/// Of the finger that moves more.
+double motion_m(const FingerPositions& a, const FingerPositions& b) {
+    return std::max((to_vector(b[0].data()) - to_vector(a[0].data())).norm(),
+                    (to_vector(b[1].data()) - to_vector(a[1].data())).norm());
 }
 
 double longest_motion_m(const Stroke& stroke) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/haptable_model.h"
+#include "host/strokes/motion.hpp"
 
 namespace haptable {
 
@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 1e-3;
 constexpr double kSlowest_m_s = 0.01, kFastest_m_s = 2.0, kPass_m_s = 5.0;
 // Depth and height as parts of the body's size.
 constexpr double kShallow = 1e-4, kDeep = 0.05, kHigh = 0.02;
@@ -27,16 +26,12 @@ std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
     return z ^ (z >> 31);
 }
 
-Vector3d vector_of(const std::array<float, 3>& x) {
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-}
-
 }  // namespace
 
 /// A finger on its way, and its dice.
 struct StrokeMaker::Pen {
     std::mt19937_64 dice;
-    Stroke stroke;
+    Path path;
     Vector3d at = Vector3d::Zero();
 
     double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(dice); }
@@ -53,7 +48,7 @@ struct StrokeMaker::Pen {
 
     void put(const Vector3d& x) {
         at = x;
-        stroke.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
+        path.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
     }
     /// Straight towards `to`, evenly; a slow one does not get there.
     void line(const Vector3d& to, double speed_m_s) {
@@ -81,7 +76,7 @@ StrokeMaker::StrokeMaker(const ServoModel& servo)
 }
 
 Vector3d StrokeMaker::corner(std::size_t patch, std::size_t c) const {
-    return vector_of(servo_.vertex_m[servo_.patch[patch][c]]);
+    return to_vector(servo_.vertex_m[servo_.patch[patch][c]].data());
 }
 
 Vector3d StrokeMaker::normal(std::size_t patch) const {
@@ -229,7 +224,7 @@ void StrokeMaker::begin_inside(Pen& pen) const {
     pen.reach(g + size_m_ * kHigh * n, pen.speed());
 }
 
-Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number) const {
+StrokeMaker::Path StrokeMaker::path(std::uint64_t seed, std::uint64_t number) const {
     using Kind = void (StrokeMaker::*)(Pen&) const;
     // As often as they stand here.
     static constexpr std::array<Kind, 16> kKinds{
@@ -240,7 +235,19 @@ Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number) const {
     };
     Pen pen{std::mt19937_64(mix(seed, number)), {}, Vector3d::Zero()};
     (this->*kKinds[pen.below(kKinds.size())])(pen);
-    return std::move(pen.stroke);
+    return std::move(pen.path);
+}
+
+Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number, int fingers) const {
+    Stroke stroke;
+    if (fingers == 1) {
+        for (const auto& x : path(seed, number)) stroke.push_back({x, {}});
+        return stroke;
+    }
+    const Path first = path(seed, 2 * number), second = path(seed, 2 * number + 1);
+    for (std::size_t i = 0; i < std::max(first.size(), second.size()); ++i)
+        stroke.push_back({first[std::min(i, first.size() - 1)], second[std::min(i, second.size() - 1)]});
+    return stroke;
 }
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Random fingers: what a hand does to a body, and what it should not be able to do.
+// Random fingers, one or two at once: what hands do to a body, and what they should not be able to do.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,10 @@
 
 namespace haptable {
 
-/// Finger positions, m, one a millisecond, as the servo is given them.
-using Stroke = std::vector<std::array<float, 3>>;
+/// Positions of both fingers in a tick, m, world coordinates, as the servo is given them; of one, the first.
+using FingerPositions = std::array<std::array<float, 3>, 2>;
+/// One a millisecond.
+using Stroke = std::vector<FingerPositions>;
 
 /// Makes strokes over one surface. The same numbers give the same stroke.
 class StrokeMaker {
@@ -22,10 +24,13 @@ public:
 
     /// One of: in along a normal, slide, out; along the surface at a depth; over a sharp edge or into a crease; a
     /// closed loop; straight through at 1 to 5 m/s; tremble at the surface; zigzag in and out; one that begins inside.
-    Stroke make(std::uint64_t seed, std::uint64_t number) const;
+    /// Two fingers have the paths of the numbers 2 n and 2 n + 1; the one that is done waits.
+    Stroke make(std::uint64_t seed, std::uint64_t number, int fingers) const;
 
 private:
     struct Pen;
+    using Path = std::vector<std::array<float, 3>>;
+    Path path(std::uint64_t seed, std::uint64_t number) const;
     Eigen::Vector3d corner(std::size_t patch, std::size_t c) const;
     Eigen::Vector3d normal(std::size_t patch) const;
     Eigen::Vector3d any_point(std::size_t patch, Pen& pen) const;

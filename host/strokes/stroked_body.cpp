@@ -15,11 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kStaticFriction = 0.3, kKineticFriction = 0.2;
-constexpr double kRelease_n_per_ms = 0.01;  // as a scene has with least energy
+constexpr double kRelease_n_per_ms = 0.01;  // as a scene has with least energy, where the body is held
+constexpr double kDensity = 1000.0, kDamping = 0.05;
+constexpr int kModes = 8;
+constexpr std::uintmax_t kMostCoupling = 20'000'000;
 
-Tables computed(const Scene& scene, const fs::path& folder, Progress& progress) {
+SceneFiles computed(const Scene& scene, const fs::path& folder, Progress& progress) {
     precompute(scene, folder, progress);
-    return read_tables(folder);
+    return read_scene_files(folder);
 }
 
 }  // namespace
@@ -27,8 +30,11 @@ Tables computed(const Scene& scene, const fs::path& folder, Progress& progress) 
 std::vector<TouchMode> all_modes() {
     std::vector<TouchMode> modes;
     for (const ForceLaw force : every<ForceLaw>())
-        for (const GodObject god_object : every<GodObject>())
-            for (bool friction : {false, true}) modes.push_back({force, god_object, friction});
+        for (const int fingers : {1, 2})
+            for (const BodyKind& body : kBodyKinds)
+                for (const GodObject god_object : every<GodObject>())
+                    for (const bool friction : {false, true})
+                        modes.push_back({force, god_object, friction, fingers, body});
     return modes;
 }
 
@@ -36,30 +42,51 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     ContactOptions& contact = scene.contact;
     contact.force = mode.force;
     contact.god_object = mode.god_object;
+    contact.fingers = mode.fingers;
     if (mode.force != ForceLaw::kPressureMask) contact.mask_radius_m = 0.0;
     contact.static_friction = mode.friction ? kStaticFriction : 0.0;
     contact.kinetic_friction = mode.friction ? kKineticFriction : 0.0;
-    contact.release_n_per_ms = mode.god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0;
+    const bool releases = mode.god_object == GodObject::kLeastEnergy && !mode.body.free;
+    contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
+    if (mode.fingers == 2) scene.tables.coupling_bytes = kMostCoupling;
+    scene.free_body.reset();
+    scene.vibration.reset();
+    if (mode.body.free) {
+        scene.free_body = FreeBody{};
+        scene.free_body->density_kg_per_m3 = kDensity;
+        scene.fixed.clear();
+    }
+    if (mode.body.rings) scene.vibration = Vibration{kModes, kDamping, mode.body.free ? 0.0 : kDensity, 0.0, 0};
     return scene;
 }
 
-Tables BodyTables::with(ForceLaw force) {
-    const fs::path folder = folder_of(force);
-    for (const ForceLaw other : kForcesOfTables)
-        if (!fs::exists(folder) && fs::exists(folder_of(other) / "summary.json"))
-            fs::copy(folder_of(other), folder, fs::copy_options::recursive);
+fs::path BodyTables::folder_of(const TouchMode& mode) const {
+    return folder_ / (std::string(word(mode.force)) + (mode.fingers == 2 ? "-two" : "") + mode.body.name());
+}
+
+SceneFiles BodyTables::with(const TouchMode& mode) {
+    const fs::path folder = folder_of(mode);
+    TouchMode other = mode;
+    for (const int fingers : {1, 2})
+        for (const ForceLaw force : kForcesOfTables) {
+            other.force = force, other.fingers = fingers;
+            if (!fs::exists(folder) && fs::exists(folder_of(other) / "summary.json"))
+                fs::copy(folder_of(other), folder, fs::copy_options::recursive);
+        }
     PrecomputeOptions options;
     options.tolerance = kTolerance;
     options.inverse = &inverse_;
     Progress silent(true);
-    precompute(in_mode(scene_, {force, GodObject::kNearest, false}), folder, silent, options);
-    return read_tables(folder);
+    precompute(in_mode(scene_, {mode.force, GodObject::kNearest, false, mode.fingers, mode.body}), folder, silent,
+               options);
+    return read_scene_files(folder);
 }
 
 double BodyTables::cpu_s() const {
     double sum_s = 0.0;
-    for (const ForceLaw force : kForcesOfTables) {
-        const fs::path file = folder_of(force) / "summary.json";
+    if (!fs::exists(folder_)) return sum_s;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
+        const fs::path file = entry.path() / "summary.json";
         if (!fs::exists(file)) continue;
         const auto summary = parse_json(read_file(file));
         for (const auto& [stage, cpu_s] : summary.at("cpu_s").items()) sum_s += cpu_s.get<double>();
@@ -70,23 +97,39 @@ double BodyTables::cpu_s() const {
 StrokedBody::StrokedBody(const Scene& scene, const fs::path& folder, Progress& progress)
     : StrokedBody(computed(scene, folder, progress)) {}
 
-StrokedBody::StrokedBody(Tables tables)
-    : tables_(std::move(tables)),
-      servo_(build_model(tables_)),
+StrokedBody::StrokedBody(SceneFiles files)
+    : files_(std::move(files)),
+      servo_(build_model(files_.tables)),
       solid_(servo_.vertex_m, servo_.patch),
-      law_(tables_, servo_) {}
+      law_(files_.tables, servo_) {
+    if (files_.pair) pair_ = build_pair(*files_.pair, files_.tables, servo_);
+    if (files_.vibration) vibration_ = build_vibration(*files_.vibration, files_.tables, servo_);
+}
 
-haptable_model StrokedBody::model(const ContactOptions& contact) const {
+StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contact) : body_(body) {
+    const Tables& whole = body.files_.tables;
     Tables tables;  // what a model has beside the servo's tables
-    tables.force = tables_.force;
-    tables.model_hash = tables_.model_hash;
-    tables.max_force_n = tables_.max_force_n;
+    tables.force = whole.force;
+    tables.model_hash = whole.model_hash;
+    tables.max_force_n = whole.max_force_n;
     tables.god_object = contact.god_object;
     tables.static_friction = contact.static_friction;
     tables.kinetic_friction = contact.kinetic_friction;
     tables.release_n_per_ms = contact.release_n_per_ms;
     tables.passivity = contact.passivity;
-    return model_in_memory(tables, servo_);
+    model_ = model_in_memory(tables, body.servo_);
+    if (contact.fingers == 2) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
+    if (body.files_.vibration) modes_ = vibration_in_memory(body.vibration_);
+}
+
+Touched StrokedModel::touched() const {
+    return {body_.solid_,
+            body_.law_,
+            body_.servo_,
+            model_,
+            pair_ ? &*pair_ : nullptr,
+            body_.files_.body ? &*body_.files_.body : nullptr,
+            body_.files_.vibration ? &modes_ : nullptr};
 }
 
 }  // namespace haptable

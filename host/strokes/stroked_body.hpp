@@ -1,36 +1,51 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// One body with one of the three forces: its tables, its servo in memory, and what judges them.
+// One body with one of the three forces, held or free, ringing or not: its tables, its servo in memory, and what judges
+// them.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "codegen/model.hpp"
-#include "firmware/haptable_model.h"
+#include "codegen/loaded_scene.hpp"
 #include "host/base/modes.hpp"
 #include "host/base/progress.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/scene/scene.hpp"
 #include "host/strokes/judge.hpp"
-#include "host/tables/tables.hpp"
 
 namespace haptable {
+
+/// What is touched: held or free, and whether it rings (docs/BODY.md, docs/MODES.md).
+struct BodyKind {
+    bool free = false, rings = false;
+
+    bool operator==(const BodyKind&) const = default;
+    std::string name() const { return std::string(free ? "-free" : "") + (rings ? "-rings" : ""); }
+};
+/// Those of one stiffness matrix, which is factorised once, beside each other.
+inline constexpr std::array kBodyKinds{BodyKind{false, false}, BodyKind{false, true}, BodyKind{true, false},
+                                       BodyKind{true, true}};
 
 /// A way of touching (docs/CONTACT.md).
 struct TouchMode {
     ForceLaw force = ForceLaw::kInterpolated;
     GodObject god_object = GodObject::kNearest;
     bool friction = false;
+    int fingers = 1;
+    BodyKind body = {};
 
     std::string name() const {
-        return std::string(word(force)) + "-" + word(god_object) + (friction ? "-friction" : "");
+        return std::string(word(force)) + "-" + word(god_object) + (friction ? "-friction" : "") +
+               (fingers == 2 ? "-two" : "") + body.name();
     }
 };
 
-/// All twelve: force by force.
+/// All 96: force by force.
 std::vector<TouchMode> all_modes();
 
-/// The scene touched so: friction 0.3 and 0.2, and what else a scene has by default.
+/// The scene touched so: friction 0.3 and 0.2, eight modes, 1,000 kg/m^3, and what else a scene has by default.
 Scene in_mode(Scene scene, const TouchMode& mode);
 
 /// In this order a body's tables take least: the inversion for edges gives S_i too.
@@ -46,38 +61,55 @@ public:
 
     BodyTables(Scene scene, std::filesystem::path folder) : scene_(std::move(scene)), folder_(std::move(folder)) {}
 
-    /// Throws Error as precompute does.
-    Tables with(ForceLaw force);
+    /// Of a mode's force, fingers and body. Throws Error as precompute does.
+    SceneFiles with(const TouchMode& mode);
     /// CPU seconds that the tables took which are there, when they were computed.
     double cpu_s() const;
 
 private:
-    std::filesystem::path folder_of(ForceLaw force) const { return folder_ / word(force); }
+    std::filesystem::path folder_of(const TouchMode& mode) const;
 
     Scene scene_;
     std::filesystem::path folder_;
     CholmodInverse inverse_;
 };
 
+/// A body's tables as the servo has them, for all god-objects, with friction and without.
 class StrokedBody {
 public:
-    explicit StrokedBody(Tables tables);
+    explicit StrokedBody(SceneFiles files);
     /// scene: with its force. Tables go to `folder`; they are not computed again where it holds them.
     StrokedBody(const Scene& scene, const std::filesystem::path& folder, Progress& progress);
     StrokedBody(const StrokedBody&) = delete;
     StrokedBody& operator=(const StrokedBody&) = delete;
 
-    /// The servo's model with that force and otherwise these options. `this` must outlive it; the next call
-    /// ends it.
-    haptable_model model(const ContactOptions& contact) const;
-    Touched touched(const haptable_model& model) const { return {solid_, law_, servo_, model}; }
     const ServoModel& servo() const { return servo_; }
 
 private:
-    Tables tables_;
+    friend class StrokedModel;
+    SceneFiles files_;
     ServoModel servo_;
+    std::optional<ServoPair> pair_;
+    ServoVibration vibration_;
     Solid solid_;
     Law law_;
+};
+
+/// The servo's models of a body in one mode.
+class StrokedModel {
+public:
+    /// With these options, but for the force. body: it must outlive this object.
+    StrokedModel(const StrokedBody& body, const ContactOptions& contact);
+    StrokedModel(const StrokedModel&) = delete;
+    StrokedModel& operator=(const StrokedModel&) = delete;
+
+    Touched touched() const;
+
+private:
+    const StrokedBody& body_;
+    haptable_model model_;
+    std::optional<haptable_pair_model> pair_;
+    haptable_modes modes_{};
 };
 
 }  // namespace haptable

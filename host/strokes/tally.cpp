@@ -22,6 +22,7 @@ void for_each_count(const Visit& visit) {
     visit("strokes", &Tally::strokes);
     visit("ticks", &Tally::ticks);
     visit("contact_ticks", &Tally::contact_ticks);
+    visit("both_ticks", &Tally::both_ticks);
     visit("limits", &Tally::limits);
     visit("clamped_strokes", &Tally::clamped);
     visit("behind_strokes", &Tally::behind);
@@ -33,6 +34,7 @@ Tally tally_of(const Json& json) {
     Tally tally;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json.at(name).get_to(tally.*count); });
     json.at("most_given").get_to(tally.most_given);
+    json.at("most_area").get_to(tally.most_area);
     json.at("cpu_s").get_to(tally.cpu_s);
     for (std::size_t f = 0; f < kFaults; ++f) json.at("faults").at(std::string(kFaultNames[f])).get_to(tally.faulty[f]);
     for (const Json& one : json.at("broken")) {
@@ -49,11 +51,13 @@ void Tally::add(std::uint64_t number, const Stroke& stroke, const Verdict& verdi
     ++strokes;
     ticks += stroke.size();
     contact_ticks += verdict.contact_ticks;
+    both_ticks += verdict.both_ticks;
+    most_area = std::max(most_area, verdict.most_area);
     clamped += verdict.clamped ? 1 : 0;
     behind += verdict.most_behind_ticks > 0 ? 1 : 0;
     long_behind += verdict.most_behind_ticks > kLongBehind ? 1 : 0;
     passed += verdict.passed;
-    limits += verdict.counters.walk_limits + verdict.counters.slide_limits + verdict.counters.box_limits;
+    limits += verdict.limits;
     for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += verdict.tick[f] >= 0 ? 1 : 0;
     if (!verdict.clamped && verdict.most_stored_j > 0.0)
         most_given = std::max(most_given, verdict.most_given_j / verdict.most_stored_j);
@@ -64,6 +68,7 @@ void Tally::add(const Tally& other) {
     for_each_count([&](const char*, std::size_t Tally::*count) { this->*count += other.*count; });
     for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += other.faulty[f];
     most_given = std::max(most_given, other.most_given);
+    most_area = std::max(most_area, other.most_area);
     cpu_s += other.cpu_s;
     broken.insert(broken.end(), other.broken.begin(), other.broken.end());
 }
@@ -72,6 +77,7 @@ Json to_json(const Tally& tally) {
     Json json;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json[name] = tally.*count; });
     json["most_given"] = tally.most_given;
+    json["most_area"] = tally.most_area;
     json["cpu_s"] = tally.cpu_s;
     for (std::size_t f = 0; f < kFaults; ++f) json["faults"][std::string(kFaultNames[f])] = tally.faulty[f];
     json["broken"] = Json::array();

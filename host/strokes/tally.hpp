@@ -20,9 +20,11 @@ struct Broken {
 
 struct Tally {
     std::size_t strokes = 0, ticks = 0, contact_ticks = 0;
+    std::size_t both_ticks = 0;                 ///< two fingers in contact
     std::size_t limits = 0;                     ///< of walks, slides and boxes
     std::array<std::size_t, kFaults> faulty{};  ///< strokes with each fault
-    double most_given = 0.0;                    ///< least energy: given over stored, the worst stroke that met no clamp
+    double most_given = 0.0;                    ///< given over stored, the worst stroke that met no clamp
+    double most_area = 0.0;                     ///< by which area coordinates miss a sum of 1
     // By design (docs/CONTACT.md):
     std::size_t clamped = 0;                  ///< strokes that met max_force: their energy is judged until then
     std::size_t behind = 0, long_behind = 0;  ///< strokes in contact out of the god-object's sight; of over 20 ticks

@@ -16,8 +16,6 @@
 #include "host/link/finger_path.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/servo/replay.hpp"
-#include "host/strokes/pair.hpp"
-#include "host/strokes/stroked_body.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
@@ -841,29 +839,6 @@ TEST(Pair, TwoPlacesThatLoadOneNodeAloneStayWellPosed) {
         ++places;
     }
     EXPECT_GT(places, 10);
-}
-
-// A million of them: haptable-strokes SCENES --fingers 2. In pair 258 of least energy both settle where nobody looks.
-TEST(Pair, StrokesOfTwoAreNeitherLostNorThrough) {
-    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
-    const StrokedBody stroked(body.tables());
-    const StrokeMaker maker(stroked.servo());
-    Workers one(1);
-    for (const GodObject god_object : every<GodObject>()) {
-        ContactOptions contact;
-        contact.force = ForceLaw::kConsistent;
-        contact.god_object = god_object;
-        const haptable_model model = stroked.model(contact);
-        Tables tables = body.tables();
-        tables.god_object = god_object;
-        const ServoPair servo = build_pair(body.pair(), tables, stroked.servo());
-        const haptable_pair_model pair = pair_in_memory(servo, tables, model);
-        const Touched touched = stroked.touched(model);
-        const PairTally tally = run_pairs({touched, pair}, maker, 1, 300, one, [](std::size_t) {});
-        EXPECT_EQ(tally.outside + tally.lost + tally.force, 0U) << god_object;
-        EXPECT_GT(tally.both_ticks, 5000U) << god_object;
-        EXPECT_GT(tally.left_ticks, 0U) << god_object;
-    }
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "host/base/file.hpp"
-#include "host/strokes/meshes.hpp"
 #include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/process.hpp"
@@ -47,14 +46,6 @@ TEST_F(MovingTables, AreRefusedByAFitThatHoldsThemStill) {
     const std::string said = refusal("haptable-fit press.csv loose.toml");
     EXPECT_NE(said.find("build/loose: "), std::string::npos) << said;
     EXPECT_NE(said.find("remove free = true from [body]"), std::string::npos) << said;
-}
-
-// A stroke is a finger's, on a body that is held: one that rings is judged as it comes to rest.
-TEST_F(MovingTables, AreStrokedOnlyWhereTheBodyIsHeld) {
-    EXPECT_FALSE(read_stroked_scene(folder / "ringing.toml").vibration.has_value());
-    const std::string said = error_of([&] { read_stroked_scene(folder / "loose.toml"); });
-    EXPECT_NE(said.find("loose.toml:"), std::string::npos) << said;
-    EXPECT_NE(said.find("free: strokes are judged on a body that is held"), std::string::npos) << said;
 }
 
 }  // namespace

@@ -17,24 +17,10 @@ namespace haptable::test {
 
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Matrix3d symmetric(const float a[6]) {
-    Matrix3d full;
-    full << double(a[0]), double(a[3]), double(a[5]), double(a[3]), double(a[1]), double(a[4]), double(a[5]),
-        double(a[4]), double(a[2]);
-    return full;
-}
 
 void put(const Vector3d& from, float to[3]) {
     for (int c = 0; c < 3; ++c) to[c] = static_cast<float>(from[c]);
-}
-
-Rigid rigid_of(const haptable_body& body) {
-    Rigid rigid{double(body.mass_kg), to_vector(body.centre_m), symmetric(body.inertia_kg_m2), {}};
-    for (std::uint32_t i = 0; i < body.point_count; ++i) rigid.floor_point_m.push_back(to_vector(body.point_m[i]));
-    return rigid;
 }
 
 }  // namespace
@@ -123,32 +109,11 @@ void MovingSession::step(const std::array<Vector3d, 2>& finger_m) {
     f.now_us += HAPTABLE_TICK_US;
     f.scene->step(in, f.now_us, out);
     for (int i = 0; i < touching_.fingers; ++i) {
-        Felt felt;
-        felt.touches = haptable_touches(out[i].state) != 0;
-        felt.at_m = to_vector(in[i].finger_m);
-        felt.force_n = to_vector(out[i].force_n);
-        felt.god_m = to_vector(out[i].god_object_m);
-        felt.inside_m = to_vector(f.scene->servo(std::size_t(i)).finger_m);
-        felt.alpha = to_vector(out[i].alpha);
-        felt.patch = out[i].patch == HAPTABLE_NONE ? -1 : int{out[i].patch};
-        for (const float* nodal : out[i].nodal_force_n) felt.load_n += to_vector(nodal);
-        felt.is_sound = out[i].state != HAPTABLE_REJECTED && out[i].state != HAPTABLE_FAULTED &&
-                        felt.force_n.allFinite() && felt.load_n.allFinite();
-        felt_[std::size_t(i)] = felt;
+        felt_[std::size_t(i)] = felt_of(*f.scene, std::size_t(i), in[i], out[i]);
     }
 }
 
-Motion MovingSession::motion() const {
-    const haptable_body_state& s = firmware_->state();
-    Motion m;
-    m.centre_m = to_vector(s.position_m) - to_vector(s.position_low_m);
-    m.turn =
-        Eigen::Quaterniond(double(s.turn[0]), double(s.turn[1]), double(s.turn[2]), double(s.turn[3])).normalized();
-    m.momentum = tables_.rigid().mass_kg * (to_vector(s.velocity_m_per_s) - to_vector(s.velocity_low_m_per_s));
-    m.spin_momentum = to_vector(s.momentum_n_m_s) - to_vector(s.momentum_low_n_m_s);
-    m.on_floor = s.on_floor;
-    return m;
-}
+Motion MovingSession::motion() const { return motion_of(firmware_->state(), tables_.rigid()); }
 
 void MovingSession::put_motion(const Vector3d& velocity_m_per_s, const Vector3d& spin_rad_per_s) {
     haptable_body_state& s = *firmware_->scene->body();
@@ -184,21 +149,19 @@ double MovingSession::motion_j() const {
     return energy;
 }
 
-double MovingSession::modes_j() const {
-    double twice = 0.0;
-    for (int k = 0; k < int{firmware_->modes.count}; ++k) {
-        const haptable_modes_state& s = *firmware_->scene->modes();
-        const double q = double(s.q[k]) - double(s.q_low[k]), p = double(s.p[k]) - double(s.p_low[k]);
-        const double omega = tables_.vibration()->omega_rad_per_s[std::size_t(k)];
-        twice += p * p + omega * omega * q * q;
-    }
-    return 0.5 * twice;
-}
+double MovingSession::modes_j() const { return haptable::modes_j(*firmware_->scene); }
 
 double MovingSession::contact_j() const {
     double stored = 0.0;
     for (int i = 0; i < touching_.fingers; ++i) stored += felt_[std::size_t(i)].stored_j();
     return stored;
+}
+
+void MovingSession::note(Ledger& ledger, const Motion& before) const {
+    // Of what contacts on a free body hold a part is not given: what falls is given as it will be.
+    const double contacts_j = tables_.is_free() ? 0.0 : contact_j();
+    ledger.note(felt_.data(), std::size_t(touching_.fingers), contacts_j + modes_j(), before,
+                tables_.is_free() ? motion() : Motion());
 }
 
 }  // namespace haptable::test

@@ -11,21 +11,11 @@
 
 #include "codegen/model.hpp"
 #include "host/scene/scene.hpp"
+#include "host/strokes/motion.hpp"
 #include "host/tables/tables.hpp"
 #include "host/tables/vibration.hpp"
 
 namespace haptable::test {
-
-/// A tick, s.
-constexpr double kTick_s = 0.001;
-
-/// A rigid body as the servo's tables have it; SI, body axes and origin.
-struct Rigid {
-    double mass_kg = 0.0;
-    Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();
-    std::vector<Eigen::Vector3d> floor_point_m;  ///< what may rest on the floor
-};
 
 /// The tables of one scene: read once, touched in many ways.
 class MovingTables {
@@ -75,31 +65,6 @@ struct Touching {
     double twist_n_m_s = 0.0;     ///< and its damper
 };
 
-/// Where a free body is and how it moves.
-struct Motion {
-    Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< world
-    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-    Eigen::Vector3d momentum = Eigen::Vector3d::Zero();       ///< kg m/s, world axes
-    Eigen::Vector3d spin_momentum = Eigen::Vector3d::Zero();  ///< kg m^2/s about the centre, world axes
-    unsigned on_floor = 0;                                    ///< points that the floor carries
-
-    Eigen::Vector3d to_world(const Eigen::Vector3d& along_body) const { return turn * along_body; }
-};
-
-/// What a finger has in a tick.
-struct Felt {
-    bool touches = false;
-    bool is_sound = false;                               ///< numbers, and no fault
-    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();      ///< the finger, world, as the servo took it
-    Eigen::Vector3d force_n = Eigen::Vector3d::Zero();   ///< on the hand, world axes
-    Eigen::Vector3d load_n = Eigen::Vector3d::Zero();    ///< on the surface, body axes: the sum of the nodal forces
-    Eigen::Vector3d god_m = Eigen::Vector3d::Zero();     ///< body coordinates, rest shape
-    Eigen::Vector3d inside_m = Eigen::Vector3d::Zero();  ///< the finger as the contact has it: less what modes moved
-    int patch = -1;
-    Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
-    double stored_j() const { return touches ? 0.5 * load_n.dot(inside_m - god_m) : 0.0; }
-};
-
 class MovingSession {
 public:
     MovingSession(const MovingTables& tables, const Touching& touching);
@@ -124,6 +89,8 @@ public:
     double modes_j() const;
     /// Stored by all contacts in the last tick.
     double contact_j() const;
+    /// The last tick; before: of a free body, as it was before the step.
+    void note(Ledger& ledger, const Motion& before) const;
     double floor_m() const { return floor_m_; }
 
 private:

@@ -10,7 +10,6 @@
 #include "host/base/error.hpp"
 #include "host/link/finger_path.hpp"
 #include "tests/moving/adapter.hpp"
-#include "tests/moving/ledger.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -139,11 +138,11 @@ TEST_F(MovingCase, TumblesOnAsItWasLeft) {
 // Contact, modes and hand: no rise beyond rounding and what a wall makes of the hand.
 TEST_F(MovingCase, RingingBodyMakesNoEnergy) {
     open("ring");
-    Ledger ledger(*tables, touching);
+    Ledger ledger(tables->stiffness_limit_n_per_m(), nullptr);
     int contact_ticks = 0;
     for (const auto& finger : at) {
         session->step(finger);
-        ledger.note(*session, {});
+        session->note(ledger, {});
         contact_ticks += touches();
     }
     EXPECT_GT(contact_ticks, 10);

@@ -11,7 +11,6 @@
 #include "tests/hand.hpp"
 #include "tests/moving/adapter.hpp"
 #include "tests/moving/bodies.hpp"
-#include "tests/moving/ledger.hpp"
 #include "tests/moving/walk.hpp"
 #include "tests/tolerance.hpp"
 
@@ -54,10 +53,10 @@ TEST_P(Ringing, MakesNoMoreThanAWallDoes) {
             touching.god_object = kind / 4 % 2 == 0 ? GodObject::kLeastEnergy : GodObject::kNearest;
             MovingSession session(tables, touching);
             Walk walk(tables, session, touching, random);
-            Ledger ledger(tables, touching);
+            Ledger ledger(tables.stiffness_limit_n_per_m(), nullptr);
             for (int tick = 0; tick < 1000 * seconds; ++tick) {
                 session.step(walk.next());
-                ledger.note(session, {});
+                session.note(ledger, {});
                 contact_ticks += session.felt(0).touches || session.felt(1).touches;
             }
             ++all;

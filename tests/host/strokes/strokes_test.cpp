@@ -2,6 +2,8 @@
 // A short part of `make strokes`: fixed seeds over our own meshes and, where they are, over other people's.
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "host/base/file.hpp"
 #include "host/strokes/report.hpp"
 #include "tests/temporary_folder.hpp"
@@ -11,45 +13,72 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kStrokes = 120;  // a body and mode
 // All but kBrake, which is by design (docs/STROKES.md).
-constexpr std::array kKept{Fault::kOutside, Fault::kLost, Fault::kForce,  Fault::kLaw,
-                           Fault::kDrawn,   Fault::kJump, Fault::kEnergy, Fault::kCone};
+constexpr std::array kKept{Fault::kOutside, Fault::kLost, Fault::kForce,  Fault::kArea, Fault::kLaw,
+                           Fault::kDrawn,   Fault::kJump, Fault::kEnergy, Fault::kCone, Fault::kMomentum};
 
-/// Every mode over the bodies of `places` whose names hold one of `only`.
-void expect_promises_kept(const std::vector<fs::path>& places, const std::vector<std::string>& only) {
+/// Modes with one of these in their names over the bodies of `places` whose names hold one of `only`.
+void expect_promises_kept(const std::vector<fs::path>& places, const std::vector<std::string>& only,
+                          const std::vector<TouchMode>& modes, std::size_t strokes) {
     const TemporaryFolder folder;
     const StrokedMeshes meshes = collect_meshes(places, only, 50'000, folder.path() / "meshes");
     ASSERT_EQ(meshes.taken.size(), only.size()) << (meshes.left_out.empty() ? "" : meshes.left_out[0].why);
     Workers workers(1);
-    Progress progress(true);
-    for (const StrokedMesh& mesh : meshes.taken)
-        for (ForceLaw force : every<ForceLaw>()) {
-            const StrokedBody body(in_mode(mesh.scene, {force, GodObject::kNearest, false}),
-                                   folder.path() / (mesh.name + word(force)), progress);
-            const StrokeMaker maker(body.servo());
-            for (const TouchMode& mode : all_modes()) {
-                if (mode.force != force) continue;
-                const haptable_model model = body.model(in_mode(mesh.scene, mode).contact);
-                const Tally tally = run_strokes(body.touched(model), maker, 1, kStrokes, workers, [](std::size_t) {});
-                EXPECT_GT(tally.contact_ticks, 20 * kStrokes);
-                for (const Broken& broken : tally.broken)
-                    for (const Fault fault : kKept)
-                        EXPECT_FALSE(broken.verdict.has(fault))
-                            << mesh.name << " " << mode.name() << ", stroke " << broken.number << ": " << name_of(fault)
-                            << "; haptable-strokes shrinks it";
+    for (const StrokedMesh& mesh : meshes.taken) {
+        BodyTables tables(mesh.scene, folder.path() / mesh.name);
+        std::unique_ptr<StrokedBody> body;
+        for (std::size_t m = 0; m < modes.size(); ++m) {
+            const TouchMode& mode = modes[m];
+            const bool is_same = m > 0 && modes[m - 1].force == mode.force && modes[m - 1].body == mode.body &&
+                                 modes[m - 1].fingers == mode.fingers;
+            if (!is_same) body = std::make_unique<StrokedBody>(tables.with(mode));
+            const StrokedModel model(*body, in_mode(mesh.scene, mode).contact);
+            const Tally tally =
+                run_strokes(model.touched(), StrokeMaker(body->servo()), 1, strokes, workers, [](std::size_t) {});
+            EXPECT_GT(tally.contact_ticks, 20 * strokes) << mesh.name << " " << mode.name();
+            if (mode.fingers == 2) {
+                EXPECT_GT(tally.both_ticks, strokes) << mesh.name << " " << mode.name();
             }
+            for (const Broken& broken : tally.broken)
+                for (const Fault fault : kKept)
+                    EXPECT_FALSE(broken.verdict.has(fault))
+                        << mesh.name << " " << mode.name() << ", stroke " << broken.number << ": " << name_of(fault)
+                        << "; haptable-strokes shrinks it";
         }
+    }
+}
+
+/// Of one finger on a body at rest; or the others.
+std::vector<TouchMode> modes_of(bool alone) {
+    std::vector<TouchMode> modes;
+    for (const TouchMode& mode : all_modes())
+        if ((mode.fingers == 1 && mode.body == BodyKind{}) == alone) modes.push_back(mode);
+    return modes;
 }
 
 TEST(Strokes, OverOurMeshesKeepWhatContactPromises) {
-    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "mouse", "needle", "torus"});
+    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "mouse", "needle", "torus"}, modes_of(true),
+                         120);
+}
+
+TEST(Strokes, OfTwoFingersAndOnWhatMovesKeepWhatIsPromised) {
+    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "needle", "torus"}, modes_of(false), 25);
+}
+
+// Of pair 258 of least energy both settle where nobody looks.
+TEST(Strokes, OfTwoAreNeitherLostNorThrough) {
+    std::vector<TouchMode> modes;
+    for (const TouchMode& mode : modes_of(false))
+        if (mode.force == ForceLaw::kConsistent && mode.fingers == 2 && mode.body == BodyKind{} && !mode.friction)
+            modes.push_back(mode);
+    expect_promises_kept({"meshes/cube-consistent.toml"}, {"cube-consistent"}, modes, 300);
 }
 
 TEST(Strokes, OverOtherPeoplesMeshesKeepWhatContactPromises) {
     if (!fs::exists("../shared/contact")) GTEST_SKIP() << "no ../shared: other people's meshes are not in a clone";
     expect_promises_kept({"../shared/meshes", "../shared/contact"},
-                         {"liver_181", "shark_429", "two_parts_285", "screw_1732", "ossicles_1733"});
+                         {"liver_181", "shark_429", "two_parts_285", "screw_1732", "ossicles_1733"}, modes_of(true),
+                         120);
 }
 
 TEST(Strokes, AreTheSameForTheSameNumbers) {
@@ -60,10 +89,11 @@ TEST(Strokes, AreTheSameForTheSameNumbers) {
     const StrokedBody body(in_mode(meshes.taken[0].scene, {}), folder.path(), progress);
     const StrokeMaker maker(body.servo());
     for (std::uint64_t number = 0; number < 50; ++number) {
-        const Stroke stroke = maker.make(3, number);
-        EXPECT_EQ(stroke, maker.make(3, number));
-        EXPECT_NE(stroke, maker.make(4, number));
-        write_file(folder.path() / "stroke.csv", to_csv(stroke));
+        const int fingers = 1 + static_cast<int>(number % 2);
+        const Stroke stroke = maker.make(3, number, fingers);
+        EXPECT_EQ(stroke, maker.make(3, number, fingers));
+        EXPECT_NE(stroke, maker.make(4, number, fingers));
+        write_file(folder.path() / "stroke.csv", to_csv(stroke, fingers));
         EXPECT_EQ(read_stroke(folder.path() / "stroke.csv"), stroke) << "to the last bit";
     }
 }
@@ -81,8 +111,13 @@ TEST(Strokes, SceneOfAFaultReadsBack) {
             EXPECT_EQ(again.contact.static_friction, scene.contact.static_friction);
             EXPECT_EQ(again.contact.release_n_per_ms, scene.contact.release_n_per_ms);
             EXPECT_EQ(again.contact.mask_radius_m, scene.contact.mask_radius_m);
+            EXPECT_EQ(again.contact.fingers, mode.fingers);
+            EXPECT_EQ(again.free_body.has_value(), mode.body.free);
+            EXPECT_EQ(again.vibration.has_value(), mode.body.rings);
             ASSERT_EQ(again.fixed.size(), scene.fixed.size());
-            EXPECT_EQ(again.fixed[0].box_m, scene.fixed[0].box_m);
+            if (!mode.body.free) {
+                EXPECT_EQ(again.fixed[0].box_m, scene.fixed[0].box_m);
+            }
             EXPECT_EQ(to_toml(again), to_toml(scene));
         }
 }
