@@ -20,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "host/base/error.hpp"
@@ -44,6 +45,7 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 constexpr double kOffset = 1.0 / 30.0;          // of alpha: how far outside the wrap lies
 constexpr double kCoarse = 0.05, kMost = 0.35;  // alpha over the diagonal: tried first, and the largest
 constexpr double kFinest = 0.005;               // the same: finer ones take minutes
+constexpr double kDeep = 2.0;                   // alphas in which noise may fold the scan below its wrap
 constexpr double kPerEdge = 1.0 / 3.0;          // alpha over the edge of the tetrahedra to come
 constexpr double kNodesPerVolume = 1.6;         // of a body of tetrahedra with edges of length 1
 constexpr double kLeak = 0.05;                  // of its area on the inner side of the scan, beyond what noise gives
@@ -207,19 +209,35 @@ Wrapped find_wrap(const fs::path& file, const Scan& scan, const FillTarget& targ
     return best;
 }
 
-/// [faces] from the middle of each inwards to the scan; none where there is nothing as near as alpha.
-std::vector<std::optional<double>> gaps_of(const Wrapped& wrapped, const Scan& scan) {
-    std::vector<std::optional<double>> gap(wrapped.surface.number_of_faces());
-    for (const auto f : wrapped.surface.faces())
-        if (const auto hit = look_inwards(scan, triangle_of(wrapped.surface, f)); hit && hit->distance <= wrapped.alpha)
-            gap[f] = hit->distance;
-    return gap;
+/// From the middle of a face inwards to the scan. Noise folds it: there the way leads out of it and in again, and what
+/// is outside of it counts together, so that the volume is the scan's own. None where there is nothing as near as
+/// alpha.
+std::optional<double> gap_below(const Scan& scan, const Triangle& t, double alpha) {
+    const Point from = CGAL::centroid(t);
+    const Vector inwards = -double_area(t) / std::sqrt(double_area(t).squared_length());
+    std::vector<Tree::Intersection_and_primitive_id<Kernel::Segment_3>::Type> hits;
+    scan.tree.all_intersections(Kernel::Segment_3(from, from + kDeep * alpha * inwards), std::back_inserter(hits));
+    double nearest = std::numeric_limits<double>::infinity(), outside = 0.0;
+    int entered = 0;
+    for (const auto& [met, id] : hits) {
+        const Point* const at = boost::get<Point>(&met);
+        if (at == nullptr) continue;
+        const double distance = std::sqrt(CGAL::squared_distance(*at, from));
+        const int enters = inwards * double_area(scan.triangle[scan.place(id)]) < 0.0 ? 1 : -1;
+        entered += enters;
+        outside += enters * distance;
+        nearest = std::min(nearest, distance);
+    }
+    if (nearest > alpha) return {};
+    // Where the other side of a sheet is as near, only the first counts. A part may be inside out.
+    return std::abs(entered) == 1 ? std::max(nearest, entered * outside) : nearest;
 }
 
 /// [vertices] the mean gap of the faces around, by their areas.
 std::vector<double> mean_gaps(const Wrapped& wrapped, const Scan& scan) {
     const Surface& surface = wrapped.surface;
-    const auto gap = gaps_of(wrapped, scan);
+    std::vector<std::optional<double>> gap(surface.number_of_faces());
+    for (const auto f : surface.faces()) gap[f] = gap_below(scan, triangle_of(surface, f), wrapped.alpha);
     std::vector<double> mean(surface.number_of_vertices(), 0.0);
     for (const auto v : surface.vertices()) {
         double sum = 0.0, weight = 0.0;
