@@ -353,7 +353,7 @@ format: $(BUILD)/setup-lint.stamp
 # compile_commands.json: how each file is compiled, for editors and clang's tools; compiles nothing
 .PHONY: compile_commands.json
 compile_commands.json:
-	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/bin/haptable-keys $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
 	@mv $@.beside $@
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films

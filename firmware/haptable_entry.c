@@ -452,7 +452,7 @@ static inline int begin_within(const struct haptable_model* model, const struct 
     enum haptable_side side;
     float u[3];
     vec_sub(x_m, from->god_object_m, u);
-    side = haptable_side_of_patch(model, from->patch, u);
+    side = side_of_patch(model, from->patch, u);
     if (side == HAPTABLE_SIDE_INSIDE || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
     return begin_on(model, from, side, from->god_object_m, x_m, segment);
 }

@@ -24,13 +24,13 @@ static float gain_within(float r, const float force_n[3], const float before_n[3
     return (along + root(force2 * r * r - across2 * before2)) / force2;
 }
 
+/* before: the force is not nothing, which always is within r */
 void haptable_limit_rate(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3]) {
     const float r = model->rate_n;
     float change[3];
     float gain;
-    vec_zero(change);
-    vec_add_scaled(servo->gain, force_n, change);
-    vec_sub(change, servo->given_n, change);
+    int i;
+    for (i = 0; i < 3; ++i) change[i] = servo->gain * force_n[i] - servo->given_n[i];
     if (vec_dot(change, change) <= r * r) return; /* most ticks */
     gain = gain_within(r, force_n, servo->given_n);
     if (gain >= servo->gain) return;
@@ -54,9 +54,10 @@ void haptable_limit_mean(const struct haptable_model* model, struct haptable_ser
 void haptable_limit_force(const struct haptable_model* model, struct haptable_servo* servo,
                           struct haptable_output* out) {
     const int touches = servo->contact.patch != HAPTABLE_NONE;
-    if (!touches && vec_dot(out->force_n, out->force_n) == 0.0f) servo->gain = 1.0f; /* the finger has left */
+    const int is_none = vec_dot(out->force_n, out->force_n) == 0.0f;
+    if (!touches && is_none) servo->gain = 1.0f; /* the finger has left */
     if (model->mean) model->mean(model, servo, out->force_n);
-    if (model->rate) model->rate(model, servo, out->force_n);
+    if (model->rate && !is_none) model->rate(model, servo, out->force_n);
     if (!(servo->gain < 1.0f)) return; /* most ticks */
     out->force_n[0] *= servo->gain;
     out->force_n[1] *= servo->gain;

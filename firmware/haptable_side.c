@@ -21,22 +21,6 @@ static enum haptable_side side_of_height(const struct haptable_model* model, flo
     return over < -rounding ? HAPTABLE_SIDE_INSIDE : HAPTABLE_SIDE_ALONG;
 }
 
-/* Of u over the plane of a normal of any length. */
-static enum haptable_side side_of_plane(const struct haptable_model* model, const float normal[3], const float u[3]) {
-    const float over = vec_dot(normal, u);
-    const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
-    if (over * over <= rounding * rounding * vec_dot(normal, normal)) return HAPTABLE_SIDE_ALONG;
-    return over > 0.0f ? HAPTABLE_SIDE_OUTSIDE : HAPTABLE_SIDE_INSIDE;
-}
-
-enum haptable_side haptable_side_of_patch(const struct haptable_model* model, uint16_t patch, const float u[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    patch_frame(model, patch, edge1, edge2, normal);
-    return side_of_plane(model, normal, u);
-}
-
 /* ---- outwards ---------------------------------------------------------------------------------------------------- */
 
 /* arccos x for -1 <= x <= 1, to 7e-5 rad (Abramowitz and Stegun 4.4.45). It weighs normals: no digit of a force. */
@@ -269,5 +253,5 @@ enum haptable_side haptable_side_of(const struct haptable_model* model, const st
         feature = corner < 0 ? INSIDE : ON_EDGE;
     }
     return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m)
-                              : haptable_side_of_patch(model, patch, u);
+                              : side_of_patch(model, patch, u);
 }

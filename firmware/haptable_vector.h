@@ -23,6 +23,8 @@
 #define leads_between haptable_leads_between
 #define patch_frame haptable_patch_frame
 #define place(model, contact) haptable_place(model, contact)
+#define side_of_patch haptable_side_of_patch
+#define side_of_plane haptable_side_of_plane
 #define vec_add_scaled haptable_vec_add_scaled
 #define vec_copy haptable_vec_copy
 #define vec_cross haptable_vec_cross

@@ -453,7 +453,7 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
         exact(cube_scene(5, 0.3), ForceLaw::kConsistent);
     const std::string plain = linked_names(paper.tables(), paper.servo());
     for (const char* name :
-         {"compliance_solve", "compliance_energy", "haptable_god_object_least_energy", "haptable_force_consistent",
+         {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_least_energy", "haptable_force_consistent",
           "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_friction",
           "haptable_god_object_grab", "haptable_plausible_motion", "haptable_limit_rate", "haptable_limit_mean",
           "haptable_resume_ramp", "haptable_check_crc"})
@@ -466,7 +466,7 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     tables.limits.max_force_rate_n_per_s = 850.0;
     tables.limits.check = true;
     const std::string other = linked_names(tables, exact.servo());
-    for (const char* name : {"compliance_energy", "haptable_god_object_least_energy", "haptable_release_slew",
+    for (const char* name : {"haptable_energy_consistent", "haptable_god_object_least_energy", "haptable_release_slew",
                              "haptable_limit_rate", "haptable_check_crc"})
         EXPECT_NE(other.find(name), std::string::npos) << name;
     for (const char* name :
