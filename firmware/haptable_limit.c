@@ -24,13 +24,13 @@ static float gain_within(float r, const float force_n[3], const float before_n[3
     return (along + root(force2 * r * r - across2 * before2)) / force2;
 }
 
-/* before: the force is not nothing, which always is within r */
 void haptable_limit_rate(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3]) {
     const float r = model->rate_n;
     float change[3];
     float gain;
-    int i;
-    for (i = 0; i < 3; ++i) change[i] = servo->gain * force_n[i] - servo->given_n[i];
+    change[0] = servo->gain * force_n[0] - servo->given_n[0];
+    change[1] = servo->gain * force_n[1] - servo->given_n[1];
+    change[2] = servo->gain * force_n[2] - servo->given_n[2];
     if (vec_dot(change, change) <= r * r) return; /* most ticks */
     gain = gain_within(r, force_n, servo->given_n);
     if (gain >= servo->gain) return;
@@ -54,10 +54,10 @@ void haptable_limit_mean(const struct haptable_model* model, struct haptable_ser
 void haptable_limit_force(const struct haptable_model* model, struct haptable_servo* servo,
                           struct haptable_output* out) {
     const int touches = servo->contact.patch != HAPTABLE_NONE;
-    const int is_none = vec_dot(out->force_n, out->force_n) == 0.0f;
-    if (!touches && is_none) servo->gain = 1.0f; /* the finger has left */
+    const int has_left = !touches && vec_dot(out->force_n, out->force_n) == 0.0f;
+    if (has_left) servo->gain = 1.0f;
     if (model->mean) model->mean(model, servo, out->force_n);
-    if (model->rate && !is_none) model->rate(model, servo, out->force_n);
+    if (model->rate && !has_left) model->rate(model, servo, out->force_n); /* no force is within any rate */
     if (!(servo->gain < 1.0f)) return; /* most ticks */
     out->force_n[0] *= servo->gain;
     out->force_n[1] *= servo->gain;

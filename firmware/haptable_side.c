@@ -252,6 +252,5 @@ enum haptable_side haptable_side_of(const struct haptable_model* model, const st
         corner = around.corner;
         feature = corner < 0 ? INSIDE : ON_EDGE;
     }
-    return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m)
-                              : side_of_patch(model, patch, u);
+    return feature == ON_EDGE ? side_of_edge(model, patch, corner, at_m, u, thin_m) : side_of_patch(model, patch, u);
 }

@@ -36,8 +36,9 @@ HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_c
     const float* b = vertex_of(model, contact->patch, 1);
     const float* c = vertex_of(model, contact->patch, 2);
     const float* alpha = contact->alpha;
-    int i;
-    for (i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
+    contact->god_object_m[0] = alpha[0] * a[0] + alpha[1] * b[0] + alpha[2] * c[0];
+    contact->god_object_m[1] = alpha[0] * a[1] + alpha[1] * b[1] + alpha[2] * c[1];
+    contact->god_object_m[2] = alpha[0] * a[2] + alpha[1] * b[2] + alpha[2] * c[2];
 }
 
 /* ---- walking around a vertex ---------------------------------------------------------------------------------- */
@@ -141,21 +142,16 @@ HAPTABLE_INLINE int leads_between(const struct edge* one, const struct edge* two
 enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
 
 HAPTABLE_INLINE enum place_on_patch feature_of(const float alpha[3], int* corner) {
-    int zeros = 0;
-    int zero = 0;
-    int other = 2;
-    int i;
-    for (i = 2; i >= 0; --i) {
-        if (alpha[i] == 0.0f) {
-            ++zeros;
-            zero = i;
-        } else {
-            other = i;
-        }
-    }
+    const int zero0 = alpha[0] == 0.0f;
+    const int zero1 = alpha[1] == 0.0f;
+    const int zeros = zero0 + zero1 + (alpha[2] == 0.0f);
     if (zeros == 0) return INSIDE;
-    *corner = zeros == 1 ? zero : other;
-    return zeros == 1 ? ON_EDGE : ON_VERTEX;
+    if (zeros == 1) {
+        *corner = zero0 ? 0 : (zero1 ? 1 : 2);
+        return ON_EDGE;
+    }
+    *corner = !zero0 ? 0 : (!zero1 ? 1 : 2);
+    return ON_VERTEX;
 }
 
 #endif

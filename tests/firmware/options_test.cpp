@@ -453,10 +453,10 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
         exact(cube_scene(5, 0.3), ForceLaw::kConsistent);
     const std::string plain = linked_names(paper.tables(), paper.servo());
     for (const char* name :
-         {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_least_energy", "haptable_force_consistent",
-          "haptable_release_slew", "haptable_passivity_control", "haptable_god_object_friction",
-          "haptable_god_object_grab", "haptable_plausible_motion", "haptable_limit_rate", "haptable_limit_mean",
-          "haptable_resume_ramp", "haptable_check_crc"})
+         {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_least_energy",
+          "haptable_force_consistent", "haptable_release_slew", "haptable_passivity_control",
+          "haptable_god_object_friction", "haptable_god_object_grab", "haptable_plausible_motion",
+          "haptable_limit_rate", "haptable_limit_mean", "haptable_resume_ramp", "haptable_check_crc"})
         EXPECT_EQ(plain.find(name), std::string::npos) << name;
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
     Tables tables = exact.tables();
