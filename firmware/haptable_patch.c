@@ -76,11 +76,11 @@ void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, 
                             struct haptable_contact* nearest) {
     struct on_border best = {0, 0.0f, 0.0f, -1.0f};
     float alpha[3];
+    int corner;
     area_coordinates(model, patch, x_m, alpha);
     nearest->patch = patch;
-    if (!(alpha[0] >= ON_BORDER)) nearest_on_edge(model, patch, 0, x_m, &best);
-    if (!(alpha[1] >= ON_BORDER)) nearest_on_edge(model, patch, 1, x_m, &best);
-    if (!(alpha[2] >= ON_BORDER)) nearest_on_edge(model, patch, 2, x_m, &best);
+    for (corner = 0; corner < 3; ++corner)
+        if (!(alpha[corner] >= ON_BORDER)) nearest_on_edge(model, patch, corner, x_m, &best);
     if (best.gap2 >= 0.0f) put_on_border(&best, alpha);
     vec_copy(alpha, nearest->alpha);
     place(model, nearest);

@@ -36,9 +36,8 @@ HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_c
     const float* b = vertex_of(model, contact->patch, 1);
     const float* c = vertex_of(model, contact->patch, 2);
     const float* alpha = contact->alpha;
-    contact->god_object_m[0] = alpha[0] * a[0] + alpha[1] * b[0] + alpha[2] * c[0];
-    contact->god_object_m[1] = alpha[0] * a[1] + alpha[1] * b[1] + alpha[2] * c[1];
-    contact->god_object_m[2] = alpha[0] * a[2] + alpha[1] * b[2] + alpha[2] * c[2];
+    int i;
+    for (i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
 }
 
 /* ---- walking around a vertex ---------------------------------------------------------------------------------- */

@@ -284,14 +284,16 @@ TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
     EXPECT_LE(one, none + 400);
 }
 
-// What the scene's limits, all but grab and ramp, add to a tick: they do not know the body.
+// What the scene's limits, all but grab and ramp, add to a tick: they do not know the body. They are called through the
+// model, so that a scene without them links none; where each register saved takes an instruction, that is a fifth of it.
 TEST_P(Target, LimitsAddFewInstructions) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const auto path_m = walked(stroke_path(tables(), 100));
     const TickCounts with = count_ticks(path_m, image.replay(path_m)), bare = count_ticks(path_m, unlimited(path_m));
     RecordProperty("limits", scene + " " + target + " " + std::to_string(with.sliding.median) + " " +
                                  std::to_string(bare.sliding.median));
-    EXPECT_LE(with.sliding.median, bare.sliding.median + 120);
+    const std::uint64_t most = target == "rv32" ? 160 : 135;
+    EXPECT_LE(with.sliding.median, bare.sliding.median + most);
     EXPECT_LE(with.sliding.worst, bare.sliding.worst + 400);
     EXPECT_LE(with.free.median, bare.free.median + 120);
 }
