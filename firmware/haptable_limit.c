@@ -58,7 +58,7 @@ void haptable_limit_force(const struct haptable_model* model, struct haptable_se
     if (has_left) servo->gain = 1.0f;
     if (model->mean) model->mean(model, servo, out->force_n);
     if (model->rate && !has_left) model->rate(model, servo, out->force_n); /* no force is within any rate */
-    if (!(servo->gain < 1.0f)) return; /* most ticks */
+    if (!(servo->gain < 1.0f)) return;                                     /* most ticks */
     out->force_n[0] *= servo->gain;
     out->force_n[1] *= servo->gain;
     out->force_n[2] *= servo->gain;

@@ -51,11 +51,12 @@ static inline void open_of(const struct haptable_model* model, const struct hapt
                            struct haptable_pair_point* point) {
     float room[HAPTABLE_COMPLIANCE_CONTROLS][6];
     struct net net;
+    const int kept = HAPTABLE_IS_PACKED ? 6 : 0; /* blocks in `room`, which ends here */
     int n;
     int i;
     HAPTABLE_GATHER(model, form, contact->patch, room, &net);
     open_net(&net, form->degree, contact->alpha, &point->net);
-    for (n = 0; HAPTABLE_IS_PACKED && n < 6; ++n) {
+    for (n = 0; n < kept; ++n) {
         const float* block = point->net.block[n];
         if (block == point->net.room[n]) continue;
         for (i = 0; i < 6; ++i) point->net.room[n][i] = block[i];

@@ -104,7 +104,7 @@ static void find_ways(struct place* here) {
 
 /* dE by alpha_c towards corner c, the others giving way in proportion. */
 static float slope_towards(const float alpha[3], const float gradient_j[2], int corner) {
-    const float own = corner == 0 ? 0.0f : gradient_j[corner - 1];
+    const float own = corner == 0 ? 0.0f : (corner == 1 ? gradient_j[0] : gradient_j[1]);
     return own - alpha[1] * gradient_j[0] - alpha[2] * gradient_j[1];
 }
 
@@ -618,6 +618,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     struct haptable_pair_point point;
     struct haptable_pair_slope slope;
     struct haptable_contact at = here->at;
+    const int count = pair_count(tables->law);
     float q[HAPTABLE_PAIR_CONTROLS]; /* v . x_k v_other */
     float coupled[2];
     int b;
@@ -629,8 +630,8 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
         if (here->at.alpha[k] > 0.0f) at.alpha[corner_of(tables->model, patch, vertex[k])] = here->at.alpha[k];
     tables->bend->open(tables->model, &at, both->felt_m[f], &point);
     tables->bend->slope(tables->model, &at, &point, v, &slope);
-    for (k = 0; k < pair_count(tables->law); ++k) q[k] = mat_bilinear(x[k], v, both->system.v[1 - f]);
-    if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) {
+    for (k = 0; k < count; ++k) q[k] = mat_bilinear(x[k], v, both->system.v[1 - f]);
+    if (count == HAPTABLE_PAIR_CONTROLS) {
         float weight[2][HAPTABLE_PAIR_CONTROLS];
         put_slope_weights(at.alpha, weight);
         coupled[0] = pair_six(weight[0], q, 1);
@@ -643,8 +644,8 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
     if (both->meeting.is_near) {
         float whole = 0.0f;
         float shared[HAPTABLE_PAIR_CONTROLS];
-        pair_weights(pair_count(tables->law), at.alpha, shared);
-        for (k = 0; k < pair_count(tables->law); ++k) whole += shared[k] * q[k];
+        pair_weights(count, at.alpha, shared);
+        for (k = 0; k < count; ++k) whole += shared[k] * q[k];
         for (b = 0; b < 2; ++b) gradient_j[b] -= whole * meeting_slope(both, f, point.e[b]);
     }
     vec_copy(at.alpha, alpha);

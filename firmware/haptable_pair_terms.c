@@ -151,9 +151,7 @@ static inline float pair_solve_place(const struct haptable_pair_view* view, cons
 #define PAIR_NO_DENT 0x1p-16f
 
 /* u . q is not below 0. */
-static inline int pair_is_dented(float u_q, float u_s) {
-    return !(u_q < PAIR_NO_DENT * (u_s < 0.0f ? u_s : -u_s));
-}
+static inline int pair_is_dented(float u_q, float u_s) { return !(u_q < PAIR_NO_DENT * (u_s < 0.0f ? u_s : -u_s)); }
 
 void haptable_pair_press_alone(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
                                const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],

@@ -18,8 +18,9 @@ void haptable_contact_of_one(const struct haptable_scene* scene, void* state, co
 #if defined(__GNUC__)
 __attribute__((noinline))
 #endif
-static void step_silent(const struct haptable_scene* scene, struct haptable_servo* servo,
-                        const struct haptable_input* in, uint32_t now_us, struct haptable_output* out) {
+static void
+step_silent(const struct haptable_scene* scene, struct haptable_servo* servo, const struct haptable_input* in,
+            uint32_t now_us, struct haptable_output* out) {
     (void)haptable_servo_watch(servo, in->is_there ? now_us : servo->position_us + HAPTABLE_SILENCE_US, out);
     if (!in->is_there) return;
     haptable_servo_buttons(servo, in->buttons);

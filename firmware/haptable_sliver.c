@@ -16,7 +16,7 @@ static int is_thin(const struct haptable_model* model, uint16_t patch) {
 
 static void see_beyond(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m,
                        struct haptable_seen* seen) {
-    const uint16_t beyond = model->neighbour[fan->patch][fan->corner];
+    const uint16_t across = model->neighbour[fan->patch][fan->corner];
     float one[3];
     float two[3];
     float normal[3];
@@ -24,12 +24,12 @@ static void see_beyond(const struct haptable_model* model, const struct fan* fan
     vec_sub(model->vertex_m[seen->end[1]], at_m, two);
     if (vec_dot(one, two) >= 0.0f) return; /* most patches: the vertex's foot is not between */
     vec_cross(one, two, normal);
-    if (vec_dot(normal, normal) > thin_m * thin_m * gap2(one, two) || beyond == HAPTABLE_NONE) return;
-    seen->patch = beyond;
+    if (vec_dot(normal, normal) > thin_m * thin_m * gap2(one, two) || across == HAPTABLE_NONE) return;
+    seen->patch = across;
     seen->pieces = 2;
     seen->end[2] = seen->end[1];
     seen->end[1] =
-        model->patch[beyond][3 - corner_of(model, beyond, seen->end[0]) - corner_of(model, beyond, seen->end[2])];
+        model->patch[across][3 - corner_of(model, across, seen->end[0]) - corner_of(model, across, seen->end[2])];
 }
 
 /* In thin_m. */

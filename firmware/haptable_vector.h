@@ -93,7 +93,8 @@ HAPTABLE_INLINE void vec_symmetric_product(const float s[6], const float u[3], f
 /* Not a number, three times. */
 static inline void vec_no_number(float out[3]) {
     const float zero = 0.0f;
-    out[0] = out[1] = out[2] = zero / zero; /* cppcheck-suppress duplicateExpression */
+    /* cppcheck-suppress duplicateExpression */
+    out[0] = out[1] = out[2] = zero / zero;
 }
 
 /* |x| */

@@ -10,7 +10,7 @@ complain() {
 }
 
 includes="-I. -I$BUILD -I$BUILD/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo"
-unreadable='/port/' # of our C++
+unreadable='/port/|_template.h$' # of our C++, or included by its instances alone
 if command -v mpicxx >/dev/null; then
     for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
 else
@@ -83,7 +83,7 @@ for file in firmware/*.[ch] firmware/port/*.[chS]; do
 done
 exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_/ { print $3 }')
 [ -z "$exported" ] || complain "firmware exports names that do not begin with haptable_: $exported"
-macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -v '# *define HAPTABLE_' || true)
+macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -vE '# *define (HAPTABLE_|([a-z0-9_]+)(\([a-z, ]*\))? haptable_\2)' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
 public='firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'

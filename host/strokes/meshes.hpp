@@ -33,11 +33,11 @@ struct StrokedMeshes {
     std::vector<LeftOut> left_out;
 };
 
-/// Bodies of files and folders (not of the folders in them): scenes (.toml) as they are, but touchable everywhere and without
-/// weight; meshes 0.1 m long, of 10 kPa, the lowest tenth of the nodes of each part held, as of a scene that holds
-/// none, surfaces filled with 3,000 nodes, or with as
-/// many more as their creases need. A mesh of the same bytes as an earlier one is left out. Names that do not contain
-/// one of `only` too, where it has some, and untold. most_nodes: larger ones are left out.
+/// Bodies of files and folders (not of the folders in them): scenes (.toml) as they are, but touchable everywhere and
+/// without weight; meshes 0.1 m long, of 10 kPa, the lowest tenth of the nodes of each part held, as of a scene that
+/// holds none, surfaces filled with 3,000 nodes, or with as many more as their creases need. A mesh of the same bytes
+/// as an earlier one is left out. Names that do not contain one of `only` too, where it has some, and untold.
+/// most_nodes: larger ones are left out.
 StrokedMeshes collect_meshes(const std::vector<std::filesystem::path>& places, const std::vector<std::string>& only,
                              std::size_t most_nodes, const std::filesystem::path& folder);
 

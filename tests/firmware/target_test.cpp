@@ -285,7 +285,8 @@ TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
 }
 
 // What the scene's limits, all but grab and ramp, add to a tick: they do not know the body. They are called through the
-// model, so that a scene without them links none; where each register saved takes an instruction, that is a fifth of it.
+// model, so that a scene without them links none; where each register saved takes an instruction, that is a fifth of
+// it.
 TEST_P(Target, LimitsAddFewInstructions) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const auto path_m = walked(stroke_path(tables(), 100));

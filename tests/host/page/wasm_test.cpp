@@ -264,9 +264,9 @@ TEST(ModelInBrowser, IsRefusedWhereItIsDamaged) {
     if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
     haptable_model model = body("cube", ForceLaw::kInterpolated).model();
     const std::string whole = model_bytes(model);
-    const auto opens = [](const std::string& model) {
+    const auto opens = [](const std::string& bytes) {
         return browser()
-            .evaluate("WebAssembly.instantiate(module, {}).then(instance => { const model = " + js_bytes(model) +
+            .evaluate("WebAssembly.instantiate(module, {}).then(instance => { const model = " + js_bytes(bytes) +
                       "; return instance.exports.page_model(kept(instance.exports)(model), model.length) !== 0; })")
             .get<bool>();
     };
