@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 TEST(CompileCommands, HaveEverySourceOfHostCodegenAndFirmware) {
     const Outcome made =
-        run("make -nB --no-print-directory PRECOMPILED= all 2>/dev/null | sh scripts/compile_commands.sh");
+        run("make -nB --no-print-directory PRECOMPILED= all ${BUILD:-build}/bin/haptable-keys 2>/dev/null | sh "
+            "scripts/compile_commands.sh");
     ASSERT_EQ(made.status, 0) << made.err;
     std::set<std::string> files;
     for (const auto& entry : nlohmann::json::parse(made.out)) {
