@@ -343,7 +343,7 @@ TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
-	@rooms=$$(python3 scripts/rooms.py $(BUILD) $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/')
+	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(python3 scripts/rooms.py $(BUILD) $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)
 
 # format: put every C and C++ file into the project's form
 .PHONY: format

@@ -637,6 +637,7 @@ static void see_from(const struct both* both, struct haptable_pair* pair, int f,
         coupled[0] = pair_six(weight[0], q, 1);
         coupled[1] = pair_six(weight[1], q, 1);
     } else {
+        /* cppcheck-suppress uninitvar ; the count is 3 or 6 */
         coupled[0] = q[1] - q[0];
         coupled[1] = q[2] - q[0];
     }
