@@ -66,11 +66,11 @@ def error(topics: Topics, axis: str) -> Figure:
                   f"an error of the mask that falls, {body}")
         this.must(mask.min() < percent["interpolated"].min(), f"the mask nearer to the body than a point, {body}")
         axes.set_title(body)
-        axes.set(xscale="log", yscale="log", ylim=(0.05, 200), xlim=(x_all.min() / 2, x_all.max() * 2))
+        axes.set(xscale="log", yscale="log", ylim=(0.05, 200), xlim=(x_all.min() / 2, x_all.max() * 30))
         axes.yaxis.set_major_locator(FixedLocator([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100]))
         axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}" if 1e-4 < v < 1e5 else f"$10^{{{np.log10(v):.0f}}}$"))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}" if 1e-4 < v < 1e4 else f"$10^{{{np.log10(v):.0f}}}$"))
         axes.set_xlabel(unit)
     for axes in panels[:, 0]:
         axes.set_ylabel("RMS error of the force, %")
