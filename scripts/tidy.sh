@@ -21,6 +21,9 @@ case $file in
 *-cgal*) but='-clang-analyzer-*' ;;
 *) but= ;;
 esac
-clang-tidy --quiet --config-file="$checks" --checks="$but" "$file" -- "$@" 2>/dev/null
+said=$(clang-tidy --quiet --config-file="$checks" --checks="$but" "$file" -- "$@" 2>&1) || {
+    echo "$said" | grep -vE '^[0-9]+ (warning|error)s?.* generated'
+    exit 1
+}
 mkdir -p "$tidied"
 : >"$known"

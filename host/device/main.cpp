@@ -289,7 +289,7 @@ struct HandAtWork {
 
 /// The record of a hand; a second one's beside the first's: device_2.csv.
 std::filesystem::path record_of(const Options& o, std::size_t hand) {
-    const std::filesystem::path first = o.csv;
+    std::filesystem::path first = o.csv;
     if (hand == 0) return first;
     return first.parent_path() / (first.stem().string() + kFingerSuffix[hand] + first.extension().string());
 }

@@ -256,7 +256,7 @@ void DeviceSession::deliver() {
         connection_.send(channel_of<device_state>(options_.finger), bytes);
     });
     faults_->in.deliver(now, [this](std::span<const std::uint8_t> bytes) {
-        servo_force force;
+        servo_force force{};
         if (decode_whole(bytes, force)) on_force(force);
     });
 }

@@ -31,7 +31,7 @@ Recorder::Recorder(Connection& connection, LogWriter& log) : log_(log) {
     each_channel([this, &connection]<typename Message>(const char* channel, std::size_t finger) {
         connection.listen(channel, [this, channel, finger](std::span<const std::uint8_t> bytes, std::int64_t utime) {
             log_.add(channel, bytes, utime);
-            Message message;
+            Message message{};
             if (decode_whole(bytes, message)) take(message, utime, side_[finger]);
         });
     });

@@ -123,8 +123,8 @@ Json either(Json a, Json b) { return {{"anyOf", {std::move(a), std::move(b)}}}; 
 
 /// A material's key, whatever its law.
 Json law_schema(std::string_view name) {
-    const Json number{{"type", "number"}}, text{{"type", "string"}, {"minLength", 1}};
-    const Json three = list_schema(number, 3);
+    Json number{{"type", "number"}}, text{{"type", "string"}, {"minLength", 1}};
+    Json three = list_schema(number, 3);
     if (name == "axes" || name == "around") return list_schema(three, 2);
     if (name == "axes_field") return list_schema(text, 2);
     if (name == "direction") return three;
@@ -133,7 +133,7 @@ Json law_schema(std::string_view name) {
 }
 
 Json value_schema(const Key& key) {
-    const Json number = number_schema(key);
+    Json number = number_schema(key);
     switch (key.type) {
         case KeyType::kNumber:
             return key.words.empty() ? number : either(number, {{"enum", key.words}});

@@ -119,8 +119,9 @@ LoadShares shares_on_top(const Grid& grid, double top_m, const Footprint& footpr
         for (int x = 0; x < grid.cells(0); ++x)
             for (int piece = 0; piece < 9 * kPieces * kPieces; ++piece) {
                 const std::size_t a = static_cast<std::size_t>(piece) % 3, b = static_cast<std::size_t>(piece) / 3 % 3;
-                const double s = -1.0 + (2.0 * (piece / 9 % kPieces) + 1.0 + kGaussPoint[a]) / kPieces;
-                const double t = -1.0 + (2.0 * (piece / 9 / kPieces) + 1.0 + kGaussPoint[b]) / kPieces;
+                const int column = piece / 9 % kPieces, row = piece / 9 / kPieces;
+                const double s = -1.0 + (2.0 * column + 1.0 + kGaussPoint[a]) / kPieces;
+                const double t = -1.0 + (2.0 * row + 1.0 + kGaussPoint[b]) / kPieces;
                 const double p = footprint.pressure({grid.at(0, x, s), grid.at(1, y, t), top_m}) * kGaussWeight[a] *
                                  kGaussWeight[b] * grid.half(0, x) * grid.half(1, y);
                 if (p == 0.0) continue;
@@ -136,7 +137,7 @@ LoadShares shares_on_top(const Grid& grid, double top_m, const Footprint& footpr
 void mirror(const Grid& grid, Eigen::SparseMatrix<double>& k) {
     std::vector<char> held(static_cast<std::size_t>(k.rows()), 0);
     const auto hold_at = [&](std::int32_t node, int axis) {
-        held[static_cast<std::size_t>(3 * (node - grid.held_count()) + axis)] = 1;
+        held[3 * static_cast<std::size_t>(node - grid.held_count()) + static_cast<std::size_t>(axis)] = 1;
     };
     for (int z = 1; z < grid.nodes(2); ++z) {
         for (int y = 0; y < grid.nodes(1); ++y) hold_at(grid.node(0, y, z), 0);
