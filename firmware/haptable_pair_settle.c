@@ -207,8 +207,7 @@ static inline float mixed_by(const float p[9], const float x[9]) {
            p[7] * x[7] + p[8] * x[8];
 }
 
-static void put_mixed_of_controls(struct both* both, const struct haptable_pair_net* net) {
-    const int count = pair_count(both->tables->law);
+static void put_mixed_of_controls(struct both* both, int count, const struct haptable_pair_net* net) {
     const float* one = both->system.v[0];
     const float* two = both->system.v[1];
     const float p[9] = {one[0] * two[0], one[0] * two[1], one[0] * two[2], one[1] * two[0], one[1] * two[1],
@@ -221,9 +220,8 @@ static void put_mixed_of_controls(struct both* both, const struct haptable_pair_
 }
 
 /* Both fingers' controls. */
-static void press(const struct both* both, const struct haptable_pair_net* net,
+static void press(const struct both* both, int count, const struct haptable_pair_net* net,
                   struct pressed pressed[HAPTABLE_FINGERS]) {
-    const int count = pair_count(both->tables->law);
     const float* one = both->system.v[0];
     const float* two = both->system.v[1];
     int k;
@@ -311,8 +309,7 @@ static void couple_meeting(const struct both* both, int f, float x_v[2][3], floa
 }
 
 /* Takes what the coupling has off one finger's slope. back: what its coordinates do to the other's equations. */
-static void couple(struct both* both, const struct pressed* pressed, int f, float back[2][3]) {
-    const int count = pair_count(both->tables->law);
+static void couple(struct both* both, int count, const struct pressed* pressed, int f, float back[2][3]) {
     const float* v = both->system.v[f];
     struct place* here = &both->place[f];
     struct haptable_pair_slope* slope = &here->slope;
@@ -346,13 +343,13 @@ static void couple(struct both* both, const struct pressed* pressed, int f, floa
 }
 
 /* v_1 . R_bc v_2 by coordinates b of the first and c of the second. */
-static void put_raw_mixed(const struct both* both, float mixed[2][2]) {
+static void put_raw_mixed(const struct both* both, int count, float mixed[2][2]) {
     const float(*mixed_j)[HAPTABLE_PAIR_CONTROLS] = (const float(*)[HAPTABLE_PAIR_CONTROLS])both->mixed_j;
     const struct place* here = both->place;
     int b;
     int c;
     int k;
-    if (both->tables->law->controls < HAPTABLE_PAIR_CONTROLS) {
+    if (count < HAPTABLE_PAIR_CONTROLS) {
         for (b = 0; b < 2; ++b)
             for (c = 0; c < 2; ++c)
                 mixed[b][c] = mixed_j[b + 1][c + 1] - mixed_j[b + 1][0] - mixed_j[0][c + 1] + mixed_j[0][0];
@@ -464,12 +461,12 @@ static void put_ways(struct both* both, int f, float back[2][3]) {
 }
 
 /* The curvature between the ways of the two: -v_1 . X_bc v_2. */
-static void put_mixed(struct both* both) {
+static void put_mixed(struct both* both, int count) {
     const struct place* here = both->place;
     float mixed[2][2];
     int b;
     int c;
-    put_raw_mixed(both, mixed);
+    put_raw_mixed(both, count, mixed);
     if (both->meeting.is_near)
         for (b = 0; b < 2; ++b)
             for (c = 0; c < 2; ++c)
@@ -502,20 +499,20 @@ static void solve_slope(const struct pair_system* system, float y[HAPTABLE_FINGE
     vec_sub(z[1], t, z[1]);
 }
 
-static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
+static void put_slopes(struct both* both, int count, const struct haptable_pair_net* net) {
     struct pressed pressed[HAPTABLE_FINGERS];
     int i;
     int j;
-    press(both, net, pressed);
+    press(both, count, net, pressed);
     for (i = 0; i < HAPTABLE_FINGERS; ++i) {
         struct place* here = &both->place[i];
         float back[2][3];
-        couple(both, &pressed[i], i, back);
+        couple(both, count, &pressed[i], i, back);
         open_ways(here);
         put_ways(both, i, back);
     }
     both->free = both->place[0].free + both->place[1].free;
-    put_mixed(both);
+    put_mixed(both, count);
     for (i = 0; i < both->free; ++i) {
         solve_slope(&both->system, both->y[i], both->z[i]);
         for (j = 0; j <= i; ++j)
@@ -525,7 +522,7 @@ static void put_slopes(struct both* both, const struct haptable_pair_net* net) {
 
 /* What both have of their slopes alone, of the places where they are, and what couples these. Returns 0 where they
  * cannot settle together. */
-static int evaluate(struct both* both, struct haptable_pair* pair) {
+static int evaluate(struct both* both, int count, struct haptable_pair* pair) {
     const struct haptable_pair_model* tables = both->tables;
     int f;
     ++pair->evaluations;
@@ -534,10 +531,10 @@ static int evaluate(struct both* both, struct haptable_pair* pair) {
         both->meeting.whole_j = mat_bilinear(both->x, both->system.v[0], both->system.v[1]) / both->meeting.share;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
-        if (tables->law->controls == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
+        if (count == HAPTABLE_PAIR_CONTROLS) put_slope_weights(here->at.alpha, here->slope_weight);
         tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[f], &here->slope);
     }
-    put_mixed_of_controls(both, &pair->net);
+    put_mixed_of_controls(both, count, &pair->net);
     return 1;
 }
 
@@ -1036,6 +1033,7 @@ static int begin_both(struct both* both, struct haptable_pair* pair) {
 int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                          const float* const finger_m[HAPTABLE_FINGERS]) {
     struct both both;
+    const int count = pair_count(tables->law);
     const int is_first = pair->evaluations == 0 && !pair->view[0].is_solved;
     const int most = is_first ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
     float most_j = HAPTABLE_MOST;
@@ -1048,13 +1046,13 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     if (!begin_both(&both, pair)) return 0;
     while (pair->evaluations < most) {
         int rests;
-        if (!evaluate(&both, pair)) return 0;
+        if (!evaluate(&both, count, pair)) return 0;
         if (both.is_foreseen && !both.meeting.is_near) {
             rests = reuse(&both, pair);
             if (rests != 0) return rests > 0;
         }
         both.is_foreseen = 0;
-        put_slopes(&both, &pair->net);
+        put_slopes(&both, count, &pair->net);
         rests = go_on(&both, pair, most_j);
         if (rests != 0) return rests > 0;
         most_j = both.energy_j;
