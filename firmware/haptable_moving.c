@@ -82,12 +82,14 @@ static void ring(const struct haptable_scene* scene, void* state, struct fingers
     for (f = 0; f < fingers->count; ++f) vec_sub(fingers->at_m[f], modes->met[f].shift_m, fingers->felt_m[f]);
 }
 
-/* What is left of a force that has ended brakes the hand, and not only the finger as the surface has it. */
+/* A release brakes the hand, and not only the finger as the surface has it: what of it pushes the hand is left out, and
+ * need not be paid back. For the modes may take what the contact stores, so that no hand pays it. */
 static void brake_only(const struct haptable_model* model, const float moved_m[3], struct haptable_servo* servo,
                        struct haptable_output* out) {
     const float given_j = vec_dot(servo->released_n, moved_m);
     float by;
-    if (!(given_j > 0.0f) || servo->owed_j > 0.0f) return;
+    if (!(given_j > 0.0f)) return;
+    servo->owed_j = servo->owed_j > given_j ? servo->owed_j - given_j : 0.0f;
     by = -given_j / vec_dot(moved_m, moved_m);
     vec_add_scaled(by, moved_m, servo->released_n);
     vec_add_scaled(by, moved_m, out->force_n);

@@ -71,7 +71,7 @@ MovingSession::MovingSession(const MovingTables& tables, const Touching& touchin
         variant.static_friction = variant.kinetic_friction = touching.friction;
         variant.max_force_n = touching.max_force_n;
         variant.limits = {};
-        variant.release_n_per_ms = 0.0;
+        variant.release_n_per_ms = touching.release_n_per_ms;
     }
     f.model = model_in_memory(variant, tables.servo());
     const bool for_two = touching.fingers == 2, rings = tables.vibration().has_value();

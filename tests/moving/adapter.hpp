@@ -54,7 +54,8 @@ struct Touching {
     GodObject god_object = GodObject::kLeastEnergy;
     double friction = 0.0;
     double max_force_n = 1e6;
-    bool by_scene = false;  ///< all of the above, and release, as the scene says
+    double release_n_per_ms = 0.0;
+    bool by_scene = false;  ///< all of the above as the scene says
     // A free body's; world axes.
     Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
     bool floor = false;           ///< below the body's lowest point

@@ -73,6 +73,39 @@ TEST_P(Ringing, MakesNoMoreThanAWallDoes) {
     EXPECT_GT(contact_ticks, all * 1000 * seconds / 10);
 }
 
+// What a release adds to a contact's force brakes the hand, also where the surface swings under it.
+TEST(RingingRelease, NeverPushesTheHand) {
+    const TemporaryFolder folder;
+    const MovingTables tables(ringing_scene(0, ForceLaw::kConsistent, folder.path() / "block"));
+    int held_ticks = 0;
+    for (unsigned number = 0; number < 40; ++number) {
+        std::mt19937 random(number);
+        Touching touching;
+        touching.fingers = 1 + int(number % 2);
+        touching.friction = number / 2 % 2 == 0 ? 0.0 : 0.8;
+        touching.release_n_per_ms = 0.01;
+        MovingSession session(tables, touching);
+        Walk walk(tables, session, touching, random);
+        std::array<Felt, 2> last{};
+        for (int tick = 0; tick < 2000; ++tick) {
+            session.step(walk.next());
+            for (int f = 0; f < touching.fingers; ++f) {
+                Felt& before = last[std::size_t(f)];
+                const Felt felt = session.felt(f);
+                const Eigen::Vector3d released = felt.force_n + felt.load_n, way = felt.at_m - before.at_m;
+                const double size = felt.force_n.norm() + felt.load_n.norm() + released.norm();
+                held_ticks += felt.touches && released.norm() > 1e-3;
+                if (tick > 0) {
+                    ASSERT_LE(released.dot(way), 64 * kFloat * size * (way.norm() + felt.at_m.norm()))
+                        << "session " << number << ", tick " << tick << ", finger " << f;
+                }
+                before = felt;
+            }
+        }
+    }
+    EXPECT_GT(held_ticks, 400);
+}
+
 constexpr std::array<const char*, kBodies> kNames{"block", "plate", "rod", "ball", "ring", "lump", "scan", "mouse"};
 std::string name_of_body(const testing::TestParamInfo<std::size_t>& info) { return kNames[info.param]; }
 INSTANTIATE_TEST_SUITE_P(Bodies, Ringing, testing::Range<std::size_t>(0, kBodies), name_of_body);
