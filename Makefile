@@ -165,8 +165,8 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp
-	@$(MAKE) --no-print-directory test-fuzz images test-python test-lab
+test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-all: make test, then what proves packages, installed copies and several machines
@@ -181,11 +181,9 @@ test-tried: | $(BUILD)/setup-bare.stamp
 	@sh scripts/bare.sh 'make test'
 
 # What the tests run besides, side by side: none makes what another does.
-.PHONY: test-fuzz test-mpi test-python test-lab
+.PHONY: test-fuzz test-mpi test-python
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
-test-lab: $(BUILD)/setup-lab.stamp
-	@BUILD=$(BUILD) $(LAB_PYTHON) -m pytest -q -p no:cacheprovider tests/lab
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
 test-python:

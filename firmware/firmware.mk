@@ -100,14 +100,18 @@ IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/c
 OF_cube = measure.elf FLASH=64K
 OF_display = deform.elf
 .PHONY: images
-images: $(BUILD)/host/target/count.so
-	@for scene in $(IMAGE_SCENES); do $(MAKE) --no-print-directory scene SCENE=$$scene || exit 1; done
-	@if sh scripts/setup.sh cross; then \
-	for scene in $(IMAGE_SCENES); do \
+images: $(BUILD)/host/target/count.so $(IMAGE_SCENES:%=image-scene/%)
+	@if sh scripts/setup.sh cross; then $(MAKE) --no-print-directory $(TARGETS:%=images-for-%); \
+	else echo "no cross compilers: the tests on microcontrollers skip"; fi
+
+# Scenes side by side, then the targets: what a target's images share is made in the first one's turn.
+.PHONY: $(IMAGE_SCENES:%=image-scene/%) $(TARGETS:%=images-for-%)
+$(IMAGE_SCENES:%=image-scene/%): image-scene/%: all $(SERVO)
+	@$(MAKE) --no-print-directory scene-alone SCENE=$*
+$(TARGETS:%=images-for-%): images-for-%: | $(BUILD)/setup-cross.stamp
+	@for scene in $(IMAGE_SCENES); do \
 	name=$$($(BUILD)/bin/haptable-precompute --print-name -- $$scene) && \
-	for target in $(TARGETS); do \
-	$(MAKE) --no-print-directory scene-images NAME=$$name SCENE=$$scene TARGET=$$target || exit 1; \
-	done || exit 1; done; else echo "no cross compilers: the tests on microcontrollers skip"; fi
+	$(MAKE) --no-print-directory scene-images NAME=$$name SCENE=$$scene TARGET=$* || exit 1; done
 
 .PHONY: scene-images
 scene-images:

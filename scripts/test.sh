@@ -4,7 +4,7 @@
 # Runs the tests, one process a processor, says why some were skipped, and ends with one line: N passed, N failed, N
 # skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
 # scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages, installed copies and several
-# machines, which `make test-all` runs besides.
+# machines, which `make test-all` runs besides: tests/packaging and tests/host/mpi.
 set -u
 
 BUILD=${BUILD:-build}
@@ -15,58 +15,73 @@ part=part
 [ $# = 0 ] || part=chosen
 log=$BUILD/tests/log
 jobs=$BUILD/tests/jobs
+times=$BUILD/tests/times
 [ -x "$unit" ] || { echo "$unit is not built: run make test" >&2; exit 1; }
 
 # The tests of the closed loop need LCM. Where it cannot work they skip, each with a line that says why.
 loopback="sh scripts/loopback.sh"
 $loopback true || loopback=""
 
-# One job: make in the same folder, which two may not do at once. It and the other long suites come first, each a job of
-# its own; the rest goes into jobs of a few dozen tests, suites whole: a suite may make once what all its tests touch.
-makers="DebianPackages PythonPackage Installed Liver MakeScene"
-long="Export Strokes TouchPage NodalPressure LivePage Modes/ModeInBrowser Inverse3 Shared/WholePrecompute Elements
-    PressureMask Scenes/Target PrecomputeRun Run All/ElementLoop FaultySession"
-# MPI's processes spin where they wait: beside others on the same processors they take ten times as long. They go first,
-# alone.
-alone="Ranks/Mpi Ranks/MpiOfMore"
-whole=$(sed -n 's/^TEST[_FP]*(\([A-Za-z0-9]*\),.*/\1/p' tests/packaging/*.cpp tests/host/mpi/*.cpp | sort -u | tr '\n' ' ')
+# What can run by itself, a line each: a file of Python, or a suite with its tests' number. A suite whole: it may make
+# once what all its tests touch. MPI's processes spin where they wait: beside others on the same processors they take
+# ten times as long, so they go first, alone.
 rm -rf "$jobs"
 mkdir -p "$jobs"
-"$unit" "$@" --gtest_list_tests | awk -v whole="$whole" -v part=$part -v folder="$jobs" -v makers="$makers" -v long="$long" -v alone="$alone" -v most=40 '
-    function job(number) { return sprintf("%s/%03d", folder, number) }
-    BEGIN {
-        for (i = split(whole, names); i > 0; i--) is_whole[names[i]] = 1
-        for (i = split(alone, names); i > 0; i--) first[names[i]] = 0
-        for (i = split(makers, names); i > 0; i--) first[names[i]] = 1
-        for (i = last = split(long, names); i > 0; i--) first[names[i]] = i + 1
-        last += 2
-    }
+mpi=$(sed -n 's/^TEST[_FP]*(\([A-Za-z0-9]*\),.*/\1/p' tests/host/mpi/*.cpp | sort -u | tr '\n' ' ')
+case $part in
+chosen) ;;
+whole) find tests/packaging -name 'test_*.py' ;;
+part) find tests -name 'test_*.py' -not -path 'tests/packaging/*' ;;
+esac >"$jobs/all"
+"$unit" "$@" --gtest_list_tests | awk -v mpi="$mpi" -v part=$part '
+    BEGIN { for (i = split(mpi, names); i > 0; i--) is_whole[names[i]] = 1 }
+    function tell() { if (size && (part == "chosen" || alone == (part == "whole"))) print suite, size, alone; size = 0 }
     # "Suite.  # TypeParam() = ...", then "  Test  # GetParam() = ..." of each of its tests.
     /^[^ ].*\.( |$)/ {
-        suite = $1
-        if (size >= most) { last++; size = 0 }
-        name = substr(suite, 1, length(suite) - 1)
-        fixture = name
+        tell()
+        suite = fixture = $1
         sub(/^[^\/]*\//, "", fixture)
-        is_asked = part == "chosen" || (fixture in is_whole) == (part == "whole")
-        if (!is_asked) next
-        to = name in first ? job(first[name]) : job(last)
-        next
+        sub(/[.\/].*/, "", fixture)
+        alone = fixture in is_whole
     }
-    /^  / && is_asked { print suite $1 >to; if (to == job(last)) size++ }'
+    /^  / { size++ }
+    END { tell() }' >>"$jobs/all"
+
+# The longest of the last run first, and before them what has not run: so that no processor is idle at the end. Suites
+# of a second and less go into jobs of a few dozen tests.
+touch "$times"
+awk -v times="$times" '
+    BEGIN { while ((getline line < times) > 0) { split(line, of); took[of[1]] = of[2] } }
+    { ms = $1 in took ? took[$1] : $1 ~ /[.]py$/ ? 1e6 : $2 > 40 ? 1e5 : 999; print ms, $1, $2, $3 }' "$jobs/all" |
+    sort -rn | awk -v folder="$jobs" '
+    function job(number) { return sprintf("%s/%03d", folder, number) }
+    $2 ~ /[.]py$/ { print $2 >job(++last); next }
+    $4 { print $2 "*" >job(0); next }
+    $1 >= 1000 { print $2 "*" >job(++last); next }
+    { if (!few || few + $3 > 40) { last++; few = 0 } few += $3; print $2 "*" >job(last) }'
 
 # All goes to a log a job; people see suites, failures and reasons to skip, not every test that is well.
 # shellcheck disable=SC2016 # for the shell of each job
 work='
     job=$0
-    $loopback "$unit" "$@" --gtest_filter="$(tr "\n" : <"$job")" >"$job.log" 2>&1
+    case $(cat "$job") in
+    *.py) $loopback env PYTHONPATH=tests /usr/bin/python3 -m pytest -q -p shard -p no:cacheprovider --tb=short --rootdir=. \
+        --import-mode=importlib "$(cat "$job")" >"$job.log" 2>&1 ;;
+    *) $loopback "$unit" "$@" --gtest_filter="$(tr "\n" : <"$job")" >"$job.log" 2>&1 ;;
+    esac
     echo $? >"$job.status"
     grep -v -e "^\[ RUN" -e "^\[       OK" -e "^\[-*\] [0-9]* tests\{0,1\} from [^ ]*$" -e "^\[-*\] Global" \
-        -e "^\[==*\]" -e "^\[  PASSED" -e "^Note: Google" -e "^Running main" -e "^$" "$job.log"'
+        -e "^\[==*\]" -e "^\[  PASSED" -e "^Note: Google" -e "^Running main" -e "^[0-9]* passed.* in " -e "^ *\[[ 0-9]*%\]$" -e "^$" "$job.log"'
 export loopback unit
 [ ! -e "$jobs/000" ] || sh -c "$work" "$jobs/000" "$@"
-find "$jobs" -type f -not -name '000*' | sort | xargs -P "$(nproc)" -I{} sh -c "$work" {} "$@"
+find "$jobs" -type f -name '[0-9]*' -not -name '000*' | sort | xargs -P "$(nproc)" -I{} sh -c "$work" {} "$@"
 cat "$jobs"/*.log >"$log"
+
+# What each took, for the next run.
+sed -n 's/^\[       OK \] \(.*[.]py\)::.* (\([0-9]*\) ms)$/\1 \2/p
+    s/^\[       OK \] \([A-Za-z0-9_/]*[.]\)[^ ]* (\([0-9]*\) ms)$/\1 \2/p' "$log" |
+    awk '{ took[$1] += $2 } END { for (name in took) print name, took[name] }' >"$jobs/took"
+[ $part = chosen ] || sort -u -k1,1 "$jobs/took" "$times" >"$times.beside" && mv "$times.beside" "$times"
 
 # Counted from the lines with a time, one a test: a program that crashes has no summary, but it has these.
 count() { grep -c "^\[$1\] .* ms)\$" "$log"; }
@@ -74,11 +89,11 @@ passed=$(count '       OK ')
 failed=$(count '  FAILED  ')
 skipped=$(count '  SKIPPED ')
 status=0
-for job in $(find "$jobs" -type f -not -name '*.*' | sort); do
+for job in $(find "$jobs" -type f -name '[0-9]*' -not -name '*.*' | sort); do
     ended=$(cat "$job.status")
     [ "$ended" = 0 ] || status=1
     [ "$ended" = 0 ] || grep -q '^\[  FAILED  \] .* ms)$' "$job.log" || {
-        echo "the test program ended with status $ended in: $(sed -n 's/^\[ RUN *\] //p' "$job.log" | tail -n 1)"
+        echo "the test program ended with status $ended in: $(sed -n 's/^\[ RUN *\] //p' "$job.log" | tail -n 1) of $(cat "$job")"
         failed=$((failed + 1))
     }
 done

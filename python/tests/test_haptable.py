@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The installed package, from the project's root: python python/tests/test_haptable.py
 
-HAPTABLE_LOG: a log of our own writer with known messages (tests/packaging/python_test.cpp makes it)."""
+HAPTABLE_LOG: a log with known messages (tests/packaging/test_python.py makes it)."""
 import doctest
 import json
 import os

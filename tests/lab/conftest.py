@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of lab/: sh scripts/setup.sh lab, then make test-lab."""
+"""Tests of lab/: sh scripts/setup.sh lab, then python3 -m pytest tests/lab."""
 
 import sys
 from pathlib import Path

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A message of every channel of the list, sent over LCM: haptable-run's log has its bytes, and the viewer draws of it
-// what is the viewer's. Python reads such a log in tests/packaging/python_test.cpp.
+// what is the viewer's. Python reads such a log in tests/loop/test_run.py.
 #include "host/run/recorder.hpp"
 
 #include <gtest/gtest.h>
