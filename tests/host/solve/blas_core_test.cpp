@@ -3,14 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <chrono>
 #include <cstdlib>
-#include <filesystem>
-
-#include "tests/process.hpp"
 
 namespace haptable {
 
@@ -39,21 +32,6 @@ TEST(BlasKernels, AreThoseThatWereAskedFor) {
     EXPECT_NE(kernels.find(" of OpenBLAS 0."), std::string::npos) << kernels;
     if (asked != nullptr) {
         EXPECT_EQ(kernels.substr(0, kernels.find(' ')), asked);
-    }
-}
-
-// OpenBLAS asks for memory that there is not without end, and no signal is seen meanwhile.
-TEST(BlasKernels, TooLittleRoomIsAnErrorInOneLine) {
-    const std::string precompute = test::program("haptable-precompute");
-    if (!std::filesystem::exists(precompute)) GTEST_SKIP() << precompute << " is not built";
-    for (const int megabytes : {150, 200, 250}) {
-        const test::Outcome outcome =
-            test::run(fmt::format("OPENBLAS_NUM_THREADS=2 prlimit --as={}000000 {} meshes/cube.toml -o /none --quiet",
-                                  megabytes, precompute),
-                      {}, std::chrono::seconds(60));
-        EXPECT_EQ(outcome.status, 1) << megabytes;
-        EXPECT_NE(outcome.err.find("of 2 threads of OpenBLAS"), std::string::npos) << outcome.err;
-        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     }
 }
 
