@@ -112,6 +112,13 @@ def make(words: str, folder=ROOT) -> Outcome:
         return run(f"make -s {words} BUILD={BUILD}", folder)
 
 
+def servo_of(scene: Path, name: str) -> Path:
+    """The servo of a scene of that name, as make scene leaves it in the build's folder."""
+    made = make(f"scene-alone SCENE={scene}")
+    assert made.status == 0, made.out + made.err
+    return BUILT / name / "servo"
+
+
 class Programs:
     """Programs beside a test; the fixture `start` ends those that are left."""
 

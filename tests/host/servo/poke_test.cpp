@@ -7,7 +7,6 @@
 #include "tests/error_of.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
-#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
@@ -55,16 +54,6 @@ TEST(Poke, SaysWhereTheBodyIsThatItMissed) {
                   poke(box.scene(), {Vector3d::Zero(), Vector3d::Zero(), 0.004});
               }).find("--direction"),
               std::string::npos);
-}
-
-// The paper's point is not what most people want to feel.
-TEST(Poke, LeadsToAFingerWithASize) {
-    const std::filesystem::path servo = std::filesystem::absolute(build_folder() / "cube/servo");
-    if (!std::filesystem::exists(servo)) GTEST_SKIP() << servo << " is not built: make scene";
-    const std::string advice = "contact = { force = \"pressure-mask\", mask_radius = 0.005";
-    const Outcome told = run("'" + servo.string() + "' --poke top");
-    EXPECT_NE(told.out.find(advice), std::string::npos) << told.out;
-    EXPECT_EQ(run("'" + servo.string() + "' --poke top --json").out.find(advice), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The microcontroller in the loop: the loop image under QEMU, the bridge, the simulated device. The forces are those of
+the host's servo, bit for bit, over pipes, the board's UART and a serial port."""
+
+import contextlib
+import os
+import pty
+import signal
+import threading
+import tty
+
+import numpy as np
+import pytest
+from programs import BUILT, Listener, done, ends, finger_path, forces, program, read_csv
+
+TARGETS = ["cortex-m4", "cortex-m7", "cortex-m33", "rv32"]
+ANSWER_BYTES = 93  # of one finger: firmware/haptable.h, HAPTABLE_LINE_ANSWER_BYTES
+
+
+class Line:
+    """A target behind a line, a bridge to it, a device, and the host's servo."""
+
+    def __init__(self, folder, start) -> None:
+        self.folder, self.start, self.images = folder, start, 0
+
+    def pipes(self, target: str, scene: str = "cube") -> list:
+        """Both ends of a new image's line."""
+        self.images += 1
+        ends_of = [self.folder / f"{name}{self.images}" for name in ("to", "from")]
+        for end in ends_of:
+            os.mkfifo(end)
+        self.start(["sh", "scripts/qemu.sh", target, BUILT / f"{scene}/firmware/{target}/loop.elf", *ends_of])
+        return ends_of
+
+    def over_pipes(self, target: str, scene: str = "cube") -> list:
+        return ["--pipes", *self.pipes(target, scene)]
+
+    def over_uart(self, target: str, scene: str = "cube") -> list:
+        return ["--run", f"env QEMU_SERIAL=stdio sh scripts/qemu.sh {target} {BUILT}/{scene}/firmware/{target}/uart.elf"]
+
+    def bridge(self, line: list, scene: str = "cube", record: str = "bridge.csv", **where):
+        return self.start([program("haptable-bridge"), BUILT / scene, "--quiet", "--no-realtime", "--csv",
+                           self.folder / record, *line], **where)
+
+    def device(self, *words: str, scene: str = "meshes/cube.toml"):
+        return self.start([program("haptable-device"), scene, "--quiet", "--lockstep", *words])
+
+    def replayed(self, path: str, scene: str = "cube"):
+        """The bridge's record, which has the bytes of the host's servo on that path."""
+        done([BUILT / scene / "servo", "--quiet", "--replay", self.folder / path, "--out", self.folder / "host.csv"])
+        assert (self.folder / "host.csv").read_bytes() == (self.folder / "bridge.csv").read_bytes()
+        return read_csv(self.folder / "bridge.csv")
+
+    def expect_forces_of_the_host(self, line: list, seconds: float) -> None:
+        """A session in lockstep; then the same path through the host's servo."""
+        bridge = self.bridge(line)
+        device = self.device("--path", "drag,poke", "--seconds", str(seconds), "--csv", self.folder / "device.csv")
+        assert ends(device) == 0 and ends(bridge, by=signal.SIGTERM) == 0
+        finger_path(self.folder / "bridge.csv", self.folder / "path.csv")
+        rows, felt = self.replayed("path.csv"), read_csv(self.folder / "device.csv")
+        assert len(rows) == len(felt) == round(seconds * 1000)
+        np.testing.assert_array_equal(felt["answered_tick"], np.arange(len(felt)))
+        np.testing.assert_array_equal(forces(felt), forces(rows))
+        assert rows["contact"].sum() > 50
+
+    def expect_forces_of_both(self, line: list, scene: str = "cube-two", file: str = "meshes/cube-two.toml",
+                              path: tuple = ("drag,poke", "--seconds", "0.5")):
+        """The same of two hands."""
+        bridge = self.bridge(line, scene)
+        assert ends(self.device("--fingers", "2", "--path", *path, scene=file)) == 0
+        assert ends(bridge, by=signal.SIGTERM) == 0
+        rows = self.replayed("bridge.csv", scene)
+        assert len(rows) >= 500
+        assert (rows["contact"] * rows["contact2"]).sum() > 50
+        return rows
+
+    def expect_motion_of_the_host(self, line: list, scene: str, file: str, channel: str, columns: list, field: str,
+                                  url: str) -> None:
+        """The same of how the body moves, in the bridge's record and over LCM."""
+        with contextlib.closing(Listener(url)) as listener:
+            bridge = self.bridge(line, scene)
+            device = self.device("--path", "drag", "--seconds", "0.5", scene=file)
+            heard = listener.heard(channel, 60)
+            motion = np.float32([getattr(next(heard), field)[:3] for _ in range(500)])
+        assert ends(device) == 0 and ends(bridge, by=signal.SIGTERM) == 0
+        rows = self.replayed("bridge.csv", scene)
+        moved = np.stack([rows[name] for name in columns], axis=1).astype(np.float32)
+        np.testing.assert_array_equal(motion, moved)
+        assert moved[-1, 0] != moved[0, 0], "it is pushed"
+
+
+@pytest.fixture
+def line(tmp_path, start, need, lcm_url):
+    need("cube/servo", "bin/haptable-device", "bin/haptable-bridge", "cube/firmware/cortex-m7/loop.elf")
+    return Line(tmp_path, start)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_over_pipes_it_gives_the_forces_of_the_host(line, target):
+    line.expect_forces_of_the_host(line.over_pipes(target), 1)
+
+
+@pytest.mark.parametrize("target", ["cortex-m7", "rv32"])
+def test_over_the_uart_it_gives_the_forces_of_the_host(line, target):
+    line.expect_forces_of_the_host(line.over_uart(target), 0.3)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_two_fingers_have_the_forces_of_the_host(line, target):
+    """Two hands of one device, the image of two fingers: what the target felt, through the host's servo again."""
+    line.expect_forces_of_both(line.over_pipes(target, "cube-two"))
+
+
+@pytest.mark.parametrize("target", ["cortex-m7", "rv32"])
+def test_two_fingers_over_the_uart_have_the_forces_of_the_host(line, target):
+    line.expect_forces_of_both(line.over_uart(target, "cube-two"))
+
+
+@pytest.mark.parametrize("target, scene, file, channel, columns, field", [
+    (target, *body) for targets, body in (
+        (("cortex-m4", "rv32"), ("free-cube", "meshes/free-cube.toml", "HAPTABLE_BODY", ["body_x", "body_y", "body_z"],
+                                 "centre_m")),
+        (("cortex-m7", "rv32"), ("ringing", "tests/firmware/modes.toml", "HAPTABLE_MODES", ["mode_1", "mode_2", "mode_3"],
+                                 "swung"))) for target in targets])
+def test_a_body_that_moves_is_where_the_host_has_it(line, lcm_url, target, scene, file, channel, columns, field):
+    """A body that nothing holds, pushed by one hand, or one that rings; over LCM too."""
+    line.expect_motion_of_the_host(line.over_pipes(target, scene), scene, file, channel, columns, field, lcm_url)
+
+
+@pytest.mark.parametrize("target, scene, file", [("cortex-m7", "grasped", "tests/firmware/grasp.toml"),
+                                                 ("cortex-m33", "wobbling", "tests/firmware/wobble.toml")])
+def test_a_body_that_two_hands_lift_is_where_the_host_has_it(line, target, scene, file):
+    """With modes besides, and without."""
+    height = line.expect_forces_of_both(line.over_pipes(target, scene), scene, file, ("lift", "--hold", "0.1"))["body_z"]
+    assert height.max() > height[0] + 0.01, "it is lifted"
+
+
+def test_two_fingers_on_a_body_that_rings_have_the_forces_of_the_host(line):
+    line.expect_forces_of_both(line.over_pipes("cortex-m4", "squeezed"), "squeezed", "tests/firmware/squeeze.toml")
+
+
+class Port:
+    """A target at the other end of a serial port, which is pulled out after so many bytes of answers."""
+
+    def __init__(self, pipes: list, left: int = 1 << 30) -> None:
+        self._controller, port = pty.openpty()
+        tty.setraw(port)
+        self.name, self._left, self._held = os.ttyname(port), left, [port]
+        threading.Thread(target=self._serve, args=pipes, daemon=True).start()
+
+    def _serve(self, to, from_) -> None:
+        with open(to, "wb", buffering=0) as to, open(from_, "rb", buffering=0) as from_:
+            threading.Thread(target=self._states, args=[to], daemon=True).start()
+            while self._left > 0 and (data := from_.read(4096)):
+                os.write(self._controller, data)
+                self._left -= len(data)
+            for end in (*self._held, self._controller):
+                os.close(end)
+
+    def _states(self, to) -> None:
+        with contextlib.suppress(OSError, ValueError):
+            while data := os.read(self._controller, 4096):
+                to.write(data)
+
+
+def test_over_a_serial_port_it_gives_the_forces_of_the_host(line):
+    port = Port(line.pipes("cortex-m7"))
+    line.expect_forces_of_the_host(["--port", port.name, "--baud", "2000000"], 0.3)
+
+
+def test_a_port_that_vanishes_ends_the_bridge_and_another_goes_on(line):
+    """The cable is pulled out in the middle of a session: one line that says so, and a record up to there; plugged in
+    again, under whatever name, a new bridge goes on with the same device."""
+    pulled, said = Port(line.pipes("cortex-m7"), left=100 * ANSWER_BYTES), line.folder / "first.txt"
+    first = line.bridge(["--port", pulled.name], record="first.csv", err=said)
+    device = line.device("--path", "poke", "--seconds", "0.3")
+    assert ends(first) == 1
+    assert f"{pulled.name}: the port has gone: plug" in said.read_text() and said.read_text().count("\n") == 1
+    assert len(read_csv(line.folder / "first.csv")) > 50, "its record is there, up to the end"
+    second = line.bridge(["--port", Port(line.pipes("cortex-m7")).name], record="second.csv")
+    assert ends(device) == 0 and ends(second, by=signal.SIGTERM) == 0
+    assert len(read_csv(line.folder / "second.csv")) > 190
