@@ -165,7 +165,8 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(BUILD)/bin/haptable-bench-ticks $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
@@ -184,6 +185,14 @@ test-tried: | $(BUILD)/setup-bare.stamp
 .PHONY: test-fuzz test-mpi test-python
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+# lab: what lab/ compares with that Debian does not have (lab/references.txt)
+.PHONY: lab
+lab: $(BUILD)/lab/site/ready
+$(BUILD)/lab/site/ready: lab/references.txt | $(BUILD)/setup-lab.stamp
+	@$(LAB_PYTHON) -m venv $(BUILD)/lab/venv && \
+	$(BUILD)/lab/venv/bin/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(@D) -r $< && \
+	touch $@ || { echo "lab: pip could not install $< (does this machine reach pypi.org?)" >&2; exit 1; }
+
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
 test-python:
@@ -268,7 +277,7 @@ MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
-bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-error haptable-contact haptable-hard) $(if $(QUICK),,bench-programs)
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-ticks haptable-contact haptable-hard) library lab $(if $(QUICK),,bench-programs)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick
@@ -276,7 +285,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	$(call bench_step,5,speed of tick and picture)
 	@$(BUILD)/bin/haptable-bench meshes/cube.toml meshes/mouse.toml --build $(BUILD) -o $(MEASURED)/bench.json $(if $(QUICK),--repetitions 3)
 	$(call bench_step,10,error against the body of every configuration)
-	@$(BUILD)/bin/haptable-bench-error --build $(BUILD)/error -o $(MEASURED)/error.json $(if $(QUICK),--quick)
+	@$(LAB) error $(MEASURED)/error.json $(if $(QUICK),--quick)
 	$(call bench_step,45,hard cases)
 	@$(BUILD)/bin/haptable-hard --build $(BUILD)/hard -o $(MEASURED)/hard.json
 	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
@@ -304,7 +313,7 @@ bench-target: bench-programs
 # bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
 PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
-bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-error haptable-bench-inversion haptable-bench-scan) $(BUILD)/setup-lab.stamp
+bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-inversion haptable-bench-scan) library lab
 	@$(MAKE) --no-print-directory mpi
 	@$(LAB) bench-large $(PART)
 
@@ -516,8 +525,8 @@ $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(call objects,host/bench/proxy) $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-bench-error: $(BUILD)/host/bench/error/main.cpp.o $(call objects,host/bench/error) $(BUILD)/host/bench/contact/bodies.cpp.o $(BUILD)/host/hard/cells.cpp.o $(BENCH)
-	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(CODEGEN)
+	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(call objects,host/bench/target) $(BENCH) $(TARGETED)
 	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
@@ -540,7 +549,7 @@ $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS)
 $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(NUMBERS) $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(patsubst %,$(BUILD)/host/bench/error/%.cpp.o,bricks calculix footprint) $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

@@ -62,6 +62,11 @@ def _liver(o: argparse.Namespace) -> None:
     liver.make(o.build, o.out)
 
 
+def _error(o: argparse.Namespace) -> None:
+    from lab import error
+    error.make(o.build, o.numbers, o.out, o.quick)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
@@ -96,7 +101,14 @@ def main() -> int:
         measure.add_argument("out", type=Path, metavar="OUT.json")
         measure.set_defaults(run=run)
 
+    error = commands.add_parser("error", help="error against the body of every configuration, and what it costs")
+    error.add_argument("--numbers", type=Path, default=Path("docs/numbers.json"), metavar="FILE", help="where the truth is")
+    error.add_argument("--quick", action="store_true", help="coarse meshes only")
+    error.add_argument("out", type=Path, metavar="OUT.json")
+    error.set_defaults(run=_error)
+
     options = parser.parse_args()
+    sys.path.append(str((options.build / "lab/site").resolve()))  # scikit-fem: make lab
     try:
         options.run(options)
     except LabError as error:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lab import LabError, own
-from lab.numbers import error_of, machine, number, to_text, write_file
+from lab.numbers import Topics, error_of, machine, number, read_numbers, to_text, write_file
 
 _COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
             "all, elapsed s", "all, CPU s", "peak MB", "stiffness.npy: difference"]
@@ -124,13 +124,43 @@ _RUNS: dict[str, Callable[[Runs], str]] = {"large": _large, "scale": _scale}
 _PROGRAMS = {
     "masks": ["haptable-bench-inversion", "--masks", "--sides", "12,20,28,40", "--scene", "meshes/mouse-mask.toml"],
     "scan": ["haptable-bench-scan", "../shared/meshes/pepper_big.vtu"],
-    "truth": ["haptable-bench-error", "--truth"],
-    "known": ["haptable-bench-error", "--known-answers"],
-    "large-strain": ["haptable-bench-error", "--large-strain"],
-    "elements": ["haptable-bench-error", "--elements"],
-    "elsewhere": ["haptable-bench-error", "--elsewhere"],
 }
-PARTS = (*_RUNS, *_PROGRAMS)
+
+
+def _truth(_: Topics, folder: Path, build: Path) -> Topics:
+    from lab import specimens
+    return {"truth": specimens.truth_table(specimens.truths(folder, build))}
+
+
+def _known(_: Topics, folder: Path, build: Path) -> Topics:
+    from lab import known
+    return {"known": known.known_answers(folder / "known", build)}
+
+
+def _large_strain(topics: Topics, folder: Path, build: Path) -> Topics:
+    from lab import large_strain
+    return large_strain.large_strain(topics, folder, build)
+
+
+def _elements(topics: Topics, folder: Path, build: Path) -> Topics:
+    from lab import elements
+    return elements.elements(topics, folder, build)
+
+
+def _elsewhere(_: Topics, folder: Path, build: Path) -> Topics:
+    from lab import elements
+    return elements.elsewhere(folder, build)
+
+
+#: Parts beside the body itself: of docs/numbers.json's topics, a folder and BUILD, topics.
+_REFERENCES: dict[str, Callable[[Topics, Path, Path], Topics]] = {
+    "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements, "elsewhere": _elsewhere}
+PARTS = (*_RUNS, *_PROGRAMS, *_REFERENCES)
+
+
+def _write(part: str, out: Path, tables: Topics) -> None:
+    ran = {"command": f"make bench-large PART={part}", "machine": machine()}
+    write_file(out, to_text({topic: {**ran, **table} for topic, table in tables.items()}))
 
 
 def make(parts: list[str], build: Path) -> None:
@@ -146,8 +176,9 @@ def make(parts: list[str], build: Path) -> None:
             program, *options = _PROGRAMS[part]
             below = folder / "masks" if part == "masks" else folder
             _call(str(build / "bin" / program), *options, "--build", str(below), "-o", str(out))
+        elif part in _REFERENCES:
+            _write(part, out, _REFERENCES[part](read_numbers(Path("docs/numbers.json")), folder, build))
         else:
             runs = Runs(build, folder)
             topic = _RUNS[part](runs)
-            ran = {"command": f"make bench-large PART={part}", "machine": machine(), **runs_table(runs.done)}
-            write_file(out, to_text({topic: ran}))
+            _write(part, out, {topic: runs_table(runs.done)})

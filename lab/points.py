@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What follows from the configurations that haptable-bench-error has measured: the paper's own beside them, which are
+"""What follows from the configurations that lab.error has measured: the paper's own beside them, which are
 best, the front of error against time, the order of the mask's error."""
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _order(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
 
 
 def derive(topics: Topics) -> None:
-    """Adds to `points`, as haptable-bench-error leaves it, the paper's rows and "best in", and to `topics` `front` and
+    """Adds to `points`, as lab.error leaves it, the paper's rows and "best in", and to `topics` `front` and
     `order`. Leaves points alone that have them."""
     points = topics.get("points")
     if points is None or _BEST in points["columns"]:

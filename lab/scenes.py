@@ -35,12 +35,12 @@ def to_toml(scene: Scene) -> str:
     return text
 
 
-def precompute(scene: Scene, folder: Path, build: Path) -> dict[str, Any]:
+def precompute(scene: Scene, folder: Path, build: Path, *options: str) -> dict[str, Any]:
     """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it."""
     file = folder.with_suffix(".toml")
     write_file(file, to_toml(scene))
-    ended = subprocess.run([str(build / "bin/haptable-precompute"), str(file), "-o", str(folder), "--force", "--quiet"],
-                           check=False)
+    ended = subprocess.run([str(build / "bin/haptable-precompute"), str(file), "-o", str(folder), "--force", "--quiet",
+                            *options], check=False)
     if ended.returncode != 0:
         raise LabError(f"{file}: haptable-precompute ended with status {ended.returncode}")
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

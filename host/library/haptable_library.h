@@ -105,6 +105,18 @@ HAPTABLE_LIBRARY_API const char* haptable_library_error(void);
  * tables, built again, by their tables_hash. tables_hash: those that are wanted; 0: whichever. NULL where it fails. */
 HAPTABLE_LIBRARY_API struct haptable_object* haptable_object_load(const char* folder, uint64_t tables_hash);
 
+/* What a servo takes from its scene, and may take otherwise without other tables. */
+struct haptable_object_options {
+    const char* precision;  /* how blocks are stored: "float32", "float16" or "int16"; NULL: as the scene says */
+    const char* god_object; /* "nearest" or "least-energy"; NULL: as the scene says */
+    int is_bare;            /* 1: the body's own force: no limit, no max_force, no release */
+};
+
+/* The same as haptable_object_load of such a scene: its tables_hash is another. For comparisons: a device has the
+ * scene's. */
+HAPTABLE_LIBRARY_API struct haptable_object* haptable_object_load_as(const char* folder,
+                                                                     const struct haptable_object_options* options);
+
 /* Fingers on it keep it as long as they need it. NULL is allowed. */
 HAPTABLE_LIBRARY_API void haptable_object_free(struct haptable_object* object);
 

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "host/base/error.hpp"
@@ -61,6 +62,28 @@ haptable_touch to_touch(const LoadedObject& object, const haptable_output& out) 
     std::copy_n(out.force_n, 3, touch.force_n);
     std::copy_n(&out.nodal_force_n[0][0], 9, &touch.nodal_force_n[0][0]);
     return touch;
+}
+
+/// The choice of that word; `own` where there is none. Throws Error for another word.
+template <typename Choice>
+Choice choice(const char* text, Choice own) {
+    if (text == nullptr) return own;
+    if (const std::optional<Choice> chosen = choice_of<Choice>(text)) return *chosen;
+    std::string all;
+    for (const char* word : words(Choice{})) all += (all.empty() ? "" : ", ") + std::string(word);
+    throw Error(std::string(text) + ": is none of " + all);
+}
+
+constexpr double kNoForce_n = 1e6;  // that a servo without limits would cut
+
+SceneFiles with_options(SceneFiles files, const haptable_object_options& options) {
+    files.tables.precision = choice(options.precision, files.tables.precision);
+    files.tables.god_object = choice(options.god_object, files.tables.god_object);
+    if (options.is_bare == 0) return files;
+    files.tables.limits = {};
+    files.tables.max_force_n = kNoForce_n;
+    files.tables.release_n_per_ms = 0.0;
+    return files;
 }
 
 /// What a touch loads, or a dent that the finger left; nothing without either. Throws Error for nodes that are none of
@@ -143,6 +166,14 @@ haptable_object* haptable_object_load(const char* folder, std::uint64_t tables_h
     return guarded(static_cast<haptable_object*>(nullptr), [&] {
         return new haptable_object{
             std::make_shared<const haptable::LoadedObject>(haptable::TablesFolder(folder), tables_hash)};
+    });
+}
+
+haptable_object* haptable_object_load_as(const char* folder, const haptable_object_options* options) {
+    if (lacks(__func__, {folder, options})) return nullptr;
+    return guarded(static_cast<haptable_object*>(nullptr), [&] {
+        return new haptable_object{std::make_shared<const haptable::LoadedObject>(
+            haptable::with_options(haptable::read_scene_files(haptable::TablesFolder(folder)), *options))};
     });
 }
 

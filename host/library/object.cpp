@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "host/base/error.hpp"
 
@@ -20,8 +21,15 @@ LoadedObject::LoadedObject(const TablesFolder& folder, std::uint64_t wanted) : s
     if (wanted != 0 && wanted != scene_.model().hash)
         throw Error(fmt::format("{}: holds the tables {:016x}, not the {:016x} that are wanted", folder.text(),
                                 scene_.model().hash, wanted));
+    map_columns();
+}
+
+LoadedObject::LoadedObject(SceneFiles files) : scene_(std::move(files)) { map_columns(); }
+
+void LoadedObject::map_columns() {
     if (tables().force == ForceLaw::kPressureMask) mask_.emplace(tables());
     if (!tables().has_columns) return;
+    const TablesFolder& folder = scene_.folder();
     columns_.emplace(tables(), folder);
     if (scene_.vibration() != nullptr && scene_.vibration()->row.empty())
         folder.fail("mode_rows.npy", "is missing, by which the columns' rows ring");

@@ -18,6 +18,8 @@ class LoadedObject {
 public:
     /// Throws Error that names the file: missing, or not what haptable-precompute wrote. wanted: tables_hash, or 0.
     LoadedObject(const TablesFolder& folder, std::uint64_t wanted);
+    /// From files whose options somebody changed. Throws Error as LoadedScene does.
+    explicit LoadedObject(SceneFiles files);
     LoadedObject(const LoadedObject&) = delete;
     LoadedObject& operator=(const LoadedObject&) = delete;
 
@@ -38,6 +40,7 @@ public:
     void swing(std::span<const float> swung, std::span<const std::uint32_t> row, std::span<float> displacement_m) const;
 
 private:
+    void map_columns();
     void require_rows(std::span<const std::uint32_t> row) const;
     template <typename Number>
     void add_column(std::span<const Number> column, const NodalForce& load, std::span<const std::uint32_t> row,

@@ -465,9 +465,13 @@ def _touch_of(contact: np.void) -> Any:
     return ffi.from_buffer("struct haptable_touch*", np.ascontiguousarray(row))
 
 
-def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = None) -> Body:
+def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = None, *, precision: Optional[str] = None,
+         god_object: Optional[str] = None, bare: bool = False) -> Body:
     """The folder that haptable-precompute wrote, every file checked by its hash. tables_hash: 16 hex digits of the
     tables that are wanted. Raises HaptableError, and ValueError for a tables_hash that is none.
+
+    To compare, without other tables: precision of the servo's blocks ("float32", "float16", "int16"), god_object
+    ("nearest", "least-energy"), bare: no limit, no max_force, no release. Then tables_hash is None: it is another one.
 
     >>> load("no/such/folder")
     Traceback (most recent call last):
@@ -480,7 +484,14 @@ def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = No
         raise ValueError(f"tables_hash: 16 hex digits, not {tables_hash!r}") from None
     if not 0 <= wanted < 2**64:
         raise ValueError(f"tables_hash: 16 hex digits, not {tables_hash!r}")
-    handle = lib.haptable_object_load(os.fsencode(folder), wanted)
+    if precision is None and god_object is None and not bare:
+        handle = lib.haptable_object_load(os.fsencode(folder), wanted)
+    elif wanted:
+        raise ValueError("tables_hash: with precision, god_object or bare the tables are others")
+    else:
+        words = [ffi.NULL if word is None else ffi.new("char[]", word.encode()) for word in (precision, god_object)]
+        handle = lib.haptable_object_load_as(os.fsencode(folder),
+                                             ffi.new("struct haptable_object_options*", [*words, int(bare)]))
     if handle == ffi.NULL:
         raise _error()
     return Body(ffi.gc(handle, lib.haptable_object_free))

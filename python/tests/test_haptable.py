@@ -42,6 +42,22 @@ class Package(unittest.TestCase):
                        check=True)
         return haptable.read_csv(self.path / "out.csv")
 
+    def test_otherwise_than_the_scene_says(self):
+        positions = press(200)
+        felt = self.body.servo().replay(positions)
+        other = {name: haptable.load(CUBE, **options).servo().replay(positions) for name, options in {
+            "int16": {"precision": "int16"}, "least": {"god_object": "least-energy"}, "bare": {"bare": True}}.items()}
+        off = np.linalg.norm(other["int16"]["force"][-1] - felt["force"][-1]) / np.linalg.norm(felt["force"][-1])
+        self.assertTrue(0 < off < 1e-3)  # of numbers of 15 bits, with room for a block's condition
+        self.assertGreater(np.linalg.norm(other["least"]["god_object"][-1] - felt["god_object"][-1]), 1e-5)
+        jump = np.float32([[0.015, 0.015, 0.04], [0.015, 0.015, -0.05]])  # no hand moves so
+        self.assertEqual(haptable.load(CUBE).servo().replay(jump)["state"][-1], haptable.State.REJECTED)
+        self.assertNotEqual(haptable.load(CUBE, bare=True).servo().replay(jump)["state"][-1], haptable.State.REJECTED)
+        with self.assertRaisesRegex(haptable.HaptableError, "float8: is none of float32, float16, int16"):
+            haptable.load(CUBE, precision="float8")
+        with self.assertRaises(ValueError):
+            haptable.load(CUBE, self.body.tables_hash, bare=True)
+
     def test_bits_of_the_servo(self):
         positions = press(200)
         felt = self.body.servo().replay(positions)

@@ -7,7 +7,7 @@ from lab.numbers import number, read_numbers
 
 
 def raw(rows: list[tuple]) -> dict:
-    """(body, mesh, force, precision, error, tick, flash, precompute) as haptable-bench-error leaves them."""
+    """(body, mesh, force, precision, error, tick, flash, precompute) as lab.error leaves them."""
     columns = ["body", "mesh", "element", "force", "god-object", "precision", "error, RMS", "mean error", "tick", "flash",
                "precompute"]
     return {"points": {"command": "make bench", "machine": "one", "columns": columns, "rows": [

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Modes and the static rest of them against a dense eigenproblem, closed forms and another program.
+// Modes and the static rest of them against a dense eigenproblem and closed forms; tests/lab has another program's.
 #include "host/inverse/modes_of_vibration.hpp"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "host/bench/error/calculix.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
 #include "host/inverse/rest_inverse.hpp"
@@ -16,7 +15,6 @@
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
-#include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
@@ -44,9 +42,7 @@ Scene cube(int nodes_per_side, Element element, bool is_free, double poisson = 0
 
 /// A body with its modes.
 struct Ringing {
-    explicit Ringing(const Scene& given) : Ringing(given, {}) {}
-    Ringing(const Scene& given, const Eigen::SparseMatrix<double>& of) : scene(given) {
-        if (of.size() > 0) mass = of;
+    explicit Ringing(const Scene& given) : scene(given) {
         if (scene.free_body) {
             rigid = rigid_body_of(scene, body);
             rigid.momentum = mass * rigid.motion;
@@ -177,50 +173,6 @@ TEST(BarModes, AreThoseOfTheClosedForm) {
         const double wanted = turns / (2.0 * kSide) * std::sqrt(scene.material.young_pa / kDensity);
         EXPECT_NEAR(ringing.hz(k), wanted, kError * wanted) << (is_free ? "free" : "held");
     }
-}
-
-/// Of linear tetrahedra CalculiX takes the inertia at one point of each: rho V / 16 for every pair of its nodes.
-Eigen::SparseMatrix<double> mass_at_centres(const Body& body) {
-    std::vector<Eigen::Triplet<double>> entries;
-    for (const Tet& tet : body.mesh.tet) {
-        const auto at = [&](std::size_t c) { return body.mesh.position_m[static_cast<std::size_t>(tet[c])]; };
-        const double volume_m3 = std::abs((at(1) - at(0)).dot((at(2) - at(0)).cross(at(3) - at(0)))) / 6.0;
-        for (const std::int32_t a : tet)
-            for (const std::int32_t b : tet)
-                for (Index c = 0; c < 3 && !body.is_fixed(a) && !body.is_fixed(b); ++c)
-                    entries.emplace_back(3 * Index{body.unknown[static_cast<std::size_t>(a)]} + c,
-                                         3 * Index{body.unknown[static_cast<std::size_t>(b)]} + c,
-                                         kDensity * volume_m3 / 16.0);
-    }
-    const Index size = 3 * static_cast<Index>(body.free_node.size());
-    Eigen::SparseMatrix<double> mass(size, size);
-    mass.setFromTriplets(entries.begin(), entries.end());
-    return mass;
-}
-
-// CalculiX on the same elements and mass.
-TEST(CalculiXModes, AreThoseOfTheSameMesh) {
-    if (test::run("command -v ccx").status != 0) GTEST_SKIP() << "no ccx: sh scripts/setup.sh test";
-    for (const Element element : {Element::kLinear, Element::kQuadratic})
-        for (const bool is_free : {false, true}) {
-            // Printed digits; quadratic ones have other points of integration for the mass.
-            const double allowed = element == Element::kLinear ? 1e-5 : 1e-2;
-            const Scene scene = cube(5, element, is_free, 0.16);  // where quadratic ones are C3D10
-            const Body body = make_body(scene, make_mesh(scene.mesh));
-            const Ringing ringing(scene,
-                                  element == Element::kLinear ? mass_at_centres(body) : assemble_mass(scene, body));
-            std::vector<std::vector<std::int32_t>> elements(body.mesh.tet.size());
-            for (std::size_t t = 0; t < elements.size(); ++t)
-                for_each_node(body.mesh, t, [&](std::int32_t node) { elements[t].push_back(node); });
-            const test::TemporaryFolder folder;
-            Deck deck{body.mesh.position_m, elements, held_of(body.unknown), scene.material};
-            deck.density_kg_per_m3 = kDensity;
-            const std::size_t rigid = is_free ? 6 : 0;
-            const auto theirs = calculix_frequencies(deck, static_cast<int>(rigid) + kModes, folder.path());
-            for (std::size_t k = 0; k < kModes; ++k)
-                EXPECT_NEAR(ringing.hz(static_cast<Index>(k)), theirs[rigid + k], allowed * theirs[rigid + k])
-                    << "mode " << k << (is_free ? " free" : " held");
-        }
 }
 
 /// The same, but for the last bits of what it gives.

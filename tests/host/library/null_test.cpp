@@ -20,6 +20,11 @@ TEST(LibraryNull, IsAnErrorEverywhere) {
     const float(*at)[3] = &x;
     EXPECT_EQ(haptable_object_load(nullptr, 0), nullptr);
     expect_told("haptable_object_load");
+    const haptable_object_options options{};
+    EXPECT_EQ(haptable_object_load_as(nullptr, &options), nullptr);
+    expect_told("haptable_object_load_as");
+    EXPECT_EQ(haptable_object_load_as("build/cube", nullptr), nullptr);
+    expect_told("haptable_object_load_as");
     EXPECT_EQ(std::string(haptable_object_describe(nullptr).name), "");
     expect_told("haptable_object_describe");
     EXPECT_EQ(haptable_object_deform(nullptr, &touch, nullptr, 0, u), -1);

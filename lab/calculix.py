@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""CalculiX (ccx), another program, on the same nodes and elements under the same forces: decks and their results.
+
+Decks are in millimetres, newtons and megapascals: ccx prints seven digits, and its tolerances suit such numbers."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from lab import LabError
+from lab.reference import Array, Indices, Mesh, Tetrahedra
+
+_MM, _MPA = 1e3, 1e-6
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A body as CalculiX is told of it."""
+
+    x: Array  #: [N, 3] m
+    elements: Indices  #: [t, 4] (C3D4) or [t, 10] (C3D10)
+    held: Indices
+    young: float
+    poisson: float
+    large_strain: bool = False  #: neo-Hookean, geometry as it deforms
+    sections: str = ""  #: CalculiX's cards in place of the material and its section
+    loads: str = ""  #: and for each load besides it
+    density: float = 0.0  #: kg/m^3; 0: none is given
+
+    def model(self) -> str:
+        """Nodes, elements, material and what is held."""
+        lines = ["*NODE, NSET=NALL"]
+        lines += [f"{i},{x:.13g},{y:.13g},{z:.13g}" for i, (x, y, z) in enumerate((_MM * self.x).tolist(), 1)]
+        lines += [f"*ELEMENT, TYPE=C3D{self.elements.shape[1]}, ELSET=EALL"]
+        lines += [",".join(map(str, (e, *nodes))) for e, nodes in enumerate((self.elements + 1).tolist(), 1)]
+        lines += ["*NSET, NSET=HELD", *(f"{node}," for node in (self.held + 1).tolist())]
+        if self.sections:
+            lines.append(self.sections.rstrip("\n"))
+        else:
+            lines += ["*MATERIAL, NAME=BODY", *self._material(), "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY"]
+        return "\n".join(lines + (["*BOUNDARY", "HELD,1,3"] if len(self.held) else [])) + "\n"
+
+    def _material(self) -> list[str]:
+        e, nu = _MPA * self.young, self.poisson
+        density = ["*DENSITY", f"{1e-12 * self.density:.13g}"] if self.density else []
+        if not self.large_strain:
+            return ["*ELASTIC", f"{e:.13g},{nu:.13g}", *density]
+        mu, kappa = e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu))
+        return ["*HYPERELASTIC, NEO HOOKE", f"{0.5 * mu:.13g},{2.0 / kappa:.13g}", *density]
+
+    def step(self, forces: Array) -> str:
+        at = np.flatnonzero(forces.any(1))
+        lines = ["*STEP" + (", NLGEOM, INC=200" if self.large_strain else ""), "*STATIC", "*CLOAD, OP=NEW"]
+        lines += [f"{node + 1},{c + 1},{forces[node, c]:.13g}" for node in at for c in range(3)]
+        # Of the increments the last alone is printed.
+        return "\n".join(lines) + "\n" + self.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n"
+
+
+def deck_of(body: Tetrahedra, young: float, poisson: float, large_strain: bool = False) -> Deck:
+    """The elements that scikit-fem solved."""
+    return Deck(body.x, elements_of(body.mesh, len(body.x) > len(body.mesh.x)), body.held, young, poisson, large_strain)
+
+
+def elements_of(mesh: Mesh, quadratic: bool) -> Indices:
+    """Of a C3D10 the corners, then the nodes between 01 12 20 03 13 23."""
+    t = mesh.tets
+    if not quadratic:
+        return t
+    pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+    return np.column_stack([t, *(mesh.middle(t[:, a], t[:, b]) for a, b in pairs)])
+
+
+def _run(text: str, folder: Path) -> tuple[int, str]:
+    """ccx's status, and job.dat or nothing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "job.inp").write_text(text, encoding="utf-8")
+    result = folder / "job.dat"
+    result.unlink(missing_ok=True)
+    try:
+        with (folder / "job.log").open("w", encoding="utf-8") as log:
+            status = subprocess.run(["ccx", "-i", "job"], cwd=folder, stdout=log, stderr=log, check=False).returncode
+    except FileNotFoundError as error:
+        raise LabError("ccx: is not there; run sh scripts/setup.sh bench") from error
+    return status, result.read_text(encoding="utf-8") if result.exists() else ""
+
+
+def displacements(deck: Deck, loads: Sequence[Array], folder: Path) -> list[Array]:
+    """[N, 3] m after each load [N, 3] N, one after the other. At large strain it may end before the last load: there
+    are fewer results then. Raises LabError where ccx is missing or ends without a result."""
+    status, text = _run(deck.model() + "".join(deck.step(load) for load in loads), folder)
+    results = []
+    for block in re.split(r"^.*displacements.*$", text, flags=re.M)[1:]:
+        cells = np.array(block.split(), float).reshape(-1, 4)
+        moved = np.zeros_like(deck.x)
+        moved[cells[:, 0].astype(int) - 1] = cells[:, 1:] / _MM
+        results.append(moved)
+    if len(results) != len(loads) and not (deck.large_strain and results):
+        raise LabError(f"ccx ended with {status} and {len(results)} of {len(loads)} results; see {folder / 'job.log'}")
+    return results
+
+
+def frequencies(deck: Deck, count: int, folder: Path) -> Array:
+    """The lowest `count`, Hz, ascending; of a body that nothing holds its six rigid motions are among them."""
+    status, text = _run(deck.model() + f"*STEP\n*FREQUENCY\n{count}\n*END STEP\n", folder)
+    head = text.split("P A R T I C I P A T I O N")[0]
+    found = np.array([float(line[3]) for line in (line.split() for line in head.splitlines())
+                      if len(line) >= 4 and line[0].isdigit()])
+    if len(found) < count:
+        raise LabError(f"ccx ended with {status} and {len(found)} of {count} frequencies; see {folder / 'job.log'}")
+    return found

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The elements beside closed forms and beside CalculiX: `make bench-large PART=known`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lab import scenes
+from lab.calculix import deck_of, displacements
+from lab.numbers import error_of, number
+from lab.reference import Array, Bricks, Footprint, Mesh, Solid, Tetrahedra, graded, hertz, uniform
+from lab.specimens import grid, read_vtu, reference, write_tetgen
+
+Cells = list[list[Any]]
+_PROFILES = (uniform, hertz)
+
+
+# ---- half-spaces ---------------------------------------------------------------------------------------------------
+
+def _planes(size: float, inner: int, outer: int) -> list[Array]:
+    across = graded(0.0, size, 0.0, 1.5, inner, outer)
+    return [across, across, graded(0.0, size, size - 1.5, size, inner, outer)]
+
+
+def _discs(size: float) -> list[Footprint]:
+    return [Footprint(np.array([0.0, 0.0, size]), 1.0, profile) for profile in _PROFILES]
+
+
+def quarter(planes: Sequence[Array], poisson: float, quadratic: bool = False) -> Tetrahedra:
+    """[0, W]^2 x [0, H], E = 1, held below, x = 0 and y = 0 planes of symmetry."""
+    return Tetrahedra(grid(planes), 1.0, poisson, lambda x: x[:, 2] <= 0.0, quadratic, symmetric=True)
+
+
+def by_tetrahedra(quadratic: bool) -> Callable[[float, float, int, int], Array]:
+    def stiffness(size: float, poisson: float, inner: int, outer: int) -> Array:
+        body = quarter(_planes(size, inner, outer), poisson, quadratic)
+        return 4.0 / body.compliances([body.shares(disc, size) for disc in _discs(size)])[:, 2, 2]
+    return stiffness
+
+
+def by_bricks(size: float, poisson: float, inner: int, outer: int) -> Array:
+    body = Bricks(_planes(size, inner, outer), 1.0, poisson, quarter=True)
+    return 1.0 / body.compliances([body.shares(disc) for disc in _discs(size)])[:, 2, 2]
+
+
+def half_space(at: Callable[[float, float, int, int], Array], poisson: float, inner: tuple[int, int],
+               outer: tuple[int, int]) -> Array:
+    """k (1 - nu^2), E = 1, under discs of radius 1: an even pressure, and Hertz's. The mesh's error falls with its
+    square (of bricks it is far below), the block's with its size. Both are extrapolated."""
+    of_size = []
+    for size in (20.0, 40.0):
+        coarse, fine = (at(size, poisson, *cells) for cells in zip(inner, outer))
+        of_size.append(fine + (fine - coarse) / 3.0)
+    return (2.0 * of_size[1] - of_size[0]) * (1.0 - poisson**2)
+
+
+def _add_half_space(elements: str, k: Array, rows: Cells) -> None:
+    for what, value, answer in zip(("half-space under a uniform disc, k (1 - nu^2) / (E a)",
+                                    "half-space under Hertz's pressure, k (1 - nu^2) / (E a)"),
+                                   k, (3.0 * np.pi**2 / 16.0, 5.0 / 3.0)):
+        rows.append([what, elements, number(float(value), f"{value:.3f}"), number(answer, f"{answer:.3f}"),
+                     _share(value / answer - 1.0)])
+
+
+def _share(value: float) -> dict[str, Any]:
+    return number(float(value), f"{100.0 * value:+.2g} %")
+
+
+# ---- a bonded layer under a sphere ---------------------------------------------------------------------------------
+
+def dimitriadis(chi: float, nu: float) -> float:
+    """F of Dimitriadis et al. 2002 over Hertz's, for a layer bonded to its bed; chi = sqrt(R depth) / thickness <= 1."""
+    a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1.0 - nu)
+    b = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1.0 - nu)
+    p = np.pi
+    return float(1.0 - 2.0 * a / p * chi + 4.0 * a**2 / p**2 * chi**2
+                 - 8.0 / p**3 * (a**3 + 4.0 * p**2 / 15.0 * b) * chi**3
+                 + 16.0 * a / p**4 * (a**3 + 3.0 * p**2 / 5.0 * b) * chi**4)
+
+
+class Layer:
+    """A quarter of a layer of thickness 1 and a sphere above it, fine to 1.6 times chi; `cells` along each edge."""
+
+    RADIUS = 100.0  #: of the sphere: so flat that it is a paraboloid
+
+    def __init__(self, chi: float, nu: float, width: float, cells: int) -> None:
+        across = graded(0.0, width, 0.0, 1.6 * chi, cells // 2, cells - cells // 2)
+        body = quarter([across, across, np.linspace(0.0, 1.0, cells + 1)], nu)
+        self.nu = nu
+        r2 = (body.x[:, :2] ** 2).sum(1)
+        near = np.flatnonzero((body.x[:, 2] == 1.0) & (r2 < (1.52 * chi) ** 2))
+        self.fall = r2[near] / (2.0 * self.RADIUS)
+        unknown = np.searchsorted(body.free, 3 * near + 2)
+        b = np.zeros((body.factor.size, len(near)))
+        b[unknown, np.arange(len(near))] = 1.0
+        self.c = body.factor.solve(b)[unknown]
+
+    def over_hertz(self, chi: float) -> float:
+        """F over Hertz's, without friction: nodes under the sphere push, none pulls."""
+        depth = chi**2 / self.RADIUS
+        active = np.flatnonzero(depth - self.fall > 0.0)
+        while True:
+            f = np.linalg.solve(self.c[np.ix_(active, active)], depth - self.fall[active])
+            if (f > 0.0).all():
+                return float(4.0 * f.sum() / (4.0 / 3.0 / (1.0 - self.nu**2) * np.sqrt(self.RADIUS) * depth**1.5))
+            active = active[f > 0.0]
+
+
+def layer_over_dimitriadis(chi: float, nu: float) -> float:
+    """F over Dimitriadis's, extrapolated over the mesh (its error falls with the square of the edge) and corrected for
+    the width. The mean of depths around it: the rim of contact moves from node to node."""
+    def mean(width: float, cells: int) -> float:
+        layer = Layer(chi, nu, width, cells)
+        return float(np.mean([layer.over_hertz(at) / dimitriadis(at, nu) for at in chi * np.linspace(0.94, 1.06, 9)]))
+    coarse, fine = mean(5.0, 14), mean(5.0, 28)
+    return fine + (fine - coarse) / 3.0 + mean(8.0, 14) - coarse
+
+
+def _add_layers(rows: Cells) -> None:
+    for chi in (0.25, 0.5, 1.0):
+        off, answer = layer_over_dimitriadis(chi, 0.3), dimitriadis(chi, 0.3)
+        rows.append([f"bonded layer under a sphere, F over Hertz's, sqrt(R d) = {chi:g} of it", "linear, nu 0.3",
+                     number(off * answer, f"{off * answer:.3f}"), number(answer, f"{answer:.3f}, Dimitriadis 2002"),
+                     _share(off - 1.0)])
+
+
+# ---- CalculiX ------------------------------------------------------------------------------------------------------
+
+def largest_difference(theirs: Array, ours: Array) -> float:
+    return float(np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max())
+
+
+def pulled_apart(nodes: Any, count: int) -> Array:
+    """[count, 3] N: an oblique force on one of the nodes, its opposite on another."""
+    forces = np.zeros((count, 3))
+    force = np.array([0.03, -0.02, -0.09])
+    forces[nodes[len(nodes) // 3]], forces[nodes[2 * len(nodes) // 3]] = force, -0.4 * force
+    return forces
+
+
+def by_columns(folder: Path, forces: Array) -> Array:
+    """[N, 3] m of all nodes by the product's tables, columns = "all"."""
+    node, rows = np.load(folder / "node_id.npy"), np.load(folder / "row_id.npy")
+    columns = np.load(folder / "columns.npy", mmap_mode="r")
+    moved = np.zeros_like(forces)
+    for i in np.flatnonzero(forces.any(1)):
+        moved[rows] += columns[int(np.flatnonzero(node == i)[0])] @ forces[i]
+    return moved
+
+
+def against_c3d4(scene: scenes.Scene, folder: Path, build: Path) -> tuple[Mesh, Array, float]:
+    """The mesh, the forces, and how far the product's displacements are from CalculiX's."""
+    whole = {**scene, "tables": {"columns": "all"}, "contact": {}}
+    scenes.precompute(whole, folder, build, "--column-tolerance", "0")
+    mesh = read_vtu(folder / "mesh.vtu")
+    forces = pulled_apart(np.load(folder / "node_id.npy"), len(mesh.x))
+    body = reference(scene, mesh, quadratic=False)
+    theirs = displacements(deck_of(body, **scene["material"]), [forces], folder / "ccx")[0]
+    return mesh, forces, largest_difference(theirs, by_columns(folder, forces))
+
+
+def against_c3d10(scene: scenes.Scene, mesh: Mesh, forces: Array, folder: Path) -> float:
+    body = reference(scene, mesh)
+    all_forces = np.vstack([forces, np.zeros((len(body.x) - len(mesh.x), 3))])
+    theirs = displacements(deck_of(body, **scene["material"]), [all_forces], folder)[0]
+    return largest_difference(theirs, body.solve(all_forces))
+
+
+_BEAM = {"name": "beam", "material": {"young": 1e4, "poisson": 0.3},
+         "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}]}
+_SIDE, _LENGTH = 0.01, 0.1
+
+
+def beam() -> Mesh:
+    """10 x 10 x 100 mm: ten cubes of 4 x 4 x 4 cells, one upon the other."""
+    across = np.linspace(0.0, _SIDE, 5)
+    return grid([across, across, np.linspace(0.0, _LENGTH, 41)])
+
+
+def beam_error(scene: scenes.Scene) -> float:
+    """Deflection of the beam's end in 10-node tetrahedra over Timoshenko's, less 1. The disc is within the end: a wider
+    one would push the sides near it too, and be felt as a shorter beam."""
+    body: Solid = reference(scene, beam())
+    end = Footprint(np.array([0.5 * _SIDE, 0.5 * _SIDE, _LENGTH]), 0.45 * _SIDE, uniform)
+    given = body.compliances([body.shares(end)])[0, 0, 0]
+    e, nu = scene["material"]["young"], scene["material"]["poisson"]
+    inertia = _SIDE**4 / 12.0
+    shear = (12.0 + 11.0 * nu) / (10.0 * (1.0 + nu)) / (e / (2.0 * (1.0 + nu)) * _SIDE**2)
+    return float(given / (_LENGTH**3 / (3.0 * e * inertia) + shear * _LENGTH) - 1.0)
+
+
+def _add_calculix(folder: Path, build: Path, rows: Cells) -> None:
+    def add(what: str, elements: str, answer: str, difference: float) -> None:
+        rows.append([what, elements, "displacements of all nodes", answer, error_of(difference)])
+    for name in ("cube", "mouse", "liver"):
+        scene = scenes.read(Path(f"meshes/{name}.toml"))
+        mesh, forces, off = against_c3d4(scene, folder / name, build)
+        add(name, "linear", "CalculiX, C3D4", off)
+        add(name, "the reference's 10-node tetrahedra", "CalculiX, C3D10",
+            against_c3d10(scene, mesh, forces, folder / f"{name}-c3d10"))
+    scene = {**_BEAM, "mesh": {"file": str(write_tetgen(beam(), folder / "beam").resolve())}}
+    add("cantilever 1:10", "linear", "CalculiX, C3D4", against_c3d4(scene, folder / "beam-c3d4", build)[2])
+    rows.append(["cantilever 1:10, deflection of its end", "the reference's 10-node tetrahedra", "", "Timoshenko",
+                 _share(beam_error(scene))])
+
+
+def known_answers(folder: Path, build: Path) -> dict[str, Any]:
+    rows: Cells = []
+    print("bench: half-spaces", flush=True)
+    _add_half_space("linear, nu 0.3", half_space(by_tetrahedra(False), 0.3, (8, 16), (9, 18)), rows)
+    _add_half_space("10-node tetrahedra, nu 0.3", half_space(by_tetrahedra(True), 0.3, (3, 6), (4, 7)), rows)
+    for nu in (0.3, 0.49):
+        _add_half_space(f"the reference's bricks, nu {nu}", half_space(by_bricks, nu, (3, 6), (4, 6)), rows)
+    print("bench: a bonded layer", flush=True)
+    _add_layers(rows)
+    print("bench: CalculiX", flush=True)
+    _add_calculix(folder, build, rows)
+    return {"columns": ["body", "elements", "measured", "known answer", "off by"], "rows": rows}
