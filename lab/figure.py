@@ -95,7 +95,7 @@ class Figure:
                         yield x * scale, y * scale, line.get_markersize()
 
     def _require_clear(self) -> None:
-        """No symbol lies on another, no text on another, and all text is in the picture."""
+        """No symbol lies on another or on a text, no text on another, and all text is in the picture."""
         for (x, y, size), (x2, y2, size2) in itertools.combinations(self._marked(), 2):
             self.must(math.hypot(x - x2, y - y2) >= 0.4 * (size + size2), "no symbols on top of each other")
         renderer = self.figure.canvas.get_renderer()
@@ -105,6 +105,11 @@ class Figure:
                   if legend is not None for t in legend.get_texts()]
         texts += self.figure.texts
         boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_visible() and t.get_text()]
+        scale = self.figure.dpi / 72.0
+        named = [(t.get_text(), t.get_window_extent(renderer)) for axes in self.figure.axes for t in axes.texts if t.get_text()]
+        for x, y, size in self._marked():
+            for text, box in named:
+                self.must(_beside(box, x * scale, y * scale, 0.25 * size * scale), f"'{text}' beside every symbol")
         whole = self.figure.bbox
         for text, box in boxes:
             self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1
@@ -124,6 +129,27 @@ def thinned(axes: Any, x: Any, y: Any, apart: float, taken: list[tuple[float, fl
             taken.append((px, py))
             kept.append(k)
     return kept
+
+
+def _beside(box: Any, x: float, y: float, room: float) -> bool:
+    return bool(x < box.x0 - room or x > box.x1 + room or y < box.y0 - room or y > box.y1 + room)
+
+
+def name_points(axes: Any, points: list[tuple[str, float, float]], symbols: list[tuple[float, float]], **look: Any) -> None:
+    """Writes names of points (name, x, y) right of them, left, above or below: where no symbol and no other name is, and
+    the frame is not crossed. A name without such a place is left out. symbols: places in points, as of `thinned`."""
+    scale, renderer, boxes = axes.figure.dpi / 72.0, axes.figure.canvas.get_renderer(), []
+    for name, x, y in points:
+        for offset, align in (((7, 0), ("left", "center")), ((-7, 0), ("right", "center")), ((0, 6), ("center", "bottom")),
+                              ((0, -6), ("center", "top"))):
+            text = axes.annotate(name, (x, y), xytext=offset, textcoords="offset points", ha=align[0], va=align[1], **look)
+            box = text.get_window_extent(renderer)
+            if (all(_beside(box, px * scale, py * scale, 2.5 * scale) for px, py in symbols)
+                    and not any(box.overlaps(other) for other in boxes)
+                    and axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 and axes.bbox.y0 < box.y0 and box.y1 < axes.bbox.y1):
+                boxes.append(box)
+                break
+            text.remove()
 
 
 def key(label: str, **look: Any) -> Line2D:

@@ -85,9 +85,9 @@ def error(topics: Topics, axis: str) -> Figure:
 
 
 def _draw_fronts(axes, rows: pd.DataFrame, column: str, scale: float) -> None:
-    """Lines through all, symbols where they have room, names at those of the mask that have room for one."""
+    """Lines through all, symbols where they have room, names at those of the mask that have room beside all symbols."""
     taken: list[tuple[float, float]] = []
-    named: list[float] = []
+    named: list[tuple[str, float, float]] = []
     # What has fewest points first, so that it has its symbols.
     order = sorted(FORCES, key=lambda f: (f != "pressure-mask", (rows["force"] == f).sum()))
     for force in order:
@@ -101,13 +101,9 @@ def _draw_fronts(axes, rows: pd.DataFrame, column: str, scale: float) -> None:
         axes.plot(x[kept], y[kept], color=color, linestyle="none", marker=marker, zorder=3,
                   markersize=9 if force == "the paper, 1998" else 5.5, markeredgecolor="white", markeredgewidth=0.6)
         if force == "pressure-mask":
-            for k in kept:
-                height = axes.transData.transform((x[k], y[k]))[1] * 72 / axes.figure.dpi
-                if all(abs(height - h) > 11 for h in named):
-                    named.append(height)
-                    axes.annotate(_name(of_force.iloc[k]), (x[k], y[k]), xytext=(7, 0), textcoords="offset points",
-                                  va="center", fontsize=7.5, color=color,
-                                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
+            named = [(_name(of_force.iloc[k]), x[k], y[k]) for k in kept]
+    figure.name_points(axes, named, taken, fontsize=7.5, color=FORCES["pressure-mask"][1],
+                       bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
 
 
 def accuracy(topics: Topics) -> Figure:

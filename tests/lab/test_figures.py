@@ -55,6 +55,7 @@ def test_a_figure_is_an_svg_and_a_pdf_with_the_same_bytes_again(tmp_path):
     (lambda axes: axes.set(ylabel="force"), "the unit of every axis"),
     (lambda axes: axes.plot([0.01], [0.01], "s"), "no symbols on top of each other"),
     (lambda axes: [axes.text(0.5, 2, text) for text in ("this", "that")], "'this' beside 'that'"),
+    (lambda axes: axes.text(1, 1, "on a point", ha="center", va="center"), "'on a point' beside every symbol"),
     (lambda axes: axes.text(1.9, 2, "a text that leads out of the picture", in_layout=False), "all of 'a text"),
 ])
 def test_a_figure_that_cannot_be_read_is_refused_and_leaves_no_file(tmp_path, spoil, what):
@@ -70,6 +71,18 @@ def test_symbols_are_left_out_where_they_have_no_room():
     taken: list = []
     assert figure.thinned(axes, [1, 1.01, 5], [1, 1, 5], 6.0, taken) == [0, 2]
     assert figure.thinned(axes, [5, 9], [5, 9], 6.0, taken) == [1], "those of the first curve stay"
+
+
+def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
+    this, axes = simple()
+    axes.set(xlim=(0, 10), ylim=(0, 10))
+    this.figure.canvas.draw()
+    taken: list = []
+    x, y = [1, 5, 5.8, 9.9], [5, 5, 5, 5]
+    figure.thinned(axes, x, y, 1.0, taken)
+    figure.name_points(axes, [("free", 1, 5), ("left", 5, 5), ("left too", 9.9, 5), ("no room for so long a name" * 3, 5.8, 5)],
+                       taken)
+    assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("free", "left"), ("left", "right"), ("left too", "right")]
 
 
 # ---- drawings ------------------------------------------------------------------------------------------------------
