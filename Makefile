@@ -185,6 +185,7 @@ test-tried: | $(BUILD)/setup-bare.stamp
 .PHONY: test-fuzz test-mpi test-python
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
+
 # lab: what lab/ compares with that Debian does not have (lab/references.txt)
 .PHONY: lab
 lab: $(BUILD)/lab/site/ready
