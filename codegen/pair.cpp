@@ -187,7 +187,6 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
         to.bend = law_of(tables).bend;
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
-        to.track = haptable_pair_track;
     }
     to.cross = pair.is_exact() ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
     to.blocks = pair.is_exact() ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
@@ -269,7 +268,6 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     values["pair_law"] = law_of(tables).name;
     values["pair_energy"] = flag(to.energy != nullptr);
     values["pair_settle"] = flag(to.settle != nullptr);
-    values["pair_track"] = flag(to.track != nullptr);
     values["pair_form"] = pair.is_exact() ? "exact" : "clusters";
     values["pair_crc"] = model.check != nullptr ? fmt::format("{:08x}", to.crc) : "";
     values["pair_meeting_m"] = fmt::format("{:#.9g}", pair.meeting_m);

@@ -33,6 +33,11 @@ enum haptable_sight haptable_contact_look_on(const struct haptable_model* model,
 int haptable_contact_surely_presses(const struct haptable_model* model, const struct haptable_contact* contact,
                                     const float x_m[3]);
 
+/* With least energy, of a contact on an edge or a vertex whose load is known: 1 where E falls into another patch there,
+ * and then contact is the same point on that patch. Each patch that it looks at counts on *looks; at `most` it ends. */
+int haptable_contact_falls(const struct haptable_model* model, const float x_m[3], int most, uint16_t* looks,
+                           struct haptable_contact* contact);
+
 /* The finger is outside, and its path up to where it is now is searched. after: no contact. */
 void haptable_contact_end(struct haptable_servo* servo);
 

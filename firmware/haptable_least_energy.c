@@ -322,27 +322,6 @@ static int find_direction(struct walk* walk, struct point* here, float d[3]) {
 
 /* ---- the slide ------------------------------------------------------------------------------------------------ */
 
-/* Moves alpha by t d, at most to the border, where the coordinate that ends there is exactly 0. Returns how much of d
- * was gone. */
-static float move_by(const struct haptable_model* model, const struct haptable_contact* from, const float d[3], float t,
-                     struct haptable_contact* to) {
-    int ends = -1;
-    int c;
-    for (c = 0; c < 3; ++c)
-        if (from->alpha[c] + t * d[c] <= 0.0f && d[c] < 0.0f && from->alpha[c] > 0.0f) {
-            t = from->alpha[c] / -d[c];
-            ends = c;
-        }
-    *to = *from;
-    for (c = 0; c < 3; ++c) {
-        to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
-        if (c == ends) to->alpha[c] = 0.0f;
-    }
-    haptable_patch_complete(to->alpha);
-    place(model, to);
-    return t;
-}
-
 /* Changes of E below this fraction of it are lost in its rounding: there the slope decides, so that g settles where the
  * slope is 0 and not where E's digits end. */
 #define ENERGY_ROUNDING 4e-6f
@@ -370,7 +349,7 @@ static int advance(struct walk* walk, const float d[3], struct point* here) {
     int tries;
     for (tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
         struct point next;
-        const float gone = move_by(walk->model, &here->at, d, t, &next.at);
+        const float gone = haptable_patch_move(walk->model, &here->at, d, t, &next.at);
         evaluate(walk, &next);
         if (is_down(&here->energy, &next.energy, d, gone, gone < t)) {
             *here = next;
@@ -673,24 +652,48 @@ static int slide_from(struct walk* walk, const struct haptable_servo* servo, str
     return slide(walk, here);
 }
 
+/* 1 where E falls along an edge of another patch around the vertex at `corner`, or no step is left to tell: then `seen`
+ * is the same point on that one. */
+static int falls_around(struct walk* walk, int corner, const struct point* here, struct point* seen) {
+    struct fan fan = fan_begin(walk->model, here->at.patch, corner);
+    while (fan_next(walk->model, &fan)) {
+        see_from(walk, here, fan.patch, seen);
+        if (falls_along_edge(seen, fan.corner) || walk->steps >= HAPTABLE_ENERGY_STEPS) return 1;
+    }
+    return 0;
+}
+
+int haptable_contact_falls(const struct haptable_model* model, const float x_m[3], int most, uint16_t* looks,
+                           struct haptable_contact* contact) {
+    struct walk walk = {.model = model, .x_m = x_m, .steps = HAPTABLE_ENERGY_STEPS - most + (int)*looks};
+    struct point here;
+    struct point seen;
+    int corner = 0;
+    int falls;
+    here.at = *contact;
+    vec_copy(contact->load_n, here.energy.load_n);
+    falls = feature_of(contact->alpha, &corner) == ON_EDGE ? falls_across(&walk, corner, &here, &seen)
+                                                           : falls_around(&walk, corner, &here, &seen);
+    if (falls) {
+        contact->patch = seen.at.patch;
+        vec_copy(seen.at.alpha, contact->alpha);
+    }
+    *looks = (uint16_t)(walk.steps - HAPTABLE_ENERGY_STEPS + most);
+    return falls;
+}
+
 /* 1 where it is on a vertex and no edge there leads down, so that it rests on. Otherwise it is seen from a patch with
  * an edge that leads down or, where the tick's steps end before, from the last: there the next search begins. */
 static int rests_on_vertex(struct walk* walk, struct point* here) {
     int corner = 0;
-    struct fan fan;
     struct point seen;
     if (feature_of(here->at.alpha, &corner) != ON_VERTEX) return 0;
     evaluate_slope(walk, here);
     walk->is_taken = 1;
     if (falls_along_edge(here, corner)) return 0;
-    fan = fan_begin(walk->model, here->at.patch, corner);
-    while (fan_next(walk->model, &fan)) {
-        see_from(walk, here, fan.patch, &seen);
-        if (!falls_along_edge(&seen, fan.corner) && walk->steps < HAPTABLE_ENERGY_STEPS) continue;
-        here->at = seen.at;
-        return 0;
-    }
-    return 1;
+    if (!falls_around(walk, corner, here, &seen)) return 1;
+    here->at = seen.at;
+    return 0;
 }
 
 /* Goes with the finger, or rests. Returns 0 where it has to slide. */

@@ -43,9 +43,6 @@ extern "C" {
 /* Looks of a tick from a place at another patch of its edge or vertex. */
 #define HAPTABLE_PAIR_LOOKS 28
 
-/* Energies of a tick in which one is tracked while the other stays. */
-#define HAPTABLE_PAIR_TRACKED 5
-
 /* By so much the coupling of two fingers is less where they meet; it fades in from meeting_m apart. What is left keeps
  * C positive definite by an eighth of C_11 and C_22. */
 #define HAPTABLE_PAIR_MEETING 0.125f
@@ -72,12 +69,6 @@ typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, u
  * they rest but the one gives no force, pair->touches says so. */
 typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                                     const float* const finger_m[HAPTABLE_FINGERS]);
-
-/* The one god-object goes downhill in the energy of both, while the other stays: from `at`, and from there as the
- * minimum goes with this finger where its servo knows that, by at most so many of Newton's steps, which end at edges.
- * Returns 1 where it rests, with its load; 0 where not; -1 where there is no such step, and then it has not moved. */
-typedef int haptable_pair_track_fn(struct haptable_pair_view* view, struct haptable_servo* servo, const float x_m[3],
-                                   int steps, struct haptable_contact* at);
 
 /* Rows of tables. */
 typedef float haptable_float9[9];
@@ -117,7 +108,6 @@ struct haptable_pair_model {
     const struct haptable_pair_bend* bend; /* for god_object_least_energy; else NULL */
     haptable_energy_fn* energy;            /* the same */
     haptable_pair_settle_fn* settle;       /* the same, without friction */
-    haptable_pair_track_fn* track;         /* the same, with friction too */
     haptable_pair_cross_fn* cross;         /* one of those below, by place_count */
     haptable_pair_blocks_fn* blocks;       /* the same */
     haptable_span_fn* span;                /* for a model's check */
@@ -137,7 +127,6 @@ haptable_pair_blocks_fn haptable_pair_blocks_clusters;
 
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;
-haptable_pair_track_fn haptable_pair_track;
 haptable_span_fn haptable_span_of_pair; /* of a struct haptable_pair_model: HAPTABLE_PAIR_FIELDS */
 
 /* What couples the controls of two patches: while the fingers stay on them it is read once. */
@@ -158,7 +147,6 @@ struct haptable_pair_view {
     const struct haptable_pair_model* tables;
     uint8_t is_coupled; /* 0: alone */
     uint8_t is_solved;  /* 1: v is the pair's */
-    uint8_t tracked;    /* energies of the last tick: at most HAPTABLE_PAIR_TRACKED */
     struct haptable_pair_place place;
     float at_m[3];                     /* the other's god-object */
     float m[6];                        /* its A^-1 */
@@ -174,15 +162,14 @@ struct haptable_pair_view {
     struct haptable_pair_rows rows[2]; /* of the patch that was asked for last, and of another one */
 };
 
-/* How a minimum of both goes with the fingers: of the at most four ways that the two god-objects are free to move,
- * those of the first finger first. */
+/* How a minimum of both goes with the fingers: by alpha_1 and alpha_2 of the first, then of the second. */
 struct haptable_pair_follow {
     uint16_t patch[HAPTABLE_FINGERS];    /* of which this is known */
-    uint8_t free;                        /* ways of both */
+    uint8_t free[HAPTABLE_FINGERS];      /* coordinates by which each may move: 2 within a patch, 1 along an edge, 0 */
     float curvature_j[4][4];             /* factored */
-    float slope[4][HAPTABLE_FINGERS][3]; /* of v by the ways */
+    float slope[4][HAPTABLE_FINGERS][3]; /* of v by a coordinate */
     float a[HAPTABLE_FINGERS][6];        /* of a stiffness: A */
-    float a_v[4][3];                     /* of a stiffness: A_p v of the way's own finger */
+    float a_v[4][3];                     /* of a stiffness: A_p v of the coordinate's own finger */
 };
 
 /* The state of two fingers on one body. The caller owns it; haptable_pair_init makes it valid. */

@@ -12,20 +12,21 @@
 #include "haptable_pair_terms.h"
 #include "haptable_tick.h"
 
-/* Newton's steps of a god-object that is tracked while the other stays. */
-#define FREE_STEPS 2
-
 /* ---- what a finger is told of the other ----------------------------------------------------------------------- */
 
-static void look_at(const struct haptable_pair_model* tables, const struct haptable_servo* other,
-                    const float other_m[3], struct haptable_pair_view* view) {
-    const struct haptable_contact* contact = &other->contact;
-    struct haptable_pair_own own;
-    tables->law->own(tables->model, contact, other_m, &own);
-    sym_invert(own.a, view->m);
-    vec_copy(own.s, view->s);
-    vec_symmetric_product(view->m, own.s, view->alone);
-    haptable_pair_look(tables, contact, view);
+/* A finger's place of the position x. */
+static void own_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
+                   const float x_m[3], struct haptable_pair_own* own) {
+    float felt_m[3];
+    pair_felt(&pair->view[finger], x_m, felt_m);
+    tables->law->own(tables->model, &pair->servo[finger].contact, felt_m, own);
+}
+
+/* Tells a finger of the other, where both are. */
+static void tell_own(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                     const struct haptable_pair_own* other) {
+    haptable_pair_tell(&pair->view[finger], &pair->servo[1 - finger].contact, other);
+    haptable_pair_put_rows(tables, pair, finger, pair->servo[finger].contact.patch);
 }
 
 static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
@@ -39,19 +40,18 @@ static void forget_sensitivity(struct haptable_servo* servo) {
 }
 
 /* Before a finger moves alone. A god-object that has rested moves with the other finger too. One that has no contact
- * meets the surface as if alone (see meet). */
+ * meets the surface as if alone (see begin_contacts). */
 static void tell(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                  const float finger_m[3], const float other_m[3]) {
     const int other = 1 - finger;
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
-    float felt_m[3];
+    struct haptable_pair_own own;
     view->is_coupled = has_contact(servo) && has_contact(&pair->servo[other]) && pair->touches[other];
     if (!has_contact(servo)) vec_zero(view->raised_m);
     if (!view->is_coupled) return;
-    pair_felt(&pair->view[other], other_m, felt_m);
-    look_at(tables, &pair->servo[other], felt_m, view);
-    haptable_pair_put_rows(tables, pair, finger);
+    own_of(tables, pair, other, other_m, &own);
+    tell_own(tables, pair, finger, &own);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
@@ -70,41 +70,22 @@ static void brake(const struct haptable_model* model, struct haptable_servo* ser
     vec_add_scaled(-by, motion_m, force_n);
 }
 
-/* A finger's place, of the position that its servo has. */
-static void own_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
-                   struct haptable_pair_own* own) {
-    const struct haptable_servo* servo = &pair->servo[finger];
-    float felt_m[3];
-    pair_felt(&pair->view[finger], servo->finger_m, felt_m);
-    tables->law->own(tables->model, &servo->contact, felt_m, own);
-}
-
-static int is_raised(const struct haptable_pair* pair, int finger) {
-    const float* raised_m = pair->view[finger].raised_m;
-    return vec_dot(raised_m, raised_m) > 0.0f;
-}
-
-/* The dent and, to tell whether the finger presses, u. */
-static void dent_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger, float u[3],
-                    float dent[3]) {
-    const struct haptable_servo* servo = &pair->servo[finger];
-    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    pair_felt(&pair->view[finger], u, dent);
-    if (is_raised(pair, finger)) haptable_pair_inwards(tables->model, servo->contact.patch, u);
-}
-
 /* One that is alone touches but where it has come out of its dent, as the other has left. */
 static void solve_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int is_off) {
-    float* v = pair->view[finger].v;
+    const struct haptable_servo* servo = &pair->servo[finger];
+    struct haptable_pair_view* view = &pair->view[finger];
+    float* v = view->v;
     struct haptable_pair_own own;
     struct sym_factored factored;
     float u[3];
     float dent[3];
-    own_of(tables, pair, finger, &own);
-    dent_of(tables, pair, finger, u, dent);
+    own_of(tables, pair, finger, servo->finger_m, &own);
+    haptable_pair_inwards(view, &servo->contact, servo->finger_m, u);
+    vec_sub(servo->finger_m, servo->contact.god_object_m, dent);
+    pair_felt(view, dent, dent);
     factored = sym_factor(own.a);
     sym_solve(&factored, own.s, v);
-    pair->touches[finger] = !is_off && (!(vec_dot(u, dent) < 0.0f) || grabs(&pair->servo[finger]));
+    pair->touches[finger] = !is_off && (!(vec_dot(u, dent) < 0.0f) || grabs(servo));
     pair->touches[1 - finger] = 0;
     if (!pair->touches[finger]) vec_zero(v);
     pair->energy_j = 0.5f * vec_dot(own.s, v);
@@ -112,24 +93,27 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
 
 /* ---- a surface that the other has raised ---------------------------------------------------------------------- */
 
-/* How far the one finger, pressing alone, has moved the surface at the other's contact. */
-static void moved_by(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger, int by,
-                     float moved_m[3]) {
+/* Outward, of any length. */
+static void normal_of(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
+                      float normal[3]) {
+    float edge[2][3];
+    patch_frame(tables->model, pair->servo[finger].contact.patch, edge[0], edge[1], normal);
+}
+
+/* How far the other finger, pressing alone, has moved the surface at this one's contact. */
+static void moved_by_other(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                           float moved_m[3]) {
     struct haptable_pair_own own;
     struct sym_factored factored;
-    float alone[3];
     float x[9];
-    own_of(tables, pair, by, &own);
-    factored = sym_factor(own.a);
-    sym_solve(&factored, own.s, alone);
-    haptable_pair_cross_contacts(tables, pair, &pair->servo[0].contact, &pair->servo[1].contact, x);
-    if (finger == 1) mat_transpose(x);
-    mat_product(x, alone, moved_m);
+    own_of(tables, pair, 1 - finger, pair->servo[1 - finger].finger_m, &own);
+    tell_own(tables, pair, finger, &own);
+    haptable_pair_cross(&pair->view[finger], &pair->servo[finger].contact, x);
+    mat_product(x, pair->view[finger].alone, moved_m);
     if (!tables->law->is_stiffness) return;
-    own_of(tables, pair, finger, &own);
+    own_of(tables, pair, finger, pair->servo[finger].finger_m, &own);
     factored = sym_factor(own.a);
-    vec_copy(moved_m, alone);
-    sym_solve(&factored, alone, moved_m);
+    sym_solve(&factored, moved_m, moved_m);
 }
 
 /* Sets raised_m to where the surface was moved, but along the outward normal to `along`, of the normal's length. */
@@ -145,31 +129,27 @@ static void put_raised(const struct haptable_pair_model* tables, const float mov
 
 /* A finger that meets a surface that the other has moved begins there with no force, as at a body at rest; what the
  * other has lowered it has still to reach. */
-static void meet_moved(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
-    float edge1[3];
-    float edge2[3];
+static void begin_on_raised(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     float normal[3];
     float moved_m[3];
     float along;
-    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
-    moved_by(tables, pair, finger, 1 - finger, moved_m);
+    normal_of(tables, pair, finger, normal);
+    moved_by_other(tables, pair, finger, moved_m);
     along = vec_dot(normal, moved_m);
     put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, pair->view[finger].raised_m);
 }
 
 /* A finger that gave no force begins anew where it is: the surface that it had met is lower now, or was aside. As it is
  * left behind its god-object goes to the nearest point, and begins there. Returns 1 where it does not press yet. */
-static int meet_again(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+static int begin_again(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     float* raised_m = pair->view[finger].raised_m;
-    float edge1[3];
-    float edge2[3];
     float normal[3];
     float moved_m[3] = {0.0f, 0.0f, 0.0f};
     float along;
     float was;
     int presses;
-    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
-    if (pair->touches[1 - finger]) moved_by(tables, pair, finger, 1 - finger, moved_m);
+    normal_of(tables, pair, finger, normal);
+    if (pair->touches[1 - finger]) moved_by_other(tables, pair, finger, moved_m);
     vec_sub(moved_m, pair->servo[finger].finger_m, moved_m);
     vec_add_scaled(1.0f, pair->servo[finger].contact.god_object_m, moved_m);
     along = vec_dot(normal, moved_m); /* from the finger up to the surface */
@@ -181,7 +161,7 @@ static int meet_again(const struct haptable_pair_model* tables, struct haptable_
 }
 
 /* Of two that meet the surface at once neither has moved it yet. */
-static void meet(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
+static void begin_contacts(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         const struct haptable_servo* servo = &pair->servo[f];
@@ -194,87 +174,61 @@ static void meet(const struct haptable_pair_model* tables, struct haptable_pair*
         vec_zero(view->raised_m);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
-        if (pair->view[f].is_new && !pair->view[1 - f].is_new && pair->touches[1 - f]) meet_moved(tables, pair, f);
+        if (pair->view[f].is_new && !pair->view[1 - f].is_new && pair->touches[1 - f]) begin_on_raised(tables, pair, f);
 }
 
 /* Those that gave no force before this tick, and which of them do not yet. */
-static void meet_left(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                      int is_off[HAPTABLE_FINGERS]) {
+static void begin_left(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                       int is_off[HAPTABLE_FINGERS]) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct haptable_pair_view* view = &pair->view[f];
         is_off[f] = 0;
         if (!has_contact(&pair->servo[f]) || view->is_new || pair->touches[f]) continue;
         if (view->left_ticks < 2) ++view->left_ticks;
-        is_off[f] = meet_again(tables, pair, f) && !grabs(&pair->servo[f]);
+        is_off[f] = begin_again(tables, pair, f) && !grabs(&pair->servo[f]);
     }
-}
-
-/* Before a tick. */
-static void begin_meeting(struct haptable_pair* pair) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        pair->view[f].is_new = 0;
-        if (pair->touches[f]) pair->view[f].left_ticks = 0;
-    }
-}
-
-static void keep_pressing(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
-                          const struct haptable_pair_own* own, const float u[3], struct pair_system* system) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    patch_frame(tables->model, pair->servo[finger].contact.patch, edge1, edge2, normal);
-    haptable_pair_keep_pressing(tables, normal, own, is_raised(pair, finger), u, finger, system);
 }
 
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
 static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                       const int is_off[HAPTABLE_FINGERS]) {
-    const struct haptable_contact* at[HAPTABLE_FINGERS] = {&pair->servo[0].contact, &pair->servo[1].contact};
+    const struct haptable_contact* const at[HAPTABLE_FINGERS] = {&pair->servo[0].contact, &pair->servo[1].contact};
+    const float* const x_m[HAPTABLE_FINGERS] = {pair->servo[0].finger_m, pair->servo[1].finger_m};
     struct haptable_pair_own own[HAPTABLE_FINGERS];
+    const struct haptable_pair_own* const owns[HAPTABLE_FINGERS] = {&own[0], &own[1]};
     struct pair_system system;
-    float u[HAPTABLE_FINGERS][3];
-    float dent[HAPTABLE_FINGERS][3];
     float x[9];
     int touches[HAPTABLE_FINGERS];
-    int finger;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        own_of(tables, pair, finger, &own[finger]);
-        dent_of(tables, pair, finger, u[finger], dent[finger]);
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) own_of(tables, pair, f, x_m[f], &own[f]);
+    haptable_pair_tell(&pair->view[1], at[0], &own[0]);
+    tell_own(tables, pair, 0, &own[1]);
+    haptable_pair_cross(&pair->view[0], at[0], x);
+    (void)haptable_pair_solve(&pair->view[0], &own[0], x, &system);
+    haptable_pair_touch(pair, at, x_m, owns, x, system.v, touches);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) touches[f] = !is_off[f] && (touches[f] || grabs(&pair->servo[f]));
+    pair->energy_j = 0.0f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        float* v = pair->view[f].v;
+        pair->touches[f] = (uint8_t)(touches[f] || touches[0] == touches[1]);
+        if (touches[0] == touches[1])
+            vec_copy(system.v[f], v);
+        else if (touches[f])
+            vec_copy(pair->view[1 - f].alone, v);
+        else
+            vec_zero(v);
+        pair->energy_j += 0.5f * vec_dot(own[f].s, v);
     }
-    haptable_pair_cross_contacts(tables, pair, at[0], at[1], x);
-    haptable_pair_press_alone(tables->law, &own[0], &own[1], u, dent, x, &system);
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        touches[finger] = !is_off[finger] && (system.touches[finger] || grabs(&pair->servo[finger]));
-    if (tables->energy || touches[0] == touches[1]) haptable_pair_press_both(&own[0], &own[1], x, &system);
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        if (tables->energy) {
-            keep_pressing(tables, pair, finger, &own[finger], u[finger], &system);
-            touches[finger] = !is_off[finger] && (system.touches[finger] || grabs(&pair->servo[finger]));
-        }
-    }
-    if (touches[0] == touches[1]) {
-        pair->touches[0] = pair->touches[1] = 1;
-        vec_copy(system.v[0], pair->view[0].v);
-        vec_copy(system.v[1], pair->view[1].v);
-    } else {
-        finger = touches[0] ? 0 : 1;
-        pair->touches[finger] = 1;
-        pair->touches[1 - finger] = 0;
-        vec_copy(system.alone[finger], pair->view[finger].v);
-        vec_zero(pair->view[1 - finger].v);
-    }
-    pair->energy_j = 0.5f * (vec_dot(own[0].s, pair->view[0].v) + vec_dot(own[1].s, pair->view[1].v));
 }
 
 static void solve_pair(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
     const int first = has_contact(&pair->servo[0]);
     const int second = has_contact(&pair->servo[1]);
     int is_off[HAPTABLE_FINGERS];
-    meet(tables, pair);
-    meet_left(tables, pair, is_off);
+    begin_contacts(tables, pair);
+    begin_left(tables, pair, is_off);
     pair->view[0].is_solved = pair->view[1].is_solved = 1;
     if (first && second) {
         solve_two(tables, pair, is_off);
@@ -284,35 +238,6 @@ static void solve_pair(const struct haptable_pair_model* tables, struct haptable
         pair->touches[0] = pair->touches[1] = 0;
         pair->energy_j = 0.0f;
     }
-}
-
-/* What a contact stores, whose load is known. */
-static float stored_by(const struct haptable_pair_view* view, const struct haptable_contact* contact,
-                       const float x_m[3]) {
-    float u[3];
-    pair_felt(view, x_m, u);
-    vec_sub(u, contact->god_object_m, u);
-    return 0.5f * vec_dot(u, contact->load_n);
-}
-
-/* frictionless: goes on from where it was by steps while the contact is held, which is the other finger's too; where
- * that stores more than the contact, or does not come to rest, as the model has it. */
-static void go_free(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
-    struct haptable_pair_view* view = (struct haptable_pair_view*)model; /* of a view, which is no constant */
-    const struct haptable_pair_model* tables = view->tables;
-    const struct haptable_contact* freed = haptable_freed_contact(model, servo);
-    float from_m[3];
-    vec_copy(servo->finger_m, from_m);
-    if (view->is_coupled && freed) {
-        struct haptable_contact at = *freed;
-        if (tables->track(view, servo, x_m, FREE_STEPS, &at) > 0 &&
-            stored_by(view, &at, x_m) <= stored_by(view, &servo->contact, x_m)) {
-            haptable_freed_of(model, servo)->at = at;
-            vec_copy(x_m, servo->finger_m); /* it stays, and so does a god-object that rests */
-        }
-    }
-    tables->model->frictionless(model, servo, x_m);
-    vec_copy(from_m, servo->finger_m);
 }
 
 /* ---- a tick --------------------------------------------------------------------------------------------------- */
@@ -326,8 +251,6 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->model = *tables->model;
         view->model.force = haptable_pair_force;
         view->model.energy = tables->energy;
-        if (view->model.frictionless && tables->track) view->model.frictionless = go_free;
-        view->tracked = 0;
         if (view->model.passivity) view->model.passivity = brake;
         view->tables = tables;
         view->is_coupled = view->is_solved = 0;
@@ -337,7 +260,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->is_new = view->left_ticks = 0;
         vec_zero(view->raised_m);
         vec_zero(view->v);
-        pair_forget(view);
+        view->rows[0].patch = view->rows[1].patch = HAPTABLE_NONE;
         pair->touches[finger] = 0;
         pair->net.patch[finger] = HAPTABLE_NONE;
     }
@@ -348,44 +271,9 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
     pair->given_j = 0.0f;
 }
 
-/* The first stages of a finger's tick. Returns 0 where out is written already: a position or a state without force. */
-static int begin(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                 const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
-    struct haptable_servo* servo = &pair->servo[finger];
-    const uint32_t elapsed_us = now_us - servo->position_us;
-    ++servo->counters.ticks;
-    servo->position_us = now_us;
-    if (is_refused(tables->model, servo, finger_m, elapsed_us)) {
-        give_nothing(servo, servo->faults != 0 ? HAPTABLE_FAULTED : HAPTABLE_REJECTED, out);
-        return 0;
-    }
-    if (is_faulted(tables->model, servo)) {
-        give_nothing(servo, HAPTABLE_FAULTED, out);
-        if (out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
-        return 0;
-    }
-    return 1;
-}
-
 /* 1 where the other's dent left it behind in the last tick. */
 static int is_left(const struct haptable_pair* pair, int finger) {
     return has_contact(&pair->servo[finger]) && has_contact(&pair->servo[1 - finger]) && !pair->touches[finger];
-}
-
-/* 1 where nothing but its energy moves it. */
-static int goes_on_alone(const struct haptable_servo* servo) {
-    return servo->finger_known && !servo->segment.unfinished && servo->undecided_ticks == 0 && !grabs(servo) &&
-           vec_dot(servo->sensitivity_per_m[0], servo->sensitivity_per_m[0]) +
-                   vec_dot(servo->sensitivity_per_m[1], servo->sensitivity_per_m[1]) >
-               0.0f;
-}
-
-/* Of two of which the other is left behind. 1 where the tick's work on the god-object is done: it is where it rests. */
-static int track(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                 const float finger_m[3]) {
-    struct haptable_servo* servo = &pair->servo[finger];
-    return tables->track && is_left(pair, 1 - finger) && !tables->model->frictionless && goes_on_alone(servo) &&
-           tables->track(&pair->view[finger], servo, finger_m, FREE_STEPS, &servo->contact) > 0;
 }
 
 /* One that is left behind gives no force: it goes to the nearest point, where the surface would meet it again. */
@@ -403,16 +291,7 @@ static void move_finger(const struct haptable_pair_model* tables, struct haptabl
         vec_zero(servo->contact.load_n);
     } else {
         tell(tables, pair, finger, finger_m, other_m);
-        if (track(tables, pair, finger, finger_m)) { /* it is looked at from there */
-            float none_m[3];
-            vec_sub(finger_m, servo->finger_m, motion_m);
-            vec_copy(finger_m, servo->finger_m);
-            if (tables->model->frictionless) model->god_object = tables->model->frictionless;
-            move(model, servo, finger_m, none_m);
-            model->god_object = tables->model->god_object;
-        } else {
-            move(model, servo, finger_m, motion_m);
-        }
+        move(model, servo, finger_m, motion_m);
     }
 }
 
@@ -426,16 +305,6 @@ static void observe(struct haptable_pair* pair, float motion_m[HAPTABLE_FINGERS]
     }
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         pair->view[finger].brake_n_per_m = haptable_brake_of(&pair->view[finger].model, pair->given_j, motion2);
-}
-
-/* The last stages of a finger's tick. */
-static void finish(struct haptable_pair* pair, int finger, const float motion_m[3], struct haptable_output* out) {
-    const struct haptable_model* model = &pair->view[finger].model;
-    struct haptable_servo* servo = &pair->servo[finger];
-    put_force(model, servo, out);
-    if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
-    if (model->limit) model->limit(model, servo, out);
-    vec_copy(out->force_n, servo->given_n);
 }
 
 /* Each looks at its finger from where both have settled, and may let go, or go over to where less is stored. */
@@ -476,14 +345,13 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
             return;
         }
     }
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (pair->is_following) forget_sensitivity(&pair->servo[finger]); /* was of both */
-    }
     pair->is_following = 0;
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger])
             move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
-    meet(tables, pair);
+    begin_contacts(tables, pair);
     if (!together) return;
     if (!left && (is_left(pair, 0) || is_left(pair, 1))) { /* as they settled */
         leave_behind(tables, pair);
@@ -495,49 +363,45 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
     if (is_left(pair, 0) || is_left(pair, 1)) leave_behind(tables, pair);
 }
 
-void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
-                        const float second_m[3], uint32_t now_us, struct haptable_output out[HAPTABLE_FINGERS]) {
-    const float* const finger_m[HAPTABLE_FINGERS] = {first_m, second_m};
+/* One tick of the fingers that are there, a bit each; the other stays where it was. */
+static void step(const struct haptable_pair_model* tables, struct haptable_pair* pair, unsigned there,
+                 const float* const finger_m[HAPTABLE_FINGERS], uint32_t now_us,
+                 struct haptable_output* const out[HAPTABLE_FINGERS]) {
     float motion_m[HAPTABLE_FINGERS][3];
     int goes_on[HAPTABLE_FINGERS];
-    int finger;
+    int f;
     pair->evaluations = 0;
     pair->looks = 0;
-    begin_meeting(pair);
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
-        vec_zero(motion_m[finger]);
-        pair->view[finger].tracked = 0;
-        pair->view[finger].is_solved = 0;
-        goes_on[finger] = begin(tables, pair, finger, finger_m[finger], now_us, &out[finger]);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        vec_zero(motion_m[f]);
+        pair->view[f].is_solved = pair->view[f].is_new = 0;
+        if (pair->touches[f]) pair->view[f].left_ticks = 0;
     }
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        goes_on[f] = (there >> f & 1u) != 0u && begin_tick(tables->model, &pair->servo[f], finger_m[f], now_us, out[f]);
     move_both(tables, pair, finger_m, goes_on, motion_m);
     if (!pair->view[0].is_solved) solve_pair(tables, pair);
     if (tables->model->passivity) observe(pair, motion_m);
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
-        if (goes_on[finger]) finish(pair, finger, motion_m[finger], &out[finger]);
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        if (goes_on[f]) finish_tick(&pair->view[f].model, &pair->servo[f], motion_m[f], out[f]);
 }
 
-/* One tick of one finger, the other staying where it was. */
-static void step_finger(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                        const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
-    float motion_m[HAPTABLE_FINGERS][3];
-    vec_zero(motion_m[1 - finger]);
-    pair->view[0].is_solved = pair->view[1].is_solved = 0;
-    begin_meeting(pair);
-    pair->is_following = 0;
-    if (!begin(tables, pair, finger, finger_m, now_us, out)) return;
-    move_finger(tables, pair, finger, finger_m, pair->servo[1 - finger].finger_m, motion_m[finger]);
-    solve_pair(tables, pair);
-    if (tables->model->passivity) observe(pair, motion_m);
-    finish(pair, finger, motion_m[finger], out);
+void haptable_pair_step(const struct haptable_pair_model* tables, struct haptable_pair* pair, const float first_m[3],
+                        const float second_m[3], uint32_t now_us, struct haptable_output out[HAPTABLE_FINGERS]) {
+    const float* const finger_m[HAPTABLE_FINGERS] = {first_m, second_m};
+    struct haptable_output* const each[HAPTABLE_FINGERS] = {&out[0], &out[1]};
+    step(tables, pair, 3u, finger_m, now_us, each);
 }
 
 void haptable_pair_step_one(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             const float finger_m[3], uint32_t now_us, struct haptable_output* out) {
     struct haptable_pair_view* view = &pair->view[finger];
     struct haptable_servo* servo = &pair->servo[finger];
-    if (has_contact(servo) && vec_dot(view->raised_m, view->raised_m) > 0.0f) {
-        step_finger(tables, pair, finger, finger_m, now_us, out);
+    if (has_contact(servo) && pair_is_raised(view)) {
+        const float* const x_m[HAPTABLE_FINGERS] = {finger == 0 ? finger_m : pair->servo[0].finger_m,
+                                                    finger == 1 ? finger_m : pair->servo[1].finger_m};
+        struct haptable_output* const each[HAPTABLE_FINGERS] = {out, out};
+        step(tables, pair, 1u << finger, x_m, now_us, each);
     } else {
         vec_zero(view->raised_m);
         haptable_servo_step(tables->model, servo, finger_m, now_us, out);

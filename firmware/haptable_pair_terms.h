@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT
  *
- * [A_1 X; X^T A_2] v = s,   E = 1/2 s . v:   N v_1 = t,   N = A_1 - X A_2^-1 X^T,   t = s_1 - X A_2^-1 s_2
+ * [A_1 X; X^T A_2] v = s,   E = 1/2 s . v,   X = share sum_kl w_k w_l C_kl of the controls of both places
  *
- * dE/db = s_b . v_1 - 1/2 v_1^T A_b v_1 - v_1^T X_b v_2
- * d2E/db dc = v_1 . s_bc - 1/2 v_1^T A_bc v_1 - v_1^T X_bc v_2 + y_b^T N^-1 y_c + r_b^T A_2^-1 r_c
- * with r_b = -X_b^T v_1 and y_b = s_b - A_b v_1 - X_b v_2 - X A_2^-1 r_b: the last two terms are never negative.
+ * dE/dp = s_p . v - 1/2 v . A_p v,   d2E/dp dq = s_pq . v - 1/2 v . A_pq v + y_p . A^-1 y_q,   y_p = s_p - A_p v
  *
- * E is the energy of both over the place of the first, the second staying on the finger that holds it.
+ * of area coordinates p, q of either place, A and y being of both. Solved by N v_1 = s_1 - X A_2^-1 s_2, N = A_1 - X
+ * A_2^-1 X^T. Here 1 is the finger that is asked, and 2 the other, which its view tells of.
  */
 #ifndef HAPTABLE_PAIR_TERMS_H
 #define HAPTABLE_PAIR_TERMS_H
@@ -16,146 +15,145 @@
 #include "haptable_surface.h"
 #include "haptable_vector.h"
 
-/* ---- sums of blocks -------------------------------------------------------------------------------------------- */
+/* ---- sums over a patch's controls, of which there are 3 or 6 ----------------------------------------------------- */
 
-/* One number of three or six weighted blocks in a row, each `stride` numbers after the one before. */
-static inline float pair_three(const float w[3], const float* x, size_t stride) {
-    return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride];
-}
-
-static inline float pair_six(const float w[6], const float* x, size_t stride) {
-    return w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride] + w[3] * x[3 * stride] + w[4] * x[4 * stride] +
-           w[5] * x[5 * stride];
-}
-
-/* Whole blocks, with every number a statement of its own: so the weights stay in registers. */
-static inline void pair_sum_three(const float w[3], const float* x, size_t stride, float* restrict to) {
-    to[0] = pair_three(w, &x[0], stride);
-    to[1] = pair_three(w, &x[1], stride);
-    to[2] = pair_three(w, &x[2], stride);
-    to[3] = pair_three(w, &x[3], stride);
-    to[4] = pair_three(w, &x[4], stride);
-    to[5] = pair_three(w, &x[5], stride);
-    to[6] = pair_three(w, &x[6], stride);
-    to[7] = pair_three(w, &x[7], stride);
-    to[8] = pair_three(w, &x[8], stride);
-}
-
-static inline void pair_sum_six(const float w[6], const float* x, size_t stride, float* restrict to) {
-    to[0] = pair_six(w, &x[0], stride);
-    to[1] = pair_six(w, &x[1], stride);
-    to[2] = pair_six(w, &x[2], stride);
-    to[3] = pair_six(w, &x[3], stride);
-    to[4] = pair_six(w, &x[4], stride);
-    to[5] = pair_six(w, &x[5], stride);
-    to[6] = pair_six(w, &x[6], stride);
-    to[7] = pair_six(w, &x[7], stride);
-    to[8] = pair_six(w, &x[8], stride);
-}
-
-static inline void pair_sum(int count, const float w[], const float* x, size_t stride, float* restrict to) {
-    if (count == HAPTABLE_PAIR_CONTROLS)
-        pair_sum_six(w, x, stride, to);
-    else
-        pair_sum_three(w, x, stride, to);
-}
-
-/* ---- places --------------------------------------------------------------------------------------------------- */
-
-/* How many controls a patch has. */
 static inline int pair_count(const struct haptable_pair_law* law) {
     return law->controls == HAPTABLE_PAIR_CONTROLS ? HAPTABLE_PAIR_CONTROLS : 3;
+}
+
+/* Of numbers, each `stride` after the one before. */
+static inline float pair_sum_numbers(int count, const float w[], const float* x, size_t stride) {
+    const float three = w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride];
+    return count == 3 ? three : three + w[3] * x[3 * stride] + w[4] * x[4 * stride] + w[5] * x[5 * stride];
+}
+
+/* Of blocks of nine, each `stride` numbers after the one before. */
+static inline void pair_sum_blocks(int count, const float w[], const float* x, size_t stride, float to[9]) {
+    float sum[9]; /* in registers */
+    mat_scale(w[0], x, sum);
+    mat_add(w[1], x + stride, sum);
+    mat_add(w[2], x + 2 * stride, sum);
+    if (count != 3) {
+        mat_add(w[3], x + 3 * stride, sum);
+        mat_add(w[4], x + 4 * stride, sum);
+        mat_add(w[5], x + 5 * stride, sum);
+    }
+    mat_copy(sum, to);
 }
 
 /* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
 void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]);
 
-static inline void pair_weights(int count, const float alpha[3], float weight[]) {
-    int c;
-    vec_copy(alpha, weight);
-    if (count != HAPTABLE_PAIR_CONTROLS) return;
-    for (c = 0; c < 3; ++c) {
-        weight[c] = alpha[c] * alpha[c];
-        weight[3 + c] = 2.0f * alpha[next_corner(c)] * alpha[previous_corner(c)];
-    }
-}
+/* ---- what a finger is told of the other ---------------------------------------------------------------------------
+ */
 
 /* Where a contact's dent ends. It begins where the finger met the surface, as the other had raised it. */
 static inline void pair_felt(const struct haptable_pair_view* view, const float x_m[3], float felt_m[3]) {
     vec_add(x_m, view->raised_m, felt_m);
 }
 
-/* u of a finger whose dent begins elsewhere, to tell whether it presses: straight into its patch, of any length. */
-void haptable_pair_inwards(const struct haptable_model* model, uint16_t patch, float u[3]);
-
-/* ---- how two places are coupled ------------------------------------------------------------------------------- */
-
-/* The coupling of every control of a patch with the other's place. cost: as tables->cross, where it is not known */
-const struct haptable_pair_rows* haptable_pair_gather(const struct haptable_pair_view* view, uint16_t patch);
-
-/* The other finger has moved. */
-static inline void pair_forget(struct haptable_pair_view* view) {
-    view->rows[0].patch = view->rows[1].patch = HAPTABLE_NONE;
+static inline int pair_is_raised(const struct haptable_pair_view* view) {
+    return vec_dot(view->raised_m, view->raised_m) > 0.0f;
 }
 
-/* Where the other finger is. */
-void haptable_pair_look(const struct haptable_pair_model* tables, const struct haptable_contact* contact,
-                        struct haptable_pair_view* view);
+/* The load of v on the surface, N. */
+void haptable_pair_load_of(const struct haptable_pair_law* law, const float a[6], const float v[3], float load_n[3]);
 
-/* The control of corners c and d of a mask's patch. */
-static inline int pair_control_of(int c, int d) { return c == d ? c : 6 - c - d; }
+/* Of the other finger: its contact, and its own terms there. */
+void haptable_pair_tell(struct haptable_pair_view* view, const struct haptable_contact* contact,
+                        const struct haptable_pair_own* own);
 
-/* ---- the solve ------------------------------------------------------------------------------------------------ */
+/* The blocks between two patches: read where one of them is another one than before. */
+const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_model* tables,
+                                                     struct haptable_pair_net* net, uint16_t first, uint16_t second);
 
-/* X A_2^-1 and N, of the share of X that keeps N definite: X becomes that. */
-float haptable_pair_reduce_definite(const float a[6], const float m[6], float x[9], float xm[9], float n[6]);
+/* What couples a finger's patch to the other's place, from the blocks of both patches. before: haptable_pair_tell. */
+void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                            uint16_t patch);
+
+/* ---- how two places are coupled -----------------------------------------------------------------------------------
+ */
+
+/* X, and how it changes with a finger's alpha_1, alpha_2, b. */
+struct pair_link {
+    const struct haptable_pair_law* law;
+    const float (*row)[9]; /* of each of the patch's controls: sum_l w_l C_kl */
+    float weight[HAPTABLE_PAIR_CONTROLS];
+    float slope[2][HAPTABLE_PAIR_CONTROLS]; /* dw_k / db */
+    float share;                            /* of the coupling: 1, or less where fingers meet or N is lifted */
+    float share_slope[2];
+    float share_bend[3]; /* 11 12 22 */
+    float near;          /* 1 - r^2 / meeting_m^2, r apart; above 0 they meet */
+    float near_slope[2];
+};
+
+/* e: edges of the patch from its corner 0, m; NULL: no slopes. */
+void haptable_pair_link(const struct haptable_pair_view* view, const struct haptable_contact* contact,
+                        const float (*row)[9], float (*e)[3], struct pair_link* link);
+
+static inline void pair_cross_of(const struct pair_link* link, float x[9]) {
+    pair_sum_blocks(pair_count(link->law), link->weight, link->row[0], 9, x);
+    if (link->share < 1.0f) mat_scale(link->share, x, x);
+}
+
+/* X of a finger that is told of the other. */
+void haptable_pair_cross(const struct haptable_pair_view* view, const struct haptable_contact* contact, float x[9]);
+
+/* v . X_b v_other, by q_k = v . x_k v_other of the controls. */
+static inline void pair_coupled_slope(int count, const struct pair_link* link, const float q[], float coupled_j[2]) {
+    int b;
+    for (b = 0; b < 2; ++b) coupled_j[b] = link->share * pair_sum_numbers(count, link->slope[b], q, 1);
+    if (link->share < 1.0f) {
+        const float whole_j = pair_sum_numbers(count, link->weight, q, 1);
+        for (b = 0; b < 2; ++b) coupled_j[b] += link->share_slope[b] * whole_j;
+    }
+}
+
+/* What coupling makes of slopes by a finger's coordinates, both fingers' v being given. */
+struct pair_varied {
+    float back[2][3];   /* X_b^T v: what the other's y is less by */
+    float coupled_j[3]; /* v . R_b v_other, and v . R v_other where share < 1; X = share R */
+};
+
+/* Takes it off the slopes that the place has by itself. */
+void haptable_pair_vary(const struct pair_link* link, const float v[3], const float other[3],
+                        struct haptable_pair_slope* slope, struct pair_varied* varied);
+
+/* ---- the solve ----------------------------------------------------------------------------------------------------
+ */
+
+/* Of both places; the first is the finger's that is asked. */
+struct pair_system {
+    float xm[9]; /* X A_2^-1 */
+    struct sym_factored n;
+    float t[3]; /* s_1 - X A_2^-1 s_2 */
+    float v[HAPTABLE_FINGERS][3];
+};
+
+/* Both v. Returns the share of X that keeps N definite, 1 or less; X becomes that. */
+float haptable_pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9],
+                          struct pair_system* system);
+
+/* [A_1 X; X^T A_2] z = y */
+void haptable_pair_solve_slope(const struct haptable_pair_view* view, const struct pair_system* system,
+                               float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]);
+
+/* u, to tell whether a finger presses: straight into its patch, of any length, where its dent begins elsewhere. */
+void haptable_pair_inwards(const struct haptable_pair_view* view, const struct haptable_contact* contact,
+                           const float x_m[3], float u[3]);
+
+/* Which fingers touch of two that were told of each other. One does unless u . q < 0 with q what its dent lacks while
+ * the other alone presses. With least energy it also does where both press along u, and does not where the surface
+ * would have to be pulled, wherever its god-object has gone: if it met the surface as that is at rest, only where it
+ * presses without the other. X is of the first; v: both fingers'. */
+void haptable_pair_touch(const struct haptable_pair* pair, const struct haptable_contact* const at[HAPTABLE_FINGERS],
+                         const float* const x_m[HAPTABLE_FINGERS],
+                         const struct haptable_pair_own* const own[HAPTABLE_FINGERS], const float x[9],
+                         float v[HAPTABLE_FINGERS][3], int touches[HAPTABLE_FINGERS]);
 
 /* force: of the pair at a contact of this finger's, the other being where it was told. Of those that a tick tries, as
  * friction does, nobody asks for the nodes' loads. */
 haptable_force_fn haptable_pair_force;
-
-/* ---- both places at once --------------------------------------------------------------------------------------- */
-
-/* The system of both places, solved. */
-struct pair_system {
-    float m[6];  /* A_2^-1 */
-    float t[3];  /* s_1 - X A_2^-1 s_2 */
-    float xm[9]; /* X A_2^-1 */
-    struct sym_factored n;
-    float v[HAPTABLE_FINGERS][3];
-    float alone[HAPTABLE_FINGERS][3]; /* v of each without the other */
-    int lifted;                       /* 1: less of X was taken, so that N is definite */
-    int touches[HAPTABLE_FINGERS];    /* 0: where the other alone presses, its dent leaves this one behind */
-};
-
-/* The blocks between the patches of two contacts: read where one of them is another one than before. */
-const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_model* tables,
-                                                     struct haptable_pair_net* net, uint16_t first, uint16_t second);
-
-/* The rows of the patch where a finger is, from the blocks that the pair has of both patches. */
-void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger);
-
-/* X of two contacts. */
-void haptable_pair_cross_contacts(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                                  const struct haptable_contact* first, const struct haptable_contact* second,
-                                  float x[9]);
-
-/* What each finger makes of the surface alone, A_2^-1 and t, and which fingers touch: one does unless u . q < 0.
- * dent: u and raised_m, which q is of. */
-void haptable_pair_press_alone(const struct haptable_pair_law* law, const struct haptable_pair_own* first,
-                               const struct haptable_pair_own* second, float u[HAPTABLE_FINGERS][3],
-                               float dent[HAPTABLE_FINGERS][3], const float x[9], struct pair_system* system);
-
-/* X A_2^-1 and N = A_1 - X A_2^-1 X^T, factored; then both v. before: pair_press_alone. */
-void haptable_pair_press_both(const struct haptable_pair_own* first, const struct haptable_pair_own* second, float x[9],
-                              struct pair_system* system);
-
-/* A force ends where it is none: with least energy a finger that the other alone would leave behind touches while both
- * press on it, along u. It does not where the surface would have to be pulled there, wherever its god-object has gone;
- * of one that met the surface as it is at rest only if that presses on it without the other. */
-void haptable_pair_keep_pressing(const struct haptable_pair_model* tables, const float normal[3],
-                                 const struct haptable_pair_own* own, int is_raised, const float u[3], int finger,
-                                 struct pair_system* system);
 
 static inline const struct haptable_pair_view* pair_view_of(const struct haptable_model* model) {
     return (const struct haptable_pair_view*)model; /* the model is its first member */

@@ -75,4 +75,25 @@ static inline void haptable_patch_complete(float alpha[3]) {
         alpha[2] = 1.0f - alpha[0] - alpha[1];
 }
 
+/* Moves a point by t d of its area coordinates, d[0] + d[1] + d[2] = 0, at most to its patch's border, where the
+ * coordinate that ends there is exactly 0. Returns how much of d was gone, 0 to t. */
+static inline float haptable_patch_move(const struct haptable_model* model, const struct haptable_contact* from,
+                                        const float d[3], float t, struct haptable_contact* to) {
+    int ends = -1;
+    int c;
+    for (c = 0; c < 3; ++c)
+        if (from->alpha[c] + t * d[c] <= 0.0f && d[c] < 0.0f && from->alpha[c] > 0.0f) {
+            t = from->alpha[c] / -d[c];
+            ends = c;
+        }
+    *to = *from;
+    for (c = 0; c < 3; ++c) {
+        to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
+        if (c == ends) to->alpha[c] = 0.0f;
+    }
+    haptable_patch_complete(to->alpha);
+    place(model, to);
+    return t;
+}
+
 #endif

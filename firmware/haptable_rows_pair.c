@@ -15,10 +15,7 @@ static float growth_of(const struct haptable_pair_law* law, const struct haptabl
     const float given2 = vec_dot(given_n, given_n);
     float load_n[3];
     float load2;
-    if (law->is_stiffness)
-        vec_symmetric_product(own->a, v, load_n);
-    else
-        vec_copy(v, load_n);
+    haptable_pair_load_of(law, own->a, v, load_n);
     load2 = vec_dot(load_n, load_n);
     if (!(given2 > HAPTABLE_NO_FORCE2 && load2 > HAPTABLE_NO_FORCE2)) return 0.0f;
     return load2 > given2 ? vec_inverse_root(given2 / load2 * vec_inverse_root(given2 / load2)) : 1.0f;
@@ -77,13 +74,12 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         }
     }
     if (presses == 3u) {
-        float m[6];
+        struct pair_system system;
         float x[9];
-        float xm[9];
-        float n[6];
-        haptable_pair_cross_contacts(tables, pair, at[0], at[1], x);
-        sym_invert(own[1].a, m);
-        (void)haptable_pair_reduce_definite(own[0].a, m, x, xm, n);
+        haptable_pair_tell(&pair->view[0], at[1], &own[1]);
+        haptable_pair_put_rows(tables, pair, 0, at[0]->patch);
+        haptable_pair_cross(&pair->view[0], at[0], x);
+        (void)haptable_pair_solve(&pair->view[0], &own[0], x, &system); /* for the share of X */
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)

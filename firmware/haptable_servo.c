@@ -26,22 +26,10 @@ void haptable_servo_buttons(struct haptable_servo* servo, uint32_t buttons) {
 
 void haptable_servo_step(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
                          uint32_t now_us, struct haptable_output* out) {
-    const uint32_t elapsed_us = now_us - servo->position_us;
     float motion_m[3];
-    int refused;
-    ++servo->counters.ticks;
-    servo->position_us = now_us;
-    refused = is_refused(model, servo, finger_m, elapsed_us);
-    if (refused || is_faulted(model, servo)) {
-        give_nothing(servo, refused && servo->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, out);
-        if (!refused && out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
-        return;
-    }
+    if (!begin_tick(model, servo, finger_m, now_us, out)) return;
     move(model, servo, finger_m, motion_m);
-    put_force(model, servo, out);
-    if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
-    if (model->limit) model->limit(model, servo, out);
-    vec_copy(out->force_n, servo->given_n);
+    finish_tick(model, servo, motion_m, out);
 }
 
 int haptable_servo_watch(struct haptable_servo* servo, uint32_t now_us, struct haptable_output* out) {

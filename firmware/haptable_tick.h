@@ -2,8 +2,8 @@
  *
  * finger -> checked -> god-object -> force -> checked -> limited -> out
  *
- * The stages of a tick: what haptable_servo.c (one finger) and haptable_pair.c (two) are made of. One file for each, so
- * that each has them inlined, and a program pays for one of them only.
+ * The stages of a tick: what haptable_servo.c (one finger) and haptable_pair_servo.c (two) are made of. One file for
+ * each, so that each has them inlined, and a program pays for one of them only.
  */
 #ifndef HAPTABLE_TICK_H
 #define HAPTABLE_TICK_H
@@ -171,6 +171,29 @@ static void put_force(const struct haptable_model* model, struct haptable_servo*
     if (model->relax) model->relax(model, servo, out);
     gate_force(model, servo, out);
     if (servo->fade_ticks != 0) fade_force(servo, out->force_n);
+}
+
+/* A tick's first stages. Returns 0 where out is written already: a position or a state without force. */
+static int begin_tick(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
+                      uint32_t now_us, struct haptable_output* out) {
+    const uint32_t elapsed_us = now_us - servo->position_us;
+    int refused;
+    ++servo->counters.ticks;
+    servo->position_us = now_us;
+    refused = is_refused(model, servo, finger_m, elapsed_us);
+    if (!refused && !is_faulted(model, servo)) return 1;
+    give_nothing(servo, refused && servo->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, out);
+    if (!refused && out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;
+    return 0;
+}
+
+/* Its last stages, once the god-object is where it rests. */
+static void finish_tick(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
+                        struct haptable_output* out) {
+    put_force(model, servo, out);
+    if (model->release || model->passivity) finish_force(model, servo, motion_m, out);
+    if (model->limit) model->limit(model, servo, out);
+    vec_copy(out->force_n, servo->given_n);
 }
 
 #endif

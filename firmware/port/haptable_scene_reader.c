@@ -75,7 +75,6 @@ const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reade
     to->bend = model->energy ? laws[law].bend : 0;
     to->energy = model->energy ? haptable_pair_energy : 0;
     to->settle = model->energy && !model->frictionless ? haptable_pair_settle : 0;
-    to->track = model->energy ? haptable_pair_track : 0;
     to->cross = to->place_count == 0 ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
     to->blocks = to->place_count == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
     to->span = haptable_span_of_pair;

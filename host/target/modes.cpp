@@ -107,18 +107,13 @@ PairTickCost pair_cost_of(const Mode& mode, std::uint64_t fan) {
 std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick) {
     std::uint64_t sum = each.rest + each.evaluation * tick.evaluations + each.look * tick.looks;
     for (const haptable_servo& servo : tick.servo) sum += cost(each.each, servo.counters);
-    for (const haptable_pair_view& view : tick.view) sum += STEPS_OF_ENERGY * each.each.energy * view.tracked;
     return sum;
 }
 
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     const PairTickCost each = pair_cost_of(mode, fan);
-    // Without friction one is tracked only where one is left behind: then the other's energies are one finger's, which
-    // saves more than that takes.
-    const bool tracks = mode.god_object == GodObject::kLeastEnergy && mode.more == "friction";
-    const std::uint64_t tracked = tracks ? each.each.energy * 2 * HAPTABLE_PAIR_TRACKED * STEPS_OF_ENERGY : 0;
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
-           each.look * HAPTABLE_PAIR_LOOKS + tracked;
+           each.look * HAPTABLE_PAIR_LOOKS;
 }
 
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
+#include "firmware/haptable_bounds.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/link/finger_path.hpp"
@@ -513,8 +515,8 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
 }
 
 /// Both slide 1 mm deep over several patches of a cube's top, 50 um a tick. Of the ticks with both in contact, the part
-/// in which neither descended by itself.
-double followed_part(ForceLaw force, double friction) {
+/// in which neither took more than so many steps of the energy by itself.
+double followed_part(ForceLaw force, double friction, unsigned most) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
     Pair pair(body, GodObject::kLeastEnergy, friction);
     int ticks = 0, followed = 0;
@@ -525,18 +527,20 @@ double followed_part(ForceLaw force, double friction) {
                 {0.0242 - along, 0.0213 - 0.2 * along, 0.0301 - deep});
         if (!pair.touches(0) || !pair.touches(1)) continue;
         ++ticks;
-        followed += pair.state().servo[0].counters.most_energies + pair.state().servo[1].counters.most_energies == 0;
+        followed += std::ranges::all_of(pair.state().servo,
+                                        [most](const auto& servo) { return servo.counters.most_energies <= most; });
     }
     EXPECT_GT(ticks, 300);
     return double(followed) / ticks;
 }
 
 TEST(Pair, BothAreFollowedOverEdges) {
-    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.0), 0.99) << force;
+    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.0, 0), 0.99) << force;
 }
 
+// An evaluation where the minimum is foreseen, and one more for the load or over an edge; a descent takes more.
 TEST(Pair, WithFrictionEachIsFollowedToo) {
-    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.3), 0.8) << force;
+    for (const ForceLaw force : kForces) EXPECT_GT(followed_part(force, 0.3, 2 * STEPS_OF_ENERGY), 0.8) << force;
 }
 
 // The second comes in where the first's dent is deep: no energy is asked for where it would meet the surface.
