@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: MIT
  *
- *   D+ = D + dE - 1/2 (f + f+) . dx - K/2 |dh|^2,   F = (1 - max(0, D+) / E) F_contact
+ *   D+ = D + dE - f . dx - K/2 |dx|^2,   F = (1 - max(0, D+) / E) F_contact
  *
  * The tick of a body that moves, rigidly or in its modes or both, under one finger or two. Contacts are as on a body at
  * rest, in the body's frame and less what its modes have moved the surface. f is the load of the fingers, dx how far
- * they went in that frame, dh how far the hands did, E what contacts store, dE what contacts and modes have got, K the
- * stiffest contact.
+ * they went in that frame, E what contacts store, dE what contacts and modes have got, K the stiffest contact.
  *
  * Action is reaction: hands and body get the same force for a tick, so that the body's momentum is what it was given.
- * It is kicked, then it drifts. Such a step keeps the energy of a spring if dE = 1/2 (f + f+) . dx; what contacts make
- * beyond that (a force without an energy, a finger that enters where the other has bulged the surface) and what the
- * hand's own sampling does not cover is owed, and lowers the force on both sides until it is paid. Nothing is forgiven:
- * docs/design/moving.md.
+ * It is kicked, then it drifts. Over a contact hands and body pay no less than the sum of f . dx, and a spring that is
+ * sampled makes at most the last term. What contacts make beyond that (a force without an energy, a finger that enters
+ * where the other has bulged the surface) is owed, and lowers the force on both sides until it is paid. Nothing is
+ * forgiven: docs/design/moving.md.
  */
 #include "haptable_contact.h"
 #include "haptable_force.h"
@@ -25,7 +24,6 @@ struct fingers {
     float at_m[HAPTABLE_FINGERS][3];    /* where it is */
     float moved_m[HAPTABLE_FINGERS][3]; /* since the last tick; 0 where that is not known */
     float felt_m[HAPTABLE_FINGERS][3];  /* at_m, less what the modes have moved the surface */
-    float way_m2[HAPTABLE_FINGERS];     /* of the hand, or in the body's frame where that is less, squared */
     float load_n[HAPTABLE_FINGERS][3];  /* of its contact, on the body */
     float share[HAPTABLE_FINGERS];      /* of its force that is given */
     float stored_j;                     /* by its contacts */
@@ -46,20 +44,16 @@ static void to_body(const struct haptable_scene* scene, void* state, const struc
         const struct haptable_past* past = &account->past[f];
         const float most2 = HAPTABLE_FAST_SEGMENT_M * HAPTABLE_FAST_SEGMENT_M;
         float hand_m[3];
-        float hand2;
-        float moved2;
         if (scene->rigid)
             scene->rigid->from_world(scene->body, haptable_scene_body(scene, state), in[f].finger_m, fingers->at_m[f]);
         else
             vec_copy(in[f].finger_m, fingers->at_m[f]);
         vec_sub(fingers->at_m[f], past->finger_m, fingers->moved_m[f]);
         vec_sub(in[f].finger_m, past->hand_m, hand_m);
-        hand2 = vec_dot(hand_m, hand_m);
-        moved2 = vec_dot(fingers->moved_m[f], fingers->moved_m[f]);
         /* What is no number fails, too. */
-        fingers->is_known[f] = in[f].is_there && past->is_known && hand2 <= most2 && moved2 <= 4.0f * most2;
+        fingers->is_known[f] = in[f].is_there && past->is_known && vec_dot(hand_m, hand_m) <= most2 &&
+                               vec_dot(fingers->moved_m[f], fingers->moved_m[f]) <= 4.0f * most2;
         if (!fingers->is_known[f]) vec_zero(fingers->moved_m[f]);
-        fingers->way_m2[f] = !fingers->is_known[f] ? 0.0f : hand2 < moved2 ? hand2 : moved2;
         vec_copy(fingers->at_m[f], fingers->felt_m[f]);
     }
 }
@@ -163,21 +157,18 @@ static void settle(const struct haptable_scene* scene, void* state, struct finge
                    const struct haptable_output out[]) {
     struct haptable_account* account = haptable_scene_account(scene, state);
     const float stored_j = stored_of(scene, state, fingers, out);
-    const float half = scene->rigid ? 0.5f : 0.0f; /* of the tick's way that goes with its own force */
     float owed_j = account->owed_j + (stored_j - account->stored_j);
-    float own_j = 0.0f;
     float paid = 1.0f;
     int f;
     for (f = 0; f < fingers->count; ++f) {
-        owed_j -= (1.0f - half) * vec_dot(account->past[f].load_n, fingers->moved_m[f]);
-        if (haptable_touches(out[f].state) || vec_dot(account->past[f].load_n, account->past[f].load_n) > 0.0f)
-            owed_j -= 0.5f * scene->model->stiffness_limit_n_per_m * fingers->way_m2[f];
-        own_j += half * fingers->share[f] * vec_dot(fingers->load_n[f], fingers->moved_m[f]);
+        const float* past_n = account->past[f].load_n;
+        const float* moved_m = fingers->moved_m[f];
+        owed_j -= vec_dot(past_n, moved_m);
+        if (haptable_touches(out[f].state) || vec_dot(past_n, past_n) > 0.0f)
+            owed_j -= 0.5f * scene->model->stiffness_limit_n_per_m * vec_dot(moved_m, moved_m);
     }
-    if (owed_j - own_j > 0.0f)
-        paid = owed_j - own_j < fingers->stored_j ? 1.0f - (owed_j - own_j) / fingers->stored_j : 0.0f;
+    if (owed_j > 0.0f) paid = owed_j < fingers->stored_j ? 1.0f - owed_j / fingers->stored_j : 0.0f;
     for (f = 0; f < fingers->count; ++f) fingers->share[f] *= paid;
-    owed_j -= paid * own_j;
     account->owed_j = fingers->stored_j > 0.0f || owed_j > 0.0f ? owed_j : 0.0f;
     account->stored_j = stored_j;
 }

@@ -65,7 +65,6 @@ double modes_j(const SceneState& scene) {
 }
 
 void Ledger::note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after) {
-    const double walls = rigid_ != nullptr ? 2.0 : 1.0;
     bool touches = false;
     double least_j = stored_j, most_j = stored_j;
     if (rigid_ != nullptr) {
@@ -80,8 +79,7 @@ void Ledger::note(const Felt felt[], std::size_t fingers, double stored_j, const
             const Vector3d way = felt[f].at_m - last_[f].at_m;
             given_j_ += (last_[f].force_n - last_[f].released_n).dot(way) + felt[f].released_n.dot(way);
             if (felt[f].touches || last_[f].touches)
-                wall_j_ +=
-                    walls * 0.5 * stiffness_n_per_m_ * std::max(way.squaredNorm(), (inside - inside_[f]).squaredNorm());
+                wall_j_ += 0.5 * stiffness_n_per_m_ * std::max(way.squaredNorm(), (inside - inside_[f]).squaredNorm());
         }
         rounded_j_ += 0x1p-24 * felt[f].load_n.norm() * (felt[f].at_m.norm() + felt[f].god_m.norm());
         touches |= felt[f].touches;

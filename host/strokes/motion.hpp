@@ -63,9 +63,7 @@ double modes_j(const SceneState& scene);
 /// An account of energy that nobody can talk into anything: of the body's motion, its modes and its contacts, and what
 /// the hands were given. What there is and what the hands were given never rises, from any moment on at which nothing
 /// touches, by more than a wall of the body's stiffness makes of the same hands: k/2 times a tick's way, in the world
-/// or in the body's frame, squared, while a finger touches (Colgate and Schenkel
-/// 1997). On a free body twice that: the account in the servo leaves a wall of the way to the body, and what sampling
-/// makes of the hand's own way is the hand's.
+/// or in the body's frame, squared, while a finger touches (Colgate and Schenkel 1997).
 class Ledger {
 public:
     /// rigid: null where the body is held; it must outlive the ledger.

@@ -52,6 +52,20 @@ protected:
     Touching touching;
 };
 
+/// On the hand, of the contact that a finger felt.
+Vector3d force_at(const haptable_model& model, const Felt& felt) {
+    haptable_contact contact{};
+    contact.patch = static_cast<std::uint16_t>(felt.patch);
+    float finger_m[3], nodal_n[3][3], force_n[3];
+    for (int c = 0; c < 3; ++c) {
+        contact.alpha[c] = static_cast<float>(felt.alpha[c]);
+        contact.god_object_m[c] = static_cast<float>(felt.god_m[c]);
+        finger_m[c] = static_cast<float>(felt.at_m[c]);
+    }
+    model.force(&model, &contact, finger_m, nodal_n, force_n);
+    return to_vector(force_n);
+}
+
 // The body has what the finger gave: F T, summed.
 TEST_F(MovingCase, PushGivesTheBodyWhatTheHandFelt) {
     open("push");
@@ -228,40 +242,36 @@ TEST_F(MovingCase, SwappedFingersNextToFixedNodesFeelSwappedForces) {
     EXPECT_GT(both, 50);
 }
 
-// A finger that stays comes to the force of K^-1 at its god-object, within 0.2 % but for what the slowest mode still
-// swings after 2 s.
+// A finger that stays comes to the force of K^-1 at its god-object, within 0.2 % and what the slowest mode still
+// swings: 12 % after 2 s as the scene is (1.7 Hz, damped by a tenth of critical), nothing where it is damped by half.
 TEST_F(MovingCase, HeldForceComesToThatOfTheBodyAtRest) {
     open("hold");
-    Scene still = tables->scene();
-    still.vibration.reset();
-    const MovingTables stiff(still);
+    Scene scene = tables->scene();
+    scene.vibration.reset();
+    const MovingTables stiff(scene);
     const haptable_model model = model_in_memory(stiff.tables(), stiff.servo());
-    const double decay_per_s = tables->scene().vibration->damping_ratio * tables->vibration()->omega_rad_per_s[0];
-    for (const bool by_scene : {true, false}) {
-        touching.by_scene = by_scene;  // nearest, or least energy
-        touching.fingers = 1;
-        session = std::make_unique<MovingSession>(*tables, touching);
-        std::size_t moved = 0, compared = 0;
-        for (std::size_t tick = 0; tick < at.size(); ++tick) {
-            session->step(at[tick]);
-            if (tick > 0 && at[tick][0] != at[tick - 1][0]) moved = tick;
-            if (tick < moved + 2000 || !session->felt(0).touches) continue;
-            const Felt& felt = session->felt(0);
-            haptable_contact contact{};
-            contact.patch = static_cast<std::uint16_t>(felt.patch);
-            float finger_m[3], nodal_n[3][3], force_n[3];
-            for (int c = 0; c < 3; ++c) {
-                contact.alpha[c] = static_cast<float>(felt.alpha[c]);
-                contact.god_object_m[c] = static_cast<float>(felt.god_m[c]);
-                finger_m[c] = static_cast<float>(felt.at_m[c]);
+    for (const double damping : {tables->scene().vibration->damping_ratio, 0.5}) {
+        scene = tables->scene();
+        scene.vibration->damping_ratio = damping;
+        session.reset();
+        tables = std::make_unique<MovingTables>(scene);
+        const double decay_per_s = damping * tables->vibration()->omega_rad_per_s[0];
+        for (const bool by_scene : {true, false}) {
+            touching.by_scene = by_scene;  // nearest, or least energy
+            touching.fingers = 1;
+            session = std::make_unique<MovingSession>(*tables, touching);
+            std::size_t moved = 0, compared = 0;
+            for (std::size_t tick = 0; tick < at.size(); ++tick) {
+                session->step(at[tick]);
+                if (tick > 0 && at[tick][0] != at[tick - 1][0]) moved = tick;
+                if (tick < moved + 2000 || !session->felt(0).touches) continue;
+                const Vector3d felt_n = session->felt(0).force_n, rests_n = force_at(model, session->felt(0));
+                const double swings = std::exp(-decay_per_s * kTick_s * static_cast<double>(tick - moved));
+                ASSERT_LE((felt_n - rests_n).norm(), (2e-3 + swings) * rests_n.norm()) << "tick " << tick;
+                ++compared;
             }
-            model.force(&model, &contact, finger_m, nodal_n, force_n);
-            const Vector3d rests(force_n[0], force_n[1], force_n[2]);
-            const double swings = std::exp(-decay_per_s * kTick_s * static_cast<double>(tick - moved));
-            ASSERT_LE((felt.force_n - rests).norm(), (2e-3 + swings) * rests.norm()) << "tick " << tick;
-            ++compared;
+            EXPECT_GT(compared, 10000U);
         }
-        EXPECT_GT(compared, 10000U);
     }
 }
 

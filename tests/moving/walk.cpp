@@ -5,6 +5,10 @@ namespace haptable::test {
 
 using Eigen::Vector3d;
 
+namespace {
+constexpr double kBehind = 50.0;  // ticks, by which hands are behind a free body
+}
+
 Walk::Walk(const MovingTables& tables, MovingSession& session, const Touching& touching, std::mt19937& random)
     : tables_(tables), session_(session), touching_(touching), random_(random) {
     if (tables.is_free() && part() < 0.5) {
@@ -34,6 +38,13 @@ Vector3d Walk::point_of(std::size_t patch, double above_m) const {
     return (a + b + c) / 3.0 + above_m * (b - a).cross(c - a).normalized();
 }
 
+void Walk::wish(int hand, const Vector3d& world_m) {
+    Hand& one = hand_[std::size_t(hand)];
+    const double before_j = one.energy();
+    one.wants_m = world_m;
+    wanted_j_ += one.energy() - before_j;
+}
+
 // Pressed in, or off the surface, near the point that the other hand does not have.
 void Walk::want(int hand) {
     const std::size_t patches = tables_.servo().patch.size();
@@ -46,10 +57,8 @@ void Walk::want(int hand) {
             if ((point_of(p, 0.0) - there).norm() < (point_of(patch, 0.0) - there).norm()) patch = p;
     }
     const double above_m = tables_.size_m() * (part() < 0.8 ? -0.12 * part() : 0.1 * part());
-    Hand& one = hand_[std::size_t(hand)];
-    const double before_j = one.energy();
-    one.wants_m = session_.to_world(point_of(patch, above_m));
-    wanted_j_ += one.energy() - before_j;
+    point_m_[std::size_t(hand)] = point_of(patch, above_m);
+    wish(hand, session_.to_world(point_m_[std::size_t(hand)]));
     left_[std::size_t(hand)] = 40 + int(120.0 * part());
 }
 
@@ -57,7 +66,10 @@ std::array<Vector3d, 2> Walk::next() {
     for (int h = 0; h < touching_.fingers; ++h) {
         const auto i = std::size_t(h);
         if (has_begun_) hand_[i].move(session_.felt(h).force_n);
-        if (--left_[i] < 0) want(h);
+        if (--left_[i] < 0)
+            want(h);
+        else if (tables_.is_free())
+            wish(h, hand_[i].wants_m + (session_.to_world(point_m_[i]) - hand_[i].wants_m) / kBehind);
     }
     has_begun_ = true;
     return {hand_[0].at_m, hand_[1].at_m};
