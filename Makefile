@@ -292,7 +292,8 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
 	@$(if $(QUICK),:,$(LAB) liver $(MEASURED)/liver.json)
 	$(call bench_step,50,what contact feels like)
-	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
+	@$(LAB) contact $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
+	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/beside.json $(if $(QUICK),--rounds 6)
 	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
 	@$(MAKE) --no-print-directory report
 
@@ -335,7 +336,7 @@ scene-keys: $(BUILD)/bin/haptable-keys
 # figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
 FIGURES ?=
 .PHONY: figures
-figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device haptable-contact) $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
+figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device) library $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
 	@sh scripts/setup.sh lab figures
 	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
 	@$(LAB) figures $(FIGURES)

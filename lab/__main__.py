@@ -67,6 +67,11 @@ def _error(o: argparse.Namespace) -> None:
     error.make(o.build, o.numbers, o.out, o.quick)
 
 
+def _contact(o: argparse.Namespace) -> None:
+    from lab import contact
+    contact.make(o.build, o.out, o.repetitions, o.loops)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
@@ -106,6 +111,12 @@ def main() -> int:
     error.add_argument("--quick", action="store_true", help="coarse meshes only")
     error.add_argument("out", type=Path, metavar="OUT.json")
     error.set_defaults(run=_error)
+
+    contact = commands.add_parser("contact", help="what the contact modes feel like and cost, and curves for plots")
+    contact.add_argument("--repetitions", type=int, default=15, metavar="N", help="of each timing; the median counts")
+    contact.add_argument("--loops", type=int, default=1000, metavar="N", help="random closed loops a body and mode")
+    contact.add_argument("out", type=Path, metavar="OUT.json")
+    contact.set_defaults(run=_contact)
 
     options = parser.parse_args()
     sys.path.append(str((options.build / "lab/site").resolve()))  # scikit-fem: make lab

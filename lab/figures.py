@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from lab import LabError, drawings, own, plots
+from lab import LabError, contact, drawings, own, plots
 from lab.figure import Figure
 from lab.numbers import read_numbers
 from lab.plots import force_size
@@ -158,7 +158,7 @@ def figure_relaxation_sliding(s: Studio) -> None:
 
 def figure_measured(s: Studio) -> None:
     """What was measured."""
-    s.run(s.build / "bin/haptable-contact", "--curves", "--build", s.build / "contact")
+    contact.make(s.build, None, 0, 0)
     plots.measured(read_numbers(Path("docs/numbers.json")), s.build / "contact", s.work)
     for name in plots.MEASURED:
         s.put(f"{name}.svg")

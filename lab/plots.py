@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plots of what was measured: of docs/numbers.json, of haptable-contact's curves, of a servo's CSV."""
+"""Plots of what was measured: of docs/numbers.json, of lab.contact's curves, of a servo's CSV."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def large_strain(topics: Topics) -> Figure:
     return this
 
 
-# ---- curves of haptable-contact ------------------------------------------------------------------------------------
+# ---- curves of lab.contact ------------------------------------------------------------------------------------------
 
 def _curves(file: Path) -> np.ndarray:
     return np.loadtxt(file, ndmin=2)
@@ -295,7 +295,7 @@ MEASURED = ("accuracy", "error-time", "error-flash", "error-precompute", "large-
 
 
 def measured(topics: Topics, curves: Path, folder: Path) -> None:
-    """Every plot of what was measured, into `folder`; those of contact where haptable-contact has left its curves."""
+    """Every plot of what was measured, into `folder`; those of contact where lab.contact has left its curves."""
     plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics)]
     for draw, name in ((contact_line, "line"), (contact_loop, "loop"), (contact_edge, "edge")):
         if (curves / f"{name}.dat").exists():

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "firmware/haptable_scene.h"
 #include "host/bench/contact/bodies.hpp"
 #include "host/bench/proxy/finger_proxy.hpp"
 #include "host/bench/proxy/shell_proxy.hpp"

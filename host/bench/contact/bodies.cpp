@@ -8,14 +8,6 @@
 
 namespace haptable {
 
-namespace {
-
-using Eigen::Vector3d;
-
-Vector3d vector(const float x[3]) { return Eigen::Map<const Eigen::Vector3f>(x).cast<double>(); }
-
-}  // namespace
-
 std::unique_ptr<Subject> touched_as(Scene scene, const ContactMode& mode, double mask_radius_m,
                                     const std::filesystem::path& build) {
     scene.contact.force = mode.force;
@@ -36,30 +28,5 @@ Scene contact_cube(int nodes_per_side, double poisson) {
         scene.touch.push_back({std::array<double, 6>{0.004, 0.004, 0.03 - 1e-9, 0.026, 0.026, 1}, "", 1});
     return scene;
 }
-
-haptable_model bare(haptable_model model) {
-    model.max_force_n = 1e6F;
-    model.release = nullptr;
-    return model;
-}
-
-BenchFinger::BenchFinger(const haptable_model& model) : model_(model) {
-    model_.max_force_n = 1e6F;
-    begin();
-}
-
-void BenchFinger::begin() { haptable_servo_init(&servo_); }
-
-Vector3d BenchFinger::to(const Vector3d& x_m) {
-    for (std::size_t c = 0; c < 3; ++c) finger_m_[c] = static_cast<float>(x_m[static_cast<Eigen::Index>(c)]);
-    haptable_servo_step(&model_, &servo_, finger_m_.data(), 0, &out_);
-    return vector(out_.force_n);
-}
-
-double BenchFinger::energy() const {
-    return touches() ? -0.5 * vector(out_.force_n).dot(at() - vector(out_.god_object_m)) : 0.0;
-}
-
-Vector3d BenchFinger::at() const { return vector(finger_m_.data()); }
 
 }  // namespace haptable
