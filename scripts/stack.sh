@@ -24,7 +24,8 @@ done
 
 # A call through a pointer is one of the functions that are named, none of which is already on the path, and none of a
 # rank above the caller's: what moves calls contacts, contacts call laws, laws unpack blocks. So what is deepest below a
-# function depends on its level and on the named ones of ranks 4 and 5 on the path, and is found once for each.
+# function depends on its level and on the named ones of ranks 4 and 5 on the path, and is found once for each. A
+# god-object is called by steps, by friction and by what holds a contact; the surface, which all inline, calls hinges.
 stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
     function rank(name) {
         if (!(name in ranks)) ranks[name] = rank_of(name)
@@ -47,12 +48,13 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
         if (part[4] ~ /dynamic,|bounded/) unbounded = unbounded " " name
     }
     /^edge:/ { split($0, part, "\""); edges[part[2]] = edges[part[2]] " " part[4] }
-    function deepest(names, level, is_direct,   list, n, i, d, most) {
+    function deepest(names, level, is_direct, caller,   list, n, i, d, most) {
         n = split(names, list, " ")
         most = 0
         for (i = 1; i <= n; ++i) {
+            if (!is_direct && list[i] ~ /^haptable_god_object_/ && caller !~ /step|friction|god_object|contacts?_of_|hold|held|moving/) continue
             if (!is_direct && (on_path[list[i]] || rank(list[i]) < level || (rank(list[i]) == level && level != 4 && level != 5))) continue
-            d = list[i] == "__indirect_call" ? deepest(named, level, 0) : depth(list[i], level)
+            d = list[i] == "__indirect_call" ? deepest(named, level, 0, caller) : depth(list[i], level)
             if (d > most) most = d
         }
         return most
@@ -63,7 +65,7 @@ stack=$(cat "$folder"/*.ci | awk -v root=haptable_step -v named="$named" '
         if (name in bit) path[rank(name)] += bit[name]
         if ((is_named[name] || rank(name) == 3) && rank(name) > level) level = rank(name)
         key = name " " level " " (level <= 4 ? path[4] : 0) " " (level <= 5 ? path[5] : 0)
-        if (!(key in below)) below[key] = deepest(edges[name], level, 1)
+        if (!(key in below)) below[key] = deepest(edges[name], level, 1, name)
         if (name in bit) path[rank(name)] -= bit[name]
         on_path[name] = 0
         return below[key] + bytes[name]
