@@ -48,7 +48,7 @@ LoadedScene::LoadedScene(const TablesFolder& folder) : LoadedScene(read_scene_fi
 
 void LoadedScene::require_tables_hash(std::uint64_t wanted) const {
     if (model_.hash != wanted)
-        folder_.fail("summary.json", fmt::format("the folder's files make tables {:016x}, not its tables_hash {:016x}",
+        folder_.fail("tables.json", fmt::format("the folder's files make tables {:016x}, not its tables_hash {:016x}",
                                                  model_.hash, wanted));
 }
 

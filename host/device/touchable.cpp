@@ -5,14 +5,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "host/base/error.hpp"
-#include "host/base/file.hpp"
-#include "host/base/json.hpp"
+#include "host/tables/folder.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -97,12 +95,8 @@ Touchable read_touchable(const std::filesystem::path& folder) {
 }
 
 std::int64_t tables_hash_in(const std::filesystem::path& folder) {
-    if (!std::filesystem::exists(folder / "summary.json")) return 0;
-    const auto summary = parse_json_or_discard(read_file(folder / "summary.json"));
-    const std::string text = summary.is_object() ? summary.value("tables_hash", "") : "";
-    std::uint64_t hash = 0;
-    std::from_chars(text.data(), text.data() + text.size(), hash, 16);
-    return static_cast<std::int64_t>(hash);
+    if (!std::filesystem::exists(folder / "tables.json")) return 0;
+    return static_cast<std::int64_t>(TablesFolder(folder).tables_hash());
 }
 
 TouchPlace top_of(const Touchable& body) {

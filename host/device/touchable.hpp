@@ -21,7 +21,7 @@ struct Touchable {
 /// The surface of the tables in `folder` (position.npy and patch.npy). Throws Error that names the file.
 Touchable read_touchable(const std::filesystem::path& folder);
 
-/// The tables_hash of the tables in `folder`, as the messages have it; 0 where it has no summary.json that says it.
+/// The tables_hash of the tables in `folder`, as the messages have it; 0 where there are none.
 std::int64_t tables_hash_in(const std::filesystem::path& folder);
 
 /// A place to press.

@@ -63,7 +63,7 @@ void run(Options& o) {
     const ForceRecord record = read_force_record(o.record);
     const Scene scene = read_scene(o.scene);
     if (o.tables.empty()) o.tables = fs::path("build") / scene.name;
-    if (!fs::exists(o.tables / "summary.json"))
+    if (!fs::exists(o.tables / "tables.json"))
         throw Error(o.tables.string() + ": holds no tables of the scene: run haptable-precompute, or give --tables");
     const TablesFolder folder(o.tables);
     refuse_free_body(folder, "haptable-fit");

@@ -83,7 +83,7 @@ struct haptable_pose {
 /* What an object is. The arrays are the object's, and live as long as it does. */
 struct haptable_object_facts {
     const char* name;        /* of the scene */
-    uint64_t tables_hash;    /* of summary.json: messages and logs carry it */
+    uint64_t tables_hash;    /* of tables.json: messages and logs carry it */
     float max_force_n;       /* where the servo cuts */
     float stiffness_n_per_m; /* the largest of any point, as felt */
     uint32_t node_count;     /* mesh nodes */
@@ -101,7 +101,7 @@ HAPTABLE_LIBRARY_API uint32_t haptable_library_version(void);
 /* One line: why the last call of this thread that failed did. "" where none has. */
 HAPTABLE_LIBRARY_API const char* haptable_library_error(void);
 
-/* Reads a folder that haptable-precompute wrote. Every file is checked by its hash in summary.json, and the servo's
+/* Reads a folder that haptable-precompute wrote. Every file is checked by its hash in tables.json, and the servo's
  * tables, built again, by their tables_hash. tables_hash: those that are wanted; 0: whichever. NULL where it fails. */
 HAPTABLE_LIBRARY_API struct haptable_object* haptable_object_load(const char* folder, uint64_t tables_hash);
 

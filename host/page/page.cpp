@@ -184,7 +184,7 @@ double typical_stiffness(const Tables& tables) {
 }
 
 json describe(const Tables& tables, const TablesFolder& folder, const ServoModel& servo) {
-    const json& summary = folder.summary();
+    const json& facts = folder.facts();
     json scene{{"name", tables.name},
                {"scene", tables.scene_file},
                {"version", kVersion},
@@ -195,7 +195,7 @@ json describe(const Tables& tables, const TablesFolder& folder, const ServoModel
                {"hand", hand_of(pointer_device(tables, folder))},
                {"stiffness_n_per_m", typical_stiffness(tables)}};
     for (const char* key : {"material", "counts", "small_strain", "element"})
-        if (summary.contains(key)) scene[key] = summary[key];
+        if (facts.contains(key)) scene[key] = facts[key];
     return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/base/index.hpp"
+#include "host/precompute/facts.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -34,7 +35,7 @@ void copy_block(const ColumnReader& from, std::size_t from_block, ColumnFile& to
 
 EarlierTables::EarlierTables(const std::filesystem::path& folder, const Identity& wanted,
                              std::span<const std::int32_t> rows, const std::string& column_format) {
-    const std::optional<EarlierSummary> earlier = read_earlier(folder, wanted);
+    const std::optional<EarlierFacts> earlier = read_earlier(folder, wanted);
     if (!earlier) return;
     folder_ = earlier->folder;
     summary_ = earlier->inverse;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "host/base/error.hpp"
@@ -15,6 +16,7 @@
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
 #include "host/precompute/assembly.hpp"
+#include "host/precompute/facts.hpp"
 #include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
@@ -343,7 +345,7 @@ void list_files(const fs::path& folder, std::vector<WrittenFile>& files) {
     std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
 }
 
-/// The tables and the summary; the same as C, and the summary again with hash, sizes and times.
+/// The tables; the same as C; the summary; and again what programs read, with the hash of all that.
 void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optional<RigidBody>& rigid, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
     clock.begin("write");
@@ -351,12 +353,14 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
     write_tables(scene, body, plan.drawing, stiffness_n_per_m, summary.sag_m, beside);
     if (rigid) write_rigid_body(scene, body, *rigid, beside);
     list_files(beside, summary.files);
-    write_file(beside / "summary.json", to_json(scene, body, summary));
+    write_file(beside / "tables.json", tables_text(facts_of(scene, body, summary), summary, ""));
     clock.begin("codegen");
     summary.size = generate_model(beside);
     list_files(beside, summary.files);
     summary.stages = clock.end();
-    write_file(beside / "summary.json", to_json(scene, body, summary));
+    const nlohmann::ordered_json facts = facts_of(scene, body, summary);
+    write_file(beside / "summary.json", summary_text(facts, scene, body, summary));
+    write_file(beside / "tables.json", tables_text(facts, summary, hash_file(beside / "summary.json")));
 }
 
 }  // namespace

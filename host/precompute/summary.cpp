@@ -7,11 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/base/file.hpp"
-#include "host/base/hash.hpp"
 #include "host/base/json.hpp"
-#include "host/base/program.hpp"
 #include "host/precompute/digits.hpp"
+#include "host/precompute/facts.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/solve/blas_core.hpp"
 
@@ -34,82 +32,6 @@ nlohmann::ordered_json list_of(const std::vector<ProcessCost>& processes, Member
     return list;
 }
 
-nlohmann::ordered_json counts(const Body& body) {
-    return {{"nodes", body.mesh.position_m.size()},
-            {"surface_nodes", body.surface.node.size()},
-            {"free_surface_nodes", body.free_surface_node.size()},
-            {"surface_patches", body.surface.patch.size()},
-            {"tetrahedra", body.mesh.tet.size()},
-            {"fixed_nodes", body.fixed_count()},
-            {"touchable_nodes", body.touch_node.size()},
-            {"touchable_patches", body.touch_patch.size()}};
-}
-
-struct Check {
-    const char *key, *text;  ///< in summary.json, for people
-    double Checks::*value;
-};
-constexpr Check kChecks[] = {
-    {"largest_residual", "largest ||K x - b|| / ||b||", &Checks::largest_residual},
-    {"largest_block_difference", "largest difference of L_ii to solves", &Checks::largest_block_difference},
-    {"largest_column_difference", "largest difference of columns to solves", &Checks::largest_column_difference},
-    {"largest_asymmetry", "largest asymmetry of L", &Checks::largest_asymmetry},
-    {"smallest_eigenvalue_m_per_n", "smallest eigenvalue of any L_ii (m/N)", &Checks::smallest_eigenvalue_m_per_n},
-    {"largest_block_condition", "largest condition of any L_ii", &Checks::largest_block_condition},
-    {"condition_estimate", "condition of K, estimated", &Checks::condition_estimate},
-    {"scaled_condition", "the same with K scaled to a diagonal of 1", &Checks::scaled_condition},
-    {"smallest_pivot_ratio", "smallest pivot / diagonal of K", &Checks::smallest_pivot_ratio}};
-
-nlohmann::ordered_json to_json(const Checks& checks) {
-    nlohmann::ordered_json json{{"solved_nodes", checks.solved_nodes}};
-    for (const Check& check : kChecks) json[check.key] = checks.*check.value;
-    return json;
-}
-
-Checks read_checks(const nlohmann::json& json) {
-    Checks checks;
-    json.at("solved_nodes").get_to(checks.solved_nodes);
-    for (const Check& check : kChecks) json.at(check.key).get_to(checks.*check.value);
-    return checks;
-}
-
-/// Null where it is not known.
-nlohmann::ordered_json to_json(const std::optional<SmallStrain>& s, const ContactOptions& contact) {
-    if (!s) return nullptr;
-    return {{"depth_m", s->depth_m(contact.static_friction > 0.0)},
-            {"share", SmallStrain::kShare},
-            {"finger_radius_m", s->finger_radius_m},
-            {"places", s->places},
-            {"pressing_m", s->pressing_m},
-            {"pulling_m", s->pulling_m},
-            {"sideways_m", s->sideways_m}};
-}
-
-std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
-    if (json.is_null()) return {};
-    return SmallStrain{json.at("finger_radius_m"), json.at("places"), json.at("pressing_m"), json.at("pulling_m"),
-                       json.at("sideways_m")};
-}
-
-Locking read_locking(const nlohmann::json& json) {
-    return {json.at("expected_locking"), json.at("finger_radius_m"), json.at("places")};
-}
-
-nlohmann::ordered_json to_json(const GravityFacts& facts) {
-    return {{"weight_n", facts.weight_n},
-            {"largest_sag_m", facts.largest_sag_m},
-            {"lowest_node", facts.lowest_node},
-            {"force_change", facts.force_change},
-            {"load_factor", facts.load_factor}};
-}
-
-std::optional<GravityFacts> read_gravity(const nlohmann::json& json) {
-    if (!json.contains("gravity")) return {};
-    const nlohmann::json& g = json["gravity"];
-    return GravityFacts{g.at("weight_n"), g.at("largest_sag_m"), g.at("lowest_node"), g.at("force_change"),
-                        g.at("load_factor")};
-}
-
 /// Faces with membranes and with beds, and their area.
 nlohmann::ordered_json layers(const Body& body) {
     nlohmann::ordered_json json;
@@ -124,15 +46,6 @@ nlohmann::ordered_json layers(const Body& body) {
         if (faces > 0) json[name] = {{"faces", faces}, {"area_m2", area_m2}};
     }
     return json;
-}
-
-nlohmann::ordered_json to_json(const Material& material) {
-    if (!material.orthotropic) return {{"young_pa", material.young_pa}, {"poisson", material.poisson}};
-    const auto& [young_pa, poisson, shear_pa, axes] = *material.orthotropic;
-    return {{"young_pa", young_pa},
-            {"poisson", poisson},
-            {"shear_pa", shear_pa},
-            {"like", {{"young_pa", material.young_pa}, {"poisson", material.poisson}}}};
 }
 
 std::string describe(const Material& material) {
@@ -179,10 +92,6 @@ nlohmann::ordered_json memory(const MemoryNeed& need, const std::vector<StageCos
             {"peak_bytes_by_stage", by_name(stages, &StageCost::peak_bytes)}};
 }
 
-Precision precision_of(const nlohmann::json& json) {
-    return json.at("precision") == "float" ? Precision::kFloat : Precision::kDouble;
-}
-
 std::string human_bytes(std::uintmax_t bytes) {
     if (bytes < 10'000) return fmt::format("{} B", bytes);
     if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) / 1e3);
@@ -204,66 +113,6 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
         text += '\n';
     }
     return text + fmt::format("  {:<22} {:>8}\n", "all", sum);
-}
-
-}  // namespace
-
-std::string name_of(Precision precision) { return precision == Precision::kFloat ? "float" : "double"; }
-
-bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity) {
-    const auto whole = TablesFolder::if_whole(folder);
-    if (!whole) return false;
-    const nlohmann::json& old = whole->summary();
-    const nlohmann::json wanted = to_json(scene, identity);
-    for (const auto& [key, value] : wanted.items())
-        if (!old.contains(key) || old[key] != value) return false;
-    return whole->has("options.json") && read_file(whole->file("options.json")) == options_text(scene);
-}
-
-std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, const Identity& identity) try {
-    const auto whole = TablesFolder::if_whole(folder);
-    if (!whole) return {};
-    const nlohmann::json& json = whole->summary();
-    if (json.value("body_hash", "") != fmt::format("{:016x}", identity.body_hash) ||
-        json.value("program", "") != program_hash())
-        return {};
-    EarlierSummary earlier{*whole, 0.0, 0.0, {}};
-    auto& [factor, blocks, columns, checks, small_strain, locking, gravity] = earlier.inverse;
-    gravity = read_gravity(json);
-    json.at("tolerance").get_to(earlier.tolerance);
-    json.at("column_tolerance").get_to(earlier.column_tolerance);
-    json.at("threads").get_to(factor.threads);
-    json.at("factor").at("ordering").get_to(factor.ordering);
-    json.at("factor").at("fill").get_to(factor.fill);
-    json.at("factor").at("flops").get_to(factor.flops);
-    json.at("blocks").at("method").get_to(blocks.method);
-    blocks.precision = precision_of(json.at("blocks"));
-    json.at("blocks").at("flops").get_to(blocks.flops);
-    columns.facts.precision = precision_of(json.at("columns"));
-    json.at("columns").at("float_error").get_to(columns.float_error);
-    json.at("columns").at("format").get_to(columns.format);
-    json.at("columns").at("unit_m_per_n").get_to(columns.unit_m_per_n);
-    json.at("columns").at("flops").get_to(columns.facts.flops);
-    checks = read_checks(json.at("checks"));
-    small_strain = read_small_strain(json.at("small_strain"));
-    locking = read_locking(json.at("element"));
-    return earlier;
-} catch (const nlohmann::json::exception&) {
-    return {};
-}
-
-namespace {
-
-/// What fixes each body: [{nodes, tetrahedra, held_nodes, held}].
-nlohmann::ordered_json to_json(const std::vector<Support>& supports) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Support& support : supports)
-        list.push_back({{"nodes", support.nodes},
-                        {"tetrahedra", support.tets},
-                        {"held_nodes", support.fixed_nodes},
-                        {"bed_faces", support.bed_faces},
-                        {"held", support.is_constrained}});
-    return list;
 }
 
 /// What was chosen beyond the paper's contact.
@@ -356,40 +205,13 @@ std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary
     return warnings;
 }
 
-std::string to_json(const Audit& audit, const std::vector<Support>& supports,
-                    const std::optional<GravityFacts>& gravity) {
-    nlohmann::ordered_json json = to_json(audit);
-    if (gravity) json["gravity"] = to_json(*gravity);
-    if (!supports.empty()) json["body"] = to_json(supports);
-    return json_text(json, 2) + "\n";
-}
-
-std::vector<std::string> kept_warnings(const std::filesystem::path& folder) {
-    const auto json = parse_json_or_discard(read_file(folder / "summary.json"));
-    return json.is_object() ? json.value("warnings", std::vector<std::string>()) : std::vector<std::string>();
-}
-
-std::string to_json(const Scene& scene, const Body& body, const Summary& summary) {
-    const auto& [factor, blocks, columns, checks, small_strain, locking, gravity] = summary.inverse;
-    nlohmann::ordered_json json = to_json(scene, summary.identity);
-    json["tables_hash"] = fmt::format("{:016x}", summary.size.tables_hash);
-    json["body_hash"] = fmt::format("{:016x}", summary.identity.body_hash);
+std::string summary_text(nlohmann::ordered_json json, const Scene& scene, const Body& body, const Summary& summary) {
     json["reused"] = summary.reused.all;
     json["reused_blocks"] = summary.reused.blocks;
     json["reused_columns"] = summary.reused.columns;
-    json["resumed_columns"] = columns.facts.resumed;
-    json["threads"] = factor.threads;
+    json["resumed_columns"] = summary.inverse.columns.facts.resumed;
     json["blas_kernels"] = blas_kernels();
-    json["counts"] = counts(body);
-    json["mesh"] = to_json(summary.audit);
-    json["mesh"]["body"] = to_json(summary.supports);
-    json["element"] = {{"name", word(scene.mesh.element)},
-                       {"expected_locking", locking.excess},
-                       {"finger_radius_m", locking.finger_radius_m},
-                       {"places", locking.places}};
-    json["material"] = to_json(scene.material);
     if (!body.layered.empty()) json["layers"] = layers(body);
-    if (gravity) json["gravity"] = to_json(*gravity);
     if (!scene.regions.empty()) json["regions"] = regions(scene, body);
     json["contact"] = {{"force", word(scene.contact.force)},
                        {"god_object", word(scene.contact.god_object)},
@@ -441,7 +263,6 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["index"] = {{"boxes", summary.size.index.boxes},
                      {"fast_way_boxes", summary.size.index.fast_way_boxes},
                      {"tick_boxes", HAPTABLE_TICK_BOXES}};
-    json["checks"] = to_json(checks);
     const Digits digits = digits_of(summary);
     json["force_error"] = {{"inverse", digits.inverse},
                            {"depth_m", digits.servo.depth_m},
@@ -449,15 +270,6 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
                            {"servo_without_positions", digits.servo.force_alone}};
     for (const Remedy& remedy : summary.size.remedies)
         json["force_error"]["remedies"].push_back({{"scene", remedy.text}, {"servo", remedy.error}});
-    json["small_strain"] = to_json(small_strain, scene.contact);
-    json["factor"] = {{"ordering", factor.ordering}, {"fill", factor.fill}, {"flops", factor.flops}};
-    json["blocks"] = {{"method", blocks.method}, {"precision", name_of(blocks.precision)}, {"flops", blocks.flops}};
-    json["columns"] = {{"precision", columns.format.empty() ? "" : name_of(columns.facts.precision)},
-                       {"float_error", columns.float_error},
-                       {"format", columns.format},
-                       {"unit_m_per_n", columns.unit_m_per_n},
-                       {"flops", columns.facts.flops},
-                       {"flops_done", columns.facts.flops_done}};
     json["memory"] = memory(summary.memory, summary.stages);
     if (!summary.processes.empty())
         json["ranks"] = {{"count", summary.processes.size()},
@@ -468,7 +280,6 @@ std::string to_json(const Scene& scene, const Body& body, const Summary& summary
     json["time_s"] = by_name(summary.stages, &StageCost::time_s);
     json["cpu_s"] = by_name(summary.stages, &StageCost::cpu_s);
     json["notes"] = body.mesh.notes;
-    json["warnings"] = run_warnings(scene, summary);
     return json_text(json, 2) + "\n";
 }
 

@@ -2,7 +2,7 @@
 // What a run of precompute tells: summary.json, and a table for people.
 #pragma once
 
-#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -65,6 +65,22 @@ struct MaskSummary {
     std::size_t places = 0;      ///< vertices and edges
 };
 
+/// One line of Checks.
+struct Check {
+    const char *key, *text;  ///< in both files, for people
+    double Checks::*value;
+};
+inline constexpr Check kChecks[] = {
+    {"largest_residual", "largest ||K x - b|| / ||b||", &Checks::largest_residual},
+    {"largest_block_difference", "largest difference of L_ii to solves", &Checks::largest_block_difference},
+    {"largest_column_difference", "largest difference of columns to solves", &Checks::largest_column_difference},
+    {"largest_asymmetry", "largest asymmetry of L", &Checks::largest_asymmetry},
+    {"smallest_eigenvalue_m_per_n", "smallest eigenvalue of any L_ii (m/N)", &Checks::smallest_eigenvalue_m_per_n},
+    {"largest_block_condition", "largest condition of any L_ii", &Checks::largest_block_condition},
+    {"condition_estimate", "condition of K, estimated", &Checks::condition_estimate},
+    {"scaled_condition", "the same with K scaled to a diagonal of 1", &Checks::scaled_condition},
+    {"smallest_pivot_ratio", "smallest pivot / diagonal of K", &Checks::smallest_pivot_ratio}};
+
 /// What couples two fingers.
 struct PairSummary {
     PairSummary(const PairTables& tables, const PairError& error);
@@ -108,33 +124,11 @@ struct Summary {
     std::vector<WrittenFile> files;      ///< in order of name
 };
 
-/// What an earlier run told.
-struct EarlierSummary {
-    TablesFolder folder;  ///< whole
-    double tolerance = 0.0, column_tolerance = 0.0;
-    InverseSummary inverse;
-};
-/// Where the folder holds, complete and undamaged, tables of the same body, made by the same program.
-std::optional<EarlierSummary> read_earlier(const std::filesystem::path& folder, const Identity& identity);
-
-/// True where the folder holds, complete, what this program would compute: summary.json names the same identity and
-/// scene, and every file has the size and the hash that it gives.
-bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity);
-
-std::string name_of(Precision precision);
-
-/// The text that --check prints: the audit and, in "body", what fixes each body, where that is known.
-std::string to_json(const Audit& audit, const std::vector<Support>& supports,
-                    const std::optional<GravityFacts>& gravity = {});
-
-/// The text of summary.json.
-std::string to_json(const Scene& scene, const Body& body, const Summary& summary);
+/// The text of summary.json: facts_of() and what only people and scripts ask for.
+std::string summary_text(nlohmann::ordered_json facts, const Scene& scene, const Body& body, const Summary& summary);
 
 /// Digits of the force that are lost, and what the body's weight does to it.
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary);
-
-/// The warnings of the run that made this folder, as its summary.json keeps them.
-std::vector<std::string> kept_warnings(const std::filesystem::path& folder);
 
 /// A short table for people: counts, checks, bytes by table, time by stage. press: of the same tables.
 std::string to_table(const Scene& scene, const Body& body, const Summary& summary, const PressStiffness& press);

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"
 #include "host/base/finger_advice.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/digits.hpp"
+#include "host/precompute/facts.hpp"
 #include "host/precompute/locking.hpp"
 #include "host/precompute/press.hpp"
 
@@ -26,7 +28,7 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
     say(telling, "warning", holding_warnings(scene, body));
     say(telling, "warning", unchanged ? kept_warnings(folder) : run_warnings(scene, summary));
     if (telling.json)
-        fmt::print("{}", unchanged ? read_file(folder / "summary.json") : to_json(scene, body, summary));
+        fmt::print("{}", unchanged ? read_file(folder / "summary.json") : summary_text(facts_of(scene, body, summary), scene, body, summary));
     else if (unchanged && !telling.quiet)
         fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
                    summary.identity.model_hash, folder.string());

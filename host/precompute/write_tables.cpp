@@ -62,6 +62,9 @@ void write_mask_weights(const Masks& masks, const fs::path& folder) {
     write_npy<float>(folder / "spread_weight.npy", {weight.size()}, weight);
 }
 
+/// What the other files are told in, in the order in which they come into their place.
+const std::set<std::string> kReports{"summary.json", "tables.json"};
+
 }  // namespace
 
 void write_tables(const Scene& scene, const Body& body, Drawing drawing,
@@ -114,7 +117,7 @@ void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& fol
 std::vector<fs::path> files_in(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        if (entry.path().filename() != "summary.json") files.push_back(entry.path());
+        if (!kReports.contains(entry.path().filename())) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -122,12 +125,14 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 void publish(const fs::path& beside, OwnFolder& folder) {
     std::set<std::string> names{"check.html"};
     for (const fs::path& file : files_in(beside)) names.insert(folder.file(file.filename()).filename());
-    const fs::path summary = folder.file("summary.json");
-    folder.remove("summary.json");
+    for (const auto& name : kReports) {
+        folder.file(name);
+        folder.remove(name);
+    }
     folder.clear(names);
     try {
         for (const fs::path& file : files_in(beside)) fs::rename(file, folder.path() / file.filename());
-        fs::rename(beside / "summary.json", summary);
+        for (const auto& name : kReports) fs::rename(beside / name, folder.file(name));
     } catch (const fs::filesystem_error& error) {
         throw Error(fmt::format("{}: cannot be written: {}", folder.path().string(), error.code().message()));
     }

@@ -24,7 +24,7 @@ void write_edges(const Scene& scene, const Body& body, std::span<const Eigen::Ma
 /// The pressure mask's.
 void write_mask(const Masks& masks, const MaskCompliance& c, const std::filesystem::path& folder);
 
-/// All but summary.json, by name.
+/// All but summary.json and tables.json, by name.
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder);
 
 /// An absolute path without a slash at its end has a parent and a name, which "." and "out/" have not.
@@ -33,7 +33,7 @@ std::filesystem::path plain_folder(const std::filesystem::path& given);
 /// Throws Error where the disk has not that much left for a file.
 void require_room(const char* file, double needed_bytes, const std::filesystem::path& folder);
 
-/// Renames every file from the folder beside into its place, summary.json last: who finds it finds all. What earlier
+/// Renames every file from the folder beside into its place, tables.json last: who finds it finds all. What earlier
 /// runs made and this scene does without goes; what haptable did not make stays, or is an Error where it is in the way.
 void publish(const std::filesystem::path& beside, OwnFolder& folder);
 

@@ -16,7 +16,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* kSummary = "summary.json";
+constexpr const char* kFacts = "tables.json";
 constexpr const char* kOptions = "options.json";
 
 /// A name alone: no way out of the folder.
@@ -30,9 +30,9 @@ bool is_regular(const fs::path& path) {
 }
 
 /// 16 hex digits; 0 where there are none.
-std::uint64_t hash_in(const json& summary, const char* key, const fs::path& path) {
-    const auto text = summary.find(key);
-    if (text == summary.end()) return 0;
+std::uint64_t hash_in(const json& facts, const char* key, const fs::path& path) {
+    const auto text = facts.find(key);
+    if (text == facts.end()) return 0;
     const std::string digits = text->is_string() ? text->get<std::string>() : "";
     std::uint64_t hash = 0;
     const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), hash, 16);
@@ -45,7 +45,7 @@ std::uint64_t hash_in(const json& summary, const char* key, const fs::path& path
 
 struct TablesFolder::Content {
     fs::path path;
-    json summary;
+    json facts;
     std::uint64_t model_hash = 0, tables_hash = 0;
     std::map<std::string, std::string> hash;  ///< by file
     std::mutex lock;                          ///< of what follows
@@ -54,22 +54,22 @@ struct TablesFolder::Content {
 
 TablesFolder::TablesFolder(fs::path path) : content_(std::make_shared<Content>()) {
     content_->path = std::move(path);
-    const fs::path file = content_->path / kSummary;
+    const fs::path file = content_->path / kFacts;
     std::error_code ignored;
     if (!fs::exists(file, ignored))
         throw Error(file.string() + ": is not there: make the tables with haptable-precompute");
-    if (!is_regular(file)) fail(kSummary, "is no file");
-    json& summary = content_->summary;
-    summary = parse_json_or_discard(read_file(file));
-    const auto hashes = summary.is_object() ? summary.find("hash") : summary.end();
-    if (!summary.is_object() || hashes == summary.end() || !hashes->is_object())
-        fail(kSummary, "is not a summary of haptable-precompute");
+    if (!is_regular(file)) fail(kFacts, "is no file");
+    json& facts = content_->facts;
+    facts = parse_json_or_discard(read_file(file));
+    const auto hashes = facts.is_object() ? facts.find("hash") : facts.end();
+    if (!facts.is_object() || hashes == facts.end() || !hashes->is_object())
+        fail(kFacts, "is not of haptable-precompute");
     for (const auto& [name, hash] : hashes->items()) {
-        if (!is_plain(name)) fail(kSummary, "names " + json_text(json(name)) + ", which is no file of its folder");
+        if (!is_plain(name)) fail(kFacts, "names " + json_text(json(name)) + ", which is no file of its folder");
         content_->hash[name] = hash.is_string() ? hash.get<std::string>() : "";
     }
-    content_->model_hash = hash_in(summary, "model_hash", file);
-    content_->tables_hash = hash_in(summary, "tables_hash", file);
+    content_->model_hash = hash_in(facts, "model_hash", file);
+    content_->tables_hash = hash_in(facts, "tables_hash", file);
 }
 
 std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
@@ -82,7 +82,7 @@ std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
 
 const fs::path& TablesFolder::path() const { return content_->path; }
 
-const json& TablesFolder::summary() const { return content_->summary; }
+const json& TablesFolder::facts() const { return content_->facts; }
 
 SceneOptions TablesFolder::options() const {
     const json values = parse_json_or_discard(read_file(file(kOptions)));
@@ -99,11 +99,11 @@ bool TablesFolder::has(const std::string& name) const { return content_->hash.co
 fs::path TablesFolder::file(const std::string& name) const {
     const fs::path path = content_->path / name;
     const auto hash = content_->hash.find(name);
-    if (hash == content_->hash.end()) fail(name, "is missing: summary.json does not name it");
+    if (hash == content_->hash.end()) fail(name, "is missing: tables.json does not name it");
     const std::lock_guard guard(content_->lock);
     if (content_->checked.contains(name)) return path;
     if (!is_regular(path)) fail(name, "is missing");
-    if (hash_file(path) != hash->second) fail(name, "is not the file that was written with summary.json");
+    if (hash_file(path) != hash->second) fail(name, "is not the file that was written with tables.json");
     content_->checked.insert(name);
     return path;
 }

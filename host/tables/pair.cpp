@@ -82,7 +82,7 @@ void read_forms(const TablesFolder& folder, PairClusters& to) {
 
 PairClusters read_clusters(const TablesFolder& folder, std::size_t controls, std::size_t places, std::size_t rank,
                            bool is_loaded) {
-    if (rank > kMostRank || places == 0) fail(folder, "summary.json");
+    if (rank > kMostRank || places == 0) fail(folder, "tables.json");
     PairClusters to;
     to.rank = rank;
     to.scale = read_all<float>(folder, "coupling_scale.npy", places);
@@ -165,11 +165,11 @@ std::optional<PairTables> read_pair(const TablesFolder& folder) {
     using nlohmann::json;
     try {
         if (folder.options().integer("contact.fingers") == 1) return {};
-        const json& pair = folder.summary().at("contact").at("pair");
+        const json& pair = folder.facts().at("pair");
         PairTables tables;
         pair.at("meeting_m").get_to(tables.meeting_m);
         if (!(tables.meeting_m >= 0.0 && std::isfinite(tables.meeting_m)))
-            folder.fail("summary.json", fmt::format("meeting_m = {} is no distance", tables.meeting_m));
+            folder.fail("tables.json", fmt::format("meeting_m = {} is no distance", tables.meeting_m));
         pair.at("controls").get_to(tables.control_count);
         const std::size_t n = tables.control_count, places = pair.at("clustered");
         if (places == 0) {
@@ -179,7 +179,7 @@ std::optional<PairTables> read_pair(const TablesFolder& folder) {
             tables.clusters = read_clusters(folder, n, places, pair.at("rank"), pair.at("loads") != 0);
         return tables;
     } catch (const json::exception& error) {
-        folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
+        folder.fail("tables.json", fmt::format("is not of haptable-precompute ({})", error.what()));
     }
 }
 

@@ -7,11 +7,11 @@
 namespace haptable {
 
 std::optional<double> read_small_strain_depth(const TablesFolder& folder) try {
-    const auto found = folder.summary().find("small_strain");
-    if (found == folder.summary().end() || found->is_null()) return {};
+    const auto found = folder.facts().find("small_strain");
+    if (found == folder.facts().end() || found->is_null()) return {};
     return found->at("depth_m").get<double>();
 } catch (const nlohmann::json::exception& error) {
-    folder.fail("summary.json", std::string("is not a summary of haptable-precompute (") + error.what() + ")");
+    folder.fail("tables.json", std::string("is not of haptable-precompute (") + error.what() + ")");
 }
 
 }  // namespace haptable

@@ -7,8 +7,8 @@
 
 namespace haptable {
 
-/// Depth, m, from which the force of these tables is expected to be more than 10 % off a rubber's, as summary.json of
-/// haptable-precompute tells it; none where it does not. Throws Error where there is no summary.
+/// Depth, m, from which the force of these tables is expected to be more than 10 % off a rubber's, as tables.json of
+/// haptable-precompute tells it; none where it does not. Throws Error where there are no tables.
 std::optional<double> read_small_strain_depth(const TablesFolder& folder);
 
 }  // namespace haptable

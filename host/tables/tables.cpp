@@ -111,18 +111,18 @@ void read_options(const TablesFolder& folder, const SceneOptions& o, Tables& tab
 }
 
 /// How the run stored what it computed.
-void read_summary(const TablesFolder& folder, Tables& tables) try {
-    const json& summary = folder.summary();
+void read_facts(const TablesFolder& folder, Tables& tables) try {
+    const json& facts = folder.facts();
     tables.model_hash = folder.model_hash();
     tables.tables_hash = folder.tables_hash();
-    const std::string drawing = summary.at("drawing").get<std::string>();
+    const std::string drawing = facts.at("drawing").get<std::string>();
     tables.has_columns = drawing == "columns";
     tables.has_factor = drawing == "solves";
-    const json columns = summary.value("columns", json::object());
+    const json columns = facts.value("columns", json::object());
     tables.half_columns = columns.value("format", "") == "float16";
     tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
 } catch (const json::exception& error) {
-    folder.fail("summary.json", fmt::format("is not a summary of haptable-precompute ({})", error.what()));
+    folder.fail("tables.json", fmt::format("is not of haptable-precompute ({})", error.what()));
 }
 
 void require_count(const fs::path& path, std::size_t count, std::size_t wanted) {
@@ -221,7 +221,7 @@ bool is_definite(const std::array<double, 9>& block) {
 Tables read_tables(const TablesFolder& folder) {
     Tables tables;
     read_options(folder, folder.options(), tables);
-    read_summary(folder, tables);
+    read_facts(folder, tables);
     tables.position = read_rows<double, 3>(folder.file("position.npy"));
     tables.surface = read_rows<std::int32_t, 3>(folder.file("surface.npy"));
     tables.patch = read_rows<std::int32_t, 3>(folder.file("patch.npy"));

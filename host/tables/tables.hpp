@@ -33,7 +33,7 @@ struct ComplianceTables {
 /// What the tables of one scene hold besides columns.npy, which may be large and is mapped (MappedNpy<float>).
 /// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
 struct Tables {
-    // options.json, summary.json
+    // options.json, tables.json
     std::string name;               ///< of the scene; names the C model
     std::uint64_t model_hash = 0;   ///< of what they were made from: scene, mesh, options, tool version
     std::uint64_t tables_hash = 0;  ///< of all parts of the servo's tables, which messages carry; 0: not yet known

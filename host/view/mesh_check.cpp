@@ -6,7 +6,7 @@
 namespace haptable {
 
 MeshCheck read_mesh_check(const TablesFolder& folder, std::size_t node_count) try {
-    const auto mesh = folder.summary().at("mesh");
+    const auto mesh = folder.facts().at("mesh");
     const auto known = [&](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < node_count; };
     MeshCheck check;
     for (const auto& element : mesh.at("worst_elements")) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What haptable-precompute found wrong with a mesh, as its summary.json keeps it.
+// What haptable-precompute found wrong with a mesh, as its tables.json keeps it.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct MeshCheck {
     std::vector<std::int32_t> hinge_node;
 };
 
-/// The check of tables in `folder`. Where summary.json tells none (of an earlier version) or names nodes that there
+/// The check of tables in `folder`. Where tables.json tells none (of an earlier version) or names nodes that there
 /// are not: none.
 MeshCheck read_mesh_check(const TablesFolder& folder, std::size_t node_count);
 

@@ -476,7 +476,7 @@ def load(folder: Union[str, "os.PathLike[str]"], tables_hash: Optional[str] = No
     >>> load("no/such/folder")
     Traceback (most recent call last):
       ...
-    haptable.HaptableError: no/such/folder/summary.json: is not there: make the tables with haptable-precompute
+    haptable.HaptableError: no/such/folder/tables.json: is not there: make the tables with haptable-precompute
     """
     try:
         wanted = int(tables_hash, 16) if tables_hash else 0

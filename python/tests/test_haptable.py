@@ -114,7 +114,7 @@ class Package(unittest.TestCase):
             self.body.deform(felt, rows=[len(u)])
 
     def test_refusals_name_what_to_do(self):
-        with self.assertRaisesRegex(haptable.HaptableError, "summary.json: is not there: make the tables"):
+        with self.assertRaisesRegex(haptable.HaptableError, "tables.json: is not there: make the tables"):
             haptable.load(self.path)
         with self.assertRaisesRegex(ValueError, "README.md: is no CSV"):
             haptable.read_csv("README.md")

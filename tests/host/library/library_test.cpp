@@ -275,7 +275,7 @@ TEST_F(Library, RefusesTablesThatWereChanged) {
     EXPECT_EQ(Object(haptable_object_load(tables.c_str(), hash + 1)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("that are wanted"), std::string::npos);
     EXPECT_EQ(Object(haptable_object_load("no/such/folder", 0)), nullptr);
-    EXPECT_NE(std::string(haptable_library_error()).find("no/such/folder/summary.json: is not there: make"),
+    EXPECT_NE(std::string(haptable_library_error()).find("no/such/folder/tables.json: is not there: make"),
               std::string::npos);
 
     for (const char* file : {"stiffness.npy", "columns.npy"}) {
@@ -289,15 +289,15 @@ TEST_F(Library, RefusesTablesThatWereChanged) {
     }
     // An option, and then its hash: the tables are of another.
     const std::string options = read_file(tables / "options.json");
-    std::string other = options, summary = read_file(tables / "summary.json");
+    std::string other = options, facts = read_file(tables / "tables.json");
     const std::size_t at = other.find("\"max_force\": 8.5");
     ASSERT_NE(at, std::string::npos);
     const std::string known = hash_file(tables / "options.json");
     write_file(tables / "options.json", other.replace(at, 16, "\"max_force\": 9.5"));
     EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("options.json: is not the file"), std::string::npos);
-    write_file(tables / "summary.json",
-               summary.replace(summary.find(known), known.size(), hash_file(tables / "options.json")));
+    write_file(tables / "tables.json",
+               facts.replace(facts.find(known), known.size(), hash_file(tables / "options.json")));
     EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("not its tables_hash"), std::string::npos);
 }

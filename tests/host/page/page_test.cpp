@@ -812,7 +812,7 @@ TEST_F(PageProgram, SaysWhatItCannotMakeAPageOf) {
         EXPECT_FALSE(fs::exists(folder / "touch.html"));
         return ended.err;
     };
-    EXPECT_NE(error("nowhere").find("nowhere/summary.json"), std::string::npos);
+    EXPECT_NE(error("nowhere").find("nowhere/tables.json"), std::string::npos);
     EXPECT_NE(error("cube --megabytes 0.5").find("--megabytes"), std::string::npos);
     EXPECT_NE(error("bare").find("columns"), std::string::npos);
     EXPECT_EQ(view("cube --page touch.html -o pictures").status, 2);

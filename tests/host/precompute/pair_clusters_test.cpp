@@ -118,13 +118,13 @@ protected:
         tell_of(tables_);
     }
     void tell_of(const PairTables& tables) {
-        tell(R"({"contact": {"pair": {"meeting_m": 0.25, "controls": 100, "clustered": 100, "rank": )" +
+        tell(R"({"pair": {"meeting_m": 0.25, "controls": 100, "clustered": 100, "rank": )" +
              std::to_string(tables.clusters.rank) + R"(, "loads": )" +
-             std::to_string(tables.clusters.load_place.size()) + "}}}");
+             std::to_string(tables.clusters.load_place.size()) + "}}");
     }
-    void tell(const std::string& summary) {
+    void tell(const std::string& facts) {
         write_file(folder_ / "options.json", R"({"contact": {"fingers": 2}})");
-        seal(folder_, parse_json(summary));
+        seal(folder_, parse_json(facts));
     }
     void expect_refused(const std::string& file) {
         seal(folder_);
@@ -194,8 +194,8 @@ TEST_F(PairFiles, ThatDoNotFitAreRefused) {
     write_pair(damaged, folder_);
     expect_refused("coupling_step.npy");
     write_pair(tables_, folder_);
-    tell(R"({"contact": {"pair": {"meeting_m": 1, "controls": 100, "rank": 3}}})");  // of an earlier one
-    expect_refused("summary.json");
+    tell(R"({"pair": {"meeting_m": 1, "controls": 100, "rank": 3}})");  // of an earlier one
+    expect_refused("tables.json");
 }
 
 }  // namespace

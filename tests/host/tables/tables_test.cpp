@@ -43,13 +43,13 @@ protected:
     /// With `file` replaced, reading is an error that names it; then it is put back.
     void expect_error_with(const std::string& file, const std::function<void(const fs::path&)>& damage) {
         const std::string good = read_file(folder_ / file);
-        const std::string summary = read_file(folder_ / "summary.json");
+        const std::string facts = read_file(folder_ / "tables.json");
         damage(folder_ / file);
         expect_error(file);
-        if (file != "summary.json") {  // with the hash mended, what the file holds is what is wrong
+        if (file != "tables.json") {  // with the hash mended, what the file holds is what is wrong
             test::seal(folder_);
             if (fs::exists(folder_ / file)) expect_error(file);
-            write_file(folder_ / "summary.json", summary);
+            write_file(folder_ / "tables.json", facts);
         }
         write_file(folder_ / file, good);
         EXPECT_NO_THROW(read_tables(folder_));
@@ -78,7 +78,7 @@ TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
 }
 
 TEST_F(TablesFolder, MissingAndDamagedFilesAreNamed) {
-    for (const char* file : {"summary.json", "options.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy",
+    for (const char* file : {"tables.json", "options.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy",
                              "stiffness.npy", "row_id.npy"}) {
         expect_error_with(file, [](const fs::path& path) { fs::remove(path); });
         expect_error_with(file, [](const fs::path& path) { write_file(path, ""); });
@@ -100,8 +100,8 @@ TEST_F(TablesFolder, FilesThatDoNotFitEachOtherAreNamed) {
     expect_error_with("stiffness.npy", [](const fs::path& path) {
         write_npy<double>(path, {1, 3, 3}, std::vector<double>(9));
     });
-    expect_error_with("summary.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); });
-    expect_error_with("summary.json", [](const fs::path& path) {
+    expect_error_with("tables.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); });
+    expect_error_with("tables.json", [](const fs::path& path) {
         std::string text = read_file(path);
         text.replace(text.find("\"model_hash\": \"") + 15, 1, "x");
         write_file(path, text);

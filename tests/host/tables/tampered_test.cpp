@@ -92,7 +92,7 @@ protected:
     }
     void SetUp() override { fs::copy(made(), folder_); }
 
-    json summary() const { return parse_json(read_file(folder_ / "summary.json")); }
+    json facts() const { return parse_json(read_file(folder_ / "tables.json")); }
     std::string refusal(const Reader& reader) const {
         return error_of([&] { reader.read(folder_); });
     }
@@ -128,7 +128,34 @@ TEST_F(TamperedTables, AreWholeToBeginWith) {
         EXPECT_EQ(refusal(reader), "no error") << reader.name;
     }
     seal(folder_);
-    EXPECT_EQ(summary().at("tables_hash"), parse_json(read_file(made() / "summary.json")).at("tables_hash"));
+    EXPECT_EQ(facts().at("tables_hash"), parse_json(read_file(made() / "tables.json")).at("tables_hash"));
+}
+
+// It is for people and scripts.
+TEST_F(TamperedTables, NoProgramReadsTheSummary) {
+    const fs::path summary = folder_ / "summary.json";
+    const std::string good = read_file(summary);
+    for (const char* text : {"", "{\"hash\": 3, \"drawing\": \"none\"", "\xff"}) {
+        fs::remove(summary);
+        if (*text != '\0') write_file(summary, text);
+        for (const Reader& reader : readers()) {
+            if (!has_parts(reader)) continue;
+            EXPECT_EQ(refusal(reader), "no error") << reader.name;
+        }
+        const std::string folder = folder_.string();
+        for (const std::string& command :
+             {program("haptable-codegen").string() + " " + folder,
+              program("haptable-view").string() + " " + folder + " --mesh -o pictures --quiet"}) {
+            const Outcome ended = run(command, temporary_.path(), std::chrono::seconds(60));
+            EXPECT_EQ(ended.status, 0) << command << ended.err;
+        }
+        Progress quiet(true);
+        const Result again = precompute(every_part(), folder_, quiet);
+        EXPECT_FALSE(again.unchanged) << "the summary is part of what is asked for";
+        const json told = parse_json(read_file(summary));
+        for (const char* key : {"tables_hash", "model_hash", "checks", "counts", "hash"})
+            EXPECT_EQ(told.at(key), parse_json(good).at(key)) << key;
+    }
 }
 
 TEST_F(TamperedTables, OneBitOfAnyFileIsSeenByEveryProgramThatReadsIt) {
@@ -136,7 +163,7 @@ TEST_F(TamperedTables, OneBitOfAnyFileIsSeenByEveryProgramThatReadsIt) {
     const std::set<std::string> written{"model.h", "model.c", "mesh.vtu"}, drawn{"columns.npy"},
         of_servo{"coupling.npy", "body.json"};
     std::size_t seen = 0;
-    const json hashes = summary().at("hash");
+    const json hashes = facts().at("hash");
     for (const auto& [file, hash] : hashes.items()) {
         if (written.contains(file)) continue;
         const std::string good = read_file(folder_ / file);
@@ -149,7 +176,7 @@ TEST_F(TamperedTables, OneBitOfAnyFileIsSeenByEveryProgramThatReadsIt) {
                 continue;
             EXPECT_EQ(refusal(reader),
                       (folder_ / file).string() +
-                          ": is not the file that was written with summary.json: make the tables again")
+                          ": is not the file that was written with tables.json: make the tables again")
                 << reader.name;
             ++seen;
         }
@@ -268,32 +295,31 @@ TEST_F(TamperedTables, EveryPartIsInTheTablesHash) {
 
 // A name that leads out of the folder would have an endless file read; so would a link to one.
 TEST_F(TamperedTables, NoOtherFilesThanTheFoldersAreRead) {
-    json names = summary();
+    json names = facts();
     for (const char* name : {"../../dev/zero", "/dev/zero", "..", ".", "", "a/b", "../tables/patch.npy"}) {
         json other = names;
         other["hash"][name] = "0123456789abcdef";
-        write_file(folder_ / "summary.json", json_text(other));
+        write_file(folder_ / "tables.json", json_text(other));
         for (const Reader& reader : readers()) {
             if (!has_parts(reader)) continue;
             const std::string said = refusal(reader);
-            EXPECT_EQ(said, (folder_ / "summary.json").string() + ": names \"" + name +
+            EXPECT_EQ(said, (folder_ / "tables.json").string() + ": names \"" + name +
                                 "\", which is no file of its folder: make the tables again");
         }
     }
-    write_file(folder_ / "summary.json", json_text(names));
+    write_file(folder_ / "tables.json", json_text(names));
     fs::remove(folder_ / "patch.npy");
     fs::create_symlink("/dev/zero", folder_ / "patch.npy");
     EXPECT_EQ(refusal(readers()[0]), (folder_ / "patch.npy").string() + ": is missing: make the tables again");
-    fs::remove(folder_ / "summary.json");
-    fs::create_symlink("/dev/zero", folder_ / "summary.json");
-    EXPECT_EQ(refusal(readers()[0]), (folder_ / "summary.json").string() + ": is no file: make the tables again");
+    fs::remove(folder_ / "tables.json");
+    fs::create_symlink("/dev/zero", folder_ / "tables.json");
+    EXPECT_EQ(refusal(readers()[0]), (folder_ / "tables.json").string() + ": is no file: make the tables again");
     // Tables that somebody broke are made again; haptable-precompute does not wait for an end that never comes.
     Progress quiet(true);
-    fs::remove(folder_ / "summary.json");
+    fs::remove(folder_ / "tables.json");
     names["hash"]["../../dev/zero"] = "0123456789abcdef";
-    names["bytes"]["../../dev/zero"] = 0;
     fs::remove(folder_ / "patch.npy");
-    write_file(folder_ / "summary.json", json_text(names));
+    write_file(folder_ / "tables.json", json_text(names));
     EXPECT_FALSE(precompute(every_part(), folder_, quiet).unchanged);
     EXPECT_TRUE(precompute(every_part(), folder_, quiet).unchanged);
 }

@@ -134,12 +134,12 @@ TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
     EXPECT_FALSE(is_background(without.at(static_cast<int>(at.x()), static_cast<int>(at.y()))));
 }
 
-/// Red ink under the title, where the finger is deeper than the summary says that a linear body goes.
+/// Red ink under the title, where the finger is deeper than tables.json says that a linear body goes.
 TEST_F(ViewPicture, SaysWhereADentIsBeyondSmallStrain) {
     const auto warned = [&](const char* small_strain) {
-        auto summary = parse_json(read_file(folder_.path() / "summary.json"));
-        summary["small_strain"] = parse_json(small_strain);
-        write_file(folder_.path() / "summary.json", json_text(summary));
+        auto facts = parse_json(read_file(folder_.path() / "tables.json"));
+        facts["small_strain"] = parse_json(small_strain);
+        write_file(folder_.path() / "tables.json", json_text(facts));
         const Image image = painted(press());
         int red = 0;
         for (int y = 44; y < 70; ++y)
@@ -500,11 +500,11 @@ TEST_F(ViewPicture, AMeshAloneShowsItsWorstElements) {
         });
     };
     EXPECT_LT(red(), 20);  // of the axes' x
-    auto summary = parse_json(read_file(folder_.path() / "summary.json"));
-    summary["mesh"] = parse_json(R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
+    auto facts = parse_json(read_file(folder_.path() / "tables.json"));
+    facts["mesh"] = parse_json(R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
         {"tetrahedron": 7, "radius_ratio": 0.25, "nodes": [0, 4, 20, 112]},
         {"tetrahedron": 8, "radius_ratio": 0.5, "nodes": [0, 4, 20, 99999]}]})");
-    write_file(folder_.path() / "summary.json", json_text(summary));
+    write_file(folder_.path() / "tables.json", json_text(facts));
     EXPECT_GT(red(), 200);
 }
 
