@@ -56,10 +56,10 @@ struct ModelText {
     std::string source;
 };
 struct ServoPair;
-struct ServoVibration;
-/// pair: of two fingers; null: one. vibration: of a body that rings; null: it does not. body: nothing holds it; null:
+struct ServoModes;
+/// pair: of two fingers; null: one. body_modes: of a body that rings; null: it does not. body: nothing holds it; null:
 /// it is held.
 ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr,
-                     const ServoVibration* vibration = nullptr, const haptable_body* body = nullptr);
+                     const ServoModes* body_modes = nullptr, const haptable_body* body = nullptr);
 
 }  // namespace haptable

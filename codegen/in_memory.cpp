@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "codegen/laws.hpp"
 #include "codegen/model_bytes.hpp"
-#include "codegen/modes.hpp"
 #include "firmware/haptable_scene.h"
 #include "host/base/hash.hpp"
 
@@ -69,7 +69,7 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.stiffness_limit_n_per_m = static_cast<float>(servo.stiffness.felt_n_per_m);
     if (!servo.packed.empty()) model.unpack = unpack_of(tables.precision);
     if (!servo.reads_stiffness()) model.stiffness_n_per_m = nullptr;
-    set_modes(tables, model);
+    set_laws(tables, model);
     model.term_count = static_cast<std::uint8_t>(servo.term.size());
     model.relaxation_reach_m = servo.relaxation_reach_m;
     haptable_lay_out(&model);

@@ -39,7 +39,7 @@ void require_definite(const haptable_pair_model& pair, const TablesFolder& folde
 }  // namespace
 
 SceneFiles read_scene_files(const TablesFolder& folder) {
-    return {folder, read_tables(folder), read_pair(folder), read_rigid_body(folder), read_vibration(folder)};
+    return {folder, read_tables(folder), read_pair(folder), read_rigid_body(folder), read_modes(folder)};
 }
 
 LoadedScene::LoadedScene(const TablesFolder& folder) : LoadedScene(read_scene_files(folder)) {
@@ -49,7 +49,7 @@ LoadedScene::LoadedScene(const TablesFolder& folder) : LoadedScene(read_scene_fi
 void LoadedScene::require_tables_hash(std::uint64_t wanted) const {
     if (model_.hash != wanted)
         folder_.fail("tables.json", fmt::format("the folder's files make tables {:016x}, not its tables_hash {:016x}",
-                                                 model_.hash, wanted));
+                                                model_.hash, wanted));
 }
 
 LoadedScene::LoadedScene(SceneFiles files)
@@ -59,19 +59,19 @@ LoadedScene::LoadedScene(SceneFiles files)
       model_(model_in_memory(tables_, servo_)),
       node_(servo_.node.begin(), servo_.node.end()),
       body_(files.body),
-      vibration_(std::move(files.vibration)) {
+      body_modes_(std::move(files.body_modes)) {
     if (files.pair) {
         servo_pair_ = build_pair(*files.pair, tables_, servo_);
         pair_ = pair_in_memory(*servo_pair_, tables_, model_);
         require_definite(pair_, folder_);
     }
-    if (vibration_) {
-        servo_vibration_ = build_vibration(*vibration_, tables_, servo_);
-        modes_ = vibration_in_memory(servo_vibration_);
-        if (!vibration_->row.empty() && vibration_->row.size() != tables_.row_id.size() * vibration_->modes())
+    if (body_modes_) {
+        servo_modes_ = build_modes(*body_modes_, tables_, servo_);
+        modes_ = modes_in_memory(servo_modes_);
+        if (!body_modes_->row.empty() && body_modes_->row.size() != tables_.row_id.size() * body_modes_->modes())
             folder_.fail("mode_rows.npy", "does not fit row_id.npy");
     }
-    model_.hash = tables_hash(model_, pair(), body(), servo_vibration());
+    model_.hash = tables_hash(model_, pair(), body(), servo_modes());
 }
 
 }  // namespace haptable

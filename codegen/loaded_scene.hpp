@@ -5,14 +5,14 @@
 #include <optional>
 #include <vector>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/model.hpp"
 #include "codegen/pair.hpp"
-#include "codegen/vibration.hpp"
 #include "firmware/haptable_body.h"
 #include "host/tables/folder.hpp"
+#include "host/tables/modes.hpp"
 #include "host/tables/pair.hpp"
 #include "host/tables/tables.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
@@ -20,9 +20,9 @@ namespace haptable {
 struct SceneFiles {
     TablesFolder folder;
     Tables tables;
-    std::optional<PairTables> pair;            ///< of two fingers
-    std::optional<haptable_body> body;         ///< of a body that nothing holds
-    std::optional<VibrationTables> vibration;  ///< of a body that rings
+    std::optional<PairTables> pair;        ///< of two fingers
+    std::optional<haptable_body> body;     ///< of a body that nothing holds
+    std::optional<ModeTables> body_modes;  ///< of a body that rings
 };
 
 /// Throws Error that names the file: missing, damaged, not what was written, or not fitting the others.
@@ -54,9 +54,9 @@ public:
     const ServoPair* servo_pair() const { return servo_pair_ ? &*servo_pair_ : nullptr; }
     const haptable_pair_model* pair() const { return servo_pair_ ? &pair_ : nullptr; }
     const haptable_body* body() const { return body_ ? &*body_ : nullptr; }
-    const haptable_modes* modes() const { return vibration_ ? &modes_ : nullptr; }
-    const VibrationTables* vibration() const { return vibration_ ? &*vibration_ : nullptr; }
-    const ServoVibration* servo_vibration() const { return vibration_ ? &servo_vibration_ : nullptr; }
+    const haptable_modes* modes() const { return body_modes_ ? &modes_ : nullptr; }
+    const ModeTables* body_modes() const { return body_modes_ ? &*body_modes_ : nullptr; }
+    const ServoModes* servo_modes() const { return body_modes_ ? &servo_modes_ : nullptr; }
 
 private:
     TablesFolder folder_;
@@ -67,8 +67,8 @@ private:
     std::optional<ServoPair> servo_pair_;
     haptable_pair_model pair_{};
     std::optional<haptable_body> body_;
-    std::optional<VibrationTables> vibration_;
-    ServoVibration servo_vibration_;
+    std::optional<ModeTables> body_modes_;
+    ServoModes servo_modes_;
     haptable_modes modes_{};
 };
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "codegen/precision.hpp"
 #include "firmware/haptable_model.h"
 #include "host/base/error.hpp"

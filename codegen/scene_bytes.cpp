@@ -8,23 +8,23 @@
 namespace haptable {
 
 std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                        const ServoVibration* vibration) {
+                        const ServoModes* body_modes) {
     const std::uint32_t parts =
-        (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) | (vibration != nullptr ? 4U : 0U);
+        (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) | (body_modes != nullptr ? 4U : 0U);
     std::string bytes(reinterpret_cast<const char*>(&parts), sizeof parts);
     bytes += model_bytes(model);
     if (pair != nullptr) bytes += coupling_bytes(*pair);
     if (body != nullptr) bytes.append(reinterpret_cast<const char*>(body), sizeof *body);
-    if (vibration != nullptr) bytes += vibration_bytes(*vibration);
+    if (body_modes != nullptr) bytes += modes_bytes(*body_modes);
     return bytes;
 }
 
 std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                          const ServoVibration* vibration) {
-    if (pair == nullptr && body == nullptr && vibration == nullptr) return model.hash;
+                          const ServoModes* body_modes) {
+    if (pair == nullptr && body == nullptr && body_modes == nullptr) return model.hash;
     Hash hash;
     hash.add(std::span<const std::uint64_t>(&model.hash, 1));
-    hash.add(scene_bytes(model, pair, body, vibration));
+    hash.add(scene_bytes(model, pair, body, body_modes));
     return hash.digest();
 }
 

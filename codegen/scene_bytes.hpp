@@ -5,21 +5,21 @@
 #include <cstdint>
 #include <string>
 
-#include "codegen/vibration.hpp"
+#include "codegen/body_modes.hpp"
 #include "firmware/haptable_body.h"
 #include "firmware/haptable_pair.h"
 
 namespace haptable {
 
 /// Which parts there are (32 bits: 1 pair, 2 body, 4 modes), then model_bytes, coupling_bytes, the body's table as it
-/// is, vibration_bytes. pair, body, vibration: null where the scene has none. Throws Error where the model names a
+/// is, modes_bytes. pair, body, body_modes: null where the scene has none. Throws Error where the model names a
 /// function that is none of the servo's.
 std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair = nullptr,
-                        const haptable_body* body = nullptr, const ServoVibration* vibration = nullptr);
+                        const haptable_body* body = nullptr, const ServoModes* body_modes = nullptr);
 
 /// XXH3 of the model's hash and of all parts: model.hash where the scene has a model alone. Messages, frames and
 /// summaries carry it.
 std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                          const ServoVibration* vibration);
+                          const ServoModes* body_modes);
 
 }  // namespace haptable

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/codegen.hpp"
 #include "codegen/display.hpp"
 #include "codegen/in_memory.hpp"
@@ -18,7 +19,6 @@
 #include "codegen/rigid_body.hpp"
 #include "codegen/scene_bytes.hpp"
 #include "codegen/template.hpp"
-#include "codegen/vibration.hpp"
 #include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -207,10 +207,10 @@ const char* servo_end(const haptable_model& model) {
 
 /// Values of the model, and which parts the scene has besides.
 TemplateValues values_of(const Tables& tables, const ServoModel& servo, const haptable_model& model,
-                         const ServoPair* pair, const ServoVibration* vibration, const haptable_body* body) {
+                         const ServoPair* pair, const ServoModes* body_modes, const haptable_body* body) {
     const std::string name = "haptable_" + identifier(tables.name), macro = upper(name);
     const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
-    const bool moves = body != nullptr || vibration != nullptr;
+    const bool moves = body != nullptr || body_modes != nullptr;
     return {{"version", kVersion},
             {"scene_file", tables.scene_file},
             {"scene", tables.name},
@@ -243,7 +243,7 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"freed", flag(model.frictionless != nullptr)},
             {"fingers", pair != nullptr ? "2" : "1"},
             {"pair", flag(pair != nullptr)},
-            {"modes", flag(vibration != nullptr)},
+            {"modes", flag(body_modes != nullptr)},
             {"moves", flag(moves)},
             {"step", moves             ? "moving"
                      : pair != nullptr ? "step_held"
@@ -314,15 +314,15 @@ std::string describe(const std::vector<Remedy>& remedies) {
     return list.empty() ? "" : fmt::format("; {}", fmt::join(list, ", "));
 }
 
-ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair,
-                     const ServoVibration* vibration, const haptable_body* body) {
+ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair, const ServoModes* body_modes,
+                     const haptable_body* body) {
     const haptable_model model = model_in_memory(tables, servo);
     const std::optional<haptable_pair_model> coupling =
         pair != nullptr ? std::optional(pair_in_memory(*pair, tables, model)) : std::nullopt;
-    const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, vibration);
-    TemplateValues values = values_of(tables, servo, model, pair, vibration, body);
+    const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, body_modes);
+    TemplateValues values = values_of(tables, servo, model, pair, body_modes, body);
     values["hash"] = fmt::format("{:016x}", hash);
-    if (vibration != nullptr) add_mode_values(*vibration, values);
+    if (body_modes != nullptr) add_mode_values(*body_modes, values);
     if (pair != nullptr) add_pair_values(*pair, tables, model, values);
     return {filled(kHeader + 1, values), filled(kSource + 1, values)};
 }
@@ -339,9 +339,9 @@ ModelSize generate_model(const TablesFolder& folder) {
     const ServoPair* const pair = scene.servo_pair();
     if (pair != nullptr)
         for (const TableBytes& table : flash_tables(*pair)) size.flash.push_back(table);
-    const ServoVibration* const vibration = scene.servo_vibration();
-    if (vibration != nullptr)
-        for (const TableBytes& table : flash_tables(*vibration)) size.flash.push_back(table);
+    const ServoModes* const body_modes = scene.servo_modes();
+    if (body_modes != nullptr)
+        for (const TableBytes& table : flash_tables(*body_modes)) size.flash.push_back(table);
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
     require_precision(size.precision, tables.precision);
@@ -351,7 +351,7 @@ ModelSize generate_model(const TablesFolder& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    const ModelText text = model_text(tables, model, pair, vibration, scene.body());
+    const ModelText text = model_text(tables, model, pair, body_modes, scene.body());
     write_file(folder.path() / "model.h", text.header);
     write_file(folder.path() / "model.c", text.source);
     return size;

@@ -2,9 +2,9 @@
 // A jelly through the whole way, with its modes and what couples two fingers on it.
 #pragma once
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
-#include "codegen/vibration.hpp"
 #include "tests/bodies.hpp"
 
 namespace haptable::test {
@@ -19,7 +19,7 @@ inline Scene jelly(ForceLaw force, int modes, bool is_free = false) {
         scene.free_body = FreeBody{};
         scene.free_body->density_kg_per_m3 = 1000.0;
     }
-    if (modes > 0) scene.vibration = Vibration{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
+    if (modes > 0) scene.body_modes = BodyModes{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
     scene.device.max_force_n = 20.0;
     scene.tables.columns = ColumnRows::kNone;
     return scene;
@@ -34,9 +34,9 @@ public:
         tables_ = read_tables(folder_.path() / "out");
         servo_ = build_model(tables_);
         if (scene.contact.fingers == 2) coupling_ = build_pair(*read_pair(folder_.path() / "out"), tables_, servo_);
-        if (!scene.vibration) return;
-        files_ = *read_vibration(folder_.path() / "out");
-        vibration_ = build_vibration(files_, tables_, servo_);
+        if (!scene.body_modes) return;
+        files_ = *read_modes(folder_.path() / "out");
+        body_modes_ = build_modes(files_, tables_, servo_);
     }
     haptable_model model(GodObject god_object = GodObject::kNearest, double friction = 0.0) const {
         Tables tables = tables_;
@@ -44,14 +44,14 @@ public:
         tables.static_friction = tables.kinetic_friction = friction;
         return model_in_memory(tables, servo_);
     }
-    haptable_modes modes() const { return vibration_in_memory(vibration_); }
+    haptable_modes modes() const { return modes_in_memory(body_modes_); }
     /// Of a scene with two fingers; model: of the same god-object and friction.
     haptable_pair_model pair(const haptable_model& model, GodObject god_object = GodObject::kNearest) const {
         Tables tables = tables_;
         tables.god_object = god_object;
         return pair_in_memory(coupling_, tables, model);
     }
-    const VibrationTables& files() const { return files_; }
+    const ModeTables& files() const { return files_; }
     const Result& result() const { return result_; }
     double felt_n_per_m() const { return servo_.stiffness.felt_n_per_m; }
 
@@ -60,8 +60,8 @@ private:
     Result result_;
     Tables tables_;
     ServoModel servo_;
-    VibrationTables files_;
-    ServoVibration vibration_;
+    ModeTables files_;
+    ServoModes body_modes_;
     ServoPair coupling_;
 };
 

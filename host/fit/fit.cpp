@@ -5,8 +5,8 @@
 
 #include <iterator>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
-#include "codegen/vibration.hpp"
 #include "host/base/child.hpp"
 #include "host/base/colors.hpp"
 #include "host/base/error.hpp"
@@ -38,7 +38,7 @@ std::string plot_script() {
 
 }  // namespace
 
-double stiffness_at_once(Tables tables, const std::optional<VibrationTables>& vibration, const std::string& place,
+double stiffness_at_once(Tables tables, const std::optional<ModeTables>& body_modes, const std::string& place,
                          Poke where) {
     tables.relaxation.clear();
     tables.limits = {};
@@ -48,13 +48,13 @@ double stiffness_at_once(Tables tables, const std::optional<VibrationTables>& vi
     const haptable_model model = model_in_memory(tables, servo);
     const std::vector<std::uint32_t> node(servo.node.begin(), servo.node.end());
     where.at_m = place_of(place, model);
-    ServoVibration ringing;
+    ServoModes ringing;
     haptable_modes modes{};
-    if (vibration) {
-        ringing = build_vibration(*vibration, tables, servo);
-        modes = vibration_in_memory(ringing);
+    if (body_modes) {
+        ringing = build_modes(*body_modes, tables, servo);
+        modes = modes_in_memory(ringing);
     }
-    const Poked end = poke({&model, node.data(), tables.name.c_str(), nullptr, vibration ? &modes : nullptr}, where);
+    const Poked end = poke({&model, node.data(), tables.name.c_str(), nullptr, body_modes ? &modes : nullptr}, where);
     return end.force_n.norm() / end.depth_m;
 }
 

@@ -9,14 +9,14 @@
 #include "host/fit/prony.hpp"
 #include "host/scene/scene.hpp"
 #include "host/servo/poke.hpp"
+#include "host/tables/modes.hpp"
 #include "host/tables/tables.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable {
 
 /// F / depth of the scene's body at once, N/m, pressed at `where` as servo --poke does, without the servo's limits;
 /// where it rings, once its modes are at rest. place: X,Y,Z or top. Throws Error where it is not met.
-double stiffness_at_once(Tables tables, const std::optional<VibrationTables>& vibration, const std::string& place,
+double stiffness_at_once(Tables tables, const std::optional<ModeTables>& body_modes, const std::string& place,
                          Poke where);
 
 /// The lines of a scene that the fit gives: young where the body is of one isotropic material, and its relaxation.

@@ -10,7 +10,7 @@
 #include "host/base/program.hpp"
 #include "host/fit/fit.hpp"
 #include "host/link/summary.hpp"
-#include "host/tables/vibration.hpp"
+#include "host/tables/modes.hpp"
 
 namespace {
 
@@ -68,7 +68,7 @@ void run(Options& o) {
     const TablesFolder folder(o.tables);
     refuse_free_body(folder, "haptable-fit");
     o.where.depth_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
-    const double own_n_per_m = stiffness_at_once(read_tables(folder), read_vibration(folder), o.place, o.where);
+    const double own_n_per_m = stiffness_at_once(read_tables(folder), read_modes(folder), o.place, o.where);
     const PronyFit fit = fit_prony(record, static_cast<std::size_t>(o.terms), 8);
     if (!o.quiet && fit.relaxation.size() < static_cast<std::size_t>(o.terms))
         fmt::print(stderr, "haptable-fit: note: the record determines {} terms, not {}\n", fit.relaxation.size(),

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "host/inverse/corrected_inverse.hpp"
-#include "host/inverse/modes_of_vibration.hpp"
+#include "host/inverse/natural_modes.hpp"
 
 namespace haptable {
 
@@ -23,12 +23,12 @@ public:
     Eigen::Matrix3d correction(std::int32_t i, std::int32_t j) const override;
 
     /// After factorize().
-    const VibrationModes& modes() const { return modes_; }
+    const NaturalModes& modes() const { return modes_; }
 
 private:
     Eigen::SparseMatrix<double> mass_;
     int count_;
-    VibrationModes modes_;
+    NaturalModes modes_;
     Eigen::MatrixXd part_;  ///< phi_k / omega_k
 };
 

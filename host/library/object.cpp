@@ -31,7 +31,7 @@ void LoadedObject::map_columns() {
     if (!tables().has_columns) return;
     const TablesFolder& folder = scene_.folder();
     columns_.emplace(tables(), folder);
-    if (scene_.vibration() != nullptr && scene_.vibration()->row.empty())
+    if (scene_.body_modes() != nullptr && scene_.body_modes()->row.empty())
         folder.fail("mode_rows.npy", "is missing, by which the columns' rows ring");
     column_of_.assign(tables().position.size(), -1);
     for (std::size_t i = 0; i < tables().node_id.size(); ++i)
@@ -68,7 +68,7 @@ void LoadedObject::swing(std::span<const float> swung, std::span<const std::uint
         for (std::size_t k = 0; k < swung.size(); ++k)
             for (std::size_t c = 0; c < 3; ++c)
                 displacement_m[3 * i + c] +=
-                    scene_.vibration()->row[(row.empty() ? i : std::size_t{row[i]}) * swung.size() + k][c] * swung[k];
+                    scene_.body_modes()->row[(row.empty() ? i : std::size_t{row[i]}) * swung.size() + k][c] * swung[k];
 }
 
 void LoadedObject::deform(const std::vector<NodalForce>& on_patch, std::span<const std::uint32_t> row,

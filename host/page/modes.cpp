@@ -28,7 +28,7 @@ PageMode mode_of(const SceneFiles& files) {
                   model_bytes(model),
                   "",
                   ""};
-    if (scene.servo_vibration() != nullptr) mode.vibration = vibration_bytes(*scene.servo_vibration());
+    if (scene.servo_modes() != nullptr) mode.body_modes = modes_bytes(*scene.servo_modes());
     if (scene.servo_pair() != nullptr)
         mode.coupling = coupling_bytes(pair_in_memory(*scene.servo_pair(), unlimited, model));
     return mode;

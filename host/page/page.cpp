@@ -100,7 +100,7 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
                                   {"hash", fmt::format("{:016x}", modes[i].hash)},
                                   {"model", table},
                                   {"coupling", share("coupling", modes[i].coupling)},
-                                  {"vibration", share("vibration", modes[i].vibration)}});
+                                  {"body_modes", share("body_modes", modes[i].body_modes)}});
     }
 }
 
@@ -112,17 +112,17 @@ void add_body(const haptable_body& body, Blob& blob, json& scene) {
 }
 
 /// Adds the modes of a body that rings: phi of each of the page's rows, [r, m].
-void add_vibration(const SceneFiles& files, const PageRows& rows, Blob& blob, json& scene) {
-    const VibrationTables& vibration = *files.vibration;
-    const std::size_t modes = vibration.modes();
-    if (vibration.row.size() != modes * files.tables.row_id.size())
+void add_modes(const SceneFiles& files, const PageRows& rows, Blob& blob, json& scene) {
+    const ModeTables& body_modes = *files.body_modes;
+    const std::size_t modes = body_modes.modes();
+    if (body_modes.row.size() != modes * files.tables.row_id.size())
         files.folder.fail("mode_rows.npy", "does not fit row_id.npy");
     std::vector<std::array<float, 3>> phi;
     for (const std::size_t row : stored_rows(files.tables, rows))
-        phi.insert(phi.end(), vibration.row.begin() + static_cast<std::ptrdiff_t>(row * modes),
-                   vibration.row.begin() + static_cast<std::ptrdiff_t>((row + 1) * modes));
+        phi.insert(phi.end(), body_modes.row.begin() + static_cast<std::ptrdiff_t>(row * modes),
+                   body_modes.row.begin() + static_cast<std::ptrdiff_t>((row + 1) * modes));
     blob.add_rows("mode_rows", phi);
-    scene["vibration"] = {{"modes", modes}};
+    scene["body_modes"] = {{"modes", modes}};
 }
 
 /// How the mask spreads a load: over columns instead of mesh nodes.
@@ -272,7 +272,7 @@ PageText make_page(const TablesFolder& folder, const fs::path& parts, double mos
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
     if (files.body) add_body(*files.body, blob, scene);
-    if (files.vibration) add_vibration(files, rows, blob, scene);
+    if (files.body_modes) add_modes(files, rows, blob, scene);
     if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);
 
     std::map<std::string, std::string> text;

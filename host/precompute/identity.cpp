@@ -49,9 +49,9 @@ void add_materials(const Scene& scene, const Body& body, Hash& hash) {
         hash.add(scene.density_of(-1));
         for (std::size_t r = 0; r < scene.regions.size(); ++r) hash.add(scene.density_of(static_cast<std::int32_t>(r)));
     }
-    if (scene.vibration) {  // without these modes L is another
+    if (scene.body_modes) {  // without these modes L is another
         hash.add(std::string("modes"));
-        for (const double value : {static_cast<double>(scene.vibration->modes), scene.mass_kg()}) hash.add(value);
+        for (const double value : {static_cast<double>(scene.body_modes->modes), scene.mass_kg()}) hash.add(value);
         for (std::int32_t r = -1; r < static_cast<std::int32_t>(scene.regions.size()); ++r)
             hash.add(scene.density_of(r));
     }

@@ -17,12 +17,12 @@
 #include "host/inverse/free_inverse.hpp"
 #include "host/precompute/assembly.hpp"
 #include "host/precompute/facts.hpp"
+#include "host/precompute/modes.hpp"
 #include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
 #include "host/precompute/rigid_body.hpp"
 #include "host/precompute/sample.hpp"
-#include "host/precompute/vibration.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/solve/factor_file.hpp"
 #include "host/tables/own_tables.hpp"
@@ -75,7 +75,7 @@ Body read_body(const Scene& scene, Progress& progress) {
 /// the viewer: then nothing is drawn, and a note says so.
 Drawing choose_drawing(const Scene& scene, const Inverse& inverse, Body& body) {
     const Drawing drawing = drawing_of(scene, body);
-    if (drawing != Drawing::kSolves || !(inverse.is_distributed() || scene.free_body || scene.vibration))
+    if (drawing != Drawing::kSolves || !(inverse.is_distributed() || scene.free_body || scene.body_modes))
         return drawing;
     body.mesh.notes.push_back(fmt::format(
         "columns.npy would have {:.3g} GB, over tables.column_budget: there will be no deformation to "
@@ -88,7 +88,7 @@ Drawing choose_drawing(const Scene& scene, const Inverse& inverse, Body& body) {
 
 /// Bytes of the Lanczos vectors, of the modes and of M.
 double mode_memory(const Scene& scene, Eigen::Index unknowns) {
-    return 8.0 * static_cast<double>(unknowns) * (4.0 * scene.vibration->modes + 60.0);
+    return 8.0 * static_cast<double>(unknowns) * (4.0 * scene.body_modes->modes + 60.0);
 }
 
 /// Is there room for all that follows?
@@ -101,7 +101,7 @@ MemoryNeed foresee(const Run& run, const Stiffness& k) {
         request.row = plan.column_row;
     }
     MemoryNeed need = inverse.analyse(k, request);
-    if (scene.vibration) need.solves += mode_memory(scene, k.size());
+    if (scene.body_modes) need.solves += mode_memory(scene, k.size());
     if (scene.contact.fingers == 2) need.solves += pair_memory(pair_controls(scene, body, plan.masks));
     if (options.memory_bytes > 0.0) need.available = options.memory_bytes;
     require_memory(scene.file.string(), need, static_cast<double>(body.free_node.size()));
@@ -191,11 +191,11 @@ ColumnFormat format_of(const Scene& scene, const Matrices& l_ii) {
 }
 
 /// How it rings: files, and what is told of it.
-VibrationFacts make_vibration(const Run& run, const Matrices& l_ii) {
+ModeFacts make_modes(const Run& run, const Matrices& l_ii) {
     run.clock.begin("modes");
     const PairControls controls = pair_controls(run.scene, run.body, run.plan.masks);
-    write_vibration(vibration_tables(run.scene, run.body, run.rest->modes(), controls, run.plan.row), run.beside);
-    return vibration_facts(run.scene, *run.rest, run.plan.node, l_ii);
+    write_modes(mode_tables(run.scene, run.body, run.rest->modes(), controls, run.plan.row), run.beside);
+    return mode_facts(run.scene, *run.rest, run.plan.node, l_ii);
 }
 
 /// columns.npy, through a store that outlives a run that is cut short. In float where the sample leaves half of the
@@ -296,7 +296,7 @@ Matrices compute(const Run& run, Summary& summary) {
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
     if (!plan.mask_pairs.empty()) summary.mask = make_mask(run);
     if (scene.contact.fingers == 2) summary.pair = make_pair(run);
-    if (rest != nullptr) summary.vibration = make_vibration(run, l_ii);
+    if (rest != nullptr) summary.body_modes = make_modes(run, l_ii);
     // 7. Columns; or the factor, for a viewer that solves.
     clock.begin("columns");
     if (plan.drawing == Drawing::kColumns)
@@ -395,7 +395,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // of L = K^-1.
     clock.begin("plan");
     // What two fingers and modes need of an earlier run's factor was not kept.
-    const bool anew = options.force || scene.contact.fingers == 2 || scene.vibration;
+    const bool anew = options.force || scene.contact.fingers == 2 || scene.body_modes;
     Plan plan = make_plan(scene, body, drawing, summary.identity, folder, anew);
     Workers workers(threads_of(options));
     if (scene.contact.force == ForceLaw::kPressureMask) {
@@ -406,7 +406,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     if (rigid) relieved.emplace(inverse, rigid->motion, rigid->momentum);
     Inverse& whole = relieved ? static_cast<Inverse&>(*relieved) : inverse;
     std::optional<RestInverse> rest;
-    if (scene.vibration) rest.emplace(whole, assemble_mass(scene, body), scene.vibration->modes);
+    if (scene.body_modes) rest.emplace(whole, assemble_mass(scene, body), scene.body_modes->modes);
     const Run run{scene,
                   body,
                   plan,

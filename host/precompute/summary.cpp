@@ -232,10 +232,10 @@ std::string summary_text(nlohmann::ordered_json json, const Scene& scene, const 
         json["contact"]["fingers"] = 2;
         json["contact"]["pair"] = to_json(*summary.pair);
     }
-    if (summary.vibration)
-        json["vibration"] = {{"frequency_hz", summary.vibration->frequency_hz},
-                             {"damping_ratio", summary.vibration->damping_ratio},
-                             {"compliance_share", summary.vibration->share}};
+    if (summary.body_modes)
+        json["modes"] = {{"frequency_hz", summary.body_modes->frequency_hz},
+                         {"damping_ratio", summary.body_modes->damping_ratio},
+                         {"compliance_share", summary.body_modes->share}};
     const std::array<double, 3>& mass_kg = scene.device.mass_kg;
     json["device"] = {{"max_force_n", servo_force_limit_n(scene)},
                       {"mass_kg", (mass_kg[0] + mass_kg[1] + mass_kg[2]) / 3.0},
@@ -306,7 +306,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "and the patch's own nodes carry the load\n",
             scene.contact.mask_radius_m, summary.mask.most_nodes, summary.mask.widened, summary.mask.places);
     if (summary.pair) text += describe(*summary.pair);
-    if (summary.vibration) text += describe(*summary.vibration);
+    if (summary.body_modes) text += describe(*summary.body_modes);
     text += stiffness_line(scene, summary.size.stiffness, press);
     if (const auto& s = summary.inverse.small_strain)
         text += fmt::format(

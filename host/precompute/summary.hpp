@@ -13,12 +13,12 @@
 #include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
 #include "host/precompute/locking.hpp"
+#include "host/precompute/modes.hpp"
 #include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/press.hpp"
 #include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
 #include "host/precompute/under_constrained.hpp"
-#include "host/precompute/vibration.hpp"
 
 namespace haptable {
 
@@ -115,7 +115,7 @@ struct Summary {
     InverseSummary inverse;
     MaskSummary mask;
     std::optional<PairSummary> pair;  ///< of two fingers
-    std::optional<VibrationFacts> vibration;
+    std::optional<ModeFacts> body_modes;
     std::vector<Eigen::Vector3d> sag_m;  ///< [N] under the body's own weight; empty without [gravity]
     Reused reused;
     std::vector<ProcessCost> processes;  ///< where there are many

@@ -75,12 +75,12 @@ void visit_body(Of& scene, const Visit& visit) {
             visit("body.floor_friction", body.floor->friction);
         }
     }
-    if (!scene.vibration) return;
-    visit("body.modes", scene.vibration->modes);
-    visit("body.mode_damping", scene.vibration->damping_ratio);
+    if (!scene.body_modes) return;
+    visit("body.modes", scene.body_modes->modes);
+    visit("body.mode_damping", scene.body_modes->damping_ratio);
     if (scene.free_body) return;
-    visit("body.density", scene.vibration->density_kg_per_m3);
-    visit("body.mass", scene.vibration->mass_kg);
+    visit("body.density", scene.body_modes->density_kg_per_m3);
+    visit("body.mass", scene.body_modes->mass_kg);
 }
 
 template <typename Of, typename Visit>
@@ -243,8 +243,8 @@ void begin_body(const Section& root, const SceneOptions& options, Scene& scene) 
         if (options.has("body.floor")) scene.free_body->floor = FreeBody::Floor{};
     }
     if (options.integer("body.modes") == 0) return;
-    scene.vibration.emplace();
-    scene.vibration->line = section.line("modes");
+    scene.body_modes.emplace();
+    scene.body_modes->line = section.line("modes");
 }
 
 /// As the file says, else against gravity, else z; of length 1.
@@ -297,7 +297,7 @@ SafetyLimits servo_limits(const Scene& scene) {
 
 SceneOptions options_of(const Scene& scene) {
     SceneOptions options = scene.options.has("contact") ? scene.options : default_options();
-    if (scene.free_body || scene.vibration) {
+    if (scene.free_body || scene.body_modes) {
         options.set("body.free", scene.free_body.has_value());
         options.set("body.modes", 0);
     }

@@ -92,7 +92,7 @@ struct FreeBody {
 };
 
 /// [body] modes: what of the elastic part rings, of a body that is held or not.
-struct Vibration {
+struct BodyModes {
     int modes = 0;                   ///< the lowest: 1 or more
     double damping_ratio = 0.0;      ///< of each, to critical damping: above 0, below 1
     double density_kg_per_m3 = 0.0;  ///< as FreeBody's, of a body that is held
@@ -144,19 +144,21 @@ struct Scene {
     Device device;
     DeviceMap device_map;
     TableOptions tables;
-    std::optional<FreeBody> free_body;   ///< none: [[fixed]] or a bed holds it
-    std::optional<Vibration> vibration;  ///< none: it follows at once
-    SceneOptions options;                ///< as the file has them; what stands above may have been changed since
+    std::optional<FreeBody> free_body;    ///< none: [[fixed]] or a bed holds it
+    std::optional<BodyModes> body_modes;  ///< none: it follows at once
+    SceneOptions options;                 ///< as the file has them; what stands above may have been changed since
 
     /// The material of a region, or of the body (-1).
     const Material& material_of(std::int32_t region) const {
         return region < 0 ? material : regions[static_cast<std::size_t>(region)].material;
     }
     /// The mass of [body], to which all densities are scaled; 0: they are as they are.
-    double mass_kg() const { return free_body ? free_body->mass_kg : vibration ? vibration->mass_kg : 0.0; }
+    double mass_kg() const { return free_body ? free_body->mass_kg : body_modes ? body_modes->mass_kg : 0.0; }
     /// With [gravity] or [body]; without a density there, 1.
     double density_of(std::int32_t region) const {
-        const double given = free_body ? free_body->density_kg_per_m3 : vibration ? vibration->density_kg_per_m3 : 0.0;
+        const double given = free_body    ? free_body->density_kg_per_m3
+                             : body_modes ? body_modes->density_kg_per_m3
+                                          : 0.0;
         const double body = gravity ? gravity->density_kg_per_m3 : given > 0.0 ? given : 1.0;
         return region < 0 ? body : regions[static_cast<std::size_t>(region)].density_kg_per_m3.value_or(body);
     }

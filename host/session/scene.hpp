@@ -17,7 +17,7 @@ struct ServoScene {
     const std::uint32_t* node;                  ///< [model->vertex_count] mesh node of every vertex of the model
     const char* name;                           ///< of the scene
     const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
-    const haptable_modes* modes = nullptr;      ///< its vibration modes; null: it follows at once
+    const haptable_modes* modes = nullptr;      ///< its modes; null: it follows at once
     const haptable_body* body = nullptr;        ///< of one that nothing holds; null: it is held
 };
 

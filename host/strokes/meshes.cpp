@@ -137,7 +137,7 @@ StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs:
         scene.touch.clear();
         scene.gravity.reset();
         scene.free_body.reset();
-        scene.vibration.reset();
+        scene.body_modes.reset();
         if (scene.fixed.empty()) hold_lowest(mesh, scene);
     } else {
         scene = scene_of_mesh(file, folder, mesh);
@@ -183,11 +183,11 @@ bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
 /// Its [body], of those that in_mode makes.
 std::string body_of(const Scene& scene) {
     std::string text = scene.free_body ? "free = true\n" : "";
-    const double density = scene.free_body ? scene.free_body->density_kg_per_m3 : scene.vibration->density_kg_per_m3;
+    const double density = scene.free_body ? scene.free_body->density_kg_per_m3 : scene.body_modes->density_kg_per_m3;
     text += fmt::format("density = {:.17g}\n", density);
-    if (scene.vibration)
-        text +=
-            fmt::format("modes = {}\nmode_damping = {:.17g}\n", scene.vibration->modes, scene.vibration->damping_ratio);
+    if (scene.body_modes)
+        text += fmt::format("modes = {}\nmode_damping = {:.17g}\n", scene.body_modes->modes,
+                            scene.body_modes->damping_ratio);
     return text;
 }
 
@@ -264,7 +264,7 @@ std::string to_toml(const Scene& scene) {
     if (contact.static_friction > 0.0)
         text += fmt::format("friction = {:.17g}\nkinetic_friction = {:.17g}\n", contact.static_friction,
                             contact.kinetic_friction);
-    if (scene.free_body || scene.vibration) text += "\n[body]\n" + body_of(scene);
+    if (scene.free_body || scene.body_modes) text += "\n[body]\n" + body_of(scene);
     text += fmt::format("\n[device]\nmax_force = {:.17g}\n\n[tables]\ncolumns = \"none\"\n", scene.device.max_force_n);
     if (contact.fingers == 2) text += fmt::format("coupling_bytes = {}\n", scene.tables.coupling_bytes);
     return text;

@@ -50,13 +50,13 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
     if (mode.fingers == 2) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
-    scene.vibration.reset();
+    scene.body_modes.reset();
     if (mode.body.free) {
         scene.free_body = FreeBody{};
         scene.free_body->density_kg_per_m3 = kDensity;
         scene.fixed.clear();
     }
-    if (mode.body.rings) scene.vibration = Vibration{kModes, kDamping, mode.body.free ? 0.0 : kDensity, 0.0, 0};
+    if (mode.body.rings) scene.body_modes = BodyModes{kModes, kDamping, mode.body.free ? 0.0 : kDensity, 0.0, 0};
     return scene;
 }
 
@@ -103,7 +103,7 @@ StrokedBody::StrokedBody(SceneFiles files)
       solid_(servo_.vertex_m, servo_.patch),
       law_(files_.tables, servo_) {
     if (files_.pair) pair_ = build_pair(*files_.pair, files_.tables, servo_);
-    if (files_.vibration) vibration_ = build_vibration(*files_.vibration, files_.tables, servo_);
+    if (files_.body_modes) body_modes_ = build_modes(*files_.body_modes, files_.tables, servo_);
 }
 
 StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contact) : body_(body) {
@@ -119,7 +119,7 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.passivity = contact.passivity;
     model_ = model_in_memory(tables, body.servo_);
     if (contact.fingers == 2) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
-    if (body.files_.vibration) modes_ = vibration_in_memory(body.vibration_);
+    if (body.files_.body_modes) modes_ = modes_in_memory(body.body_modes_);
 }
 
 Touched StrokedModel::touched() const {
@@ -129,7 +129,7 @@ Touched StrokedModel::touched() const {
             model_,
             pair_ ? &*pair_ : nullptr,
             body_.files_.body ? &*body_.files_.body : nullptr,
-            body_.files_.vibration ? &modes_ : nullptr};
+            body_.files_.body_modes ? &modes_ : nullptr};
 }
 
 }  // namespace haptable

@@ -90,7 +90,7 @@ private:
     SceneFiles files_;
     ServoModel servo_;
     std::optional<ServoPair> pair_;
-    ServoVibration vibration_;
+    ServoModes body_modes_;
     Solid solid_;
     Law law_;
 };

@@ -95,7 +95,7 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
 }
 
 std::string TargetImage::bytes_of(const TargetScene& scene) {
-    return scene_bytes(scene.model, scene.pair, scene.body, scene.vibration);
+    return scene_bytes(scene.model, scene.pair, scene.body, scene.body_modes);
 }
 
 /// Records as firmware/port/haptable_ticks.h has them; what is left of one are its modes.

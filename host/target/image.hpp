@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "codegen/vibration.hpp"
+#include "codegen/body_modes.hpp"
 #include "firmware/haptable_scene.h"
 
 namespace haptable {
@@ -42,7 +42,7 @@ struct TargetScene {
     const haptable_model& model;
     const haptable_pair_model* pair = nullptr;
     const haptable_body* body = nullptr;
-    const ServoVibration* vibration = nullptr;
+    const ServoModes* body_modes = nullptr;
 };
 
 /// A built image: build/<name>/firmware/<target>.

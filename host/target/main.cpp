@@ -64,7 +64,7 @@ SceneFiles unlimited(const TablesFolder& folder) {
 }
 
 TargetScene measured(const LoadedScene& scene) {
-    return {scene.model(), scene.pair(), scene.body(), scene.servo_vibration()};
+    return {scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
 }
 
 /// What one scene's ticks take on every target, of fingers that have `size` coordinates.

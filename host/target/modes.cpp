@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "firmware/haptable_bounds.h"
 
 namespace haptable {
@@ -44,7 +44,7 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
         options.release_n_per_ms = 0.05;
         options.passivity = true;
     }
-    set_modes(options, model);
+    set_laws(options, model);
     return model;
 }
 
@@ -121,12 +121,12 @@ std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
     return 9000 + 2400 * fingers + 2800 * points;
 }
 
-std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes) {
+std::uint64_t most_modes_cost(const Mode& mode, std::uint64_t modes) {
     const std::uint64_t load = std::max<std::uint64_t>(STEPS_OF_ENERGY * cost_of(mode, 0).energy, 2000);
     return 1500 + 4 * load + 400 * modes;
 }
 
-std::uint64_t most_vibration_pair_cost(const Mode& mode, std::uint64_t modes) {
+std::uint64_t most_modes_pair_cost(const Mode& mode, std::uint64_t modes) {
     // Each place's own terms and what couples them, read anew; a system of 6x6; the account.
     return 5000 + pair_cost_of(mode, 0).rest + 900 * modes;
 }

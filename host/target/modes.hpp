@@ -67,8 +67,8 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan);
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers);
 
 /// The same of so many modes that ring under a finger.
-std::uint64_t most_vibration_cost(const Mode& mode, std::uint64_t modes);
+std::uint64_t most_modes_cost(const Mode& mode, std::uint64_t modes);
 /// And under two fingers.
-std::uint64_t most_vibration_pair_cost(const Mode& mode, std::uint64_t modes);
+std::uint64_t most_modes_pair_cost(const Mode& mode, std::uint64_t modes);
 
 }  // namespace haptable

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "host/tables/modes.hpp"
 #include "host/tables/tables.hpp"
-#include "host/tables/vibration.hpp"
 #include "host/view/frame.hpp"
 
 namespace haptable {
@@ -15,7 +15,7 @@ namespace haptable {
 /// What the modes of a body that rings add to what is drawn.
 class DrawnModes {
 public:
-    DrawnModes(const Tables& tables, VibrationTables vibration);
+    DrawnModes(const Tables& tables, ModeTables body_modes);
 
     /// displacement_m: [r,3] by the rest's columns. A frame that does not say how far the modes have swung is drawn as
     /// they come to rest under its loads. The result is valid until the next call.
@@ -24,7 +24,7 @@ public:
 private:
     std::vector<float> at_rest(const ContactFrame& frame) const;
 
-    VibrationTables vibration_;
+    ModeTables body_modes_;
     std::vector<std::int32_t> row_of_;  ///< [N] row of a mesh node, or -1
     std::vector<float> displacement_m_;
 };

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 
 namespace haptable {
 
@@ -32,7 +32,7 @@ haptable_force_fn* solving_force(const Tables& tables) {
     plain.force = tables.force;
     plain.precision = tables.precision;
     haptable_model model{};
-    set_modes(plain, model);
+    set_laws(plain, model);
     return model.force;
 }
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cstring>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
 #include "host/session/scene_state.hpp"
 #include "host/tables/pair.hpp"
 #include "host/target/image.hpp"
@@ -28,9 +28,9 @@ struct Built {
             coupling = build_pair(*files, tables, servo);
             pair = pair_in_memory(coupling, tables, model);
         }
-        if (const auto files = read_vibration(folder)) {
-            vibration = build_vibration(*files, tables, servo);
-            modes = vibration_in_memory(vibration);
+        if (const auto files = read_modes(folder)) {
+            body_modes = build_modes(*files, tables, servo);
+            modes = modes_in_memory(body_modes);
         }
     }
     SceneState state() const {
@@ -40,8 +40,7 @@ struct Built {
     /// What a tick's motion costs at the most beside its fingers' steps.
     std::uint64_t moves() const {
         std::uint64_t cost = body ? most_body_cost(body->point_count, fingers()) : 0;
-        if (modes)
-            cost += pair ? most_vibration_pair_cost(mode, modes->count) : most_vibration_cost(mode, modes->count);
+        if (modes) cost += pair ? most_modes_pair_cost(mode, modes->count) : most_modes_cost(mode, modes->count);
         return cost;
     }
     /// The work of the fingers in the last tick, and at the most.
@@ -58,7 +57,7 @@ struct Built {
     ServoPair coupling;
     std::optional<haptable_pair_model> pair;
     std::optional<haptable_body> body;
-    ServoVibration vibration;
+    ServoModes body_modes;
     std::optional<haptable_modes> modes;
     Mode mode{tables.force, tables.god_object, "friction"};
     std::uint64_t fan = most_patches_around_a_vertex(model);

@@ -52,7 +52,7 @@ const Feature kFeatures[] = {
      "haptable_part_rigid"},
     {"modes",
      [](Scene& s) {
-         s.vibration = Vibration{4, 0.05, 1000.0, 0.0, 1};
+         s.body_modes = BodyModes{4, 0.05, 1000.0, 0.0, 1};
      },
      "haptable_part_modes"},
     {"a second finger", [](Scene& s) { s.contact.fingers = 2; }, "haptable_contacts_of_two"},
@@ -157,7 +157,7 @@ TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
                             (name == "modes" && rings))
                             feature.ask(s);
                     }
-                    if (is_free && rings) s.vibration->density_kg_per_m3 = 0.0;
+                    if (is_free && rings) s.body_modes->density_kg_per_m3 = 0.0;
                 };
                 std::string without = two ? "none" : "pair";
                 if (!is_free) without += "|body";

@@ -8,10 +8,10 @@
 #include <memory>
 #include <optional>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/session/scene_state.hpp"
 #include "tests/bodies.hpp"
@@ -56,7 +56,7 @@ Scene scene_of(const Made& made) {
         scene.free_body->stiffness = {200.0, 200.0, 200.0, 0.05, 0.05, 0.05};  // or a finger would push it away
         scene.free_body->damping = {2.0, 2.0, 2.0, 5e-4, 5e-4, 5e-4};
     }
-    if (made.rings) scene.vibration = Vibration{4, 0.05, made.is_free ? 0.0 : 1000.0, 0.0, 1};
+    if (made.rings) scene.body_modes = BodyModes{4, 0.05, made.is_free ? 0.0 : 1000.0, 0.0, 1};
     scene.tables.columns = ColumnRows::kNone;
     scene.tables.coupling_bytes = 2'000'000;
     return scene;
@@ -115,11 +115,11 @@ protected:
             coupling = build_pair(*read_pair(folder_.path()), tables, servo);
             pair = pair_in_memory(*coupling, tables, model);
         }
-        std::optional<ServoVibration> vibration;
+        std::optional<ServoModes> body_modes;
         std::optional<haptable_modes> modes;
         if (GetParam().rings) {
-            vibration = build_vibration(*read_vibration(folder_.path()), tables, servo);
-            modes = vibration_in_memory(*vibration);
+            body_modes = build_modes(*read_modes(folder_.path()), tables, servo);
+            modes = modes_in_memory(*body_modes);
         }
         SceneState state(model, pair ? &*pair : nullptr, body_ ? &*body_ : nullptr, modes ? &*modes : nullptr);
         state.check(HAPTABLE_CHECK_ALL);

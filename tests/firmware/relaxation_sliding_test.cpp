@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "codegen/in_memory.hpp"
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 

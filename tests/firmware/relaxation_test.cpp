@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "host/base/file.hpp"
 #include "host/session/record.hpp"
 #include "tests/bodies.hpp"
@@ -30,7 +30,7 @@ public:
         Tables tables;
         tables.relaxation = terms;
         haptable_model law{};
-        set_modes(tables, law);
+        set_laws(tables, law);
         for (const RelaxationTerm& term : terms) {
             const TickRelaxation tick = relaxation_of_tick(term);
             row_.push_back({float(term.share), float(tick.fall), float(tick.rise)});

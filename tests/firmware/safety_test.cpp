@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 
@@ -26,7 +26,7 @@ public:
         : box_(box_shape(4, Vector3d(0.03, 0.03, 0.03)), 0.001, god_object), model_(*box_.get()) {
         Tables tables = box_.tables();
         tables.limits = limits;
-        set_modes(tables, model_);
+        set_laws(tables, model_);
         model_.crc = haptable_crc_of(&model_, haptable_span_of_model);
         haptable_servo_init(&servo);
         check_tables(model_, servo);
@@ -403,7 +403,7 @@ TEST(GrabOfACompliance, PullsTwiceAsHardTwiceAsFar) {
     tables.limits = {};
     tables.limits.grab = true;
     haptable_model model = body.model(GodObject::kLeastEnergy);
-    set_modes(tables, model);
+    set_laws(tables, model);
     haptable_servo servo{};
     haptable_output out{};
     haptable_servo_init(&servo);

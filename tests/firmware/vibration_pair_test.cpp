@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Vibration modes under two fingers: forces that are held, the ring under both, and what modes and contacts gain.
+// modes under two fingers: forces that are held, the ring under both, and what modes and contacts gain.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -31,7 +31,7 @@ const Jelly& ringing_jelly(bool is_damped = true) {
     static const Jelly damped(for_two(ForceLaw::kConsistent, 8));
     static const Jelly undamped([] {
         Scene scene = for_two(ForceLaw::kConsistent, 8);
-        scene.vibration->damping_ratio = 1e-4;
+        scene.body_modes->damping_ratio = 1e-4;
         return scene;
     }());
     return is_damped ? damped : undamped;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Vibration modes: the force that is held, what a knock leaves, and what modes and contact gain of a hand.
+// modes: the force that is held, what a knock leaves, and what modes and contact gain of a hand.
 #include "firmware/haptable_modes.h"
 
 #include <gtest/gtest.h>
@@ -177,7 +177,7 @@ TEST(Modes, AFingerThatStaysFeelsTheRing) {
 // dx . S dx / 2 besides, but for what the modes' damping takes.
 TEST(Modes, GainWhatTheHandGave) {
     Scene scene = jelly(ForceLaw::kConsistent, 8);
-    scene.vibration->damping_ratio = 1e-4;
+    scene.body_modes->damping_ratio = 1e-4;
     const Jelly ringing(scene);
     Session session(ringing, GodObject::kNearest, 10.0);
     press(session, kAtNode, 0.003, 400);
@@ -223,7 +223,7 @@ TEST(Modes, ABodyThatNothingHoldsFallsAndRings) {
 // the force is the lower for it: what there is never rises by more.
 TEST(Modes, WhatAForceMakesIsOwed) {
     Scene scene = jelly(ForceLaw::kInterpolated, 8);
-    scene.vibration->damping_ratio = 1e-4;
+    scene.body_modes->damping_ratio = 1e-4;
     const Jelly ringing(scene);
     Session session(ringing, GodObject::kNearest);
     press(session, kOnTop, 0.005, 400);
@@ -286,7 +286,7 @@ TEST(Modes, ARefusedFingerPushesNothing) {
 TEST(Modes, OfABodyThatIsTooStiffAreRefused) {
     Scene scene = jelly(ForceLaw::kConsistent, 8);
     scene.material.young_pa = 3e7;
-    scene.vibration->line = 12;
+    scene.body_modes->line = 12;
     const std::string none = error_of([&] { Jelly{scene}; });
     EXPECT_NE(none.find(":12: body.modes: mode 1 swings with"), std::string::npos) << none;
     EXPECT_NE(none.find("remove modes"), std::string::npos) << none;

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "tests/bodies.hpp"
 
 namespace haptable::test {
@@ -99,7 +99,7 @@ TEST(HardDrift, NorDoesTheEnergyThatPassivityCounts) {
     options.passivity = true;
     options.max_force_n = cube.tables().max_force_n;
     haptable_model model = cube.model();
-    set_modes(options, model);
+    set_laws(options, model);
     const Path path = lap_below(kRadius_m);
     const Ran ran = run(model, kLaps, path, {{path[0][0], path[0][1], 0.031F}});
     EXPECT_EQ(ran.servo.counters.contacts, 1U);

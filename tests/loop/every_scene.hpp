@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/vibration.hpp"
+#include "codegen/body_modes.hpp"
 #include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
 
@@ -35,9 +35,9 @@ public:
     EveryScene() {
         add_gravity(body_);
         add_floor(body_, 0.0, 0.3);
-        const std::size_t rows = vibration_.mode.size() * pair_.scene().model->free_count;
-        for (std::size_t k = 0; k < rows; ++k) vibration_.shape.push_back({0.0F, 2.0F, 4.0F});
-        modes_ = vibration_in_memory(vibration_);
+        const std::size_t rows = body_modes_.mode.size() * pair_.scene().model->free_count;
+        for (std::size_t k = 0; k < rows; ++k) body_modes_.shape.push_back({0.0F, 2.0F, 4.0F});
+        modes_ = modes_in_memory(body_modes_);
         body_.crc = haptable_crc_of(&body_, haptable_span_of_body);
     }
     EveryScene(const EveryScene&) = delete;
@@ -53,7 +53,7 @@ public:
 private:
     SoftPair pair_{0.5};
     haptable_body body_ = cube_body();
-    ServoVibration vibration_{{tick_of_mode(60.0, 0.05), tick_of_mode(140.0, 0.05)}, {}, 3};
+    ServoModes body_modes_{{tick_of_mode(60.0, 0.05), tick_of_mode(140.0, 0.05)}, {}, 3};
     haptable_modes modes_{};
 };
 

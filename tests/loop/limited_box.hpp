@@ -2,7 +2,7 @@
 // The soft box with every limit of a scene's [device].
 #pragma once
 
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -12,7 +12,7 @@ public:
     LimitedBox() {
         Tables tables = box_.model().tables();
         tables.limits = {5.0, 200.0, 0.3, 5.0, 0.05, true, true};
-        set_modes(tables, model_);
+        set_laws(tables, model_);
         model_.crc = haptable_crc_of(&model_, haptable_span_of_model);
     }
     ServoScene scene() const { return {&model_, box_.scene().node, "box"}; }

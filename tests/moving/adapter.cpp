@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/session/scene_state.hpp"
 #include "tests/finger.hpp"
@@ -29,7 +29,7 @@ struct MovingTables::Firmware {
     TemporaryFolder folder;
     std::optional<haptable_body> body;
     std::optional<ServoPair> pair;
-    ServoVibration vibration;
+    ServoModes body_modes;
 };
 
 MovingTables::MovingTables(Scene scene) : scene_(std::move(scene)), firmware_(std::make_unique<Firmware>()) {
@@ -42,8 +42,8 @@ MovingTables::MovingTables(Scene scene) : scene_(std::move(scene)), firmware_(st
     firmware_->body = read_rigid_body(out);
     if (firmware_->body) rigid_ = rigid_of(*firmware_->body);
     if (const auto pair = read_pair(out)) firmware_->pair = build_pair(*pair, tables_, servo_);
-    vibration_ = read_vibration(out);
-    if (vibration_) firmware_->vibration = build_vibration(*vibration_, tables_, servo_);
+    body_modes_ = read_modes(out);
+    if (body_modes_) firmware_->body_modes = build_modes(*body_modes_, tables_, servo_);
 }
 
 MovingTables::~MovingTables() = default;
@@ -74,9 +74,9 @@ MovingSession::MovingSession(const MovingTables& tables, const Touching& touchin
         variant.release_n_per_ms = touching.release_n_per_ms;
     }
     f.model = model_in_memory(variant, tables.servo());
-    const bool for_two = touching.fingers == 2, rings = tables.vibration().has_value();
+    const bool for_two = touching.fingers == 2, rings = tables.body_modes().has_value();
     if (for_two) f.pair = pair_in_memory(*tables.firmware_->pair, variant, f.model);
-    if (rings) f.modes = vibration_in_memory(tables.firmware_->vibration);
+    if (rings) f.modes = modes_in_memory(tables.firmware_->body_modes);
     if (tables.is_free()) f.body = *tables.firmware_->body;
     if (tables.is_free() && !touching.by_scene) {
         put(touching.gravity_m_per_s2, f.body.gravity_m_per_s2);

@@ -12,8 +12,8 @@
 #include "codegen/model.hpp"
 #include "host/scene/scene.hpp"
 #include "host/strokes/motion.hpp"
+#include "host/tables/modes.hpp"
 #include "host/tables/tables.hpp"
-#include "host/tables/vibration.hpp"
 
 namespace haptable::test {
 
@@ -32,7 +32,7 @@ public:
     bool is_free() const { return rigid_.has_value(); }
     const Rigid& rigid() const { return *rigid_; }  ///< before: is_free()
     /// None where it does not ring.
-    const std::optional<VibrationTables>& vibration() const { return vibration_; }
+    const std::optional<ModeTables>& body_modes() const { return body_modes_; }
     double stiffness_limit_n_per_m() const;  ///< the largest of any point, as felt
     double size_m() const;                   ///< the diagonal
 
@@ -44,7 +44,7 @@ private:
     Tables tables_;
     ServoModel servo_;
     std::optional<Rigid> rigid_;
-    std::optional<VibrationTables> vibration_;
+    std::optional<ModeTables> body_modes_;
     std::unique_ptr<Firmware> firmware_;
 };
 

@@ -81,7 +81,7 @@ Scene scene_of(const Shaped& shaped, bool is_free, int modes, ForceLaw force, in
         const double to = low->z() + (high->z() - low->z()) / 6.0;
         scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, to}, "", 1});
     }
-    if (modes > 0) scene.vibration = Vibration{modes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
+    if (modes > 0) scene.body_modes = BodyModes{modes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
     scene.contact.force = force;
     if (force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.01;
     scene.contact.fingers = fingers;

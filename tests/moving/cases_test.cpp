@@ -247,15 +247,15 @@ TEST_F(MovingCase, SwappedFingersNextToFixedNodesFeelSwappedForces) {
 TEST_F(MovingCase, HeldForceComesToThatOfTheBodyAtRest) {
     open("hold");
     Scene scene = tables->scene();
-    scene.vibration.reset();
+    scene.body_modes.reset();
     const MovingTables stiff(scene);
     const haptable_model model = model_in_memory(stiff.tables(), stiff.servo());
-    for (const double damping : {tables->scene().vibration->damping_ratio, 0.5}) {
+    for (const double damping : {tables->scene().body_modes->damping_ratio, 0.5}) {
         scene = tables->scene();
-        scene.vibration->damping_ratio = damping;
+        scene.body_modes->damping_ratio = damping;
         session.reset();
         tables = std::make_unique<MovingTables>(scene);
-        const double decay_per_s = damping * tables->vibration()->omega_rad_per_s[0];
+        const double decay_per_s = damping * tables->body_modes()->omega_rad_per_s[0];
         for (const bool by_scene : {true, false}) {
             touching.by_scene = by_scene;  // nearest, or least energy
             touching.fingers = 1;

@@ -27,7 +27,7 @@ Scene ringing_scene(std::size_t body, bool is_free, ForceLaw force, const std::f
     static const std::array<Shaped, 7> shaped{block(), plate(), rod(), ball(), ring(), lump(), noisy_scan()};
     if (body != kMouse) return scene_of(shaped[body], is_free, 8, force, 2, folder);
     Scene scene = mouse_scene();
-    scene.vibration = Vibration{8, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
+    scene.body_modes = BodyModes{8, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
     if (is_free) {
         scene.fixed.clear();
         scene.free_body = FreeBody{};
@@ -125,11 +125,11 @@ TEST(RingingRange, EndsMakeNoMoreThanAWallDoes) {
     const TemporaryFolder folder;
     Scene scene = ringing_scene(0, false, ForceLaw::kConsistent, folder.path() / "block");
     const MovingTables middle(scene);
-    const auto& omega = middle.vibration()->omega_rad_per_s;
-    const double density = scene.vibration->density_kg_per_m3, to_hz = 0.5 / std::numbers::pi;
+    const auto& omega = middle.body_modes()->omega_rad_per_s;
+    const double density = scene.body_modes->density_kg_per_m3, to_hz = 0.5 / std::numbers::pi;
     const double slowest = to_hz * omega.front() / (1.001 * kLeastMode_hz), fastest = to_hz * omega.back() / 499.0;
     for (const double slower : {slowest, fastest}) {
-        scene.vibration->density_kg_per_m3 = density * slower * slower;
+        scene.body_modes->density_kg_per_m3 = density * slower * slower;
         const MovingTables tables(scene);
         for (unsigned number = 0; number < 4; ++number) {
             std::mt19937 random(number);

@@ -9,7 +9,7 @@
 #include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/bench/target/fingers.hpp"
-#include "host/tables/vibration.hpp"
+#include "host/tables/modes.hpp"
 #include "host/target/image.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -69,21 +69,21 @@ NumberTable body_costs(const fs::path& build) {
                   rings = bounded(build / "ringing"), squeezed = bounded(build / "squeezed"),
                   wobbles = bounded(build / "wobbling");
     const std::uint64_t points = read_rigid_body(build / "free-cube")->point_count;
-    const std::uint64_t modes = read_vibration(build / "ringing")->modes();
+    const std::uint64_t modes = read_modes(build / "ringing")->modes();
     NumberTable table{{"a tick of", "Cortex-M4F", "Cortex-M7", "Cortex-M33", "rv32imafc", "bound", "in 0.9 ms"}, {}};
     table.rows.push_back(row("a cube that nothing holds", build, "free-cube",
                              most_cost(one.mode, one.fan) + most_body_cost(points, 1), tip_path()));
     table.rows.push_back(row("the same, two fingers", build, "grasped",
                              most_pair_cost(two.mode, two.fan) + most_body_cost(points, 2), grasp_path()));
     table.rows.push_back(row(fmt::format("a jelly, {} modes", modes), build, "ringing",
-                             most_cost(rings.mode, rings.fan) + most_vibration_cost(rings.mode, modes), knock_path()));
+                             most_cost(rings.mode, rings.fan) + most_modes_cost(rings.mode, modes), knock_path()));
     table.rows.push_back(row("the same, two fingers", build, "squeezed",
                              most_pair_cost(squeezed.mode, squeezed.fan) +
-                                 most_vibration_pair_cost(squeezed.mode, read_vibration(build / "squeezed")->modes()),
+                                 most_modes_pair_cost(squeezed.mode, read_modes(build / "squeezed")->modes()),
                              squeeze_path()));
     table.rows.push_back(row("the same, two fingers, that nothing holds", build, "wobbling",
                              most_pair_cost(wobbles.mode, wobbles.fan) + most_body_cost(points, 2) +
-                                 most_vibration_pair_cost(wobbles.mode, read_vibration(build / "wobbling")->modes()),
+                                 most_modes_pair_cost(wobbles.mode, read_modes(build / "wobbling")->modes()),
                              grasp_path()));
     return table;
 }

@@ -105,8 +105,8 @@ const struct haptable_pair_model* page_coupling(const struct haptable_model* mod
 }
 
 /* The modes of a body, of these bytes; 0 as page_model. */
-EXPORT(page_vibration)
-const struct haptable_modes* page_vibration(const struct haptable_model* model, const unsigned char* mode_bytes,
+EXPORT(page_body_modes)
+const struct haptable_modes* page_body_modes(const struct haptable_model* model, const unsigned char* mode_bytes,
                                             uint32_t count) {
     struct bytes bytes = {mode_bytes, count};
     struct haptable_scene_reader* reader = reader_of(&bytes);

@@ -12,7 +12,7 @@ function haptableEngine(port) {
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
   const SAMPLE = 5;                     // numbers a tick and finger that the plots get
 
-  let wasm, scene, models = [], couplings = [], vibrations = [], mode = 0, fingers = 1, stride = WORDS;
+  let wasm, scene, models = [], couplings = [], body_modes_of = [], mode = 0, fingers = 1, stride = WORDS;
   let swings = 0;                       // modes of a body that rings: a number of each, behind the fingers' ticks
   let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0;
   let goal = [null, null], goal_before = [null, null], gain = 1;
@@ -48,7 +48,7 @@ function haptableEngine(port) {
     wasm = module.instance.exports;
     scene = message.scene;
     fingers = scene.fingers;
-    swings = scene.vibration ? scene.vibration.modes : 0;
+    swings = scene.body_modes ? scene.body_modes.modes : 0;
     stride = fingers * WORDS + swings + (scene.body ? POSE : 0);
     ticks_at = reserve(4 * stride * ROOM);
     path_at = reserve(12 * fingers * ROOM);
@@ -61,7 +61,7 @@ function haptableEngine(port) {
       models.push(model);
       const beside = (name, read) => name ? whole(read(model, keep(data, table[name]), table[name].bytes), name) : 0;
       couplings.push(beside(one.coupling, wasm.page_coupling));
-      vibrations.push(beside(one.vibration, wasm.page_vibration));
+      body_modes_of.push(beside(one.body_modes, wasm.page_body_modes));
     }
     if (table.columns) {
       const at = keep(data, table.columns), half = scene.columns.format === 'float16';
@@ -89,7 +89,7 @@ function haptableEngine(port) {
 
   // A new session: the servo knows no finger, and feels nothing until it comes from outside.
   function begin() {
-    whole(wasm.page_begin(models[mode], couplings[mode], vibrations[mode]), 'the state of a session');
+    whole(wasm.page_begin(models[mode], couplings[mode], body_modes_of[mode]), 'the state of a session');
     tick = dropped = 0;
     samples = [];
     latest = new Uint32Array(stride);
@@ -210,7 +210,7 @@ function haptableEngine(port) {
   // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
   function run(path, buttons, in_mode) {
     const count = path.length / 3 / fingers, all = new Uint32Array(stride * count);
-    whole(wasm.page_begin(models[in_mode], couplings[in_mode], vibrations[in_mode]), 'the state of a session');
+    whole(wasm.page_begin(models[in_mode], couplings[in_mode], body_modes_of[in_mode]), 'the state of a session');
     for (let begun = 0; begun < count; begun += ROOM) {
       const now = Math.min(ROOM, count - begun), of = (array, n) => array.subarray(n * begun, n * (begun + now));
       floats(path_at, 3 * fingers * now).set(of(path, 3 * fingers));

@@ -108,7 +108,7 @@
   });
 
   function begin() {
-    if (scene.live) engine = live = new Live(engine, 112 * scene.fingers + 4 * (scene.vibration ? scene.vibration.modes : 0) + (scene.body ? 28 : 0), tell_live);
+    if (scene.live) engine = live = new Live(engine, 112 * scene.fingers + 4 * (scene.body_modes ? scene.body_modes.modes : 0) + (scene.body ? 28 : 0), tell_live);
     histories = Array.from({length: scene.fingers}, () => new History(1000 * HISTORY_S));
     document.documentElement.classList.toggle('two', scene.fingers === 2);
     by_time = new Plot($('by_time'));

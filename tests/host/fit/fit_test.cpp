@@ -185,13 +185,13 @@ TEST(Fit, TheStiffnessOfABodyThatRingsIsThatOfTheWhole) {
     const auto stiffness = [](bool rings, bool alone) {
         const TemporaryFolder folder;
         Scene scene = cube_scene(5, 0.3);
-        if (rings) scene.vibration = Vibration{8, 0.1, 1000.0, 0.0, 1};
+        if (rings) scene.body_modes = BodyModes{8, 0.1, 1000.0, 0.0, 1};
         scene.tables.columns = ColumnRows::kNone;
         Progress quiet(true);
         precompute(scene, folder.path(), quiet);
-        std::optional<VibrationTables> vibration;
-        if (!alone) vibration = read_vibration(folder.path());
-        return stiffness_at_once(read_tables(folder.path()), vibration, "top", {.depth_m = 0.003});
+        std::optional<ModeTables> body_modes;
+        if (!alone) body_modes = read_modes(folder.path());
+        return stiffness_at_once(read_tables(folder.path()), body_modes, "top", {.depth_m = 0.003});
     };
     const double whole = stiffness(false, true);
     EXPECT_GT(stiffness(true, true), 1.01 * whole) << "the test must tell them apart";

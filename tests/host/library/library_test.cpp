@@ -6,10 +6,10 @@
 #include <cstring>
 #include <fstream>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/library/haptable_library.h"
@@ -487,8 +487,8 @@ TEST_F(Library, RingsAsASessionDoes) {
         const Tables tables = read_tables(folder);
         const ServoModel built = build_model(tables);
         const haptable_model model = model_in_memory(tables, built);
-        const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
-        const haptable_modes modes = vibration_in_memory(vibration);
+        const ServoModes body_modes = build_modes(*read_modes(folder), tables, built);
+        const haptable_modes modes = modes_in_memory(body_modes);
         const std::optional<haptable_body> body = read_rigid_body(folder);
         haptable::LocalStepper session({&model, nullptr, "jelly", nullptr, &modes, body ? &*body : nullptr});
         const Finger finger(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
@@ -547,8 +547,8 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
         const haptable_model model = model_in_memory(tables, built);
         const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
         const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-        const ServoVibration vibration = build_vibration(*read_vibration(folder), tables, built);
-        const haptable_modes modes = vibration_in_memory(vibration);
+        const ServoModes body_modes = build_modes(*read_modes(folder), tables, built);
+        const haptable_modes modes = modes_in_memory(body_modes);
         const std::optional<haptable_body> body = read_rigid_body(folder);
         haptable::LocalStepper session({&model, nullptr, "jelly", &pair_model, &modes, body ? &*body : nullptr});
         const Fingers fingers(haptable_fingers_new(object.get()));

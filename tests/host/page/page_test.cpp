@@ -9,10 +9,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
-#include "codegen/vibration.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
@@ -497,8 +497,8 @@ mode_damping = 0.001
         servo = build_model(tables);
         model = model_in_memory(tables, servo);
         nodes.assign(servo.node.begin(), servo.node.end());
-        const ServoVibration vibration = build_vibration(*read_vibration(folder / name), tables, servo);
-        const haptable_modes modes = vibration_in_memory(vibration);
+        const ServoModes body_modes = build_modes(*read_modes(folder / name), tables, servo);
+        const haptable_modes modes = modes_in_memory(body_modes);
         const std::optional<haptable_body> body = read_rigid_body(folder / name);
         Browser& browser = shared_browser();
         open(browser, url());

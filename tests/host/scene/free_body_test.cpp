@@ -103,20 +103,20 @@ TEST_F(FreeBodyScene, GoesByTheLeastEnergyUnlessTheSceneSaysOtherwise) {
 
 TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
     const Scene scene = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
-    ASSERT_TRUE(scene.vibration);
+    ASSERT_TRUE(scene.body_modes);
     EXPECT_FALSE(scene.free_body);
-    EXPECT_EQ(scene.vibration->modes, 6);
-    EXPECT_EQ(scene.vibration->line, 8) << "for codegen's errors";
-    EXPECT_EQ(scene.vibration->damping_ratio, 0.05);
+    EXPECT_EQ(scene.body_modes->modes, 6);
+    EXPECT_EQ(scene.body_modes->line, 8) << "for codegen's errors";
+    EXPECT_EQ(scene.body_modes->damping_ratio, 0.05);
     EXPECT_EQ(scene.density_of(-1), 900.0);
     EXPECT_EQ(scene.mass_kg(), 0.1);
-    EXPECT_FALSE(read("[body]\nmodes = 0\n").vibration);
+    EXPECT_FALSE(read("[body]\nmodes = 0\n").body_modes);
 }
 
 TEST_F(FreeBodyScene, ABodyThatNothingHoldsMayRing) {
     const Scene scene = read("[body]\nfree = true\nmodes = 8\nmode_damping = 0.1\ndensity = 700\nmass = 0.2\n");
-    ASSERT_TRUE(scene.vibration && scene.free_body);
-    EXPECT_EQ(scene.vibration->damping_ratio, 0.1);
+    ASSERT_TRUE(scene.body_modes && scene.free_body);
+    EXPECT_EQ(scene.body_modes->damping_ratio, 0.1);
     EXPECT_EQ(scene.density_of(-1), 700.0);
     EXPECT_EQ(scene.mass_kg(), 0.2);
 }

@@ -113,7 +113,7 @@ TEST(Strokes, SceneOfAFaultReadsBack) {
             EXPECT_EQ(again.contact.mask_radius_m, scene.contact.mask_radius_m);
             EXPECT_EQ(again.contact.fingers, mode.fingers);
             EXPECT_EQ(again.free_body.has_value(), mode.body.free);
-            EXPECT_EQ(again.vibration.has_value(), mode.body.rings);
+            EXPECT_EQ(again.body_modes.has_value(), mode.body.rings);
             ASSERT_EQ(again.fixed.size(), scene.fixed.size());
             if (!mode.body.free) {
                 EXPECT_EQ(again.fixed[0].box_m, scene.fixed[0].box_m);

@@ -41,7 +41,7 @@ Scene every_part() {
     scene.free_body = FreeBody{};
     scene.free_body->density_kg_per_m3 = 1000.0;
     scene.free_body->floor = FreeBody::Floor{-0.001, {0.0, 0.0, 1.0}, 0.3};
-    scene.vibration = Vibration{3, 0.05, 0.0, 0.0, 1};
+    scene.body_modes = BodyModes{3, 0.05, 0.0, 0.0, 1};
     scene.contact.fingers = 2;
     return scene;
 }
@@ -174,9 +174,8 @@ TEST_F(TamperedTables, OneBitOfAnyFileIsSeenByEveryProgramThatReadsIt) {
             const bool views = std::string(reader.name) == "viewer";
             if (!has_parts(reader) || (drawn.contains(file) && !reader.draws) || (views && of_servo.contains(file)))
                 continue;
-            EXPECT_EQ(refusal(reader),
-                      (folder_ / file).string() +
-                          ": is not the file that was written with tables.json: make the tables again")
+            EXPECT_EQ(refusal(reader), (folder_ / file).string() +
+                                           ": is not the file that was written with tables.json: make the tables again")
                 << reader.name;
             ++seen;
         }
@@ -283,11 +282,11 @@ TEST_F(TamperedTables, EveryPartIsInTheTablesHash) {
                                          other([](SceneFiles& f) { f.pair->meeting_m *= 2.0; }),
                                          other([](SceneFiles& f) { f.body->mass_kg *= 1.001F; }),
                                          other([](SceneFiles& f) { f.body->gravity_m_per_s2[2] = 0.0F; }),
-                                         other([](SceneFiles& f) { f.vibration->omega_rad_per_s[0] *= 0.999; }),
-                                         other([](SceneFiles& f) { f.vibration->shape[0][0] *= 1.001; }),
+                                         other([](SceneFiles& f) { f.body_modes->omega_rad_per_s[0] *= 0.999; }),
+                                         other([](SceneFiles& f) { f.body_modes->shape[0][0] *= 1.001; }),
                                          other([](SceneFiles& f) { f.pair.reset(); }),
                                          other([](SceneFiles& f) { f.body.reset(); }),
-                                         other([](SceneFiles& f) { f.vibration.reset(); })};
+                                         other([](SceneFiles& f) { f.body_modes.reset(); })};
     EXPECT_EQ(hashes.size(), 10U);
     // model.h and the page say the same.
     EXPECT_NE(read_file(folder_ / "model.h").find(fmt::format("_HASH 0x{:016x}ULL", whole)), std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/precompute/vibration.hpp"
+#include "host/precompute/modes.hpp"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ constexpr double kTick_s = 0.001;  // HAPTABLE_TICK_US
 double hz_of(double omega_rad_per_s) { return omega_rad_per_s / (2.0 * std::numbers::pi); }
 
 /// The mode at one place: w^T phi_k.
-Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeights& place, const VibrationModes& modes,
+Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeights& place, const NaturalModes& modes,
                   Index k) {
     Vector3d shape = Vector3d::Zero();
     for (std::size_t i = 0; i < place.node.size(); ++i) {
@@ -33,28 +33,28 @@ Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeig
 
 }  // namespace
 
-void require_rendered(const Scene& scene, const VibrationModes& modes) {
+void require_rendered(const Scene& scene, const NaturalModes& modes) {
     constexpr double kNyquist_hz = 0.5 / kTick_s;
     if (const double slowest_hz = hz_of(modes.omega_rad_per_s[0]); !(slowest_hz >= kLeastMode_hz))
         throw Error(
             fmt::format("{}:{}: body.modes: mode 1 swings with {:.3g} Hz, and a servo's modes with {:g} Hz at "
                         "least: give mass in kg, densities in kg/m^3, young in Pa and the mesh in m",
-                        scene.file.string(), scene.vibration->line, slowest_hz, kLeastMode_hz));
+                        scene.file.string(), scene.body_modes->line, slowest_hz, kLeastMode_hz));
     Index slow = 0;
     while (slow < modes.omega_rad_per_s.size() && hz_of(modes.omega_rad_per_s[slow]) < kNyquist_hz) ++slow;
     if (slow == modes.omega_rad_per_s.size()) return;
     throw Error(fmt::format(
         "{}:{}: body.modes: mode {} swings with {:.3g} Hz, and ticks of a millisecond show less "
         "than {:g} Hz: {}",
-        scene.file.string(), scene.vibration->line, slow + 1, hz_of(modes.omega_rad_per_s[slow]), kNyquist_hz,
+        scene.file.string(), scene.body_modes->line, slow + 1, hz_of(modes.omega_rad_per_s[slow]), kNyquist_hz,
         slow == 0 ? "this body is too stiff to ring here; remove modes" : fmt::format("write modes = {}", slow)));
 }
 
-VibrationTables vibration_tables(const Scene& scene, const Body& body, const VibrationModes& modes,
-                                 const PairControls& controls, std::span<const std::int32_t> row) {
-    VibrationTables tables;
+ModeTables mode_tables(const Scene& scene, const Body& body, const NaturalModes& modes, const PairControls& controls,
+                       std::span<const std::int32_t> row) {
+    ModeTables tables;
     tables.omega_rad_per_s.assign(modes.omega_rad_per_s.begin(), modes.omega_rad_per_s.end());
-    tables.damping_ratio = scene.vibration->damping_ratio;
+    tables.damping_ratio = scene.body_modes->damping_ratio;
     tables.control_count = controls.weights.size();
     for (const NodeWeights& place : controls.weights)
         for (Index k = 0; k < modes.shape.cols(); ++k) {
@@ -69,10 +69,10 @@ VibrationTables vibration_tables(const Scene& scene, const Body& body, const Vib
     return tables;
 }
 
-VibrationFacts vibration_facts(const Scene& scene, const RestInverse& rest, std::span<const std::int32_t> node,
-                               std::span<const Eigen::Matrix3d> l_ii) {
-    VibrationFacts facts;
-    facts.damping_ratio = scene.vibration->damping_ratio;
+ModeFacts mode_facts(const Scene& scene, const RestInverse& rest, std::span<const std::int32_t> node,
+                     std::span<const Eigen::Matrix3d> l_ii) {
+    ModeFacts facts;
+    facts.damping_ratio = scene.body_modes->damping_ratio;
     for (const double omega : rest.modes().omega_rad_per_s) facts.frequency_hz.push_back(hz_of(omega));
     double carried = 0.0, left = 0.0;
     for (std::size_t i = 0; i < node.size(); ++i) {
@@ -83,7 +83,7 @@ VibrationFacts vibration_facts(const Scene& scene, const RestInverse& rest, std:
     return facts;
 }
 
-std::string describe(const VibrationFacts& facts) {
+std::string describe(const ModeFacts& facts) {
     return fmt::format(
         "  rings in {} modes of {:.3g} to {:.3g} Hz, damping ratio {:g}: they carry {:.0f} % of how far "
         "the touchable nodes give way\n",

@@ -9,7 +9,7 @@
 namespace haptable {
 
 /// The lowest modes of 3n unknowns, m of them.
-struct VibrationModes {
+struct NaturalModes {
     Eigen::VectorXd omega_rad_per_s;  ///< [m] ascending
     Eigen::MatrixXd shape;            ///< phi [3n, m], 1/sqrt(kg): phi^T M phi = I; its largest entry is positive
 };
@@ -19,6 +19,6 @@ struct VibrationModes {
 ///   l      factorised, its L symmetric
 ///   count  1 to a quarter of the unknowns
 /// Throws Error where they do not converge, or are no modes: L is not that of a definite K.
-VibrationModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, int count);
+NaturalModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, int count);
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "codegen/vibration.hpp"
+#include "codegen/body_modes.hpp"
 
 #include <fmt/format.h>
 
@@ -38,45 +38,45 @@ haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio) {
             finite(squared)};
 }
 
-ServoVibration build_vibration(const VibrationTables& vibration, const Tables& tables, const ServoModel& servo) {
+ServoModes build_modes(const ModeTables& body_modes, const Tables& tables, const ServoModel& servo) {
     const bool is_mask = tables.force == ForceLaw::kPressureMask;
     const std::size_t controls =
         is_mask ? servo.node.size() + tables.compliance.edge_id.size() : std::size_t{servo.free_count};
-    if (vibration.control_count != controls)
+    if (body_modes.control_count != controls)
         throw Error(fmt::format("modes.json is of {} places and the surface has {}: make the tables again",
-                                vibration.control_count, controls));
-    if (vibration.modes() > HAPTABLE_MODES)
-        throw Error(fmt::format("modes.json has {} modes and a servo at most {}", vibration.modes(), HAPTABLE_MODES));
-    ServoVibration to;
+                                body_modes.control_count, controls));
+    if (body_modes.modes() > HAPTABLE_MODES)
+        throw Error(fmt::format("modes.json has {} modes and a servo at most {}", body_modes.modes(), HAPTABLE_MODES));
+    ServoModes to;
     to.controls = is_mask ? HAPTABLE_MODES_CONTROLS : 3;
-    for (const double omega : vibration.omega_rad_per_s)
-        to.mode.push_back(tick_of_mode(omega, vibration.damping_ratio));
-    const std::size_t modes = vibration.modes();
+    for (const double omega : body_modes.omega_rad_per_s)
+        to.mode.push_back(tick_of_mode(omega, body_modes.damping_ratio));
+    const std::size_t modes = body_modes.modes();
     std::vector<double> size(modes, 0.0);  // largest entry of each mode
-    for (std::size_t i = 0; i < vibration.shape.size(); ++i)
-        for (const double entry : vibration.shape[i]) size[i % modes] = std::max(size[i % modes], std::abs(entry));
-    for (std::size_t i = 0; i < vibration.shape.size(); ++i) {
+    for (std::size_t i = 0; i < body_modes.shape.size(); ++i)
+        for (const double entry : body_modes.shape[i]) size[i % modes] = std::max(size[i % modes], std::abs(entry));
+    for (std::size_t i = 0; i < body_modes.shape.size(); ++i) {
         const auto value = [&](std::size_t axis) {
-            return finite(without_noise(vibration.shape[i][axis], size[i % modes]));
+            return finite(without_noise(body_modes.shape[i][axis], size[i % modes]));
         };
         to.shape.push_back({value(0), value(1), value(2)});
     }
     return to;
 }
 
-haptable_modes vibration_in_memory(const ServoVibration& vibration) {
-    const std::size_t modes = vibration.mode.size();
+haptable_modes modes_in_memory(const ServoModes& body_modes) {
+    const std::size_t modes = body_modes.mode.size();
     haptable_modes to{static_cast<std::uint8_t>(modes),
-                      vibration.controls,
-                      vibration.mode.data(),
-                      reinterpret_cast<const float(*)[3]>(vibration.shape.data()),
-                      static_cast<std::uint16_t>(modes == 0 ? 0 : vibration.shape.size() / modes),
+                      body_modes.controls,
+                      body_modes.mode.data(),
+                      reinterpret_cast<const float(*)[3]>(body_modes.shape.data()),
+                      static_cast<std::uint16_t>(modes == 0 ? 0 : body_modes.shape.size() / modes),
                       0};
     to.crc = haptable_crc_of(&to, haptable_span_of_modes);
     return to;
 }
 
-std::string vibration_bytes(const ServoVibration& vibration) {
+std::string modes_bytes(const ServoModes& body_modes) {
     std::string bytes;
     const auto add = [&](const auto* rows, std::size_t count) {
         bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
@@ -86,34 +86,35 @@ std::string vibration_bytes(const ServoVibration& vibration) {
         add(&length, 1);
         add(rows.data(), rows.size());
     };
-    const std::array<std::uint32_t, 2> sizes{static_cast<std::uint32_t>(vibration.mode.size()), vibration.controls};
+    const std::array<std::uint32_t, 2> sizes{static_cast<std::uint32_t>(body_modes.mode.size()), body_modes.controls};
     add(sizes.data(), sizes.size());
-    add_table(vibration.mode);
-    add_table(vibration.shape);
-    const haptable_modes whole = vibration_in_memory(vibration);
+    add_table(body_modes.mode);
+    add_table(body_modes.shape);
+    const haptable_modes whole = modes_in_memory(body_modes);
     const std::array<std::uint32_t, 2> end{whole.control_count, whole.crc};
     add(end.data(), end.size());
     return bytes;
 }
 
-std::vector<TableBytes> flash_tables(const ServoVibration& vibration) {
-    return {{"mode", vibration.mode.size() * sizeof(haptable_mode)},
-            {"mode_shape", vibration.shape.size() * sizeof vibration.shape[0]}};
+std::vector<TableBytes> flash_tables(const ServoModes& body_modes) {
+    return {{"mode", body_modes.mode.size() * sizeof(haptable_mode)},
+            {"mode_shape", body_modes.shape.size() * sizeof body_modes.shape[0]}};
 }
 
-void add_mode_values(const ServoVibration& vibration, TemplateValues& values) {
-    const haptable_modes whole = vibration_in_memory(vibration);
+void add_mode_values(const ServoModes& body_modes, TemplateValues& values) {
+    const haptable_modes whole = modes_in_memory(body_modes);
     std::string mode, shape;
-    for (const haptable_mode& m : vibration.mode)
+    for (const haptable_mode& m : body_modes.mode)
         mode += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f, {:.8e}f}},\n", m.q_by_q, m.q_by_p,
                             m.p_by_q, m.p_by_p, m.q_by_f, m.stiffness);
-    for (const auto& [x, y, z] : vibration.shape) shape += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
+    for (const auto& [x, y, z] : body_modes.shape)
+        shape += fmt::format("    {{{:.8e}f, {:.8e}f, {:.8e}f}},\n", x, y, z);
     values["modes_version"] = std::to_string(HAPTABLE_MODES_VERSION);
     values["mode"] = mode;
     values["mode_count"] = std::to_string(whole.count);
     values["mode_controls"] = std::to_string(whole.controls);
     values["mode_shape"] = shape;
-    values["mode_shape_count"] = std::to_string(vibration.shape.size());
+    values["mode_shape_count"] = std::to_string(body_modes.shape.size());
     values["mode_control_count"] = std::to_string(whole.control_count);
     values["modes_crc"] = fmt::format("{:08x}", whole.crc);
 }

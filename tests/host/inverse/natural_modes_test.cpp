@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Modes and the static rest of them against a dense eigenproblem and closed forms; tests/lab has another program's.
-#include "host/inverse/modes_of_vibration.hpp"
+#include "host/inverse/natural_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ Scene cube(int nodes_per_side, Element element, bool is_free, double poisson = 0
         scene.free_body = FreeBody{};
         scene.free_body->density_kg_per_m3 = kDensity;
     }
-    scene.vibration = Vibration{kModes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
+    scene.body_modes = BodyModes{kModes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
     return scene;
 }
 
@@ -48,14 +48,14 @@ struct Ringing {
             rigid.momentum = mass * rigid.motion;
             relieved.emplace(cholmod, rigid.motion, rigid.momentum);
         }
-        rest.emplace(relieved ? static_cast<Inverse&>(*relieved) : cholmod, mass, scene.vibration->modes);
+        rest.emplace(relieved ? static_cast<Inverse&>(*relieved) : cholmod, mass, scene.body_modes->modes);
         const Stiffness held =
             scene.free_body ? assemble_free(scene, body, hold_springs(body, k.diagonal())) : assemble_free(scene, body);
         Progress quiet(true);
         rest->analyse(held, {{}, {}, {}, false, 6});
         rest->factorize(held, quiet);
     }
-    const VibrationModes& modes() const { return rest->modes(); }
+    const NaturalModes& modes() const { return rest->modes(); }
     double hz(Index mode) const { return modes().omega_rad_per_s[mode] / (2.0 * std::numbers::pi); }
     MatrixXd dense(const Stiffness& matrix) const { return matrix * MatrixXd::Identity(matrix.size(), matrix.size()); }
 
@@ -163,7 +163,7 @@ TEST(BarModes, AreThoseOfTheClosedForm) {
     constexpr double kSide = 0.03, kError = 2e-4;
     for (const bool is_free : {false, true}) {
         Scene scene = cube(5, Element::kQuadratic, is_free, 0.0);
-        scene.vibration->modes = 24;
+        scene.body_modes->modes = 24;
         const Ringing ringing(scene);
         const double turns = is_free ? 1.0 : 0.5;
         const Index k = mode_along(ringing, [&](double z) {
@@ -192,13 +192,13 @@ private:
 // A cube swings along x as fast as along y, and every mixture of the two is a mode.
 TEST(Modes, AreTheSameShapesHoweverSumsAreRounded) {
     const Ringing ringing(cube(5, Element::kLinear, false));
-    const VibrationModes& modes = ringing.modes();
+    const NaturalModes& modes = ringing.modes();
     int pairs = 0;
     for (Index k = 1; k < kModes; ++k)
         if (modes.omega_rad_per_s[k] - modes.omega_rad_per_s[k - 1] < 1e-12 * modes.omega_rad_per_s[k]) ++pairs;
     EXPECT_GT(pairs, 0) << "this body has no two modes of one frequency";
     for (int again = 0; again < 3; ++again) {
-        const VibrationModes others = find_modes(OtherRounding(ringing.cholmod), ringing.mass, kModes);
+        const NaturalModes others = find_modes(OtherRounding(ringing.cholmod), ringing.mass, kModes);
         for (Index k = 0; k < kModes; ++k)
             EXPECT_WITHIN((others.shape.col(k) - modes.shape.col(k)).norm(), .epsilon = 1e-10,
                           .size = modes.shape.col(k).norm())
@@ -208,7 +208,7 @@ TEST(Modes, AreTheSameShapesHoweverSumsAreRounded) {
 
 TEST(Modes, SayWhereThereAreNone) {
     Scene scene = cube(2, Element::kLinear, false);  // 4 free nodes
-    scene.vibration->modes = 4;
+    scene.body_modes->modes = 4;
     EXPECT_NE(test::error_of([&] { Ringing{scene}; }).find("ask for at most 3"), std::string::npos);
 }
 

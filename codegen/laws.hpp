@@ -14,7 +14,7 @@ struct TickRelaxation {
 TickRelaxation relaxation_of_tick(const RelaxationTerm& term);
 
 /// Sets the functions that the tables' options choose, and the numbers that these take; not how blocks are unpacked.
-void set_modes(const Tables& tables, haptable_model& model);
+void set_laws(const Tables& tables, haptable_model& model);
 
 /// How blocks stored as this are unpacked; null for float32.
 haptable_unpack_fn* unpack_of(Storage precision);

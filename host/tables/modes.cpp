@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/tables/vibration.hpp"
+#include "host/tables/modes.hpp"
 
 #include <fmt/format.h>
 
@@ -39,7 +39,7 @@ std::vector<std::array<T, 3>> read_vectors(const TablesFolder& folder, const cha
 }
 
 /// Each mode comes back and fades.
-void require_rings(const TablesFolder& folder, const VibrationTables& tables) {
+void require_rings(const TablesFolder& folder, const ModeTables& tables) {
     if (tables.modes() == 0) folder.fail("modes.json", "names no mode");
     if (!(tables.damping_ratio > 0.0 && tables.damping_ratio < 1.0))
         folder.fail("modes.json", fmt::format("damping_ratio = {} is none: from 0 to 1", tables.damping_ratio));
@@ -55,7 +55,7 @@ void require_rings(const TablesFolder& folder, const VibrationTables& tables) {
 
 }  // namespace
 
-void write_vibration(const VibrationTables& tables, const fs::path& folder) {
+void write_modes(const ModeTables& tables, const fs::path& folder) {
     nlohmann::ordered_json json{{"damping_ratio", tables.damping_ratio}, {"controls", tables.control_count}};
     json["omega_rad_per_s"] = tables.omega_rad_per_s;
     for (const double omega : tables.omega_rad_per_s) json["frequency_hz"].push_back(omega / (2.0 * std::numbers::pi));
@@ -64,11 +64,11 @@ void write_vibration(const VibrationTables& tables, const fs::path& folder) {
     if (!tables.row.empty()) write_vectors(folder / "mode_rows.npy", tables.modes(), tables.row);
 }
 
-std::optional<VibrationTables> read_vibration(const TablesFolder& folder) {
+std::optional<ModeTables> read_modes(const TablesFolder& folder) {
     if (!folder.has("modes.json")) return {};
     try {
         const auto json = parse_json(read_file(folder.file("modes.json")));
-        VibrationTables tables;
+        ModeTables tables;
         json.at("damping_ratio").get_to(tables.damping_ratio);
         json.at("controls").get_to(tables.control_count);
         json.at("omega_rad_per_s").get_to(tables.omega_rad_per_s);

@@ -13,7 +13,7 @@ namespace haptable {
 
 /// m modes; n controls, which are those of PairTables: the servo's free vertices, or under a mask all its vertices and
 /// edges, each with its own weights w; r drawn rows.
-struct VibrationTables {
+struct ModeTables {
     std::vector<double> omega_rad_per_s;       ///< [m] of the body without damping, ascending
     double damping_ratio = 0.0;                ///< of each
     std::size_t control_count = 0;             ///< n
@@ -24,9 +24,9 @@ struct VibrationTables {
 };
 
 /// modes.json, mode_shape.npy and, where something is drawn, mode_rows.npy.
-void write_vibration(const VibrationTables& tables, const std::filesystem::path& folder);
+void write_modes(const ModeTables& tables, const std::filesystem::path& folder);
 
 /// None where the folder's body does not ring. Throws Error that names the file: missing, damaged or not fitting.
-std::optional<VibrationTables> read_vibration(const TablesFolder& folder);
+std::optional<ModeTables> read_modes(const TablesFolder& folder);
 
 }  // namespace haptable

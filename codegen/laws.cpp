@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "codegen/modes.hpp"
+#include "codegen/laws.hpp"
 
 #include <fmt/format.h>
 
@@ -76,7 +76,7 @@ TickRelaxation relaxation_of_tick(const RelaxationTerm& term) {
     return {fall, ticks * fall};
 }
 
-void set_modes(const Tables& tables, haptable_model& model) {
+void set_laws(const Tables& tables, haptable_model& model) {
     const bool packed = tables.precision != Storage::kFloat32;
     const bool least = tables.god_object == GodObject::kLeastEnergy, friction = tables.static_friction > 0.0;
     const bool has_load = least && tables.force != ForceLaw::kInterpolated;

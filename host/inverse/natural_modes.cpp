@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/inverse/modes_of_vibration.hpp"
+#include "host/inverse/natural_modes.hpp"
 
 #include <fmt/format.h>
 
@@ -114,7 +114,7 @@ void choose_shapes(const Eigen::SparseMatrix<double>& mass, Eigen::Ref<MatrixXd>
     for (Index k = 0; k < phi.cols(); ++k) normalize(mass, phi.col(k));
 }
 
-void require_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, const VibrationModes& modes) {
+void require_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, const NaturalModes& modes) {
     MatrixXd image;
     l.solve(mass * modes.shape, image);
     for (Index k = 0; k < image.cols(); ++k) {
@@ -131,7 +131,7 @@ void require_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mas
 
 }  // namespace
 
-VibrationModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, int count) {
+NaturalModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, int count) {
     if (count < 1 || Index{4} * count > mass.rows())
         throw Error(fmt::format("body.modes: {} of a body that has {} unknowns: ask for at most {}", count, mass.rows(),
                                 mass.rows() / 4));
@@ -141,7 +141,7 @@ VibrationModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<doubl
     std::vector<Index> order(static_cast<std::size_t>(count));
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Index>(k);
     std::sort(order.begin(), order.end(), [&values = omega2](Index a, Index b) { return values[a] < values[b]; });
-    VibrationModes modes{VectorXd(count), MatrixXd(mass.rows(), count)};
+    NaturalModes modes{VectorXd(count), MatrixXd(mass.rows(), count)};
     for (Index k = 0; k < count; ++k) {
         const Index from = order[static_cast<std::size_t>(k)];
         modes.omega_rad_per_s[k] = std::sqrt(omega2[from]);
