@@ -15,7 +15,7 @@
 #include "host/base/program.hpp"
 #include "host/bridge/line_stepper.hpp"
 #include "host/link/realtime.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/session/serve.hpp"
 
 namespace haptable {

@@ -18,7 +18,7 @@
 #include "host/link/finger_path.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/realtime.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/link/text_file.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"

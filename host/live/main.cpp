@@ -14,7 +14,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/live/live.hpp"
 #include "host/page/page.hpp"
 #include "host/view/contact_messages.hpp"

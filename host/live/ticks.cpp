@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/haptable_model.h"
 
 namespace haptable {
 

@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-#include "firmware/haptable_pair.h"
+#include "codegen/pair.hpp"
 #include "host/base/error.hpp"
 #include "host/precompute/compliance.hpp"
 #include "host/precompute/pair_clusters.hpp"

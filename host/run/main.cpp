@@ -12,7 +12,7 @@
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
 #include "host/base/shell.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/link/text_file.hpp"
 #include "host/run/page.hpp"
 #include "host/run/plots.hpp"

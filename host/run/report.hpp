@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/run/session.hpp"
 
 namespace haptable {

@@ -5,12 +5,12 @@
 #include <fstream>
 #include <utility>
 
-#include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/link/decode.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/link/joined.hpp"
 #include "host/link/log_reader.hpp"
+#include "host/session/scene.hpp"
 
 namespace haptable {
 

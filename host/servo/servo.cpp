@@ -12,7 +12,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/link/realtime.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/link/text_file.hpp"
 #include "host/servo/poke.hpp"
 #include "host/servo/replay.hpp"

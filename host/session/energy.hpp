@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "firmware/haptable_model.h"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 
 namespace haptable {
 

@@ -11,7 +11,7 @@
 #include "host/link/live_state.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/session/answer.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/record.hpp"

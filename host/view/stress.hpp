@@ -41,7 +41,7 @@ struct StressedElement {
 /// the press's alone, without the body's weight and without membranes.
 class SurfaceStress {
 public:
-    /// Reads mesh.vtu and summary.json of the tables' folder. Throws Error that says what is in the way: columns of the
+    /// Reads mesh.vtu and options.json of the tables' folder. Throws Error that says what is in the way: columns of the
     /// surface alone, tables of an earlier version.
     SurfaceStress(const Tables& tables, const TablesFolder& folder, const DrawnSurface& surface);
 

@@ -9,7 +9,7 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 #include "tests/loop/faulty_session.hpp"
 #include "tests/loop/limited_box.hpp"
 

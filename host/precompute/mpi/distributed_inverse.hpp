@@ -5,7 +5,7 @@
 #include <mpi.h>
 
 #include "host/inverse/inverse.hpp"
-#include "host/mpi/mumps.hpp"
+#include "host/precompute/mpi/mumps.hpp"
 
 namespace haptable {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/link/summary.hpp"
+#include "host/base/summary_lines.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/mpi/distributed_inverse.hpp"
+#include "host/precompute/mpi/distributed_inverse.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Control parameters are numbered as in the MUMPS 5.5 user's guide.
-#include "host/mpi/mumps.hpp"
+#include "host/precompute/mpi/mumps.hpp"
 
 #include <cblas.h>
 #include <fmt/format.h>
