@@ -13,6 +13,7 @@
 #include "host/base/file.hpp"
 #include "host/base/installed.hpp"
 #include "host/base/program.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -41,11 +42,6 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
 std::string plain(std::string name) {
     std::replace(name.begin(), name.end(), '-', '_');
     return name;
-}
-
-std::string upper(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return text;
 }
 
 /// The names of files, each in a line of that form.

@@ -5,7 +5,6 @@
 #include <libwebsockets.h>
 
 #include <array>
-#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/json.hpp"
+#include "host/base/text.hpp"
 #include "host/device/drivers.hpp"
 #include "host/device/exchange_driver.hpp"
 
@@ -40,9 +40,8 @@ Address address_of(const std::string& url) {
         address.host.erase(slash);
     }
     if (const auto colon = address.host.rfind(':'); colon != std::string::npos) {
-        const char* end = address.host.data() + address.host.size();
-        const auto [last, failed] = std::from_chars(address.host.data() + colon + 1, end, address.port);
-        if (failed != std::errc() || last != end) throw Error("--url: " + url + " has no port number");
+        if (!read_number(address.host.substr(colon + 1), address.port))
+            throw Error("--url: " + url + " has no port number");
         address.host.erase(colon);
     }
     return address;

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <sstream>
 
 #include "host/base/error.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -17,18 +16,6 @@ namespace {
 // 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
 constexpr int kSubsteps = 20;
 constexpr double kTick_s = 1e-3;
-
-std::vector<std::string> split(const std::string& text, char between) {
-    std::istringstream in(text);
-    std::vector<std::string> parts;
-    for (std::string part; std::getline(in, part, between);) parts.push_back(part);
-    return parts;
-}
-
-bool read_number(const std::string& text, double& value) {
-    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return failed == std::errc() && end == text.data() + text.size();
-}
 
 std::int32_t button_of(const std::string& name) {
     if (name == "clutch") return kClutchButton;

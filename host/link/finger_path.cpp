@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -58,24 +59,6 @@ bool to_number(std::string_view text, double& value) {
     return error == std::errc();
 }
 
-template <typename Integer>
-bool to_integer(std::string_view text, Integer& value) {
-    text = trimmed(text);
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    return stop == end && error == std::errc();
-}
-
-std::vector<std::string_view> split(std::string_view line) {
-    std::vector<std::string_view> fields;
-    for (std::size_t comma = 0; comma != std::string_view::npos; line.remove_prefix(comma + 1)) {
-        comma = line.find(',');
-        fields.push_back(line.substr(0, comma));
-        if (comma == std::string_view::npos) break;
-    }
-    return fields;
-}
-
 constexpr int kSilent = 0;  // HAPTABLE_SILENT
 
 /// In which columns what stands; none: -1.
@@ -94,7 +77,7 @@ Columns columns_of(const std::string& header) {
     if (header == "x,y,z,x2,y2,z2") return {6, 0, -1, -1, 3, -1};
     if (header == "x,y,z,x2,y2,z2,buttons,buttons2") return {8, 0, 6, -1, 3, 7};
     if (!header.starts_with("tick,x,y,z,contact,")) return {};
-    const std::vector<std::string_view> names = split(header);
+    const std::vector<std::string> names = split(header, ',');
     const auto place = [&](const char* name) -> std::ptrdiff_t {
         const auto found = std::find(names.begin(), names.end(), name);
         return found != names.end() ? found - names.begin() : -1;
@@ -107,7 +90,7 @@ Columns columns_of(const std::string& header) {
 
 /// False unless there is exactly what belongs there.
 bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
-    const std::vector<std::string_view> fields = split(line);
+    const std::vector<std::string> fields = split(line, ',');
     if (fields.size() != columns.count) return false;
     const auto is_position = [&](std::size_t first, std::array<double, 3>& position_m) {
         return to_number(fields[first], position_m[0]) && to_number(fields[first + 1], position_m[1]) &&
@@ -117,7 +100,7 @@ bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
     if (columns.second >= 0 && !is_position(static_cast<std::size_t>(columns.second), tick.second_m.emplace()))
         return false;
     const auto is_there = [&](std::ptrdiff_t column, auto& value) {
-        return column < 0 || to_integer(fields[static_cast<std::size_t>(column)], value);
+        return column < 0 || read_number(trimmed(fields[static_cast<std::size_t>(column)]), value);
     };
     int state = -1, second_state = -1;
     const bool is_whole = is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number) &&

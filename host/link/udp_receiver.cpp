@@ -11,10 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 
 #include "host/base/error.hpp"
+#include "host/base/text.hpp"
 #include "host/link/clock.hpp"
 
 namespace haptable {
@@ -36,8 +36,7 @@ constexpr std::uint32_t kAncillary = static_cast<std::uint32_t>(SKF_AD_OFF);
 template <typename Number>
 Number number_of(std::string_view text, const std::string& url) {
     Number number{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size() || number < 0)
+    if (!read_number(text, number) || number < 0)
         throw Error(url + ": \"" + std::string(text) + "\" is not a number that fits there");
     return number;
 }

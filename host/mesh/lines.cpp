@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -87,8 +88,7 @@ double Lines::real(std::size_t k) const {
 std::uint64_t Lines::whole(std::size_t k, const char* what) const {
     const std::string_view text = field(k, what);
     std::uint64_t value = 0;
-    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failed != std::errc() || end != text.data() + text.size())
+    if (!read_number(text, value))
         fail(
             fmt::format("\"{}\" is not {}: a whole number from 0 to 2^64 - 1; save the mesh again", shown(text), what));
     return value;

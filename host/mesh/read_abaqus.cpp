@@ -7,18 +7,13 @@
 #include <cctype>
 #include <unordered_map>
 
+#include "host/base/text.hpp"
 #include "host/mesh/lines.hpp"
 #include "host/mesh/readers.hpp"
 
 namespace haptable {
 
 namespace {
-
-std::string upper(std::string_view text) {
-    std::string all(text);
-    for (char& c : all) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return all;
-}
 
 class AbaqusReader {
 public:
@@ -125,8 +120,12 @@ private:
 
 }  // namespace
 
-RawMesh read_abaqus(const std::filesystem::path& file, std::string_view text) {
-    return AbaqusReader(file, text).read();
+bool is_abaqus(const MeshFile& file) {
+    const std::string small = lower(file.head);
+    return small.starts_with("*") &&
+           (small.find("*node") != std::string::npos || small.find("*heading") != std::string::npos);
 }
+
+RawMesh read_abaqus(const MeshFile& file) { return AbaqusReader(file.path, file.text).read(); }
 
 }  // namespace haptable

@@ -164,7 +164,7 @@ void check_vtk(const fs::path& file, std::string_view text) {
 /// A folder of its own with the file under a name that makes Gmsh choose the reader which its content asks for.
 class Staged {
 public:
-    Staged(const fs::path& file, std::string_view text, GmshKind kind, bool copy) {
+    Staged(const fs::path& file, std::string_view text, std::string_view kind, bool copy) {
         std::string pattern = (fs::temp_directory_path() / "haptable-XXXXXX").string();
         if (mkdtemp(pattern.data()) == nullptr) fail(file, "no temporary folder can be made; is the disk full?");
         folder_ = pattern;
@@ -283,23 +283,9 @@ RawMesh unpack_model(const fs::path& file, std::string_view bytes, std::size_t p
     return raw;
 }
 
-}  // namespace
-
-void refuse_comma_decimals(const fs::path& file, std::string_view text) {
-    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-    std::size_t begin = 0;
-    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
-    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
-        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
-        const std::size_t line = text.rfind('\n', at) + 1;
-        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
-        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
-        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
-                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
-    }
-}
-
-RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind kind) {
+/// Through the Gmsh library, in a process of its own: it may crash, hang or take all memory without harm.
+/// kind: the name that makes the library choose the reader that we mean: ".msh", ".vtk", ".mesh".
+RawMesh read_with_gmsh(const fs::path& file, std::string_view given, std::string_view kind) {
     const bool binary = given.find('\0') != std::string_view::npos;
     const std::string plain = !binary && given.find('\r') != std::string_view::npos ? unix_lines(given) : std::string();
     const std::string_view text = plain.empty() ? given : std::string_view(plain);
@@ -318,5 +304,36 @@ RawMesh read_with_gmsh(const fs::path& file, std::string_view given, GmshKind ki
     });
     return unpack_model(file, bytes, promised);
 }
+
+}  // namespace
+
+void refuse_comma_decimals(const fs::path& file, std::string_view text) {
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    std::size_t begin = 0;
+    for (int title = 0; title < 2 && begin != std::string_view::npos; ++title) begin = text.find('\n', begin + 1);
+    for (std::size_t at = text.find(',', begin); at != std::string_view::npos; at = text.find(',', at + 1)) {
+        if (at == 0 || at + 1 >= text.size() || !digit(text[at - 1]) || !digit(text[at + 1])) continue;
+        const std::size_t line = text.rfind('\n', at) + 1;
+        if (text.substr(line, at - line).find('"') != std::string_view::npos) continue;  // a name
+        const std::size_t first = text.find_last_of(" \t\n", at) + 1;
+        fail(file, fmt::format("line {}: \"{}\" is not a number: decimals need a point", line_of(text, at),
+                               text.substr(first, std::min<std::size_t>(40, text.find_first_of(" \t\n", at) - first))));
+    }
+}
+
+bool is_gmsh(const MeshFile& file) {
+    return file.first.starts_with("$MeshFormat") || file.first.starts_with("$NOD") ||
+           file.first.starts_with("$Comments");
+}
+bool is_vtk(const MeshFile& file) { return file.first.starts_with("# vtk"); }
+bool is_medit(const MeshFile& file) { return file.head.find("MeshVersionFormatted") != std::string_view::npos; }
+
+RawMesh read_gmsh(const MeshFile& file) { return read_with_gmsh(file.path, file.text, ".msh"); }
+RawMesh read_vtk(const MeshFile& file) {
+    RawMesh raw = read_with_gmsh(file.path, file.text, ".vtk");
+    raw.vectors = read_vtk_vectors(file.path, file.text, file.vectors);
+    return raw;
+}
+RawMesh read_medit(const MeshFile& file) { return read_with_gmsh(file.path, file.text, ".mesh"); }
 
 }  // namespace haptable

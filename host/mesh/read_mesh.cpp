@@ -5,14 +5,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/text.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/middles.hpp"
 #include "host/mesh/quadratic_tet.hpp"
@@ -22,16 +21,19 @@
 
 namespace haptable {
 
+MeshFile::MeshFile(std::filesystem::path file, std::string_view whole, std::span<const std::string> wanted)
+    : path(std::move(file)),
+      text(whole),
+      vectors(wanted),
+      head(text.substr(0, 4096)),
+      first(head.substr(std::min(head.find_first_not_of(" \t\r\n"), head.size()))),
+      ending(lower(path.extension().string())) {}
+
 namespace {
 
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
-
-std::string lower(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
 
 std::string read_whole(const fs::path& file) {
     std::error_code ignored;
@@ -45,53 +47,17 @@ std::string read_whole(const fs::path& file) {
     return text;
 }
 
-/// Text that begins with "solid" and has facets, or a binary whose size its count of triangles tells.
-bool is_stl(std::string_view text) {
-    std::uint32_t count = 0;
-    if (text.size() >= 84) std::memcpy(&count, text.data() + 80, sizeof count);
-    if (text.size() >= 84 && text.size() == 84 + 50 * std::size_t{count}) return true;
-    return text.starts_with("solid") && text.substr(0, 4096).find("facet") != std::string_view::npos;
-}
-
-/// The first line that is no comment begins with one of the words of Wavefront's format.
-bool is_obj(std::string_view text) {
-    while (text.starts_with('#') || text.starts_with('\n') || text.starts_with('\r'))
-        text.remove_prefix(std::min(text.find_first_of('\n'), text.size() - 1) + 1);
-    for (const char* word : {"v ", "vn ", "vt ", "o ", "g ", "mtllib ", "usemtl ", "s "})
-        if (text.starts_with(word)) return true;
-    return false;
-}
-
 /// What the file holds, by its content; only where the content does not tell (numbers alone) by its name.
-RawMesh read_raw(const fs::path& file, const std::vector<std::string>& vectors) {
-    const std::string text = read_whole(file);
-    const std::string head = text.substr(0, 4096);
-    const std::size_t begin = std::min(head.find_first_not_of(" \t\r\n"), head.size());
-    const std::string_view first = std::string_view(head).substr(begin);
-    const std::string kind = lower(file.extension().string());
-    if (first.starts_with("$MeshFormat") || first.starts_with("$NOD") || first.starts_with("$Comments"))
-        return read_with_gmsh(file, text, ".msh");
-    if (first.starts_with("# vtk")) {
-        RawMesh raw = read_with_gmsh(file, text, ".vtk");
-        raw.vectors = read_vtk_vectors(file, text, vectors);
-        return raw;
-    }
-    if (head.find("<VTKFile") != std::string::npos) return read_vtu(file, text, vectors);
-    if (head.find("MeshVersionFormatted") != std::string::npos) return read_with_gmsh(file, text, ".mesh");
-    if (head.find("*VERTICES") != std::string::npos) return read_vega(file, text);
-    const std::string small = lower(head);
-    if (small.starts_with("*") &&
-        (small.find("*node") != std::string::npos || small.find("*heading") != std::string::npos))
-        return read_abaqus(file, text);
-    if (kind == ".node" || kind == ".ele") return read_tetgen(file);
-    if (first.starts_with("ply")) return read_surface(file, text, SurfaceKind::kPly);
-    if (first.substr(0, 6).find("OFF") != std::string_view::npos) return read_surface(file, text, SurfaceKind::kOff);
-    if (is_stl(text)) return read_surface(file, text, SurfaceKind::kStl);
-    if (is_obj(first)) return read_surface(file, text, SurfaceKind::kObj);
-    if (kind == ".stl") return read_surface(file, text, SurfaceKind::kStl);
-    fail(file,
-         "its content is no mesh that is known here (Gmsh $MeshFormat, VTK legacy or XML, INRIA MeshVersionFormatted, "
-         "TetGen .node/.ele, Abaqus *NODE, Vega *VERTICES, STL, PLY, OFF, OBJ); convert it with Gmsh");
+RawMesh read_raw(const fs::path& path, const std::vector<std::string>& vectors) {
+    const std::string text = read_whole(path);
+    const MeshFile file(path, text, vectors);
+    std::vector<std::string> titles;
+#define HAPTABLE_MESH_FORMAT(NAME, TITLE, ...)     \
+    if (is_##NAME(file)) return read_##NAME(file); \
+    titles.emplace_back(TITLE);
+#include "host/base/mesh_formats.inc"
+    fail(path,
+         fmt::format("its content is no mesh that is known here ({}); convert it with Gmsh", fmt::join(titles, ", ")));
 }
 
 /// A triangle of a node that the file lacks bounds nothing.

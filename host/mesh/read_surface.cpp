@@ -2,6 +2,7 @@
 // STL, OBJ, PLY and OFF by CGAL's readers, in a process of their own as every reader that we did not write.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "host/base/error.hpp"
@@ -33,8 +34,6 @@ void check_stl(const fs::path& file, std::string_view text) {
                                count, 84 + 50 * std::uint64_t{count}, text.size()));
 }
 
-}  // namespace
-
 RawMesh read_surface(const fs::path& file, std::string_view text, SurfaceKind kind) {
     if (kind == SurfaceKind::kStl) check_stl(file, text);
     const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
@@ -58,5 +57,34 @@ RawMesh read_surface(const fs::path& file, std::string_view text, SurfaceKind ki
     raw.surface_elements = raw.triangle.size();
     return raw;
 }
+
+/// Text that begins with "solid" and has facets, or a binary whose size its count of triangles tells.
+bool has_facets(std::string_view text) {
+    std::uint32_t count = 0;
+    if (text.size() >= 84) std::memcpy(&count, text.data() + 80, sizeof count);
+    if (text.size() >= 84 && text.size() == 84 + 50 * std::size_t{count}) return true;
+    return text.starts_with("solid") && text.substr(0, 4096).find("facet") != std::string_view::npos;
+}
+
+}  // namespace
+
+/// The first line that is no comment begins with one of the words of Wavefront's format.
+bool is_obj(const MeshFile& file) {
+    if (has_facets(file.text)) return false;
+    std::string_view text = file.first;
+    while (text.starts_with('#') || text.starts_with('\n') || text.starts_with('\r'))
+        text.remove_prefix(std::min(text.find_first_of('\n'), text.size() - 1) + 1);
+    for (const char* word : {"v ", "vn ", "vt ", "o ", "g ", "mtllib ", "usemtl ", "s "})
+        if (text.starts_with(word)) return true;
+    return false;
+}
+bool is_stl(const MeshFile& file) { return has_facets(file.text) || file.ending == ".stl"; }
+bool is_ply(const MeshFile& file) { return file.first.starts_with("ply"); }
+bool is_off(const MeshFile& file) { return file.first.substr(0, 6).find("OFF") != std::string_view::npos; }
+
+RawMesh read_obj(const MeshFile& file) { return read_surface(file.path, file.text, SurfaceKind::kObj); }
+RawMesh read_stl(const MeshFile& file) { return read_surface(file.path, file.text, SurfaceKind::kStl); }
+RawMesh read_ply(const MeshFile& file) { return read_surface(file.path, file.text, SurfaceKind::kPly); }
+RawMesh read_off(const MeshFile& file) { return read_surface(file.path, file.text, SurfaceKind::kOff); }
 
 }  // namespace haptable

@@ -52,7 +52,10 @@ void read_tets(const fs::path& file, RawMesh& raw) {
 
 }  // namespace
 
-RawMesh read_tetgen(const fs::path& file) {
+bool is_tetgen(const MeshFile& file) { return file.ending == ".node" || file.ending == ".ele"; }
+
+RawMesh read_tetgen(const MeshFile& given) {
+    const fs::path& file = given.path;
     RawMesh raw;
     const fs::path nodes = fs::path(file).replace_extension(".node"), tets = fs::path(file).replace_extension(".ele");
     for (const fs::path& part : {nodes, tets})

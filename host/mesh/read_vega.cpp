@@ -56,8 +56,10 @@ void read_set(Lines& in, RawMesh& raw) {
 
 }  // namespace
 
-RawMesh read_vega(const std::filesystem::path& file, std::string_view text) {
-    Lines in(file, text);
+bool is_vega(const MeshFile& file) { return file.head.find("*VERTICES") != std::string_view::npos; }
+
+RawMesh read_vega(const MeshFile& file) {
+    Lines in(file.path, file.text);
     RawMesh raw;
     while (in.next()) {
         const std::string_view word = in.fields()[0];

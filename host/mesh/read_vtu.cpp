@@ -279,8 +279,8 @@ private:
 
 }  // namespace
 
-RawMesh read_vtu(const std::filesystem::path& file, std::string_view text, std::span<const std::string> vectors) {
-    return VtuReader(file, text, vectors).read();
-}
+bool is_vtu(const MeshFile& file) { return file.head.find("<VTKFile") != std::string_view::npos; }
+
+RawMesh read_vtu(const MeshFile& file) { return VtuReader(file.path, file.text, file.vectors).read(); }
 
 }  // namespace haptable

@@ -18,13 +18,13 @@ constexpr double kMostNodesPerSide = 100;
 // A filled surface needs room for some tetrahedra.
 constexpr double kFewestNodes = 20;
 
-// Of a device's force: as old as the watchdogs let it be.
+// The oldest force of a device that the watchdogs let pass.
 constexpr double kMostDelay_s = 0.02;
 
 // HAPTABLE_MODES: the servo's state.
 constexpr double kMostModes = 16;
 
-/// Of jelly and soft tissue, ratios of 0.03 to 0.3 are reported; 0.05 rings for some ten swings.
+/// Damping ratios of jelly and soft tissue: values of 0.03 to 0.3 are reported; 0.05 rings for some ten swings.
 constexpr double kModeDamping = 0.05, kLeastModeDamping = 1e-4;
 
 /// N/ms by which a jump of the least-energy god-object is brought down where the scene does not say: a step of 10 mN is

@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/json.hpp"
+#include "host/base/text.hpp"
 #include "host/scene/keys.hpp"
 #include "host/scene/read_options.hpp"
 
@@ -226,20 +227,13 @@ private:
     SceneOptions defaults_ = default_options();
 };
 
-std::vector<std::string> alternatives(std::string_view text) {
-    std::vector<std::string> all;
-    std::istringstream in{std::string(text)};
-    for (std::string one; std::getline(in, one, '|');) all.push_back(one);
-    return all;
-}
-
 std::string_view section_in(std::string_view condition) { return condition.substr(0, condition.find_first_of(".=>")); }
 
 /// A rule of one section's tables stands there, another at the scene.
 Json rule_schema(const Rule& rule, std::string_view inside) {
     const Conditions conditions;
     Json others = Json::array();
-    for (const std::string& one : alternatives(rule.other)) others.push_back(conditions.of(one, inside));
+    for (const std::string& one : split(rule.other, '|')) others.push_back(conditions.of(one, inside));
     Json wanted = rule.kind == Rule::kExcludes ? Json{{"not", others[0]}}
                   : rule.kind == Rule::kOneOf  ? Json{{"oneOf", others}}
                                                : Json{{"anyOf", others}};
@@ -249,12 +243,12 @@ Json rule_schema(const Rule& rule, std::string_view inside) {
 
 std::string_view place_of(const Rule& rule) {
     const std::string_view section = section_in(rule.subject);
-    for (const std::string& one : alternatives(rule.other))
+    for (const std::string& one : split(rule.other, '|'))
         if (section_in(one) != section) return "";
     return section;
 }
 
-/// Of the law that most scenes have; a material's reader judges the others.
+/// The schema of the law that most scenes have; a material's reader judges the others.
 Json isotropic_schema() {
     const Json young = number_schema({.range = kModulus});
     const Json poisson = number_schema({.range = {.least = -1.0, .most = 0.5, .above = true, .below = true}});

@@ -22,7 +22,7 @@ double read_modulus(const Section& section, std::string_view key, double value_p
     return value_pa;
 }
 
-/// Of linear tetrahedra a bound below 0.5.
+/// Linear tetrahedra have a bound below 0.5.
 void require_compressible(const Section& section, double poisson, std::string_view like, Element element) {
     if (element == Element::kLinear && poisson > kMostPoissonOfLinear)
         section.fail("poisson",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "host/base/text.hpp"
 #include "host/scene/keys.hpp"
 
 namespace haptable {
@@ -246,10 +247,7 @@ bool holds(const Condition& wanted, const Read& here, const std::vector<Read>& a
 
 std::size_t count_of(std::string_view alternatives, const Read& here, const std::vector<Read>& all) {
     std::size_t count = 0;
-    for (std::size_t begin = 0, end = 0; end != std::string_view::npos; begin = end + 1) {
-        end = alternatives.find('|', begin);
-        count += holds(Condition(alternatives.substr(begin, end - begin)), here, all) ? 1 : 0;
-    }
+    for (const std::string& one : split(alternatives, '|')) count += holds(Condition(one), here, all) ? 1 : 0;
     return count;
 }
 

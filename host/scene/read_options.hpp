@@ -11,7 +11,7 @@ namespace haptable {
 /// values are as they stand: read_material() judges them.
 SceneOptions read_options(const Section& root);
 
-/// Of a scene that says nothing.
+/// The options of a scene that says nothing.
 SceneOptions default_options();
 
 }  // namespace haptable

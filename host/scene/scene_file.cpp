@@ -7,6 +7,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/text.hpp"
 #include "host/scene/section.hpp"
 
 namespace haptable {
@@ -74,13 +75,17 @@ void require_letters(const fs::path& file, std::string_view text) {
 
 /// A mesh file, by how it begins or by its name: what a stranger tries first.
 bool is_mesh(const fs::path& file, std::string_view text) {
-    for (const char* begin : {"solid", "ply", "OFF", "$MeshFormat", "$NOD", "# vtk", "<?xml", "<VTKFile", "MeshVersion",
-                              "*NODE", "*HEADING", "*VERTICES"})
-        if (text.starts_with(begin)) return true;
-    std::string kind = file.extension().string();
-    for (char& c : kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const Names kinds{".stl", ".ply", ".off", ".obj", ".msh", ".vtk", ".vtu", ".mesh", ".node", ".ele", ".inp", ".veg"};
-    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+    const std::string ending = lower(file.extension().string());
+    const auto is_one = [&](std::string_view endings, std::string_view beginnings) {
+        const auto begins = [&](const std::string& word) { return !word.empty() && text.starts_with(word); };
+        const auto begin = split(beginnings, '|'), end = split(endings, ' ');
+        return std::any_of(begin.begin(), begin.end(), begins) ||
+               std::find(end.begin(), end.end(), ending) != end.end();
+    };
+#define HAPTABLE_MESH_FORMAT(NAME, TITLE, ENDINGS, BEGINNINGS) is_one(ENDINGS, BEGINNINGS) ||
+    return
+#include "host/base/mesh_formats.inc"
+        false;
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -12,6 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -30,19 +30,18 @@ constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
 
-struct Row {
-    std::int64_t tick = 0;
-    int contact = 0;
+/// What a row says of one finger.
+struct Finger {
+    bool contact = false;
     PatchNodes node{};
     std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
+};
+
+struct Row {
+    std::int64_t tick = 0;
+    Finger first;
+    std::optional<Finger> second;
     std::array<double, kPose> pose{};
-    /// The second finger's; without contact its position alone.
-    struct Second {
-        bool contact = false;
-        PatchNodes node{};
-        std::array<double, 3> finger_m{}, alpha{}, god_object_m{}, force_n{};
-    };
-    std::optional<Second> second;
     std::vector<float> modes;
 };
 
@@ -62,13 +61,14 @@ public:
         const std::string_view header = next_line(rest);
         columns_ = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
         const std::string_view more = header.substr(std::min(kHeader.size(), header.size()));
-        if (!header.starts_with(kHeader) || !(more.empty() || more.front() == ','))
+        has_second_ = header.find(kSecondColumns) != std::string_view::npos;
+        if (!header.starts_with(kHeader) || !(more.empty() || more.front() == ',') ||
+            (has_second_ && columns_ < kSecondEnd))
             fail(
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
         has_pose_ = header.ends_with(kPoseColumns);
         for (std::size_t at = 0; (at = header.find(",mode_", at)) != std::string_view::npos; ++at) ++modes_;
-        has_second_ = header.find(kSecondColumns) != std::string_view::npos;
         std::vector<ContactFrame> frames;
         std::size_t rows = 0;
         std::set<std::int64_t> wanted(choice.ticks.begin(), choice.ticks.end());
@@ -76,7 +76,7 @@ public:
         while (!rest.empty()) {
             const Row row = parse(next_line(rest));
             if (row.tick <= last) fail(fmt::format("tick {} comes after tick {}: ticks must rise", row.tick, last));
-            check(row);
+            check(row.first);
             if (rows == 0) rest_ = row.pose;
             last = row.tick;
             const bool chosen = choice.ticks.empty() ? static_cast<std::int64_t>(rows) % choice.every_ms == 0
@@ -107,59 +107,46 @@ private:
     template <typename Number>
     Number number(std::string_view field, const char* column) const {
         Number value{};
-        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-        if (error != std::errc() || stop != field.data() + field.size())
+        if (!read_number(field, value))
             fail(fmt::format("{} is \"{}\", which is no number: make the file again with the servo", column,
                              field.substr(0, 40)));
         return value;
     }
 
     Row parse(std::string_view line) const {
-        std::array<std::string_view, kColumns> field;
-        const auto commas = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
-        if (commas + 1 != columns_)
-            fail(fmt::format("has {} columns where {} belong: is the file cut off?", line.empty() ? 0 : commas + 1,
-                             columns_));
-        const std::string_view whole = line;
-        for (std::string_view& f : field) {
-            const std::size_t comma = line.find(',');
-            f = line.substr(0, comma);
-            line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
-        }
+        const std::vector<std::string> field = split(line, ',');
+        if (field.size() != columns_)
+            fail(fmt::format("has {} columns where {} belong: is the file cut off?", field.size(), columns_));
         Row row;
         row.tick = number<std::int64_t>(field[0], "tick");
-        row.contact = number<int>(field[4], "contact");
-        for (std::size_t i = 0; i < 3; ++i) {
-            row.finger_m[i] = number<double>(field[1 + i], "the finger's position");
-            row.node[i] = number<std::int32_t>(field[5 + i], "a node");
-            row.alpha[i] = number<double>(field[8 + i], "an area coordinate");
-            row.god_object_m[i] = number<double>(field[11 + i], "the god-object's position");
-            row.force_n[i] = number<double>(field[14 + i], "the force");
-        }
-        if (has_pose_) row.pose = pose(whole);
-        if (modes_ > 0) row.modes = modes(whole);
-        if (has_second_) row.second = second(whole);
+        const int contact = number<int>(field[4], "contact");
+        if (contact != 0 && contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", contact));
+        row.first = finger(field, 1, contact == 1);
+        if (has_second_) row.second = second(field);
+        const std::size_t pose = columns_ - (has_pose_ ? kPose : 0), modes = pose - modes_;
+        for (std::size_t k = modes; k < pose; ++k) row.modes.push_back(number<float>(field[k], "a mode"));
+        for (std::size_t k = pose; k < columns_; ++k) row.pose[k - pose] = number<double>(field[k], "the body's place");
         return row;
     }
 
-    std::optional<Row::Second> second(std::string_view line) const {
-        std::vector<std::string_view> field;
-        for (std::size_t k = 0; k < kSecondEnd; ++k) {
-            const std::size_t comma = line.find(',');
-            field.push_back(line.substr(0, comma));
-            line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
-        }
-        Row::Second second;
-        for (std::size_t i = 0; i < 3; ++i)
-            second.finger_m[i] = number<double>(field[kSecond + i], "the second finger's position");
-        second.contact = number<int>(field[kSecond + 3], "contact2") == 1;
-        if (!second.contact) return finite(second.finger_m) ? std::optional(second) : std::nullopt;
+    /// x: the column of the finger's position, which the others of a finger follow.
+    Finger finger(const std::vector<std::string>& field, std::size_t x, bool contact) const {
+        Finger finger;
+        finger.contact = contact;
         for (std::size_t i = 0; i < 3; ++i) {
-            second.node[i] = number<std::int32_t>(field[kSecond + 4 + i], "a node");
-            second.alpha[i] = number<double>(field[kSecond + 7 + i], "an area coordinate");
-            second.god_object_m[i] = number<double>(field[kSecond + 10 + i], "the second god-object's position");
-            second.force_n[i] = number<double>(field[kSecond + 13 + i], "the second force");
+            finger.finger_m[i] = number<double>(field[x + i], "the finger's position");
+            finger.node[i] = number<std::int32_t>(field[x + 4 + i], "a node");
+            finger.alpha[i] = number<double>(field[x + 7 + i], "an area coordinate");
+            finger.god_object_m[i] = number<double>(field[x + 10 + i], "the god-object's position");
+            finger.force_n[i] = number<double>(field[x + 13 + i], "the force");
         }
+        return finger;
+    }
+
+    /// None: there is no second finger in this tick.
+    std::optional<Finger> second(const std::vector<std::string>& field) const {
+        const Finger second = finger(field, kSecond, number<int>(field[kSecond + 3], "contact2") == 1);
+        if (!second.contact) return finite(second.finger_m) ? std::optional(second) : std::nullopt;
         if (!loads_.is_patch(second.node) || !finite(second.finger_m) || !finite(second.god_object_m) ||
             !finite(second.alpha) || !finite(second.force_n))
             fail("the second finger's contact is on no touchable patch, or not finite");
@@ -167,89 +154,66 @@ private:
     }
 
     /// The reaction of what a finger feels, by its area coordinates: of a pair, the other's dent is in it.
-    std::vector<NodalForce> reaction(const PatchNodes& node, const std::array<double, 3>& alpha,
-                                     const std::array<double, 3>& force_n, const ContactFrame& frame) const {
-        const Eigen::Vector3d felt_n =
-            frame.pose ? frame.pose->linear().transpose() * vector(force_n) : vector(force_n);
+    std::vector<NodalForce> reaction(const Finger& finger, const ContactFrame& frame) const {
+        const Eigen::Vector3d force_n = vector(finger.force_n);
+        const Eigen::Vector3d felt_n = frame.pose ? frame.pose->linear().transpose() * force_n : force_n;
         std::vector<NodalForce> loads;
         for (std::size_t i = 0; i < 3; ++i) {
             NodalForce& load = loads.emplace_back();
-            load.node = node[i];
+            load.node = finger.node[i];
             for (std::size_t c = 0; c < 3; ++c)
-                load.force_n[c] = static_cast<float>(-alpha[i] * felt_n[static_cast<Eigen::Index>(c)]);
+                load.force_n[c] = static_cast<float>(-finger.alpha[i] * felt_n[static_cast<Eigen::Index>(c)]);
         }
         return loads_.spread(loads);
     }
 
     void add_second(const Row& row, ContactFrame& out) const {
-        const Row::Second& second = *row.second;
+        const Finger& second = *row.second;
         out.second = {vector(second.finger_m), vector(second.god_object_m), vector(second.force_n), second.contact};
         if (!second.contact) return;
-        for (const NodalForce& load : reaction(second.node, second.alpha, second.force_n, out))
-            out.loads.push_back(load);
+        for (const NodalForce& load : reaction(second, out)) out.loads.push_back(load);
     }
 
-    /// The last columns.
-    std::array<double, kPose> pose(std::string_view line) const {
-        std::array<double, kPose> numbers{};
-        for (std::size_t k = kPose; k-- > 0;) {
-            const std::size_t comma = line.rfind(',');
-            numbers[k] = number<double>(line.substr(comma + 1), "the body's place");
-            line = line.substr(0, comma);
-        }
-        return numbers;
-    }
-
-    /// The columns before those of the pose, or the last.
-    std::vector<float> modes(std::string_view line) const {
-        std::vector<float> swung(modes_);
-        for (std::size_t k = modes_ + (has_pose_ ? kPose : 0); k-- > 0;) {
-            const std::size_t comma = line.rfind(',');
-            if (k < modes_) swung[k] = number<float>(line.substr(comma + 1), "a mode");
-            line = line.substr(0, comma);
-        }
-        return swung;
-    }
-
-    void check(const Row& row) const {
-        if (row.contact != 0 && row.contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", row.contact));
-        if (row.contact == 0) {
-            if (row.node != PatchNodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
+    void check(const Finger& finger) const {
+        if (!finger.contact) {
+            if (finger.node != PatchNodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
             return;
         }
-        if (!loads_.is_patch(row.node))
+        if (!loads_.is_patch(finger.node))
             fail(
                 fmt::format("nodes {}, {}, {} are no touchable patch of {}: give the tables of the servo that wrote "
                             "the file",
-                            row.node[0], row.node[1], row.node[2], loads_.tables().name));
-        if (!finite(row.finger_m) || !finite(row.god_object_m) || !finite(row.alpha) || !finite(row.force_n))
+                            finger.node[0], finger.node[1], finger.node[2], loads_.tables().name));
+        if (!finite(finger.finger_m) || !finite(finger.god_object_m) || !finite(finger.alpha) ||
+            !finite(finger.force_n))
             fail("a number of a contact is not finite");
-        const auto [least, most] = std::minmax({row.alpha[0], row.alpha[1], row.alpha[2]});
-        const double sum = row.alpha[0] + row.alpha[1] + row.alpha[2];
+        const auto [least, most] = std::minmax({finger.alpha[0], finger.alpha[1], finger.alpha[2]});
+        const double sum = finger.alpha[0] + finger.alpha[1] + finger.alpha[2];
         if (least < -kAlphaSlack || most > 1.0 + kAlphaSlack || std::abs(sum - 1.0) > kAlphaSlack)
-            fail(fmt::format("the area coordinates {}, {}, {} must each be in 0..1 and sum to 1", row.alpha[0],
-                             row.alpha[1], row.alpha[2]));
+            fail(fmt::format("the area coordinates {}, {}, {} must each be in 0..1 and sum to 1", finger.alpha[0],
+                             finger.alpha[1], finger.alpha[2]));
     }
 
     ContactFrame frame(const Row& row) const {
         ContactFrame out;
         out.number = row.tick;
         out.time_s = static_cast<double>(row.tick) * kTick_s;
-        out.finger_known = finite(row.finger_m);
-        out.contact = row.contact == 1;
-        if (out.finger_known) out.finger_m = vector(row.finger_m);
+        out.finger_known = finite(row.first.finger_m);
+        out.contact = row.first.contact;
+        if (out.finger_known) out.finger_m = vector(row.first.finger_m);
         if (has_pose_)
             out.pose = pose_of({rest_[0], rest_[1], rest_[2]}, {row.pose[0], row.pose[1], row.pose[2]},
                                {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
         out.modes = row.modes;
         if (row.second) add_second(row, out);
         if (!out.contact) return out;
-        out.god_object_m = vector(row.god_object_m);
-        out.force_n = vector(row.force_n);
+        out.god_object_m = vector(row.first.god_object_m);
+        out.force_n = vector(row.first.force_n);
         const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
         const std::vector<NodalForce> loads =
-            has_second_ || modes_ > 0 ? reaction(row.node, row.alpha, row.force_n, out)
-                                      : loads_.spread(loads_.of(row.node, row.alpha, inside_m, out.god_object_m));
+            has_second_ || modes_ > 0
+                ? reaction(row.first, out)
+                : loads_.spread(loads_.of(row.first.node, row.first.alpha, inside_m, out.god_object_m));
         out.loads.insert(out.loads.end(), loads.begin(), loads.end());
         return out;
     }

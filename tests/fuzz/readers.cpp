@@ -40,16 +40,16 @@ void put(const fs::path& file, std::string_view text) {
     std::fclose(out);
 }
 
-[[maybe_unused]] void fuzz_abaqus(std::string_view text) { read_abaqus("a.inp", text); }
-[[maybe_unused]] void fuzz_vega(std::string_view text) { read_vega("a.veg", text); }
-[[maybe_unused]] void fuzz_vtu(std::string_view text) { read_vtu("a.vtu", text); }
+[[maybe_unused]] void fuzz_abaqus(std::string_view text) { read_abaqus({"a.inp", text}); }
+[[maybe_unused]] void fuzz_vega(std::string_view text) { read_vega({"a.veg", text}); }
+[[maybe_unused]] void fuzz_vtu(std::string_view text) { read_vtu({"a.vtu", text}); }
 
 /// Nodes, a line of '=', elements.
 [[maybe_unused]] void fuzz_tetgen(std::string_view text) {
     const std::size_t cut = std::min(text.find("\n=\n"), text.size());
     put(folder() / "a.node", text.substr(0, cut));
     put(folder() / "a.ele", text.substr(std::min(cut + 3, text.size())));
-    read_tetgen(folder() / "a.node");
+    read_tetgen({folder() / "a.node", ""});
 }
 
 [[maybe_unused]] void fuzz_scene(std::string_view text) {
