@@ -23,6 +23,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/program.hpp"
+#include "host/base/text.hpp"
 
 namespace haptable {
 
@@ -87,12 +88,6 @@ std::string identifier(const std::string& name) {
     std::string text = name;
     std::replace_if(
         text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-    return text;
-}
-
-std::string upper(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     return text;
 }
 
@@ -251,6 +246,20 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"body", body != nullptr ? rigid_body_fields(*body) : ""}};
 }
 
+/// The lines of model.h and model.c on what moves under the contacts, for each mover that the scene has.
+void add_movers(TemplateValues& values) {
+    for (const char* lines : {"mover_tables", "mover_parts", "mover_states", "mover_places"}) values[lines] = "";
+    const auto add = [&values, &name = values.at("name")](const char* mover, const char* pointer, const char* part) {
+        if (values.at(mover).empty()) return;
+        values["mover_tables"] += fmt::format("    .{0} = &{1}_{0},\n", mover, name);
+        values["mover_parts"] += fmt::format("    .{} = &haptable_part_{},\n", pointer, part);
+        values["mover_states"] += fmt::format("    struct haptable_{0}_state {0};\n", mover);
+        values["mover_places"] += fmt::format("    .{0}_at = offsetof(struct {1}_state, {0}),\n", mover, name);
+    };
+#define HAPTABLE_MOVER(NAME, POINTER, PART, ...) add(#NAME, #POINTER, #PART);
+#include "host/base/laws.inc"
+}
+
 }  // namespace
 
 std::vector<TableBytes> flash_tables(const ServoModel& model) {
@@ -322,6 +331,7 @@ ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoP
     const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, body_modes);
     TemplateValues values = values_of(tables, servo, model, pair, body_modes, body);
     values["hash"] = fmt::format("{:016x}", hash);
+    add_movers(values);
     if (body_modes != nullptr) add_mode_values(*body_modes, values);
     if (pair != nullptr) add_pair_values(*pair, tables, model, values);
     return {filled(kHeader + 1, values), filled(kSource + 1, values)};

@@ -23,6 +23,13 @@ const LawCost& of_law(ForceLaw law) {
     return kCost[static_cast<std::size_t>(law)];
 }
 
+/// What a mover may cost: the same.
+struct MoverCost {
+    std::uint64_t rest, finger, each;
+};
+#define HAPTABLE_MOVER(NAME, POINTER, PART, TITLE, ...) constexpr MoverCost kCostOf_##NAME{__VA_ARGS__};
+#include "host/base/laws.inc"
+
 }  // namespace
 
 std::vector<Mode> every_mode() {
@@ -118,12 +125,12 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
 
 std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
     // Two systems of 6x6 and eight solves; of a finger 4 lines of the system, of a point 3, twice.
-    return 9000 + 2400 * fingers + 2800 * points;
+    return kCostOf_body.rest + kCostOf_body.finger * fingers + kCostOf_body.each * points;
 }
 
 std::uint64_t most_modes_cost(const Mode& mode, std::uint64_t modes) {
     const std::uint64_t load = std::max<std::uint64_t>(STEPS_OF_ENERGY * cost_of(mode, 0).energy, 2000);
-    return 1500 + 4 * load + 400 * modes;
+    return kCostOf_modes.rest + 4 * load + kCostOf_modes.each * modes;
 }
 
 std::uint64_t most_modes_pair_cost(const Mode& mode, std::uint64_t modes) {

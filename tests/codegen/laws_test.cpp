@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// host/base/laws.inc is the one list of force laws, god-objects and movers: the pages' tables have the same.
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "codegen/laws.hpp"
+#include "host/base/file.hpp"
+#include "host/base/modes.hpp"
+
+namespace haptable::test {
+namespace {
+
+/// The words in quotes that the second column of a page's table has, from the row of `key` up to the next key's.
+std::vector<std::string> words_of(const std::string& page, const std::string& key) {
+    const std::size_t begin = page.find("| `" + key + "` |");
+    const std::string rows = page.substr(begin, page.find("\n| `", begin + 1) - begin);
+    std::vector<std::string> found;
+    const std::regex row("\\|[^|\n]*\\| `\"([a-z-]+)\"`");
+    for (std::sregex_iterator at(rows.begin(), rows.end(), row), end; at != end; ++at) found.push_back((*at)[1]);
+    return found;
+}
+
+template <typename Choice>
+std::vector<std::string> listed() {
+    const auto all = words(Choice{});
+    return {all.begin(), all.end()};
+}
+
+TEST(Laws, ThePageOfContactHasEachInTheListsOrder) {
+    const std::string page = read_file("docs/CONTACT.md");
+    EXPECT_EQ(words_of(page, "force"), listed<ForceLaw>());
+    EXPECT_EQ(words_of(page, "god_object"), listed<GodObject>());
+}
+
+TEST(Laws, ThePageOfWhatMovesHasEachMover) {
+    const std::string page = read_file("docs/MOVING.md");
+    const std::string table = page.substr(page.find("\n|"), page.find("\n\n", page.find("\n|")) - page.find("\n|"));
+#define HAPTABLE_MOVER(NAME, POINTER, PART, TITLE, ...) \
+    EXPECT_NE(table.find(TITLE), std::string::npos) << "docs/MOVING.md, its first table: " << TITLE;
+#include "host/base/laws.inc"
+}
+
+}  // namespace
+}  // namespace haptable::test
