@@ -161,7 +161,9 @@ bool is_current(const std::filesystem::path& folder, const Scene& scene, const I
     const auto whole = TablesFolder::if_whole(folder);
     if (!whole) return false;
     nlohmann::json wanted = to_json(scene, identity);
-    wanted["summary"] = hash_file(folder / "summary.json");
+    std::error_code none;
+    wanted["summary"] =
+        std::filesystem::is_regular_file(folder / "summary.json", none) ? hash_file(folder / "summary.json") : "";
     for (const auto& [key, value] : wanted.items())
         if (!whole->facts().contains(key) || whole->facts()[key] != value) return false;
     return whole->has("options.json") && read_file(whole->file("options.json")) == options_text(scene);

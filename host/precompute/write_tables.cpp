@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "host/base/error.hpp"
@@ -63,7 +64,7 @@ void write_mask_weights(const Masks& masks, const fs::path& folder) {
 }
 
 /// What the other files are told in, in the order in which they come into their place.
-const std::set<std::string> kReports{"summary.json", "tables.json"};
+constexpr std::array kReports{"summary.json", "tables.json"};
 
 }  // namespace
 
@@ -117,7 +118,8 @@ void write_mask(const Masks& masks, const MaskCompliance& c, const fs::path& fol
 std::vector<fs::path> files_in(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        if (!kReports.contains(entry.path().filename())) files.push_back(entry.path());
+        if (std::find(kReports.begin(), kReports.end(), entry.path().filename()) == kReports.end())
+            files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -125,14 +127,14 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 void publish(const fs::path& beside, OwnFolder& folder) {
     std::set<std::string> names{"check.html"};
     for (const fs::path& file : files_in(beside)) names.insert(folder.file(file.filename()).filename());
-    for (const auto& name : kReports) {
+    for (const char* name : kReports) {
         folder.file(name);
         folder.remove(name);
     }
     folder.clear(names);
     try {
         for (const fs::path& file : files_in(beside)) fs::rename(file, folder.path() / file.filename());
-        for (const auto& name : kReports) fs::rename(beside / name, folder.file(name));
+        for (const char* name : kReports) fs::rename(beside / name, folder.file(name));
     } catch (const fs::filesystem_error& error) {
         throw Error(fmt::format("{}: cannot be written: {}", folder.path().string(), error.code().message()));
     }
