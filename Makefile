@@ -304,10 +304,7 @@ bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
 	@$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse -o $(MEASURED)/instructions.json
-	@$(BUILD)/bin/haptable-bench-target --build $(BUILD) -o $(MEASURED)/modes.json
-	@$(BUILD)/bin/haptable-bench-target --named --build $(BUILD) -o $(MEASURED)/named.json
-	@$(BUILD)/bin/haptable-bench-target --fingers --build $(BUILD) -o $(MEASURED)/fingers.json
-	@$(BUILD)/bin/haptable-bench-target --bodies --build $(BUILD) -o $(MEASURED)/bodies.json
+	@$(LAB) target $(MEASURED)/target.json
 	@$(LAB) sizes $(MEASURED)/size.json
 	$(call bench_step,85,growth of the inversion)
 	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
@@ -315,7 +312,7 @@ bench-target: bench-programs
 # bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
 PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
-bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-inversion haptable-bench-scan) library lab
+bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-scan) library lab
 	@$(MAKE) --no-print-directory mpi
 	@$(LAB) bench-large $(PART)
 
@@ -530,8 +527,8 @@ $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call obj
 $(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(CODEGEN)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(call objects,host/bench/target) $(BENCH) $(TARGETED)
-	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(TARGETED)
+	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-hard: $(BUILD)/host/hard/main.cpp.o $(HARD)
 	$(link) $(LIBS_PRECOMPUTE)
@@ -539,7 +536,7 @@ $(BUILD)/bin/haptable-hard: $(BUILD)/host/hard/main.cpp.o $(HARD)
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 	$(link) $(LIBS_STROKES)
 
-$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(call objects,host/bench/inversion) $(BUILD)/host/bench/cube_scene.cpp.o $(NUMBERS) $(PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(BUILD)/host/bench/cube_scene.cpp.o $(NUMBERS) $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK) $(SCENES) $(NUMBERS)

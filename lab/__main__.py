@@ -72,6 +72,11 @@ def _contact(o: argparse.Namespace) -> None:
     contact.make(o.build, o.out, o.repetitions, o.loops)
 
 
+def _target(o: argparse.Namespace) -> None:
+    from lab import target
+    target.make(o.build, o.out)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
@@ -101,6 +106,7 @@ def main() -> int:
     large.set_defaults(run=_large)
 
     for command, run, what in (("sizes", _sizes, "bytes of the servo on the microcontrollers, and of a page"),
+                               ("target", _target, "instructions of a tick on the microcontrollers, in every mode"),
                                ("liver", _liver, "what each part of meshes/liver-capsule.toml is worth")):
         measure = commands.add_parser(command, help=what)
         measure.add_argument("out", type=Path, metavar="OUT.json")

@@ -122,7 +122,6 @@ def _scale(runs: Runs) -> str:
 _RUNS: dict[str, Callable[[Runs], str]] = {"large": _large, "scale": _scale}
 #: Parts of other programs: their command, below build/bin; then --build FOLDER -o OUT.
 _PROGRAMS = {
-    "masks": ["haptable-bench-inversion", "--masks", "--sides", "12,20,28,40", "--scene", "meshes/mouse-mask.toml"],
     "scan": ["haptable-bench-scan", "../shared/meshes/pepper_big.vtu"],
 }
 
@@ -152,10 +151,15 @@ def _elsewhere(_: Topics, folder: Path, build: Path) -> Topics:
     return elements.elsewhere(folder, build)
 
 
-#: Parts beside the body itself: of docs/numbers.json's topics, a folder and BUILD, topics.
-_REFERENCES: dict[str, Callable[[Topics, Path, Path], Topics]] = {
-    "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements, "elsewhere": _elsewhere}
-PARTS = (*_RUNS, *_PROGRAMS, *_REFERENCES)
+def _masks(_: Topics, folder: Path, build: Path) -> Topics:
+    from lab import masks
+    return masks.costs(folder, build)
+
+
+#: Parts that are measured here: of docs/numbers.json's topics, a folder and BUILD, topics.
+_MEASURED: dict[str, Callable[[Topics, Path, Path], Topics]] = {
+    "masks": _masks, "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements, "elsewhere": _elsewhere}
+PARTS = (*_RUNS, *_PROGRAMS, *_MEASURED)
 
 
 def _write(part: str, out: Path, tables: Topics) -> None:
@@ -174,10 +178,9 @@ def make(parts: list[str], build: Path) -> None:
             print(f"bench-large: {part}: no {_PROGRAMS[part][1]}")
         elif part in _PROGRAMS:
             program, *options = _PROGRAMS[part]
-            below = folder / "masks" if part == "masks" else folder
-            _call(str(build / "bin" / program), *options, "--build", str(below), "-o", str(out))
-        elif part in _REFERENCES:
-            _write(part, out, _REFERENCES[part](read_numbers(Path("docs/numbers.json")), folder, build))
+            _call(str(build / "bin" / program), *options, "--build", str(folder), "-o", str(out))
+        elif part in _MEASURED:
+            _write(part, out, _MEASURED[part](read_numbers(Path("docs/numbers.json")), folder, build))
         else:
             runs = Runs(build, folder)
             topic = _RUNS[part](runs)

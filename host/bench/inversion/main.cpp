@@ -19,7 +19,6 @@
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/cube_scene.hpp"
-#include "host/bench/inversion/masks.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
@@ -42,8 +41,7 @@ struct Options {
     std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
     std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
     bool in_double = true, accuracy = true;
-    bool masks = false;
-    fs::path out, build = "build/masks";
+    fs::path out;
 };
 
 /// CPU seconds of this process.
@@ -399,13 +397,6 @@ NumberTable accuracy(int side) {
     return table;
 }
 
-void run_masks(const Options& options) {
-    Numbers numbers("make bench-large PART=masks");
-    numbers.add("mask-costs", mask_costs(options.sides, options.scenes, options.build));
-    print_topics(numbers);
-    if (!options.out.empty()) numbers.write(options.out);
-}
-
 void run(const Options& options) {
     Numbers numbers("make bench");
     const auto tell = [&](const char* topic, const NumberTable& table) {
@@ -445,8 +436,6 @@ int main(int argc, char** argv) {
         .show_default();
     app.flag("!--no-double", options.in_double, "selected inversion in float only");
     app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
-    app.flag("--masks", options.masks, "measure what a pressure mask adds instead");
-    app.option("--build", options.build, "with --masks: folder for tables").show_default();
     app.option("-o,--out", options.out, "write the numbers for docs, as JSON");
-    return run_program(app, argc, argv, [&] { options.masks ? run_masks(options) : run(options); });
+    return run_program(app, argc, argv, [&] { run(options); });
 }
