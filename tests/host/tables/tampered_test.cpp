@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Every file of a folder, changed, under every program that reads it: refused, by the file's name. With a hash that was
 // mended, what a servo must not be given is refused all the same.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
