@@ -14,6 +14,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/precompute/check_page.hpp"
+#include "host/precompute/facts.hpp"
 #include "host/precompute/foretell.hpp"
 #include "host/precompute/owner.hpp"
 #include "host/precompute/rigid_body.hpp"

@@ -2,6 +2,7 @@
 #include "host/precompute/precompute.hpp"
 #include "host/base/json.hpp"
 #include "host/precompute/assembly.hpp"
+#include "host/precompute/facts.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
