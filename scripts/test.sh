@@ -81,7 +81,7 @@ cat "$jobs"/*.log >"$log"
 sed -n 's/^\[       OK \] \(.*[.]py\)::.* (\([0-9]*\) ms)$/\1 \2/p
     s/^\[       OK \] \([A-Za-z0-9_/]*[.]\)[^ ]* (\([0-9]*\) ms)$/\1 \2/p' "$log" |
     awk '{ took[$1] += $2 } END { for (name in took) print name, took[name] }' >"$jobs/took"
-[ $part = chosen ] || sort -u -k1,1 "$jobs/took" "$times" >"$times.beside" && mv "$times.beside" "$times"
+[ $part = chosen ] || { sort -u -k1,1 "$jobs/took" "$times" >"$times.beside" && mv "$times.beside" "$times"; }
 
 # Counted from the lines with a time, one a test: a program that crashes has no summary, but it has these.
 count() { grep -c "^\[$1\] .* ms)\$" "$log"; }

@@ -5,7 +5,7 @@ import pytest
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_report_teststatus(report):
-    return report.outcome, "", ""
+    return report.outcome if report.when == "call" or not report.passed else "", "", ""
 
 
 class _Lines:
