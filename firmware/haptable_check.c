@@ -93,7 +93,7 @@ static void end_check(const struct haptable_scene* scene, struct haptable_servo*
     haptable_check_begin(&servo->check);
 }
 
-/* cost: a byte takes two steps of the CRC, a field a look through its part's list. */
+/* cost: a byte takes two steps of the CRC, a field a search of its part's list. */
 void haptable_check_crc(const struct haptable_scene* scene, struct haptable_servo* servo, uint32_t bytes) {
     struct haptable_table_check* check = &servo->check;
     while (bytes > 0u) {

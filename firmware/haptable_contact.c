@@ -48,8 +48,7 @@ static int step_along_edge(const struct haptable_model* model, int* corner, cons
     uint16_t best = HAPTABLE_NONE;
     vec_sub(x_m, at_m, to_x);
     do {
-        const uint16_t* v = model->patch[fan.patch];
-        const uint16_t other = v[next_corner(fan.corner)];
+        const uint16_t other = vertex_after(model, fan.patch, fan.corner);
         struct edge edge;
         float nearer2;
         edge_to(model, other, at_m, to_x, &edge);
@@ -107,11 +106,10 @@ static int cross_vertex(const struct haptable_model* model, int corner, const fl
     float to_x[3];
     vec_sub(x_m, at_m, to_x);
     do {
-        const uint16_t* v = model->patch[fan.patch];
         struct edge one;
         struct edge two;
-        edge_to(model, v[next_corner(fan.corner)], at_m, to_x, &one);
-        edge_to(model, v[previous_corner(fan.corner)], at_m, to_x, &two);
+        edge_to(model, vertex_after(model, fan.patch, fan.corner), at_m, to_x, &one);
+        edge_to(model, vertex_before(model, fan.patch, fan.corner), at_m, to_x, &two);
         *steps += STEPS_OF_TWO_EDGES;
         note_edge(&one, fan.patch, &leaving);
         note_edge(&two, fan.patch, &leaving);
@@ -119,7 +117,7 @@ static int cross_vertex(const struct haptable_model* model, int corner, const fl
         *steps += STEPS_OF_PATCH;
         try_patch(model, fan.patch, x_m, &leaving, contact);
     } while (*steps < HAPTABLE_WALK_STEPS && fan_next(model, &fan));
-    if (leaving.steepest == HAPTABLE_NONE || (leaving.moved && leaving.gap2 < vec_dot(to_x, to_x) - leaving.most))
+    if (leaving.steepest == HAPTABLE_NONE || (leaving.moved && leaving.gap2 < vec_length2(to_x) - leaving.most))
         return leaving.moved;
     *steps += STEPS_OF_PATCH;
     try_patch(model, leaving.steepest, x_m, &leaving, contact);
@@ -190,7 +188,7 @@ static void let_go(const struct haptable_model* model, struct haptable_servo* se
 enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo) {
     enum haptable_sight sight;
     if (servo->contact.patch == HAPTABLE_NONE || !servo->segment.unfinished) return HAPTABLE_SIGHT_INSIDE;
-    sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters);
+    sight = haptable_segment_search(model, servo);
     if (sight == HAPTABLE_SIGHT_CLEAR) let_go(model, servo);
     if (sight == HAPTABLE_SIGHT_BLOCKED) servo->undecided_ticks = 0;
     return sight;
@@ -223,21 +221,18 @@ int haptable_contact_decide(const struct haptable_model* model, struct haptable_
  *         every tick to them. */
 void haptable_god_object_nearest(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
-    struct haptable_segment* segment = &servo->segment;
     const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int steps = 0;
     int slides;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         enum haptable_sight sight = HAPTABLE_SIGHT_UNFINISHED;
         int rests;
-        if (contact->patch == HAPTABLE_NONE && !haptable_surface_enter(model, x_m, segment, contact, &servo->counters))
-            return;
+        if (contact->patch == HAPTABLE_NONE && !haptable_surface_enter(model, servo, x_m)) return;
         rests = slide_on(model, servo, x_m, contact, &steps);
-        if (earlier != HAPTABLE_SIGHT_UNFINISHED)
-            sight = haptable_surface_sight(model, contact, x_m, HAPTABLE_TICK_BOXES, segment, &servo->counters);
+        if (earlier != HAPTABLE_SIGHT_UNFINISHED) sight = haptable_surface_sight(model, servo, contact, x_m);
         if (!rests && sight != HAPTABLE_SIGHT_CLEAR) sight = HAPTABLE_SIGHT_UNFINISHED;
         if (haptable_contact_decide(model, servo, sight)) return;
-        haptable_segment_entry(model, segment, contact);
+        haptable_segment_entry(model, &servo->segment, contact);
         ++servo->counters.contacts;
     }
     ++servo->counters.slide_limits;

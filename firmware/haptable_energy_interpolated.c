@@ -39,8 +39,8 @@ static void load_at(const struct haptable_model* model, const struct haptable_co
     vec_add_scaled(-1.0f, f[0], f[2]);
 }
 
-static void bend(const struct haptable_model* model, const struct haptable_contact* contact, float (*e)[3],
-                 float (*f)[3], struct haptable_energy* energy) {
+static void put_second_order(const struct haptable_model* model, const struct haptable_contact* contact, float (*e)[3],
+                             float (*f)[3], struct haptable_energy* energy) {
     float s[6];
     float s_e[2][3];
     int b;
@@ -70,5 +70,5 @@ void haptable_energy_interpolated(const struct haptable_model* model, const stru
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     patch_frame(model, contact->patch, e[0], e[1], normal);
     for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
-    if (terms == HAPTABLE_ENERGY_ALL) bend(model, contact, e, f, energy);
+    if (terms == HAPTABLE_ENERGY_ALL) put_second_order(model, contact, e, f, energy);
 }

@@ -21,7 +21,7 @@ struct view {
     float turn;     /* 1, or -1 where right and up, seen from the segment's begin, are left-handed */
 };
 
-/* Of no use where the segment has no length: that enters nothing. */
+/* The view is of no use where the segment has no length: that enters nothing. */
 static void view_along(const float along[3], struct view* view) {
     float most = vec_magnitude(along[0]);
     int depth = 0;
@@ -70,36 +70,6 @@ static int is_left(const struct haptable_model* model, const struct haptable_seg
     return 1;
 }
 
-/* How far behind a patch that it leaves a segment may begin to enter it, in tolerance_m: the rounding of a coordinate.
- * Farther behind it came through the patch. */
-#define BEHIND 0.0625f
-
-/* 1 where the segment may begin at its height over the patch (start) and end under it (end) to enter it; heights are
- * times the normal's length, and squared in tolerance_m: in metres a body of micrometres would leave no float. One that
- * stays within rounding of a patch runs along it, and one from the surface that stays within the tolerance: where it
- * would cross it is anywhere. */
-static int may_enter(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
-                     float start, float end, const float normal[3]) {
-    const float near2 = vec_dot(normal, normal);
-    const float along2 = segment->left[0] == HAPTABLE_NONE ? BEHIND * BEHIND * near2 : near2;
-    const float start2 = (start / model->tolerance_m) * (start / model->tolerance_m);
-    const float end2 = (end / model->tolerance_m) * (end / model->tolerance_m);
-    if (start2 <= along2 && end2 <= along2) return 0;
-    if (!is_left(model, segment, patch)) return start >= 0.0f || start2 <= near2;
-    return segment->is_beside && (start >= 0.0f || start2 <= BEHIND * BEHIND * near2);
-}
-
-/* 1 where a finger's path begins within tolerance_m of the patch: it begins on it then. Rounding may have put the begin
- * of such a path past the patch's edge, or the line through its plane anywhere. */
-static int begins_on(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
-                     float start, const float normal[3]) {
-    const float start2 = (start / model->tolerance_m) * (start / model->tolerance_m);
-    struct haptable_contact on;
-    if (segment->left[0] != HAPTABLE_NONE || start2 > vec_dot(normal, normal)) return 0;
-    haptable_patch_nearest(model, patch, segment->from_m, &on);
-    return gap2(on.god_object_m, segment->from_m) <= model->tolerance_m * model->tolerance_m;
-}
-
 /* A patch as a segment sees it. */
 struct over_patch {
     float edge1[3];
@@ -110,8 +80,8 @@ struct over_patch {
     float end;
 };
 
-static void look_over(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
-                      struct over_patch* over) {
+static void measure_heights(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
+                            struct over_patch* over) {
     const float* corner_m = vertex_of(model, patch, 0);
     patch_frame(model, patch, over->edge1, over->edge2, over->normal);
     vec_sub(segment->from_m, corner_m, over->end_m);
@@ -120,13 +90,48 @@ static void look_over(const struct haptable_model* model, uint16_t patch, const 
     over->end = vec_dot(over->normal, over->end_m);
 }
 
+/* A height squared, in tolerance_m: in metres a body of micrometres would leave no float. */
+static float in_tolerance2(const struct haptable_model* model, float height) {
+    const float heights = height / model->tolerance_m;
+    return heights * heights;
+}
+
+/* How far behind a patch that it leaves a segment may begin to enter it, in tolerance_m: the rounding of a coordinate.
+ * Farther behind it came through the patch. */
+#define BEHIND 0.0625f
+
+/* 1 where the segment may begin at its height over the patch and end under it to enter it. start2: the height squared,
+ * in tolerance_m; near2: the normal's length squared. A segment that stays within rounding of a patch runs along it,
+ * and one from the surface that stays within the tolerance: where it would cross it is anywhere. */
+static int may_enter(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
+                     const struct over_patch* over, float start2, float near2) {
+    const float behind2 = BEHIND * BEHIND * near2;
+    const float along2 = segment->left[0] == HAPTABLE_NONE ? behind2 : near2;
+    if (start2 <= along2 && in_tolerance2(model, over->end) <= along2) return 0;
+    if (!is_left(model, segment, patch)) return over->start >= 0.0f || start2 <= near2;
+    return segment->is_beside && (over->start >= 0.0f || start2 <= behind2);
+}
+
+/* 1 where a finger's path begins within tolerance_m of the patch: it begins on it then. Rounding may have put the begin
+ * of such a path past the patch's edge, or the line through its plane anywhere. */
+static int begins_on(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch,
+                     float start2, float near2) {
+    struct haptable_contact on;
+    if (segment->left[0] != HAPTABLE_NONE || start2 > near2) return 0;
+    haptable_patch_nearest(model, patch, segment->from_m, &on);
+    return gap2(on.god_object_m, segment->from_m) <= model->tolerance_m * model->tolerance_m;
+}
+
 /* 1 when the segment crosses the patch from outside to inside. */
 static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
                   const struct view* view, const struct over_patch* over) {
+    float near2;
+    float start2;
     if (over->end >= 0.0f || over->end >= over->start) return 0;
-    return may_enter(model, segment, patch, over->start, over->end, over->normal) &&
-           (goes_through(model, patch, view, segment->from_m) ||
-            begins_on(model, segment, patch, over->start, over->normal));
+    near2 = vec_length2(over->normal);
+    start2 = in_tolerance2(model, over->start);
+    return may_enter(model, segment, patch, over, start2, near2) &&
+           (goes_through(model, patch, view, segment->from_m) || begins_on(model, segment, patch, start2, near2));
 }
 
 /* A segment along an axis of the grid, in its steps: the middle, half the extent, and that half's magnitude. */
@@ -184,11 +189,11 @@ struct clearance {
 #define CLEAR_TICKS 32.0f
 #define CLEAR_REST 4096.0f
 
-/* Of the segment's end, where the search begins with it; of none where that goes on, or looks from the surface. */
+/* Begins with the clearance of the segment's end. There is none where the search goes on, or looks from the surface. */
 static void begin_clearance(const struct haptable_model* model, const struct haptable_segment* segment,
                             const float along[3], struct clearance* clear) {
     if (segment->box != 0 || segment->left[0] != HAPTABLE_NONE) return;
-    clear->least = vec_dot(along, along) * haptable_side_inverse_length(along) / model->tolerance_m;
+    clear->least = vec_length2(along) * haptable_side_inverse_length(along) / model->tolerance_m;
     clear->radius = CLEAR_TICKS * clear->least + CLEAR_REST;
     clear->steps = model->grid_per_m * model->tolerance_m;
 }
@@ -231,11 +236,10 @@ static float gap_to_patch(const float edge1[3], const float edge2[3], const floa
 /* Limits it to what the segment's end is far from a patch: no less than its height over the patch's plane, nor than
  * its distance from the patch's box. */
 static void limit_by_patch(const struct haptable_model* model, const struct over_patch* over, struct clearance* clear) {
-    const float area2 = vec_dot(over->normal, over->normal);
+    const float area2 = vec_length2(over->normal);
     float height = vec_magnitude(over->end) / model->tolerance_m;
     float far_away;
-    if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_dot(over->edge1, over->edge1) * vec_dot(over->edge2, over->edge2))
-        height = 0.0f;
+    if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_length2(over->edge1) * vec_length2(over->edge2)) height = 0.0f;
     if (height * height > clear->radius * clear->radius * area2) return;
     far_away = gap_to_patch(over->edge1, over->edge2, over->end_m) / model->tolerance_m;
     if (far_away >= clear->radius) return;
@@ -249,11 +253,11 @@ static void limit_by_patch(const struct haptable_model* model, const struct over
 #define CLEAR_SHARE 0.99f
 #define CLEAR_STEPS 2.0f
 
-/* Keeps that of a search that met nothing. */
+/* Keeps the clearance of a search that met nothing: one that found a patch has none. */
 static void keep_clearance(const struct haptable_model* model, const struct clearance* clear,
                            struct haptable_segment* segment) {
     float radius_m;
-    if (clear->radius <= 0.0f || segment->unfinished || segment->patch != HAPTABLE_NONE) return;
+    if (clear->radius <= 0.0f || segment->unfinished) return;
     radius_m = CLEAR_SHARE * clear->radius * model->tolerance_m - CLEAR_STEPS / model->grid_per_m;
     if (radius_m <= 0.0f) return;
     vec_copy(segment->to_m, segment->from_m);
@@ -280,7 +284,7 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, const
     uint16_t patch;
     for (patch = first; patch < model->patch_count && patch < first + HAPTABLE_LEAF; ++patch) {
         struct over_patch over;
-        look_over(model, patch, segment, &over);
+        measure_heights(model, patch, segment, &over);
         if (enters(model, patch, segment, view, &over)) {
             const float here = over.start > 0.0f ? over.start / (over.start - over.end) : 0.0f;
             if (here >= segment->fraction) continue;
@@ -295,7 +299,7 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, const
 
 /* Searches the segment with what is left of the boxes that the tick has: depth first, so that one index is all that a
  * search which goes on later has to keep. */
-static void search(const struct haptable_model* model, int boxes, struct haptable_segment* segment) {
+static void search(const struct haptable_model* model, struct haptable_segment* segment) {
     uint16_t box = segment->box;
     struct grid_axis grid[3];
     struct clearance clear = {0.0f, 0.0f, 0.0f};
@@ -305,7 +309,7 @@ static void search(const struct haptable_model* model, int boxes, struct haptabl
     to_grid(model, segment, grid);
     view_along(along, &view);
     begin_clearance(model, segment, along, &clear);
-    while (box < model->box_count && segment->boxes < boxes) {
+    while (box < model->box_count && segment->boxes < HAPTABLE_TICK_BOXES) {
         const struct haptable_box* here = &model->box[box];
         ++segment->boxes;
         if (!meets_box(grid, here)) {
@@ -321,7 +325,7 @@ static void search(const struct haptable_model* model, int boxes, struct haptabl
     keep_clearance(model, &clear, segment);
 }
 
-static void begin(const float from_m[3], const float to_m[3], struct haptable_segment* segment) {
+HAPTABLE_CALLED void begin(const float from_m[3], const float to_m[3], struct haptable_segment* segment) {
     vec_copy(from_m, segment->from_m);
     vec_copy(to_m, segment->to_m);
     segment->left[0] = HAPTABLE_NONE;
@@ -359,9 +363,10 @@ void haptable_segment_entry(const struct haptable_model* model, const struct hap
     haptable_patch_nearest(model, segment->patch, entry, contact);
 }
 
-enum haptable_sight haptable_segment_search(const struct haptable_model* model, int boxes,
-                                            struct haptable_segment* segment, struct haptable_counters* counters) {
-    search(model, boxes, segment);
+enum haptable_sight haptable_segment_search(const struct haptable_model* model, struct haptable_servo* servo) {
+    struct haptable_segment* segment = &servo->segment;
+    struct haptable_counters* counters = &servo->counters;
+    search(model, segment);
     if (segment->boxes > counters->most_boxes) counters->most_boxes = segment->boxes;
     if (segment->unfinished) {
         ++counters->box_limits;
@@ -370,8 +375,8 @@ enum haptable_sight haptable_segment_search(const struct haptable_model* model, 
     return segment->patch == HAPTABLE_NONE ? HAPTABLE_SIGHT_CLEAR : HAPTABLE_SIGHT_BLOCKED;
 }
 
-int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
-                           struct haptable_contact* contact, struct haptable_counters* counters) {
+int haptable_surface_enter(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+    struct haptable_segment* segment = &servo->segment;
     enum haptable_sight sight;
     if (is_clear(segment, x_m)) {
         vec_copy(x_m, segment->to_m);
@@ -379,11 +384,11 @@ int haptable_surface_enter(const struct haptable_model* model, const float x_m[3
     }
     do {
         if (!segment->unfinished) begin(segment->to_m, x_m, segment);
-        sight = haptable_segment_search(model, HAPTABLE_TICK_BOXES, segment, counters);
+        sight = haptable_segment_search(model, servo);
     } while (sight == HAPTABLE_SIGHT_CLEAR && gap2(segment->to_m, x_m) > 0.0f); /* that was an earlier tick's */
     if (sight != HAPTABLE_SIGHT_BLOCKED) return 0;
-    haptable_segment_entry(model, segment, contact);
-    ++counters->contacts;
+    haptable_segment_entry(model, segment, &servo->contact);
+    ++servo->counters.contacts;
     return 1;
 }
 
@@ -433,34 +438,27 @@ static int begin_beside(const struct haptable_model* model, const struct haptabl
 
 /* The line from a point on an edge or a vertex, or next to one. Returns 1 where it does not begin inside. */
 static int begin_near_border(const struct haptable_model* model, const struct haptable_contact* from,
-                             const float x_m[3], struct haptable_segment* segment) {
-    const float near2 = model->tolerance_m * model->tolerance_m;
+                             const float x_m[3], const float u[3], struct haptable_segment* segment) {
+    const float rounding_m = HAPTABLE_ROUNDING * model->tolerance_m;
     struct haptable_contact at = *from;
-    float u[3];
-    vec_sub(x_m, from->god_object_m, u);
-    if (vec_dot(u, u) <= near2) return 0;
+    float u_at[3];
     haptable_patch_onto_border(model, &at);
-    if (gap2(at.god_object_m, from->god_object_m) > HAPTABLE_ROUNDING * HAPTABLE_ROUNDING * near2)
+    if (gap2(at.god_object_m, from->god_object_m) > rounding_m * rounding_m)
         return begin_beside(model, from, &at, x_m, u, segment);
-    vec_sub(x_m, at.god_object_m, u);
-    return begin_on(model, &at, haptable_side_of(model, &at, u), at.god_object_m, x_m, segment);
+    vec_sub(x_m, at.god_object_m, u_at);
+    return begin_on(model, &at, haptable_side_of(model, &at, u_at), at.god_object_m, x_m, segment);
 }
 
-/* The line from a point within a patch. Returns 1 where it does not begin inside: in most ticks it does. */
-static inline int begin_within(const struct haptable_model* model, const struct haptable_contact* from,
-                               const float x_m[3], struct haptable_segment* segment) {
-    enum haptable_side side;
+enum haptable_sight haptable_surface_sight(const struct haptable_model* model, struct haptable_servo* servo,
+                                           const struct haptable_contact* from, const float x_m[3]) {
+    struct haptable_segment* segment = &servo->segment;
     float u[3];
+    int begins;
     vec_sub(x_m, from->god_object_m, u);
-    side = side_of_patch(model, from->patch, u);
-    if (side == HAPTABLE_SIDE_INSIDE || vec_dot(u, u) <= model->tolerance_m * model->tolerance_m) return 0;
-    return begin_on(model, from, side, from->god_object_m, x_m, segment);
-}
-
-enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
-                                           const float x_m[3], int boxes, struct haptable_segment* segment,
-                                           struct haptable_counters* counters) {
-    const int begins = haptable_patch_is_near_border(model, from) ? begin_near_border(model, from, x_m, segment)
-                                                                  : begin_within(model, from, x_m, segment);
-    return begins ? haptable_segment_search(model, boxes, segment, counters) : HAPTABLE_SIGHT_INSIDE;
+    if (vec_length2(u) <= model->tolerance_m * model->tolerance_m) return HAPTABLE_SIGHT_INSIDE;
+    if (haptable_patch_is_near_border(model, from))
+        begins = begin_near_border(model, from, x_m, u, segment);
+    else
+        begins = begin_on(model, from, side_of_patch(model, from->patch, u), from->god_object_m, x_m, segment);
+    return begins ? haptable_segment_search(model, servo) : HAPTABLE_SIGHT_INSIDE;
 }

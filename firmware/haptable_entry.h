@@ -14,8 +14,7 @@
  * calls of one tick.
  * Where segment->fraction is negative, no surface lies within -fraction, m, of segment->from_m: a search that found
  * nothing says so, and as long as the finger stays within, there is none and nothing changes but to_m. */
-int haptable_surface_enter(const struct haptable_model* model, const float x_m[3], struct haptable_segment* segment,
-                           struct haptable_contact* contact, struct haptable_counters* counters);
+int haptable_surface_enter(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]);
 
 /* The contact where the segment enters, which begins. before: segment->patch is not HAPTABLE_NONE. */
 void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
@@ -33,14 +32,12 @@ enum haptable_sight {
     HAPTABLE_SIGHT_UNFINISHED /* the tick's boxes were too few: segment is to be searched on */
 };
 
-/* Looks from `from` to the finger at x_m, as far as the tick has boxes: `boxes` of them, those that were taken before
- * included. after, unless the line begins inside: segment is that line. */
-enum haptable_sight haptable_surface_sight(const struct haptable_model* model, const struct haptable_contact* from,
-                                           const float x_m[3], int boxes, struct haptable_segment* segment,
-                                           struct haptable_counters* counters);
+/* Looks from `from` to the finger at x_m, as far as the tick has boxes. after, unless the line begins inside: the
+ * servo's segment is that line. */
+enum haptable_sight haptable_surface_sight(const struct haptable_model* model, struct haptable_servo* servo,
+                                           const struct haptable_contact* from, const float x_m[3]);
 
 /* Goes on with a look that is not finished. before: segment->unfinished. */
-enum haptable_sight haptable_segment_search(const struct haptable_model* model, int boxes,
-                                            struct haptable_segment* segment, struct haptable_counters* counters);
+enum haptable_sight haptable_segment_search(const struct haptable_model* model, struct haptable_servo* servo);
 
 #endif

@@ -7,12 +7,8 @@
 #include "haptable_vector.h"
 
 int haptable_force_clamp(float max_n, float force_n[3]) {
-    const float size2 = vec_dot(force_n, force_n);
-    float scale;
+    const float size2 = vec_length2(force_n);
     if (size2 <= max_n * max_n) return 0;
-    scale = max_n * vec_inverse_root(size2);
-    force_n[0] *= scale;
-    force_n[1] *= scale;
-    force_n[2] *= scale;
+    vec_scale(max_n * vec_inverse_root(size2), force_n);
     return 1;
 }

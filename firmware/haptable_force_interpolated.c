@@ -12,6 +12,7 @@ void haptable_force_interpolated(const struct haptable_model* model, const struc
     int corner;
     vec_sub(finger_m, contact->god_object_m, u);
     vec_zero(force_n);
+    HAPTABLE_UNROLLED
     for (corner = 0; corner < 3; ++corner) {
         float f[3]; /* eq. 9: the force if this node alone were displaced by u */
         block_product(model, model->patch[contact->patch][corner], u, f);

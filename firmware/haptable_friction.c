@@ -22,7 +22,6 @@ struct load {
  * are not are where the held one is. */
 static void outward_at(const struct haptable_model* model, const struct haptable_contact* contact,
                        const struct load* held, float normal[3]) {
-    const float scale = 1.0f / (model->tolerance_m * model->tolerance_m);
     const float* alpha = contact->alpha;
     float edge1[3];
     float edge2[3];
@@ -34,9 +33,7 @@ static void outward_at(const struct haptable_model* model, const struct haptable
         return;
     }
     patch_frame(model, contact->patch, edge1, edge2, normal);
-    normal[0] *= scale;
-    normal[1] *= scale;
-    normal[2] *= scale;
+    vec_scale(1.0f / (model->tolerance_m * model->tolerance_m), normal);
 }
 
 /* before: contact->load_n is its load. held: where the contact is held, NULL for that one. */
@@ -50,7 +47,7 @@ static void split(const struct haptable_model* model, const struct haptable_cont
     vec_sub(x_m, contact->god_object_m, u);
     pressed = -vec_dot(load->normal, load_n);
     load->energy_j = 0.5f * vec_dot(u, load_n);
-    load->along2 = vec_dot(load_n, load_n) * vec_dot(load->normal, load->normal) - pressed * pressed;
+    load->along2 = vec_length2(load_n) * vec_length2(load->normal) - pressed * pressed;
     load->pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
 }
 
@@ -93,7 +90,7 @@ static float tangent2_of(const struct load* load) {
 }
 
 /* From where the god-object is held to where it would be without friction. */
-struct way {
+struct slip_path {
     const struct haptable_contact* held;
     const struct haptable_contact* freed;
     uint16_t patch; /* one that has both, and so all between them; HAPTABLE_NONE: there is none, or it is not known */
@@ -120,38 +117,39 @@ static int seen_from(const struct haptable_model* model, const struct haptable_c
     return 1;
 }
 
-static void find_way(const struct haptable_model* model, const struct haptable_contact* held,
-                     const struct haptable_contact* freed, struct way* way) {
-    way->held = held;
-    way->freed = freed;
-    way->patch = HAPTABLE_NONE;
-    if (seen_from(model, held, freed->patch, way->from))
-        way->patch = freed->patch;
-    else if (seen_from(model, freed, held->patch, way->from))
-        way->patch = held->patch;
-    if (way->patch == HAPTABLE_NONE) return;
-    (void)seen_from(model, held, way->patch, way->from);
-    (void)seen_from(model, freed, way->patch, way->to);
+static void find_path(const struct haptable_model* model, const struct haptable_contact* held,
+                      const struct haptable_contact* freed, struct slip_path* path) {
+    path->held = held;
+    path->freed = freed;
+    path->patch = HAPTABLE_NONE;
+    if (seen_from(model, held, freed->patch, path->from))
+        path->patch = freed->patch;
+    else if (seen_from(model, freed, held->patch, path->from))
+        path->patch = held->patch;
+    if (path->patch == HAPTABLE_NONE) return;
+    (void)seen_from(model, held, path->patch, path->from);
+    (void)seen_from(model, freed, path->patch, path->to);
 }
 
 /* The surface's point nearest to a point of the straight line, at a fraction of it. Returns the steps that it took:
  * none on a patch that has the line. */
-static int between(const struct haptable_model* model, const struct way* way, float fraction,
+static int between(const struct haptable_model* model, const struct slip_path* path, float fraction,
                    struct haptable_contact* contact) {
     int steps = 0;
-    *contact = *way->held;
-    if (way->patch != HAPTABLE_NONE) {
+    *contact = *path->held;
+    if (path->patch != HAPTABLE_NONE) {
         int corner;
-        contact->patch = way->patch;
+        contact->patch = path->patch;
         for (corner = 0; corner < 3; ++corner)
-            contact->alpha[corner] = vec_clamp01(way->from[corner] + fraction * (way->to[corner] - way->from[corner]));
+            contact->alpha[corner] =
+                vec_clamp01(path->from[corner] + fraction * (path->to[corner] - path->from[corner]));
         haptable_patch_complete(contact->alpha);
         place(model, contact);
     } else {
-        const float* held_m = way->held->god_object_m;
+        const float* held_m = path->held->god_object_m;
         float along[3];
         float aim[3];
-        vec_sub(way->freed->god_object_m, held_m, along);
+        vec_sub(path->freed->god_object_m, held_m, along);
         vec_copy(held_m, aim);
         vec_add_scaled(fraction, along, aim);
         haptable_contact_slide(model, aim, contact, &steps);
@@ -162,9 +160,7 @@ static int between(const struct haptable_model* model, const struct way* way, fl
 /* Lets go where the held god-object sees the finger, though the frictionless one behind a thin part does not. */
 static void look(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     if (servo->undecided_ticks != 0) return;
-    (void)haptable_contact_decide(
-        model, servo,
-        haptable_surface_sight(model, &servo->contact, x_m, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters));
+    (void)haptable_contact_decide(model, servo, haptable_surface_sight(model, servo, &servo->contact, x_m));
 }
 
 /* What is known of the line from where the god-object is held to where it would be without friction. */
@@ -186,8 +182,8 @@ static float goal2_of(float mu) { return (1.0f - CONE_REACHED) * mu * mu; }
 static float foreseen(const struct line* line, float mu) {
     const float goal2 = goal2_of(mu);
     const int is_between = line->near_tangent2 > goal2 && line->far_tangent2 < goal2;
-    const float share = is_between ? (line->near_tangent2 - goal2) / (line->near_tangent2 - line->far_tangent2) : 0.5f;
-    return line->near + share * (line->far - line->near);
+    const float part = is_between ? (line->near_tangent2 - goal2) / (line->near_tangent2 - line->far_tangent2) : 0.5f;
+    return line->near + part * (line->far - line->near);
 }
 
 /* A far end that has stood before counts for half as much next time, so that the try is nearer to it (the Illinois
@@ -213,12 +209,15 @@ static int may_rest_freed(const struct haptable_model* model, struct haptable_co
     return may_rest(model, &load, held_load);
 }
 
+/* Ends of a slip that are nearer to one another, as a part of the line, foresee nothing. */
+#define LEAST_GONE 0x1p-10f
+
 /* What the next tick may foresee of the far end's tangent: that of a line through the last slip's ends. Where they are
  * so near to one another that rounding says more, what was foreseen already. */
 static void foresee(const struct line* line, float mu, float* freed_tangent2) {
     const float fallen = line->near_tangent2 - line->far_tangent2;
     const float gone = line->far - line->near;
-    if (fallen > 0.5f * CONE_REACHED * mu * mu && gone > 0x1p-10f)
+    if (fallen > 0.5f * CONE_REACHED * mu * mu && gone > LEAST_GONE)
         *freed_tangent2 = line->far_tangent2 - fallen * (1.0f - line->far) / gone;
 }
 
@@ -230,7 +229,7 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
     const float mu = model->kinetic_friction;
     struct haptable_freed* freed = haptable_freed_of(model, servo);
     struct line line = {0.0f, 1.0f, tangent2_of(held_load), freed->tangent};
-    struct way way;
+    struct slip_path path;
     int is_asked = 0;
     int rests = 1;
     int steps = 0;
@@ -239,12 +238,12 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
         rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
         is_asked = 1;
     }
-    find_way(model, held, &freed->at, &way);
+    find_path(model, held, &freed->at, &path);
     for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
-        steps += between(model, &way, fraction, &tried);
+        steps += between(model, &path, fraction, &tried);
         load_at(model, &tried, x_m, held_load, &load);
         if (may_rest(model, &load, held_load)) {
             is_asked = 1;

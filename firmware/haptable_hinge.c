@@ -52,8 +52,8 @@ static int has_vertex(const struct haptable_model* model, uint16_t patch, uint16
 }
 
 static uint16_t next_across(const struct haptable_model* model, uint16_t patch, int corner, uint16_t last) {
-    const uint16_t vertex = model->patch[patch][next_corner(corner)];
-    const uint16_t other = model->patch[patch][previous_corner(corner)];
+    const uint16_t vertex = vertex_after(model, patch, corner);
+    const uint16_t other = vertex_before(model, patch, corner);
     const uint16_t neighbour = model->neighbour[patch][corner];
     int is_after = last == neighbour;
     uint16_t i;

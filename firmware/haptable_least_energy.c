@@ -54,15 +54,18 @@ static void evaluate_gradient(struct walk* walk, struct point* point) {
 /* ---- search directions within one patch
  * ------------------------------------------------------------------------------------ */
 
-/* dE by alpha_c and the second derivatives, alpha_0 taken as the one that gives way. */
+/* dE by alpha_c and the second derivatives, alpha_0 being 1 less the others. */
 static float slope_of(const struct haptable_energy* e, int c) { return c == 0 ? 0.0f : e->gradient_j[c - 1]; }
 static float second_of(const float h[3], int c, int d) { return c == 0 || d == 0 ? 0.0f : h[c + d - 2]; }
+
+/* A Hessian whose determinant is a smaller part of its diagonal's product is not positive definite beyond rounding. */
+#define LEAST_DETERMINANT 1e-5f
 
 /* H^-1 11 12 22; 0 where H is not positive definite beyond rounding. */
 static int invert(const float h[3], float inverse[3]) {
     const float determinant = h[0] * h[2] - h[1] * h[1];
     float scale;
-    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > 1e-5f * h[0] * h[2])) return 0;
+    if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > LEAST_DETERMINANT * h[0] * h[2])) return 0;
     scale = 1.0f / determinant;
     inverse[0] = h[2] * scale;
     inverse[1] = -h[1] * scale;
@@ -85,14 +88,18 @@ static int newton(const float h[3], const float slope[2], float d[3]) {
     return 1;
 }
 
-/* Where E bends less than this, as a part of what its positive part does, or downwards, a step is as long as if it bent
- * upwards as much, and no longer than if by this part. */
-#define LEAST_BEND 0.125f
+/* Where the curvature of E is less than this part of its positive part's, or negative, a step is as long as with its
+ * magnitude, and no longer than with this part. */
+#define LEAST_CURVATURE 0.125f
 
-static float bend_taken(float bend) {
-    const float upwards = bend < 0.0f ? -bend : bend;
-    return upwards > LEAST_BEND ? upwards : LEAST_BEND;
+static float curvature_taken(float curvature) {
+    const float upwards = vec_magnitude(curvature);
+    return upwards > LEAST_CURVATURE ? upwards : LEAST_CURVATURE;
 }
+
+/* Two curvatures whose half difference, squared, is a smaller part of their mean's square, or smaller, are equal. */
+#define EQUAL_CURVATURES 1e-6f
+#define NO_CURVATURE2 1e-12f
 
 /* H v (b = 0) */
 static void times_hessian(const float h[3], const float v[3], float out[2]) {
@@ -100,9 +107,9 @@ static void times_hessian(const float h[3], const float v[3], float out[2]) {
     out[1] = h[1] * v[1] + h[2] * v[2];
 }
 
-/* Newton's step with H's curvatures over those of the positive part G, in H v = bend G v, as bend_taken has them: that
- * function of G^-1 H times G^-1 slope. Returns 0 where G is not positive definite. */
-static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
+/* Newton's step with H's curvatures over those of the positive part G, in H v = curvature G v, as curvature_taken has
+ * them: that function of G^-1 H times G^-1 slope. Returns 0 where G is not positive definite. */
+static int direction_over_curvature(const struct haptable_energy* e, float d[3]) {
     const float* h = e->hessian_j;
     const float* g = e->gauss_newton_j;
     const float determinant = g[0] * g[2] - g[1] * g[1];
@@ -111,7 +118,7 @@ static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
     float half;
     float less;
     float more;
-    float share;
+    float across;
     float inverse[3];
     float slope[2];
     float more_d[3];
@@ -120,19 +127,19 @@ static int direction_over_bend(const struct haptable_energy* e, float d[3]) {
     newton_by(inverse, e->gradient_j, d);
     mean = 0.5f * (h[0] * g[2] - 2.0f * h[1] * g[1] + h[2] * g[0]) / determinant;
     half2 = mean * mean - (h[0] * h[2] - h[1] * h[1]) / determinant;
-    half = half2 > 1e-6f * mean * mean && half2 > 1e-12f ? half2 * vec_inverse_root(half2) : 0.0f;
-    more = 1.0f / bend_taken(mean + half);
-    less = 1.0f / bend_taken(mean - half);
-    share = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
+    half = half2 > EQUAL_CURVATURES * mean * mean && half2 > NO_CURVATURE2 ? half2 * vec_inverse_root(half2) : 0.0f;
+    more = 1.0f / curvature_taken(mean + half);
+    less = 1.0f / curvature_taken(mean - half);
+    across = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
     times_hessian(h, d, slope);
     newton_by(inverse, slope, more_d);
-    for (c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - share * (more_d[c] + mean * d[c]);
+    for (c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - across * (more_d[c] + mean * d[c]);
     return 1;
 }
 
 /* A search direction in the patch's plane, downhill, as a change of the area coordinates. */
 static void direction_in_plane(const struct haptable_energy* e, float d[3]) {
-    if (newton(e->hessian_j, e->gradient_j, d) || direction_over_bend(e, d)) return;
+    if (newton(e->hessian_j, e->gradient_j, d) || direction_over_curvature(e, d)) return;
     /* A sliver: each coordinate on its own. */
     d[1] = e->gauss_newton_j[0] > 0.0f ? -0.5f * e->gradient_j[0] / e->gauss_newton_j[0] : 0.0f;
     d[2] = e->gauss_newton_j[2] > 0.0f ? -0.5f * e->gradient_j[1] / e->gauss_newton_j[2] : 0.0f;
@@ -148,7 +155,7 @@ static float second_along(const float h[3], int a, int b) {
  * how much E is foreseen to fall. */
 static float direction_along(const struct haptable_energy* e, int a, int b, float d[3]) {
     const float slope = slope_of(e, b) - slope_of(e, a);
-    const float least = LEAST_BEND * second_along(e->gauss_newton_j, a, b);
+    const float least = LEAST_CURVATURE * second_along(e->gauss_newton_j, a, b);
     float second = second_along(e->hessian_j, a, b);
     if (second < 0.0f) second = -second;
     if (second < least) second = least;
@@ -176,7 +183,7 @@ static int is_long(const struct haptable_model* model, uint16_t patch, const flo
     vec_sub(vertex_of(model, patch, 2), vertex_of(model, patch, 0), edge2);
     vec_add_scaled(d[1], edge1, step);
     vec_add_scaled(d[2], edge2, step);
-    return vec_dot(step, step) > model->tolerance_m * model->tolerance_m;
+    return vec_length2(step) > model->tolerance_m * model->tolerance_m;
 }
 
 /* From a vertex (the corner where alpha is 1) along one of the patch's two edges there, where that leads down. Returns
@@ -322,7 +329,7 @@ static int find_direction(struct walk* walk, struct point* here, float d[3]) {
 
 /* ---- the slide ------------------------------------------------------------------------------------------------ */
 
-/* Changes of E below this fraction of it are lost in its rounding: there the slope decides, so that g settles where the
+/* Changes of E below this fraction of it are lost in its rounding: there the slope decides, so that g rests where the
  * slope is 0 and not where E's digits end. */
 #define ENERGY_ROUNDING 4e-6f
 
@@ -393,7 +400,7 @@ static void direction_of(float d1, float d2, float d[3]) {
     d[0] = -(d1 + d2);
 }
 
-/* 1 where E falls into neither patch of the edge opposite to `corner`, and bends upwards along it; d leads to its
+/* 1 where E falls into neither patch of the edge opposite to `corner`, and is convex along it; d leads to its
  * minimum there. */
 static int rests_on_edge(struct walk* walk, int corner, const struct point* here, float d[3]) {
     const int a = next_corner(corner);
@@ -423,11 +430,10 @@ static int is_small(const float d[3]) {
     return 1;
 }
 
-/* 1 where it is known how the god-object goes with the finger: after a tick within a patch or on an edge, where E bends
- * upwards. */
+/* 1 where it is known how the god-object goes with the finger: after a tick within a patch or on an edge, where E is
+ * convex. */
 static int is_known(float sensitivity_per_m[2][3]) {
-    return vec_dot(sensitivity_per_m[0], sensitivity_per_m[0]) + vec_dot(sensitivity_per_m[1], sensitivity_per_m[1]) >
-           0.0f;
+    return vec_length2(sensitivity_per_m[0]) + vec_length2(sensitivity_per_m[1]) > 0.0f;
 }
 
 /* The load is taken to first order where neither it nor u = x - g changes by more than this part of itself: what is
@@ -445,8 +451,7 @@ static void correct(struct walk* walk, const float d[3], const struct haptable_c
     here->at = *corrected;
     vec_add_scaled(d[1], e->load_gradient_n[0], change);
     vec_add_scaled(d[2], e->load_gradient_n[1], change);
-    if (vec_dot(change, change) <= most * vec_dot(e->load_n, e->load_n) &&
-        moved2 <= most * gap2(walk->x_m, here->at.god_object_m))
+    if (vec_length2(change) <= most * vec_length2(e->load_n) && moved2 <= most * gap2(walk->x_m, here->at.god_object_m))
         vec_add_scaled(1.0f, change, e->load_n);
     else
         evaluate(walk, here);
@@ -516,7 +521,7 @@ static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float 
 /* 1 where the finger is under the plane of the patch with that normal, not far aside, and pressing on it. */
 static inline int presses_under(const float normal[3], const float u[3], const float load_n[3]) {
     const float depth = -vec_dot(normal, u);
-    return depth > 0.0f && 2.0f * depth * depth > vec_dot(normal, normal) * vec_dot(u, u) &&
+    return depth > 0.0f && 2.0f * depth * depth > vec_length2(normal) * vec_length2(u) &&
            vec_dot(normal, load_n) < 0.0f;
 }
 
@@ -540,8 +545,8 @@ static int presses_from_edge(const struct haptable_model* model, uint16_t patch,
 /* See surely_presses; on the edge opposite to `corner`. */
 static int presses_on_edge(const struct haptable_model* model, const struct haptable_contact* at, int corner,
                            const float u[3], const float load_n[3]) {
-    const uint16_t a = model->patch[at->patch][next_corner(corner)];
-    const uint16_t b = model->patch[at->patch][previous_corner(corner)];
+    const uint16_t a = vertex_after(model, at->patch, corner);
+    const uint16_t b = vertex_before(model, at->patch, corner);
     struct across across = across_begin(model, at->patch, corner);
     if (model->neighbour[at->patch][corner] == HAPTABLE_NONE) return 0;
     for (; across.patch != HAPTABLE_NONE; across_next(model, &across))
@@ -591,7 +596,7 @@ int haptable_contact_surely_presses(const struct haptable_model* model, const st
 
 static enum haptable_sight look_from(const struct walk* walk, struct haptable_servo* servo,
                                      const struct haptable_contact* from) {
-    return haptable_surface_sight(walk->model, from, walk->x_m, HAPTABLE_TICK_BOXES, &servo->segment, &servo->counters);
+    return haptable_surface_sight(walk->model, servo, from, walk->x_m);
 }
 
 /* Looks at the finger from where the god-object of a tick rests and, where it is not seen from there, from the nearest
@@ -703,7 +708,7 @@ static int goes_on(struct walk* walk, struct haptable_servo* servo, struct point
 }
 
 /* To where the god-object of a tick rests. Where it rested and the finger stays, it stays to the last bit. */
-static void settle(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
+static void minimise(struct walk* walk, struct haptable_servo* servo, int is_new, struct point* here) {
     const int rested = !is_new && is_known(servo->sensitivity_per_m);
     here->at = walk->freed ? *walk->freed : servo->contact;
     vec_copy(here->at.load_n, here->energy.load_n);
@@ -746,9 +751,9 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     struct walk walk = {.model = model, .x_m = x_m, .freed = haptable_freed_contact(model, servo)};
     struct point here;
     int slides;
-    if (is_new && !haptable_surface_enter(model, x_m, &servo->segment, contact, &servo->counters)) return;
+    if (is_new && !haptable_surface_enter(model, servo, x_m)) return;
     for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
-        settle(&walk, servo, is_new, &here);
+        minimise(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);
         if (haptable_contact_decide(model, servo, look(&walk, servo, &here, earlier))) return;

@@ -13,8 +13,8 @@ static float root(float x) { return x > HAPTABLE_ROOT_LEAST ? x * vec_inverse_ro
 
 /* The largest gain whose force is within r of the last force given, B, or of a part of it. before: |F| > 0 */
 static float gain_within(float r, const float force_n[3], const float before_n[3]) {
-    const float force2 = vec_dot(force_n, force_n);
-    const float before2 = vec_dot(before_n, before_n);
+    const float force2 = vec_length2(force_n);
+    const float before2 = vec_length2(before_n);
     const float along = vec_dot(force_n, before_n);
     float across2;
     if (along <= 0.0f) return r / root(force2);
@@ -28,10 +28,10 @@ void haptable_limit_rate(const struct haptable_model* model, struct haptable_ser
     const float r = model->rate_n;
     float change[3];
     float gain;
-    change[0] = servo->gain * force_n[0] - servo->given_n[0];
-    change[1] = servo->gain * force_n[1] - servo->given_n[1];
-    change[2] = servo->gain * force_n[2] - servo->given_n[2];
-    if (vec_dot(change, change) <= r * r) return; /* most ticks */
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) change[i] = servo->gain * force_n[i] - servo->given_n[i];
+    if (vec_length2(change) <= r * r) return; /* most ticks */
     gain = gain_within(r, force_n, servo->given_n);
     if (gain >= servo->gain) return;
     servo->gain = gain;
@@ -42,10 +42,10 @@ void haptable_limit_mean(const struct haptable_model* model, struct haptable_ser
     const float limit2 = model->mean_limit_n2;
     float most2;
     float force2;
-    servo->mean_n2 += model->mean_share * (vec_dot(servo->given_n, servo->given_n) - servo->mean_n2);
+    servo->mean_n2 += model->mean_share * (vec_length2(servo->given_n) - servo->mean_n2);
     if (servo->mean_n2 <= 0.5f * limit2) return; /* most ticks */
     most2 = limit2 + (limit2 - servo->mean_n2) * model->mean_slope;
-    force2 = vec_dot(force_n, force_n);
+    force2 = vec_length2(force_n);
     if (servo->gain * servo->gain * force2 <= most2) return;
     servo->gain = root(most2 / force2);
     ++servo->counters.mean_limits;
@@ -54,14 +54,12 @@ void haptable_limit_mean(const struct haptable_model* model, struct haptable_ser
 void haptable_limit_force(const struct haptable_model* model, struct haptable_servo* servo,
                           struct haptable_output* out) {
     const int touches = servo->contact.patch != HAPTABLE_NONE;
-    const int has_left = !touches && vec_dot(out->force_n, out->force_n) == 0.0f;
+    const int has_left = !touches && vec_length2(out->force_n) == 0.0f;
     if (has_left) servo->gain = 1.0f;
     if (model->mean) model->mean(model, servo, out->force_n);
     if (model->rate && !has_left) model->rate(model, servo, out->force_n); /* no force is within any rate */
     if (!(servo->gain < 1.0f)) return;                                     /* most ticks */
-    out->force_n[0] *= servo->gain;
-    out->force_n[1] *= servo->gain;
-    out->force_n[2] *= servo->gain;
+    vec_scale(servo->gain, out->force_n);
     if (!touches) return;
     ++servo->counters.limited_ticks;
     servo->state = out->state = HAPTABLE_LIMITED;

@@ -16,7 +16,7 @@ float haptable_brake_of(const struct haptable_model* model, float given_j, float
  * at most max_force_n. */
 void haptable_passivity_control(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]) {
-    const float motion2 = vec_dot(motion_m, motion_m);
+    const float motion2 = vec_length2(motion_m);
     float brake;
     servo->given_j += vec_dot(servo->given_n, motion_m);
     brake = haptable_brake_of(model, servo->given_j, motion2);

@@ -30,14 +30,14 @@ void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, 
  * the body's diagonal. */
 #define HAPTABLE_THIN_AREA 0x1p28f
 
-/* Of its edges from corner 0 and their cross product. */
+/* 1 where a patch may be thin by its edges from corner 0 and their cross product. */
 static inline int haptable_patch_has_thin_frame(const struct haptable_model* model, const float edge1[3],
                                                 const float edge2[3], const float normal[3]) {
     const float thin_m = HAPTABLE_EDGE_REACH / HAPTABLE_NEAR_BORDER * model->tolerance_m;
     const float area_m2 = HAPTABLE_THIN_AREA * model->tolerance_m * model->tolerance_m;
-    const float area2 = vec_dot(normal, normal);
+    const float area2 = vec_length2(normal);
     if (area2 >= area_m2 * area_m2) return 0; /* on a body of not too many patches */
-    return area2 < 2.0f * thin_m * thin_m * (vec_dot(edge1, edge1) + vec_dot(edge2, edge2));
+    return area2 < 2.0f * thin_m * thin_m * (vec_length2(edge1) + vec_length2(edge2));
 }
 
 static inline int haptable_patch_is_thin(const struct haptable_model* model, uint16_t patch) {
@@ -46,7 +46,11 @@ static inline int haptable_patch_is_thin(const struct haptable_model* model, uin
 
 /* 1 where area coordinates leave it open whether a point is out of reach of every edge. */
 static inline int haptable_patch_is_on_rim(const float alpha[3]) {
-    return alpha[0] < HAPTABLE_NEAR_BORDER || alpha[1] < HAPTABLE_NEAR_BORDER || alpha[2] < HAPTABLE_NEAR_BORDER;
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i)
+        if (alpha[i] < HAPTABLE_NEAR_BORDER) return 1;
+    return 0;
 }
 
 /* 0 where a point of a patch is out of reach of every edge. */
@@ -56,9 +60,9 @@ static inline int haptable_patch_is_near_border(const struct haptable_model* mod
 }
 
 /* Puts a point of a patch that is next to an edge onto that, or onto a vertex that is near too: what lies there is to
- * be asked what is inside and what is outside. Returns 0, and leaves the point, where it is farther from every edge.
+ * be asked what is inside and what is outside. One that is farther from every edge stays.
  * after: alpha as above. */
-int haptable_patch_onto_border(const struct haptable_model* model, struct haptable_contact* point);
+void haptable_patch_onto_border(const struct haptable_model* model, struct haptable_contact* point);
 
 /* The corner whose opposite edge is within thin_m of a point of the edge opposite to `corner`; -1: both are farther,
  * the patch is not that thin there. */

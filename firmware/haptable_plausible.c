@@ -43,7 +43,7 @@ int haptable_plausible_motion(const struct haptable_model* model, struct haptabl
     float motion[3];
     float motion2;
     vec_sub(finger_m, servo->finger_m, motion);
-    motion2 = vec_dot(motion, motion);
+    motion2 = vec_length2(motion);
     if (motion2 <= model->max_motion_m * model->max_motion_m && servo->distrust_ticks == 0) return 1; /* most ticks */
     return judge(model, servo, finger_m, motion2, elapsed_us);
 }

@@ -379,8 +379,8 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
 }
 
 /* Curvature and the load's slope: r_b = e_b + C_b f. before: hessian_j is f^T C_bc f. */
-static inline void bend(const struct sym_factored* factored, float e[2][3], float first_m[2][3],
-                        struct haptable_energy* energy) {
+static inline void put_second_order(const struct sym_factored* factored, float e[2][3], float first_m[2][3],
+                                    struct haptable_energy* energy) {
     float s_r[2][3];
     int b;
     for (b = 0; b < 2; ++b) {
@@ -515,7 +515,7 @@ static inline void whole_energy(const struct haptable_model* model, const float*
     bend_net(block, degree, f, lifted, energy->hessian_j);
     edges_of(model, contact->patch, e);
     for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
-    bend(&factored, e, first_m, energy);
+    put_second_order(&factored, e, first_m, energy);
     if (steps) {
         vec_no_number(energy->load_gradient_n[0]);
         vec_no_number(energy->load_gradient_n[1]);

@@ -88,19 +88,13 @@ static float distance(const float a[3], const float b[3]) {
     float gap[3];
     float gap2;
     vec_sub(a, b, gap);
-    gap2 = vec_dot(gap, gap);
+    gap2 = vec_length2(gap);
     return gap2 > HAPTABLE_ROOT_LEAST ? gap2 * vec_inverse_root(gap2) : 0.0f;
-}
-
-static void scale(float by, float v[3]) {
-    v[0] *= by;
-    v[1] *= by;
-    v[2] *= by;
 }
 
 static void scale_loads(float by, struct haptable_output* out) {
     int corner;
-    for (corner = 0; corner < 3; ++corner) scale(by, out->nodal_force_n[corner]);
+    for (corner = 0; corner < 3; ++corner) vec_scale(by, out->nodal_force_n[corner]);
 }
 
 /* The loads of the dent that the finger left. */
@@ -115,14 +109,14 @@ static void put_dent(const struct haptable_relaxed* relaxed, struct haptable_out
 }
 
 /* The surface is where the finger is. */
-static void follow(const struct haptable_model* model, struct haptable_relaxed* relaxed, float size, float inverse,
-                   struct haptable_output* out) {
+static void press_on(const struct haptable_model* model, struct haptable_relaxed* relaxed, float size, float inverse,
+                     struct haptable_output* out) {
     advance(model, relaxed, size - relaxed->dent);
     relaxed->dent = size;
     relaxed->dent_lost = 0.0f;
     relaxed->stress = model->rest_share * size + relaxed->branches;
     if (!(relaxed->stress > 0.0f)) relaxed->stress = 0.0f;
-    scale(relaxed->stress * inverse, out->force_n);
+    vec_scale(relaxed->stress * inverse, out->force_n);
     haptable_relaxation_note(relaxed, out);
 }
 
@@ -152,7 +146,7 @@ void haptable_relaxation_slide(const struct haptable_model* model, const struct 
     relaxed->touches = touches;
     left = relaxed->stress - relaxed->fall;
     if (touches && left + model->tick_share * (size - relaxed->dent) > 0.0f) {
-        follow(model, relaxed, size, inverse, out);
+        press_on(model, relaxed, size, inverse, out);
         return;
     }
     vec_zero(out->force_n);

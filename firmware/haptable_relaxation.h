@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What haptable_relaxation.c and haptable_relaxation_held.c share.
+ * What haptable_relaxation.c and haptable_relaxation_held.c are made of.
  */
 #ifndef HAPTABLE_RELAXATION_H
 #define HAPTABLE_RELAXATION_H

@@ -74,7 +74,7 @@ static int is_held(const struct haptable_relaxed* relaxed, const struct haptable
     float moved[3];
     if (out->patch == HAPTABLE_NONE || !relaxed->touches || !(relaxed->stress > 0.0f || relaxed->held)) return 0;
     vec_sub(out->god_object_m, relaxed->god_object_m, moved);
-    return vec_dot(moved, moved) == 0.0f;
+    return vec_length2(moved) == 0.0f;
 }
 
 static int is_grabbed(const struct haptable_model* model, const struct haptable_servo* servo) {

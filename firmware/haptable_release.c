@@ -21,8 +21,8 @@ static float shown_stiffness2(const struct haptable_model* model, struct haptabl
     float u2;
     float force2;
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    u2 = vec_dot(u, u);
-    force2 = vec_dot(force_n, force_n);
+    u2 = vec_length2(u);
+    force2 = vec_length2(force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
     if (model->relax) {
         const float dent = haptable_relaxed_of(model, servo)->dent;
@@ -35,32 +35,28 @@ static float shown_stiffness2(const struct haptable_model* model, struct haptabl
 /* 1 where the force changed by more than the finger's motion explains; without contact, where it has ended. */
 static int has_jumped(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3],
                       const float change_n[3], const float motion_m[3]) {
-    const float change2 = vec_dot(change_n, change_n);
+    const float change2 = vec_length2(change_n);
     if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;
     if (change2 <= model->release_n * model->release_n) return 0; /* most ticks */
-    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, force_n) * vec_dot(motion_m, motion_m) +
+    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, force_n) * vec_length2(motion_m) +
                          model->release_n * model->release_n;
 }
 
 /* Shortens R by release_n. */
 static void shorten(float by_n, float r[3]) {
-    const float size2 = vec_dot(r, r);
-    float scale;
+    const float size2 = vec_length2(r);
     if (size2 <= by_n * by_n) {
         vec_zero(r);
         return;
     }
-    scale = 1.0f - by_n * vec_inverse_root(size2);
-    r[0] *= scale;
-    r[1] *= scale;
-    r[2] *= scale;
+    vec_scale(1.0f - by_n * vec_inverse_root(size2), r);
 }
 
 /* What R does over the motion, given what the contact's force does, J. It brakes; or it holds back a force that has
  * come up at a jump, by no more than most_j. That much the finger has not paid of what is stored: it is owed, and until
  * it is paid nothing pushes the finger. */
 static void hold_back(float contact_j, float most_j, const float motion_m[3], struct haptable_servo* servo) {
-    const float motion2 = vec_dot(motion_m, motion_m);
+    const float motion2 = vec_length2(motion_m);
     const float before = vec_dot(servo->released_n, motion_m);
     float kept = before < most_j ? before : most_j;
     float given;
@@ -100,7 +96,7 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
         servo->owed_j = 0.0f;
         servo->felt_known = 1;
     }
-    is_first = vec_dot(servo->felt_n, servo->felt_n) == 0.0f;
+    is_first = vec_length2(servo->felt_n) == 0.0f;
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
     vec_copy(force_n, held);
@@ -111,7 +107,7 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
         vec_add_scaled(1.0f, change, held);
         contact_j = vec_dot(held, motion_m);
     } else {
-        if (!(vec_dot(servo->released_n, servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
+        if (!(vec_length2(servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
         vec_add_scaled(0.5f, change, held);
         contact_j = vec_dot(held, motion_m);
         most_j = most_owed(servo, is_first, force_n, contact_j);

@@ -2,7 +2,7 @@
  *
  * gain <- min(1, gain + resume_gain),   from 0 where contact begins inside the body
  *
- * The nearest patch of the whole surface is looked for over several ticks. Inside of it begins a contact, which the
+ * The nearest patch of the whole surface is sought over several ticks. Inside of it begins a contact, which the
  * god-object then slides on, or lets go where the finger is seen outside.
  */
 #include "haptable_model.h"
@@ -17,7 +17,7 @@ static void begin(struct haptable_servo* servo) {
     servo->nearest_m2 = HAPTABLE_MOST;
 }
 
-static void look_at(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
+static void try_patch(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact nearest;
     float distance2;
     haptable_patch_nearest(model, servo->seek_patch, x_m, &nearest);
@@ -29,7 +29,7 @@ static void look_at(const struct haptable_model* model, struct haptable_servo* s
     ++servo->seek_patch;
 }
 
-/* All patches were looked at: contact, where the finger is not outside of the nearest. */
+/* All patches were tried: contact, where the finger is not outside of the nearest. */
 static void end(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     struct haptable_contact nearest = *contact;
@@ -61,6 +61,6 @@ void haptable_resume_ramp(const struct haptable_model* model, struct haptable_se
     if (!servo->finger_known) begin(servo);
     if (servo->seek_patch == HAPTABLE_NONE) return;
     for (patches = 0; patches < HAPTABLE_SEEK_PATCHES && servo->seek_patch < model->patch_count; ++patches)
-        look_at(model, servo, x_m);
+        try_patch(model, servo, x_m);
     if (servo->seek_patch >= model->patch_count) end(model, servo, x_m);
 }

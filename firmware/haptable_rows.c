@@ -22,10 +22,13 @@ static void load_of(const struct haptable_model* model, const struct haptable_co
     }
 }
 
+/* The finger moves so far, m, for a column of S: its load is linear in that. */
+#define UNIT_M 1e-3f
+
 /* How much of the contact's load was given: limits, and what is owed, may have lowered it. */
-static float share_of(const float load_n[3], const float given_n[3]) {
-    const float load2 = vec_dot(load_n, load_n);
-    const float given2 = vec_dot(given_n, given_n);
+static float given_part(const float load_n[3], const float given_n[3]) {
+    const float load2 = vec_length2(load_n);
+    const float given2 = vec_length2(given_n);
     float share2;
     if (!(load2 > HAPTABLE_NO_FORCE2 && given2 > HAPTABLE_NO_FORCE2)) return 0.0f;
     share2 = given2 / load2;
@@ -35,31 +38,30 @@ static float share_of(const float load_n[3], const float given_n[3]) {
 int haptable_rows_alone(const struct haptable_model* model, const struct haptable_servo* servo, int finger,
                         const float load_n[3], float (*a)[HAPTABLE_ROWS]) {
     const struct haptable_contact* contact = &servo->contact;
-    const float unit_m = 1e-3f;
     const int at = 3 * finger;
     float across[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
-    float share = 0.0f;
+    float part = 0.0f;
     float volume = 0.0f;
     int i;
     int j;
     if (contact->patch != HAPTABLE_NONE) {
         float full_n[3];
         load_of(model, contact, servo->finger_m, full_n);
-        share = share_of(full_n, load_n);
+        part = given_part(full_n, load_n);
     }
-    if (share > 0.0f) {
+    if (part > 0.0f) {
         float s[3][3];
         for (i = 0; i < 3; ++i) {
             float at_m[3];
             float column_n[3];
             vec_copy(contact->god_object_m, at_m);
-            at_m[i] += unit_m;
+            at_m[i] += UNIT_M;
             load_of(model, contact, at_m, column_n);
             vec_zero(s[i]);
-            vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* unit_m as it was rounded */
+            vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* UNIT_M as it was rounded */
         }
         for (i = 0; i < 3; ++i) vec_cross(s[(i + 1) % 3], s[(i + 2) % 3], across[i]);
-        volume = share * vec_dot(s[0], across[0]);
+        volume = part * vec_dot(s[0], across[0]);
     }
     for (i = 0; i < 3; ++i) {
         for (j = 0; j <= i; ++j)

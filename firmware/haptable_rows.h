@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The compliance of one contact, three rows: what haptable_rows_of_one and haptable_rows_of_two share.
+ * The compliance of one contact, three rows: what haptable_rows_of_one and haptable_rows_of_two are made of.
  */
 #ifndef HAPTABLE_ROWS_H
 #define HAPTABLE_ROWS_H

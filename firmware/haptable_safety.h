@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What the parts of the state machine share (docs/SAFETY.md): faults, and the check of the tables.
+ * What all parts of the state machine use (docs/SAFETY.md): faults, and the check of the tables.
  */
 #ifndef HAPTABLE_SAFETY_H
 #define HAPTABLE_SAFETY_H

@@ -11,9 +11,9 @@
 #define SHARP2 0.09f
 
 static int has_sharp_corner(const float edge1[3], const float edge2[3], const float normal[3]) {
-    const float across2 = vec_dot(normal, normal);
-    const float a2 = vec_dot(edge1, edge1);
-    const float b2 = vec_dot(edge2, edge2);
+    const float across2 = vec_length2(normal);
+    const float a2 = vec_length2(edge1);
+    const float b2 = vec_length2(edge2);
     const float c2 = gap2(edge1, edge2);
     return across2 <= SHARP2 * a2 * b2 || across2 <= SHARP2 * b2 * c2 || across2 <= SHARP2 * c2 * a2;
 }

@@ -14,28 +14,14 @@ void haptable_contact_of_one(const struct haptable_scene* scene, void* state, co
     if (in[0].is_there) haptable_servo_step(scene->model, haptable_scene_servo(state, 0), x_m[0], now_us, &out[0]);
 }
 
-/* The tick of a finger that came back after silence, or is away. Apart: most ticks save no register for it. */
-#if defined(__GNUC__)
-__attribute__((noinline))
-#endif
-static void
-step_silent(const struct haptable_scene* scene, struct haptable_servo* servo, const struct haptable_input* in,
-            uint32_t now_us, struct haptable_output* out) {
-    (void)haptable_servo_watch(servo, in->is_there ? now_us : servo->position_us + HAPTABLE_SILENCE_US, out);
-    if (!in->is_there) return;
-    haptable_servo_buttons(servo, in->buttons);
-    haptable_servo_step(scene->model, servo, in->finger_m, now_us, out);
-}
-
 /* As haptable_step_held, in few instructions: a tick of the paper's mode takes 800. */
 void haptable_step_one(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                        uint32_t now_us, struct haptable_output out[]) {
     struct haptable_servo* servo = haptable_scene_servo(state, 0);
-    if (!in[0].is_there || now_us - servo->position_us >= HAPTABLE_SILENCE_US) {
-        step_silent(scene, servo, in, now_us, out);
-    } else {
-        servo->pressed = in[0].buttons & ~servo->buttons;
-        servo->buttons = in[0].buttons;
-        haptable_servo_step(scene->model, servo, in[0].finger_m, now_us, out);
-    }
+    const uint32_t known_us = in[0].is_there ? now_us : servo->position_us + HAPTABLE_SILENCE_US;
+    if (known_us - servo->position_us >= HAPTABLE_SILENCE_US) (void)haptable_servo_watch(servo, known_us, &out[0]);
+    if (!in[0].is_there) return;
+    servo->pressed = in[0].buttons & ~servo->buttons;
+    servo->buttons = in[0].buttons;
+    haptable_servo_step(scene->model, servo, in[0].finger_m, now_us, &out[0]);
 }

@@ -14,7 +14,7 @@
 
 /* ---- a plane ----------------------------------------------------------------------------------------------------- */
 
-/* Of u over a unit normal, m, or over more of them. */
+/* The side of a height of u over a unit normal, m, or over several. */
 static enum haptable_side side_of_height(const struct haptable_model* model, float over) {
     const float rounding = HAPTABLE_ROUNDING * model->tolerance_m;
     if (over > rounding) return HAPTABLE_SIDE_OUTSIDE;
@@ -23,7 +23,8 @@ static enum haptable_side side_of_height(const struct haptable_model* model, flo
 
 /* ---- outwards ---------------------------------------------------------------------------------------------------- */
 
-/* arccos x for -1 <= x <= 1, to 7e-5 rad (Abramowitz and Stegun 4.4.45). It weighs normals: no digit of a force. */
+/* arccos x for -1 <= x <= 1, beyond as at the end, to 7e-5 rad (Abramowitz and Stegun 4.4.45). It weighs normals: no
+ * digit of a force. */
 static float angle_of_cosine(float x) {
     const float c = vec_magnitude(x);
     const float polynomial = 1.5707288f + c * (-0.2121144f + c * (0.0742610f - c * 0.0187293f));
@@ -36,29 +37,26 @@ static float angle_of_cosine(float x) {
 #define NO_LENGTH2 1e-37f
 
 float haptable_side_inverse_length(const float v[3]) {
-    const float length2 = vec_dot(v, v);
+    const float length2 = vec_length2(v);
     return length2 < NO_LENGTH2 ? 0.0f : vec_inverse_root(length2);
 }
 
 /* Adds the unit normal of the patch between two edges of a vertex, weighted by the angle between them. */
 static inline void add_weighted_normal(const float one[3], const float two[3], float sum[3]) {
-    const float lengths2 = vec_dot(one, one) * vec_dot(two, two);
+    const float lengths2 = vec_length2(one) * vec_length2(two);
     const float cosine = lengths2 > HAPTABLE_ROOT_LEAST ? vec_dot(one, two) * vec_inverse_root(lengths2) : 1.0f;
     float normal[3];
     vec_cross(one, two, normal);
-    vec_add_scaled(haptable_side_inverse_length(normal) *
-                       angle_of_cosine(cosine > 1.0f ? 1.0f : (cosine < -1.0f ? -1.0f : cosine)),
-                   normal, sum);
+    vec_add_scaled(haptable_side_inverse_length(normal) * angle_of_cosine(cosine), normal, sum);
 }
 
 /* What the fan's vertex, which is at at_m, sees of its patch. */
 static void see(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m,
                 struct haptable_seen* seen) {
-    const uint16_t* v = model->patch[fan->patch];
     seen->patch = fan->patch;
     seen->pieces = 1;
-    seen->end[0] = v[next_corner(fan->corner)];
-    seen->end[1] = v[previous_corner(fan->corner)];
+    seen->end[0] = vertex_after(model, fan->patch, fan->corner);
+    seen->end[1] = vertex_before(model, fan->patch, fan->corner);
     if (model->slivers) model->slivers->see(model, fan, at_m, thin_m, seen);
 }
 
@@ -117,7 +115,7 @@ struct around_edge {
 };
 
 /* One patch of the edge from vertex_m[a] to vertex_m[b]. across: (b - a) x u. */
-static void look_over(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float u[3],
+static void add_patch(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float u[3],
                       const float across[3], struct around_edge* edge) {
     const int runs_along = corner_of(model, patch, b) == next_corner(corner_of(model, patch, a));
     float edge1[3];
@@ -139,28 +137,28 @@ static void look_over(const struct haptable_model* model, uint16_t patch, uint16
 
 /* The same; where the patch is so thin at the point at_m that its normal says nothing, what lies beyond its other edge
  * there. */
-static void look_beyond(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float at_m[3],
-                        float thin_m, const float u[3], const float across[3], struct around_edge* edge) {
+static void add_beyond(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float at_m[3],
+                       float thin_m, const float u[3], const float across[3], struct around_edge* edge) {
     uint16_t end[2];
     end[0] = a;
     end[1] = b;
     if (model->slivers) model->slivers->beyond(model, &patch, end, at_m, thin_m);
-    look_over(model, patch, end[0], end[1], u, across, edge);
+    add_patch(model, patch, end[0], end[1], u, across, edge);
 }
 
 /* See haptable_side_of; on the edge opposite to `corner`, at at_m of it. */
 static enum haptable_side side_of_edge(const struct haptable_model* model, uint16_t patch, int corner,
                                        const float at_m[3], const float u[3], float thin_m) {
     struct across other = across_begin(model, patch, corner);
-    const uint16_t a = model->patch[patch][next_corner(corner)];
-    const uint16_t b = model->patch[patch][previous_corner(corner)];
+    const uint16_t a = vertex_after(model, patch, corner);
+    const uint16_t b = vertex_before(model, patch, corner);
     struct around_edge edge = {0.0f, 0.0f, 0.0f};
     float along[3];
     float across[3];
     vec_sub(model->vertex_m[b], model->vertex_m[a], along);
     vec_cross(along, u, across);
     while (patch != HAPTABLE_NONE) {
-        look_beyond(model, patch, a, b, at_m, thin_m, u, across, &edge);
+        add_beyond(model, patch, a, b, at_m, thin_m, u, across, &edge);
         patch = other.patch;
         if (patch != HAPTABLE_NONE) across_next(model, &other);
     }
@@ -190,8 +188,8 @@ HAPTABLE_CALLED void note_edge(const struct edge* edge, uint16_t patch, int corn
 
 /* Takes what is seen of the fan's patch: on which side of its plane u is; the patch or one of its two edges, where u
  * reaches farther along it. */
-static void look_at(const struct haptable_model* model, const struct fan* fan, const float u[3], float thin_m,
-                    struct around_vertex* around) {
+static void note_patch(const struct haptable_model* model, const struct fan* fan, const float u[3], float thin_m,
+                       struct around_vertex* around) {
     const float* at_m = model->vertex_m[fan->vertex];
     struct haptable_seen seen;
     struct edge edge[3];
@@ -210,7 +208,7 @@ static void look_at(const struct haptable_model* model, const struct fan* fan, c
             around->is_under_one = 1;
         if ((one->rise > 0.0f || two->rise > 0.0f) && leads_between(one, two)) {
             const float over = vec_dot(normal, u);
-            note_part(vec_dot(u, u) - over * (over / vec_dot(normal, normal)), seen.patch, -1, around);
+            note_part(vec_length2(u) - over * (over / vec_length2(normal)), seen.patch, -1, around);
         } else {
             if (i == 0) note_edge(one, fan->patch, previous_corner(fan->corner), around);
             if (i + 1 == seen.pieces) note_edge(two, fan->patch, next_corner(fan->corner), around);
@@ -218,11 +216,11 @@ static void look_at(const struct haptable_model* model, const struct fan* fan, c
     }
 }
 
-static void look_around(const struct haptable_model* model, uint16_t patch, int corner, const float u[3], float thin_m,
-                        struct around_vertex* around) {
+static void note_fan(const struct haptable_model* model, uint16_t patch, int corner, const float u[3], float thin_m,
+                     struct around_vertex* around) {
     struct fan fan = fan_begin(model, patch, corner);
     int patches = 0;
-    do look_at(model, &fan, u, thin_m, around);
+    do note_patch(model, &fan, u, thin_m, around);
     while (++patches < HAPTABLE_FAN_PATCHES && fan_next(model, &fan));
 }
 
@@ -236,9 +234,13 @@ enum haptable_side haptable_side_of(const struct haptable_model* model, const st
     float at_m[3];
     vec_copy(contact->god_object_m, at_m);
     if (feature == ON_VERTEX) {
-        struct around_vertex around = {0, 0, 0.0f, HAPTABLE_NONE, -1};
+        struct around_vertex around;
+        around.is_over_one = 0;
+        around.is_under_one = 0;
+        around.reach2 = 0.0f;
+        around.patch = HAPTABLE_NONE;
         thin_m = HAPTABLE_VERTEX_REACH * model->tolerance_m;
-        look_around(model, patch, corner, u, thin_m, &around);
+        note_fan(model, patch, corner, u, thin_m, &around);
         if (!around.is_over_one) return HAPTABLE_SIDE_INSIDE;
         if (!around.is_under_one) return HAPTABLE_SIDE_OUTSIDE;
         if (around.patch == HAPTABLE_NONE) { /* the mean of the vertex's normals has the sign */

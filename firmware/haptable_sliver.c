@@ -24,7 +24,7 @@ static void see_beyond(const struct haptable_model* model, const struct fan* fan
     vec_sub(model->vertex_m[seen->end[1]], at_m, two);
     if (vec_dot(one, two) >= 0.0f) return; /* most patches: the vertex's foot is not between */
     vec_cross(one, two, normal);
-    if (vec_dot(normal, normal) > thin_m * thin_m * gap2(one, two) || across == HAPTABLE_NONE) return;
+    if (vec_length2(normal) > thin_m * thin_m * gap2(one, two) || across == HAPTABLE_NONE) return;
     seen->patch = across;
     seen->pieces = 2;
     seen->end[2] = seen->end[1];

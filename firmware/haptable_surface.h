@@ -12,6 +12,15 @@ static inline int next_corner(int corner) { return corner == 2 ? 0 : corner + 1;
 
 static inline int previous_corner(int corner) { return corner == 0 ? 2 : corner - 1; }
 
+/* The vertices of a patch's edge opposite to `corner`: after the corner, and before it. */
+HAPTABLE_INLINE uint16_t vertex_after(const struct haptable_model* model, uint16_t patch, int corner) {
+    return model->patch[patch][next_corner(corner)];
+}
+
+HAPTABLE_INLINE uint16_t vertex_before(const struct haptable_model* model, uint16_t patch, int corner) {
+    return model->patch[patch][previous_corner(corner)];
+}
+
 static inline const float* vertex_of(const struct haptable_model* model, uint16_t patch, int corner) {
     return model->vertex_m[model->patch[patch][corner]];
 }
@@ -28,7 +37,7 @@ HAPTABLE_INLINE void patch_frame(const struct haptable_model* model, uint16_t pa
 HAPTABLE_INLINE float gap2(const float a[3], const float b[3]) {
     float d[3];
     vec_sub(a, b, d);
-    return vec_dot(d, d);
+    return vec_length2(d);
 }
 
 HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_contact* contact) {
@@ -37,6 +46,7 @@ HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_c
     const float* c = vertex_of(model, contact->patch, 2);
     const float* alpha = contact->alpha;
     int i;
+    HAPTABLE_UNROLLED
     for (i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
 }
 
@@ -103,7 +113,7 @@ struct across {
     int corner;     /* of `from`, opposite to the edge */
 };
 
-static inline void across_next(const struct haptable_model* model, struct across* across) {
+HAPTABLE_INLINE void across_next(const struct haptable_model* model, struct across* across) {
     across->patch =
         model->hinges ? model->hinges->next_across(model, across->from, across->corner, across->patch) : HAPTABLE_NONE;
 }
@@ -128,7 +138,7 @@ HAPTABLE_INLINE void edge_to(const struct haptable_model* model, uint16_t vertex
                              const float to_x[3], struct edge* edge) {
     vec_sub(model->vertex_m[vertex], at_m, edge->along);
     edge->rise = vec_dot(to_x, edge->along);
-    edge->length2 = vec_dot(edge->along, edge->along);
+    edge->length2 = vec_length2(edge->along);
 }
 
 /* 1 when the nearest point to x of the plane of two edges lies between them: normal equations, solved by Cramer. */
@@ -141,16 +151,22 @@ HAPTABLE_INLINE int leads_between(const struct edge* one, const struct edge* two
 enum place_on_patch { INSIDE, ON_EDGE, ON_VERTEX };
 
 HAPTABLE_INLINE enum place_on_patch feature_of(const float alpha[3], int* corner) {
-    const int zero0 = alpha[0] == 0.0f;
-    const int zero1 = alpha[1] == 0.0f;
-    const int zeros = zero0 + zero1 + (alpha[2] == 0.0f);
-    if (zeros == 0) return INSIDE;
-    if (zeros == 1) {
-        *corner = zero0 ? 0 : (zero1 ? 1 : 2);
-        return ON_EDGE;
+    int zeros = 0;
+    int zero = 0;
+    int other = 2;
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) {
+        if (alpha[i] == 0.0f) {
+            zero = i;
+            ++zeros;
+        } else {
+            other = i;
+        }
     }
-    *corner = !zero0 ? 0 : (!zero1 ? 1 : 2);
-    return ON_VERTEX;
+    if (zeros == 0) return INSIDE;
+    *corner = zeros == 1 ? zero : other;
+    return zeros == 1 ? ON_EDGE : ON_VERTEX;
 }
 
 #endif

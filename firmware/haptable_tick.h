@@ -22,6 +22,7 @@ static void put_nothing(uint8_t state, struct haptable_output* out) {
     vec_zero(out->alpha);
     vec_zero(out->god_object_m);
     vec_zero(out->force_n);
+    HAPTABLE_UNROLLED
     for (corner = 0; corner < 3; ++corner) {
         out->vertex[corner] = HAPTABLE_NONE;
         vec_zero(out->nodal_force_n[corner]);
@@ -37,7 +38,7 @@ static void drop_contact(struct haptable_servo* servo) {
 }
 
 /* No force, and no contact to come back to. */
-static void give_nothing(struct haptable_servo* servo, uint8_t state, struct haptable_output* out) {
+HAPTABLE_CALLED void give_nothing(struct haptable_servo* servo, uint8_t state, struct haptable_output* out) {
     drop_contact(servo);
     servo->state = state;
     put_nothing(state, out);
@@ -48,7 +49,7 @@ static void give_nothing(struct haptable_servo* servo, uint8_t state, struct hap
 static int is_position(const struct haptable_model* model, const float finger_m[3]) {
     float offset[3];
     vec_sub(finger_m, model->grid_origin_m, offset);
-    return vec_dot(offset, offset) <= model->workspace_limit_m * model->workspace_limit_m;
+    return vec_length2(offset) <= model->workspace_limit_m * model->workspace_limit_m;
 }
 
 static void put_contact(const struct haptable_model* model, const struct haptable_servo* servo,
@@ -67,7 +68,7 @@ static void put_contact(const struct haptable_model* model, const struct haptabl
 
 /* The last gate: what is not a force does not go to the device. */
 static void gate_force(const struct haptable_model* model, struct haptable_servo* servo, struct haptable_output* out) {
-    const float size2 = vec_dot(out->force_n, out->force_n);
+    const float size2 = vec_length2(out->force_n);
     if (!(size2 <= HAPTABLE_FORCE_LIMIT2)) {
         ++servo->counters.rejected_forces;
         haptable_fault(servo, HAPTABLE_FAULT_FORCE);
@@ -91,7 +92,7 @@ static void fade_contact(struct haptable_servo* servo) {
     servo->segment.unfinished = 0;
 }
 
-/* So often, and in every tick that fades, a contact is looked at whose finger may be far. */
+/* So often, and in every tick that fades, a contact is checked whose finger may be far. */
 #define HAPTABLE_FAR_TICKS 16u
 
 /* A finger that went through the body, or leapt, leaves its god-object behind, which would pull it for good. Where it
@@ -100,7 +101,7 @@ static void doubt_far_contact(const struct haptable_model* model, struct haptabl
     const float size_m = 1048576.0f * model->tolerance_m;
     float u[3];
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    if (servo->contact.patch != HAPTABLE_NONE && vec_dot(u, u) > size_m * size_m)
+    if (servo->contact.patch != HAPTABLE_NONE && vec_length2(u) > size_m * size_m)
         servo->undecided_ticks = HAPTABLE_UNDECIDED_TICKS;
 }
 
@@ -116,7 +117,7 @@ static void finish_force(const struct haptable_model* model, struct haptable_ser
     gate_force(model, servo, out);
 }
 
-/* 1 while nothing may be given: a fault stands, or nobody looked at the tables. Pressing the button ends a fault;
+/* 1 while nothing may be given: a fault stands, or the tables were not checked. Pressing the button ends a fault;
  * tables that were damaged are to be found well first. */
 static int is_faulted(const struct haptable_model* model, struct haptable_servo* servo) {
     if (servo->faults != 0 && (servo->pressed & HAPTABLE_BUTTON_ACKNOWLEDGE) != 0) {

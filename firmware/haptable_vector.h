@@ -14,6 +14,7 @@
 #define HAPTABLE_INLINE __attribute__((weak, noinline))
 #define HAPTABLE_CALLED static __attribute__((noinline))
 #define across_begin haptable_across_begin
+#define across_next haptable_across_next
 #define corner_of haptable_corner_of
 #define edge_to haptable_edge_to
 #define feature_of haptable_feature_of
@@ -30,12 +31,25 @@
 #define vec_cross haptable_vec_cross
 #define vec_dot haptable_vec_dot
 #define vec_inverse_root haptable_vec_inverse_root
+#define vec_length2 haptable_vec_length2
+#define vec_scale haptable_vec_scale
 #define vec_sub haptable_vec_sub
 #define vec_symmetric_product haptable_vec_symmetric_product
 #define vec_zero haptable_vec_zero
+#define vertex_after haptable_vertex_after
+#define vertex_before haptable_vertex_before
 #else
 #define HAPTABLE_INLINE static inline
 #define HAPTABLE_CALLED static inline
+#endif
+
+/* Before a loop of three that a sliding tick runs: its rounds one after the other, and with -Os a loop. */
+#if !defined(__GNUC__) || defined(__clang__)
+#define HAPTABLE_UNROLLED
+#elif defined(__OPTIMIZE_SIZE__)
+#define HAPTABLE_UNROLLED _Pragma("GCC unroll 1")
+#else
+#define HAPTABLE_UNROLLED _Pragma("GCC unroll 3")
 #endif
 
 /* vec_inverse_root is one between these. */
@@ -50,10 +64,12 @@
 
 HAPTABLE_INLINE float vec_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+HAPTABLE_INLINE float vec_length2(const float a[3]) { return vec_dot(a, a); }
+
 HAPTABLE_INLINE void vec_sub(const float a[3], const float b[3], float out[3]) {
-    out[0] = a[0] - b[0];
-    out[1] = a[1] - b[1];
-    out[2] = a[2] - b[2];
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) out[i] = a[i] - b[i];
 }
 
 HAPTABLE_INLINE void vec_add(const float a[3], const float b[3], float out[3]) {
@@ -63,9 +79,15 @@ HAPTABLE_INLINE void vec_add(const float a[3], const float b[3], float out[3]) {
 }
 
 HAPTABLE_INLINE void vec_cross(const float a[3], const float b[3], float out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
+    int i;
+    int j = 1;
+    int k = 2;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) {
+        out[i] = a[j] * b[k] - a[k] * b[j];
+        j = k;
+        k = i;
+    }
 }
 
 HAPTABLE_INLINE void vec_copy(const float a[3], float out[3]) {
@@ -78,16 +100,24 @@ HAPTABLE_INLINE void vec_zero(float out[3]) { out[0] = out[1] = out[2] = 0.0f; }
 
 /* out += s * a */
 HAPTABLE_INLINE void vec_add_scaled(float s, const float a[3], float out[3]) {
-    out[0] += s * a[0];
-    out[1] += s * a[1];
-    out[2] += s * a[2];
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) out[i] += s * a[i];
+}
+
+/* a *= s */
+HAPTABLE_INLINE void vec_scale(float s, float a[3]) {
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) a[i] *= s;
 }
 
 /* f = S u for a symmetric S stored as xx yy zz xy yz zx. */
 HAPTABLE_INLINE void vec_symmetric_product(const float s[6], const float u[3], float f[3]) {
-    f[0] = s[0] * u[0] + s[3] * u[1] + s[5] * u[2];
-    f[1] = s[3] * u[0] + s[1] * u[1] + s[4] * u[2];
-    f[2] = s[5] * u[0] + s[4] * u[1] + s[2] * u[2];
+    static const uint8_t at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    int i;
+    HAPTABLE_UNROLLED
+    for (i = 0; i < 3; ++i) f[i] = s[at[i][0]] * u[0] + s[at[i][1]] * u[1] + s[at[i][2]] * u[2];
 }
 
 /* Not a number, three times. */
@@ -121,6 +151,7 @@ HAPTABLE_INLINE float vec_inverse_root(float x) {
     guess.number = x;
     guess.bits = 0x5f3759dfu - (guess.bits >> 1);
     y = guess.number;
+    HAPTABLE_UNROLLED
     for (step = 0; step < 3; ++step) y = y * (1.5f - 0.5f * x * y * y);
     return y;
 }

@@ -231,10 +231,8 @@ TEST(Faults, AFingerInsideKeepsItsContactNextToAVertex) {
                 from.god_object_m[axis] = static_cast<float>(g[axis]);
                 finger_m[axis] = static_cast<float>(x[axis]);
             }
-            haptable_counters counters{};
-            haptable_segment segment{};
-            EXPECT_NE(haptable_surface_sight(model.get(), &from, finger_m, HAPTABLE_TICK_BOXES, &segment, &counters),
-                      HAPTABLE_SIGHT_CLEAR)
+            haptable_servo servo{};
+            EXPECT_NE(haptable_surface_sight(model.get(), &servo, &from, finger_m), HAPTABLE_SIGHT_CLEAR)
                 << shape.name << " trial " << trial;
             ++inside;
         }
@@ -257,11 +255,8 @@ TEST(Faults, AFingerStraightOverAVertexIsSeen) {
             from.alpha[c] = 1.0F;
             for (const float beside : {0.0F, 1e-22F, -1e-22F}) {
                 const float finger_m[3] = {0.0F, beside, 1e-4F};
-                haptable_counters counters{};
-                haptable_segment segment{};
-                EXPECT_EQ(
-                    haptable_surface_sight(model.get(), &from, finger_m, HAPTABLE_TICK_BOXES, &segment, &counters),
-                    HAPTABLE_SIGHT_CLEAR)
+                haptable_servo servo{};
+                EXPECT_EQ(haptable_surface_sight(model.get(), &servo, &from, finger_m), HAPTABLE_SIGHT_CLEAR)
                     << patch << " " << double(beside);
                 ++seen;
             }
@@ -316,14 +311,14 @@ haptable_contact on_surface(const TestModel& model, const Vector3d& x) {
 }
 
 /// True where a finger that was last at the segment's end, and goes to x, enters.
-bool goes_in(const TestModel& model, haptable_segment segment, const Vector3d& x) {
+bool goes_in(const TestModel& model, const haptable_segment& segment, const Vector3d& x) {
     float x_m[3];
     for (int axis = 0; axis < 3; ++axis) x_m[axis] = static_cast<float>(x[axis]);
-    segment.unfinished = 0;
-    segment.boxes = 0;
-    haptable_contact contact{};
-    haptable_counters counters{};
-    return haptable_surface_enter(model.get(), x_m, &segment, &contact, &counters) != 0;
+    haptable_servo servo{};
+    servo.segment = segment;
+    servo.segment.unfinished = 0;
+    servo.segment.boxes = 0;
+    return haptable_surface_enter(model.get(), &servo, x_m) != 0;
 }
 
 // Rounded alone, the sides of a vertex's edges may contradict one another: then none of its patches is gone through.
@@ -377,11 +372,9 @@ TEST(Faults, AFingerLetGoAlongTheSurfaceIsOutside) {
     for (const double behind : {0.0, 0.1, 0.2}) {
         const double z = 0.03 - behind * tolerance;
         const float finger_m[3] = {0.035F, 0.021F, static_cast<float>(z)};
-        haptable_segment segment{};
-        haptable_counters counters{};
-        ASSERT_EQ(haptable_surface_sight(model.get(), &from, finger_m, HAPTABLE_TICK_BOXES, &segment, &counters),
-                  HAPTABLE_SIGHT_CLEAR);
-        EXPECT_TRUE(goes_in(model, segment, {0.02, 0.021, z})) << behind << " behind";
+        haptable_servo servo{};
+        ASSERT_EQ(haptable_surface_sight(model.get(), &servo, &from, finger_m), HAPTABLE_SIGHT_CLEAR);
+        EXPECT_TRUE(goes_in(model, servo.segment, {0.02, 0.021, z})) << behind << " behind";
     }
 }
 
@@ -482,11 +475,9 @@ TEST(Faults, AHeldGodObjectDoesNotSeeTheFinger) {
                 if (!finger.touches() || finger.servo().undecided_ticks > 0) continue;
                 float finger_m[3];
                 for (int axis = 0; axis < 3; ++axis) finger_m[axis] = static_cast<float>(finger.at()[axis]);
-                haptable_segment segment{};
-                haptable_counters counters{};
+                haptable_servo servo{};
                 const haptable_contact at = finger.servo().contact;
-                ASSERT_NE(haptable_surface_sight(&rough, &at, finger_m, HAPTABLE_TICK_BOXES, &segment, &counters),
-                          HAPTABLE_SIGHT_CLEAR)
+                ASSERT_NE(haptable_surface_sight(&rough, &servo, &at, finger_m), HAPTABLE_SIGHT_CLEAR)
                     << shape.name << " " << word(god) << " tick " << tick;
                 ++held;
             }

@@ -48,7 +48,7 @@ TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
             Eigen::Matrix2d hessian;
             hessian.col(0) = (at(h, 0).gradient - at(-h, 0).gradient) / (2 * h);
             hessian.col(1) = (at(0, h).gradient - at(0, -h).gradient) / (2 * h);
-            // Of second order in h, times third derivatives over a patch of 4 times u; and roundings of E / h.
+            // An error of second order in h, times third derivatives over a patch of 4 times u; and roundings of E / h.
             const Bound differences{.count = 100.0 * 4.0 * 4.0 * 4.0, .epsilon = h * h};
             EXPECT_WITHIN((gradient - e.gradient).norm() / (e.gradient.norm() + e.energy), differences) << force;
             EXPECT_WITHIN((hessian - e.hessian).norm() / (e.hessian.norm() + e.energy), differences) << force;

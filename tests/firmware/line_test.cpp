@@ -119,7 +119,7 @@ TEST(LineFrame, HasTheDocumentedBytes) {
     EXPECT_EQ(Bytes(bytes.end() - 4, bytes.end()), (Bytes{0x5E, 0x89, 0x95, 0xBA})) << "of all between";
 }
 
-// Of every scene, all that it holds comes out as it went in, and nothing of what it does not hold.
+// A frame gives back all that its scene holds, and nothing that the scene does not hold.
 TEST(LineFrame, ComesOutAsItWentIn) {
     std::mt19937 random(1);
     const auto fill = [&random](float* values, std::size_t count) {

@@ -152,7 +152,7 @@ std::uint64_t relaxing_tick(const TargetImage& image, const RelaxingBody& body,
     return count_ticks(path_m, ticks).sliding.median;
 }
 
-// Of both, smooth or rough: the host's bits, and at most 60 instructions a term.
+// Both god-objects, smooth or rough: the host's bits, and at most 60 instructions a term.
 class RelaxingOnTarget : public testing::TestWithParam<std::string> {};
 
 TEST_P(RelaxingOnTarget, ConsistentAndMaskForcesHaveTheHostsBitsAndCostLittleATerm) {
@@ -312,7 +312,7 @@ TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     const std::string counts = word(one) + ": " + std::to_string(median) + " " + std::to_string(worst);
     const auto [then_median, then_worst] = reference(word(one));
     RecordProperty("instructions", counts);
-    EXPECT_LE(median, then_median + then_median / 20) << "announce it in instructions_by_mode.txt: " << counts;
+    EXPECT_LE(median, then_median + then_median / 50) << "announce it in instructions_by_mode.txt: " << counts;
     EXPECT_LE(worst, then_worst + then_worst / 20) << "announce it in instructions_by_mode.txt: " << counts;
 }
 

@@ -231,7 +231,7 @@ Errors compare_forces(const ElasticBody& body, ForceLaw force, int pairs) {
         const double error = (felt - wanted).norm() / wanted.norm();
         errors.worst = std::max(errors.worst, error);
         errors.condition = std::max(errors.condition, condition);
-        // Of a 6x6 by blocks of rounded numbers, and of the place's own rounding over the depth.
+        // The rounding of a 6x6 by blocks of rounded numbers, and the place's own over the depth.
         const Bound bound{.count = 32,
                           .epsilon = kFloat,
                           .condition = condition + body.size() / pair.u(0).norm() + body.size() / pair.u(1).norm()};
@@ -422,7 +422,7 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
             worst_bend = std::max(worst_bend, std::abs(cross - double(e.hessian_j[1])) / (std::abs(cross) + size));
         }
         EXPECT_GT(judged, 100);
-        // Of fourth order in h over patches of 4 times u, and roundings over h.
+        // An error of fourth order in h over patches of 4 times u, and roundings over h.
         EXPECT_WITHIN(worst_slope, .count = 100, .epsilon = 4e-4) << force;
         EXPECT_WITHIN(worst_bend, .count = 250, .epsilon = 4e-4) << force;
     }

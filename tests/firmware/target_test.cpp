@@ -223,8 +223,8 @@ TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
     EXPECT_LT(most_cost(paper, fan), 168000U / 2);
 }
 
-// Counts are exact, unlike times. Growth of more than 5 % must be announced in instructions.txt. The median holds
-// on every core: sliding costs the same on a small and a large mesh.
+// Counts are exact, unlike times. Growth of more than 2 % in the median, 5 % in the worst, must be announced in
+// instructions.txt. The median holds on every core: sliding costs the same on a small and a large mesh.
 TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const auto path_m = stroke_path(tables(), 100);
@@ -237,7 +237,7 @@ TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     const Reference r = reference_of(scene, target);
     ASSERT_GT(r.sliding_median, 0U) << "tests/firmware/instructions.txt does not name it";
     const auto limit = [](std::uint64_t reference) { return reference + reference / 20; };
-    EXPECT_LE(counts.sliding.median, limit(r.sliding_median));
+    EXPECT_LE(counts.sliding.median, r.sliding_median + r.sliding_median / 50);
     EXPECT_LE(counts.sliding.worst, limit(r.sliding_worst));
     EXPECT_LE(counts.first_contact.worst, limit(r.first_worst));
     EXPECT_LE(counts.jump.worst, limit(r.jump_worst));
@@ -284,17 +284,14 @@ TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
     EXPECT_LE(one, none + 400);
 }
 
-// What the scene's limits, all but grab and ramp, add to a tick: they do not know the body. They are called through the
-// model, so that a scene without them links none; where each register saved takes an instruction, that is a fifth of
-// it.
+// What the scene's limits, all but grab and ramp, add to a tick: they do not know the body.
 TEST_P(Target, LimitsAddFewInstructions) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const auto path_m = walked(stroke_path(tables(), 100));
     const TickCounts with = count_ticks(path_m, image.replay(path_m)), bare = count_ticks(path_m, unlimited(path_m));
     RecordProperty("limits", scene + " " + target + " " + std::to_string(with.sliding.median) + " " +
                                  std::to_string(bare.sliding.median));
-    const std::uint64_t most = target == "rv32" ? 160 : 135;
-    EXPECT_LE(with.sliding.median, bare.sliding.median + most);
+    EXPECT_LE(with.sliding.median, bare.sliding.median + 120);
     EXPECT_LE(with.sliding.worst, bare.sliding.worst + 400);
     EXPECT_LE(with.free.median, bare.free.median + 120);
 }
