@@ -199,6 +199,6 @@ $(IMAGE)/measure.elf: private override STACK = 12K
 $(IMAGE)/measure.elf: $(IMAGE)/port/measure.o $(IMAGE)/port/haptable_scene_reader.o $(filter-out %/model.o,$(IN_EVERY_IMAGE))
 	$(link_image)
 
-$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.sh
+$(IMAGE)/size.txt: $(addprefix $(IMAGE)/,replay.elf loop.elf uart.elf example.elf) scripts/size.sh scripts/stack.py
 	$(Q)CROSS=$(CROSS_$(TARGET)) sh scripts/size.sh $(IMAGE) replay >$@.beside && mv $@.beside $@
 endif

@@ -42,8 +42,9 @@ def sizes(build: Path) -> dict[str, Any]:
 
 
 def stacks(build: Path) -> dict[str, Any]:
-    """Stack of a step in some modes, bytes. A mode's tables name the functions; the call graphs are those of the cube's
-    images, which hold every function before the linker drops what no table names."""
+    """Stack of what a board calls, bytes: all in the paper's mode, a step in others. A mode's tables name the
+    functions; the call graphs are those of the cube's images, which hold every function before the linker drops what
+    no table names."""
     mask = {"force": "pressure-mask", "mask_radius": 0.012}
     modes = {"the paper's mode": {"force": "interpolated", "god_object": "nearest"},
              "mask, nearest": {**mask, "god_object": "nearest"},
@@ -53,21 +54,23 @@ def stacks(build: Path) -> dict[str, Any]:
              "mask, least energy, friction": {**mask, "god_object": "least-energy", "friction": 0.5}}
     folder = build / "modes/stack"
     folder.mkdir(parents=True, exist_ok=True)
-    rows = []
+    rows: dict[str, list[Any]] = {}
     for what, contact in modes.items():
         scene = scenes.read(Path("meshes/cube.toml"))
         scene["contact"] = {**scene.get("contact", {}), **contact}
         scene["tables"] = {**scene.get("tables", {}), "columns": "none"}
         scenes.precompute(scene, folder / "tables", build)
-        row: list[Any] = [what]
         for target in TARGETS:
             cross = "riscv64-unknown-elf-" if target == "rv32" else "arm-none-eabi-"
             _output(f"{cross}gcc", "-c", "-ffreestanding", "-Ifirmware", str(folder / "tables/model.c"), "-o",
                     str(folder / "model.o"))
-            row.append(count(int(_output("sh", "scripts/stack.sh", str(build / "cube/firmware" / target),
-                                         str(folder / "model.o"), CROSS=cross))))
-        rows.append(row)
-    return {"columns": ["stack of a step, bytes", *TARGETS], "rows": rows}
+            found = _output("python3", "scripts/stack.py", str(build / "cube/firmware" / target),
+                            str(folder / "model.o"), CROSS=cross)
+            for entry, stack in (line.split() for line in found.splitlines()):
+                if int(stack) > 0 and (entry == "haptable_step" or what == "the paper's mode"):
+                    rows.setdefault(f"{entry}, {what}", []).append(count(int(stack)))
+    whole = [[what, *row] for what, row in rows.items() if len(row) == len(TARGETS)]
+    return {"columns": ["stack, bytes", *TARGETS], "rows": whole}
 
 
 # ---- a page --------------------------------------------------------------------------------------------------------

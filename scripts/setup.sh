@@ -21,7 +21,7 @@ packages_of() {
     bench) echo libbenchmark-dev ;;
     lab) echo calculix-ccx cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-cffi python3-pytest python3-venv ;; # lab/: pages and figures
     figures) echo ffmpeg chromium ;;
-    cross) echo gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
+    cross) echo python3 gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
     bare) echo mmdebstrap ;; # a Debian of its own, where nobody has been
     package) echo help2man lintian mmdebstrap dpkg-dev cmake pkgconf python3-dev python3-venv ;; # make install, deb, wheel
     mpi) echo libopenmpi-dev openmpi-bin libmumps-dev ;; # several machines

@@ -36,7 +36,7 @@ bad="$bad$("${CROSS}objdump" -d "$elf" | grep -oE '\.f64|\bf[a-z]+\.d\b' | sort 
 short=$("${CROSS}nm" -g "$elf" | awk '{ print $NF }' | grep -vE '^(haptable_|HAPTABLE_|mem(cpy|move|set|cmp)$|__)' || true)
 [ -z "$short" ] || { echo "size.sh: $elf exports names that do not begin with haptable_: $short" >&2; exit 1; }
 
-stack=$(sh "$(dirname "$0")/stack.sh" "$folder" "$folder/model.o")
+stacks=$(python3 "$(dirname "$0")/stack.py" "$folder" "$folder/model.o")
 flash=$("${CROSS}size" -A "$elf" | awk '$1 == ".text" || $1 == ".data" { sum += $2 } END { print sum }')
 ram=$("${CROSS}size" -A "$elf" | awk '$1 == ".data" || $1 == ".bss" || $1 == ".stack" { sum += $2 } END { print sum }')
 flash_has=$(value haptable_port_flash_bytes)
@@ -62,5 +62,5 @@ row "code of the servo" $code
 row "whole image" "$flash" "of $flash_has: $((flash_has - flash)) spare"
 echo "RAM, bytes"
 row "the servo's state" "$(awk 'NF == 4 && $4 == "scene_state" { print "0x" $2 }' "$symbols" | xargs printf '%d')"
-row "stack of a step, worst case" "$stack" "by the call graph"
+echo "$stacks" | while read -r entry bytes; do row "stack of $entry" "$bytes" "at the most, by the call graph"; done
 row "whole image with its stack" "$ram" "of $ram_has: $((ram_has - ram)) spare"

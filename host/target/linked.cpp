@@ -122,8 +122,8 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
 std::size_t stack_of(const fs::path& tables, const fs::path& objects) {
     const StagedPath work = work_folder(tables);
     compile(tables, work.path(), (tables / "model.c").string());
-    return std::stoul(output_of(fmt::format("CROSS={} sh scripts/stack.sh {} {}", kCross, shell_quoted(objects),
-                                            shell_quoted(work.path() / "model.o"))));
+    return std::stoul(output_of(fmt::format("CROSS={} python3 scripts/stack.py {} {} haptable_step", kCross,
+                                            shell_quoted(objects), shell_quoted(work.path() / "model.o"))));
 }
 
 }  // namespace haptable

@@ -103,7 +103,7 @@ def test_of_scripts(named):
     for folder in ("scripts", "packaging"):
         (named.folder / folder).symlink_to(ROOT / folder)
     for command in (f"sh scripts/clean.sh {name}", f"sh scripts/qemu.sh cortex-m7 {name} {name}",
-                    f"CROSS= sh scripts/size.sh {name} {name}", f"CROSS= sh scripts/stack.sh {name} {name}",
+                    f"CROSS= sh scripts/size.sh {name} {name}", f"CROSS= python3 scripts/stack.py {name} {name}",
                     f"BUILD={name} LINE={name} BAUD=1 SECONDS_=0.01 sh scripts/loop.sh {name} {name} rv32",
                     f"BUILD={name} sh scripts/demo.sh", f"sh packaging/install.sh {name} /{name} /{name}"):
         named.execute(command)
