@@ -47,11 +47,10 @@ extern "C" {
  * C positive definite by an eighth of C_11 and C_22. */
 #define HAPTABLE_PAIR_MEETING 0.125f
 
-/* The controls that a place loads, and how much. */
+/* How much of its patch's controls a place loads. */
 struct haptable_pair_place {
     uint16_t patch;
-    uint16_t control[HAPTABLE_PAIR_CONTROLS]; /* HAPTABLE_NONE: adds nothing, as a fixed vertex */
-    float weight[HAPTABLE_PAIR_CONTROLS];     /* sum 1 */
+    float weight[HAPTABLE_PAIR_CONTROLS]; /* sum 1 */
 };
 
 struct haptable_pair;

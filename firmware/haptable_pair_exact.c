@@ -25,14 +25,15 @@ static void add_block(const float (*all)[9], uint32_t k, uint32_t l, float w, fl
 
 void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
     const int count = pair_count(view->tables->law);
-    uint16_t control[HAPTABLE_PAIR_CONTROLS];
+    uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
     int i;
     int j;
-    haptable_pair_controls(view->tables, patch, control);
+    haptable_pair_controls(view->tables, patch, control[0]);
+    haptable_pair_controls(view->tables, view->place.patch, control[1]);
     for (i = 0; i < count; ++i) {
         zero(x[i]);
         for (j = 0; j < count; ++j)
-            add_block(view->tables->block, control[i], view->place.control[j], view->place.weight[j], x[i]);
+            add_block(view->tables->block, control[0][i], control[1][j], view->place.weight[j], x[i]);
     }
 }
 

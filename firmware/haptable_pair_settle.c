@@ -281,7 +281,7 @@ static void put_slopes(struct both* both, float mixed_j[HAPTABLE_PAIR_CONTROLS][
         vec_copy(here->slope.y[b], y[i][i / 2]);
         vec_zero(y[i][1 - i / 2]);
         vec_sub(y[i][1 - i / 2], here->varied.back[b], y[i][1 - i / 2]);
-        haptable_pair_solve_slope(&pair->view[0], &both->system, y[i], z[i]);
+        pair_solve_slope(&pair->view[0], &both->system, y[i], z[i]);
         h[i][i - b] = here->slope.second_j[b];
         h[i][i] = here->slope.second_j[2 * b];
         for (j = 0; j < 2 && i > 1; ++j) h[i][j] = -bend_j[j][b];
@@ -371,6 +371,9 @@ static int rests_across(struct both* both, int f) {
     return !haptable_contact_falls(&view->model, both->x_m[f], HAPTABLE_PAIR_LOOKS, &both->pair->looks, &here->at);
 }
 
+/* A sensitivity that moves no god-object, and tells that it rests: nobody knows how it goes with its finger alone. */
+#define RESTING_PER_M 1e-12f
+
 /* What the next tick follows by. */
 static void put_follow(const struct both* both, struct haptable_pair_follow* follow) {
     int f;
@@ -396,7 +399,7 @@ static void put_rest(struct both* both, float v[HAPTABLE_FINGERS][3], float ener
         vec_copy(both->x_m[f], servo->finger_m); /* it stays, and so does a god-object that rests */
         vec_zero(servo->sensitivity_per_m[0]);
         vec_zero(servo->sensitivity_per_m[1]);
-        servo->sensitivity_per_m[0][0] = 1e-12f; /* not the finger's own, which nobody knows; but it rests */
+        servo->sensitivity_per_m[0][0] = RESTING_PER_M;
         vec_copy(v[f], pair->view[f].v);
         pair->view[f].is_solved = 1;
     }
@@ -509,17 +512,16 @@ static int evaluate(struct both* both, float most_j) {
 
 /* Where a step of one is foreseen to lead: over an edge to the point of the patch there that is nearest to its end. */
 static void predict_place(const struct haptable_model* model, const float d[2], struct place* here) {
-    const struct haptable_contact from = here->at;
     float change[3];
+    float aim_m[3];
     put_change(d, change);
-    if (haptable_patch_move(model, &from, change, 1.0f, &here->at) < 1.0f && here->free == 2) {
+    vec_copy(here->at.god_object_m, aim_m);
+    if (haptable_patch_move(model, &here->at, change, 1.0f, &here->at) < 1.0f && here->free == 2) {
         const enum place_on_patch feature = feature_of(here->at.alpha, &here->corner);
-        const uint16_t across = feature == ON_EDGE ? model->neighbour[from.patch][here->corner] : HAPTABLE_NONE;
-        float aim_m[3];
+        const uint16_t across = feature == ON_EDGE ? model->neighbour[here->at.patch][here->corner] : HAPTABLE_NONE;
         float edge[2][3];
         float normal[3];
-        patch_frame(model, from.patch, edge[0], edge[1], normal);
-        vec_copy(from.god_object_m, aim_m);
+        patch_frame(model, here->at.patch, edge[0], edge[1], normal);
         vec_add_scaled(d[0], edge[0], aim_m);
         vec_add_scaled(d[1], edge[1], aim_m);
         if (across != HAPTABLE_NONE) haptable_patch_nearest(model, across, aim_m, &here->at);

@@ -62,7 +62,6 @@ void haptable_pair_tell(struct haptable_pair_view* view, const struct haptable_c
     vec_symmetric_product(view->m, own->s, view->alone);
     vec_copy(contact->god_object_m, view->at_m);
     view->place.patch = contact->patch;
-    haptable_pair_controls(view->tables, contact->patch, view->place.control);
     put_weights(pair_count(view->tables->law), contact->alpha, view->place.weight);
     view->rows[0].patch = view->rows[1].patch = HAPTABLE_NONE;
     view->is_coupled = 1;
@@ -278,17 +277,6 @@ float haptable_pair_solve(const struct haptable_pair_view* view, const struct ha
     return share;
 }
 
-void haptable_pair_solve_slope(const struct haptable_pair_view* view, const struct pair_system* system,
-                               float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]) {
-    float t[3];
-    mat_product(system->xm, y[1], t);
-    vec_sub(y[0], t, t);
-    sym_solve(&system->n, t, z[0]);
-    vec_symmetric_product(view->m, y[1], z[1]);
-    mat_transposed_product(system->xm, z[0], t);
-    vec_sub(z[1], t, z[1]);
-}
-
 /* ---- which fingers touch -------------------------------------------------------------------------------------------
  */
 
@@ -388,7 +376,7 @@ static void put_gauss_newton(const struct haptable_pair_view* view, const struct
         vec_copy(slope->y[b], y[b][0]);
         vec_zero(y[b][1]);
         vec_sub(y[b][1], varied->back[b], y[b][1]);
-        haptable_pair_solve_slope(view, system, y[b], z[b]);
+        pair_solve_slope(view, system, y[b], z[b]);
         vec_copy(z[b][0], slope->y[b]);
     }
     for (b = 0; b < 3; ++b) { /* 11 12 22 */

@@ -135,8 +135,16 @@ float haptable_pair_solve(const struct haptable_pair_view* view, const struct ha
                           struct pair_system* system);
 
 /* [A_1 X; X^T A_2] z = y */
-void haptable_pair_solve_slope(const struct haptable_pair_view* view, const struct pair_system* system,
-                               float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]);
+static inline void pair_solve_slope(const struct haptable_pair_view* view, const struct pair_system* system,
+                                    float y[HAPTABLE_FINGERS][3], float z[HAPTABLE_FINGERS][3]) {
+    float t[3];
+    mat_product(system->xm, y[1], t);
+    vec_sub(y[0], t, t);
+    sym_solve(&system->n, t, z[0]);
+    vec_symmetric_product(view->m, y[1], z[1]);
+    mat_transposed_product(system->xm, z[0], t);
+    vec_sub(z[1], t, z[1]);
+}
 
 /* u, to tell whether a finger presses: straight into its patch, of any length, where its dent begins elsewhere. */
 void haptable_pair_inwards(const struct haptable_pair_view* view, const struct haptable_contact* contact,

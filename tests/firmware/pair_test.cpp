@@ -340,15 +340,8 @@ haptable_pair_view told_of(const Pair& pair, const ElasticBody& body, int patch,
     const double packed[6] = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(1, 2), m(2, 0)};
     for (int k = 0; k < 6; ++k) view.m[k] = float(packed[k]);
     for (int k = 0; k < 3; ++k) {
-        const std::size_t vertex = body.vertex(patch, k);
-        view.place.control[k] = is_mask || body.is_free(vertex) ? std::uint16_t(vertex) : std::uint16_t(HAPTABLE_NONE);
         view.place.weight[k] = float(is_mask ? beta[k] * beta[k] : beta[k]);
-        if (is_mask) {
-            const haptable_model& model = *pair.model().model;
-            view.place.control[3 + k] =
-                std::uint16_t(model.vertex_count + model.compliance->patch_edge[patch][std::size_t(k)]);
-            view.place.weight[3 + k] = float(2.0 * beta[(k + 1) % 3] * beta[(k + 2) % 3]);
-        }
+        if (is_mask) view.place.weight[3 + k] = float(2.0 * beta[(k + 1) % 3] * beta[(k + 2) % 3]);
         view.s[k] = own.s[k];
         view.at_m[k] = contact.god_object_m[k];
     }
