@@ -241,5 +241,31 @@ TEST(Inertia, APushGivesAtMostTwiceItsSpeed) {
     EXPECT_GE(pushes, 40);
 }
 
+// A free ring that a finger enters and slides along: the nearest god-object's force has no energy, and hand and body
+// get no more than one wall makes of the finger's way.
+TEST(Inertia, SlowSlideOnAFreeBodyMakesNoMoreThanAWall) {
+    Scene scene = read_scene("meshes/hard/torus.toml");
+    scene.fixed.clear();
+    scene.free_body = FreeBody{};
+    scene.free_body->density_kg_per_m3 = 1000.0;
+    const MovingTables tables(scene);
+    Touching touching;
+    touching.god_object = GodObject::kNearest;
+    MovingSession session(tables, touching);
+    Ledger ledger(tables.stiffness_limit_n_per_m(), &tables.rigid());
+    const std::array<Vector3d, 3> entry{Vector3d(-0.018206322, 0.034019038, 0.014819929),
+                                        Vector3d(-0.018212853, 0.034031853, 0.014759747),
+                                        Vector3d(-0.018225914, 0.034057487, 0.014639380)};
+    const Vector3d from(-0.018261803, 0.034127913, 0.014530926), step(-1.1563e-5, 2.2598e-5, 4.943e-6);
+    for (int tick = 0; tick < 37; ++tick) {
+        const Motion before = session.motion();
+        const Vector3d at = tick < 3 ? entry[std::size_t(tick)] : Vector3d(from + (tick - 3) * step);
+        session.step({at, at});
+        session.note(ledger, before);
+    }
+    EXPECT_TRUE(session.felt(0).touches);
+    EXPECT_LE(ledger.risen_j(), 64 * kFloat * ledger.largest_j() + ledger.rounded_j());
+}
+
 }  // namespace
 }  // namespace haptable::test
