@@ -158,7 +158,8 @@ def _masks(_: Topics, folder: Path, build: Path) -> Topics:
 
 #: Parts that are measured here: of docs/numbers.json's topics, a folder and BUILD, topics.
 _MEASURED: dict[str, Callable[[Topics, Path, Path], Topics]] = {
-    "masks": _masks, "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements, "elsewhere": _elsewhere}
+    "masks": _masks, "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements,
+    "elsewhere": _elsewhere}
 PARTS = (*_RUNS, *_PROGRAMS, *_MEASURED)
 
 

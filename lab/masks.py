@@ -61,6 +61,7 @@ def costs(folder: Path, build: Path, sides: tuple[int, ...] = (12, 20, 28, 40)) 
     radius = mouse["contact"]["mask_radius"]
     for element in ("linear", "quadratic"):
         print(f"bench: masks: {mouse['name']}, {element}", flush=True)
-        rows.append(row(f"{mouse['name']}, {element}, {1e3 * radius:g} mm", {**mouse, "mesh": {**mouse["mesh"], "element": element}},
+        scene = {**mouse, "mesh": {**mouse["mesh"], "element": element}}
+        rows.append(row(f"{mouse['name']}, {element}, {1e3 * radius:g} mm", scene,
                         {"force": "pressure-mask", "mask_radius": radius}, folder / "masks", build, rate))
     return {"mask-costs": {"columns": COLUMNS, "rows": rows}}

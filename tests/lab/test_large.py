@@ -53,7 +53,8 @@ def test_a_part_of_another_name_is_an_error_that_names_those_there_are(tmp_path)
 def test_what_a_mask_adds_is_told_by_its_stages(tmp_path, build):
     from lab import masks
     from lab.specimens import cube_scene
-    row = masks.row("cube", cube_scene(5, 0.3, top=False), {"force": "pressure-mask", "mask_radius": 0.012}, tmp_path, build, 1e9)
+    contact = {"force": "pressure-mask", "mask_radius": 0.012}
+    row = masks.row("cube", cube_scene(5, 0.3, top=False), contact, tmp_path, build, 1e9)
     assert len(row) == len(masks.COLUMNS) and row[1] == "125"
     cells = dict(zip(masks.COLUMNS, row))
     parts = sum(cells[name]["value"] for name in ("masks", "planned", "blocks", "products", "files, C"))

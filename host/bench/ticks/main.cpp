@@ -27,19 +27,19 @@ struct Timed {
 
 /// The servo as its scene has it, or in every precision and with every god-object.
 void add(const fs::path& folder, bool every_one, double depth_m, std::vector<Timed>& to) {
-    const auto add = [&](Tables tables) {
+    const auto put = [&](Tables tables) {
         auto subject = std::make_unique<Subject>(folder, std::move(tables));
         to.push_back({std::move(subject), {}});
         to.back().path = to.back().subject->circle(depth_m, kRound);
     };
-    if (!every_one) return add(read_tables(folder));
+    if (!every_one) return put(read_tables(folder));
     for (const Storage storage : every<Storage>())
         for (const GodObject god_object : every<GodObject>()) {
             Tables tables = read_tables(folder);
             tables.precision = storage;
             tables.god_object = god_object;
             tables.release_n_per_ms = god_object == GodObject::kLeastEnergy ? kReleaseOfLeastEnergy : 0.0;
-            add(std::move(tables));
+            put(std::move(tables));
         }
 }
 
