@@ -7,12 +7,12 @@
 
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
-#include "host/base/error.hpp"
 #include "host/bridge/line_stepper.hpp"
 #include "host/servo/servo.hpp"
 #include "host/session/local_stepper.hpp"
 #include "host/session/session.hpp"
 #include "host/view/contact_messages.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/bridge/fake_target.hpp"
 #include "tests/host/view/cube_tables.hpp"
 
@@ -50,13 +50,9 @@ class OtherTables : public testing::Test {
 protected:
     template <typename Meet>
     void expect_both_named(const Meet& meet) const {
-        try {
-            meet();
-            FAIL() << "one was taken for the other";
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(ours.hash()), std::string::npos) << error.what();
-            EXPECT_NE(std::string(error.what()).find(theirs.hash()), std::string::npos) << error.what();
-        }
+        const std::string said = error_of([&] { meet(); });
+        EXPECT_NE(said.find(ours.hash()), std::string::npos) << said;
+        EXPECT_NE(said.find(theirs.hash()), std::string::npos) << said;
     }
     int replay(const Built& servo, const std::string& tables) const {
         const std::string in = folder / "path.csv", out = folder / "out.csv";

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -39,23 +40,15 @@ TEST_F(BaseFile, TextIsReadWithoutItsMark) {
     EXPECT_EQ(read_file(folder_ / "a"), mark + "x" + mark);
     for (const std::string& utf16 : {std::string("\xFF\xFEx\0", 4), std::string("\xFE\xFF\0x", 4)}) {
         write_file(folder_ / "a", utf16);
-        try {
-            read_text(folder_ / "a");
-            FAIL() << "no error";
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("a: is text in UTF-16"), std::string::npos) << error.what();
-        }
+        const std::string said = test::error_of([&] { read_text(folder_ / "a"); });
+        EXPECT_NE(said.find("a: is text in UTF-16"), std::string::npos) << said;
     }
 }
 
 TEST_F(BaseFile, ErrorsNameThePath) {
     for (const fs::path& path : {folder_ / "missing", folder_}) {
-        try {
-            read_file(path);
-            FAIL() << "no error";
-        } catch (const Error& error) {
-            EXPECT_EQ(std::string(error.what()).rfind(path.string(), 0), 0U) << error.what();
-        }
+        const std::string said = test::error_of([&] { read_file(path); });
+        EXPECT_EQ(said.rfind(path.string(), 0), 0U) << said;
     }
     EXPECT_THROW(write_file(folder_ / "no" / "such" / "folder", "x"), Error);
 }

@@ -12,6 +12,7 @@
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/inverse/dense_reference.hpp"
 #include "tests/host/inverse/inverses.hpp"
 #include "tests/pressures.hpp"
@@ -268,12 +269,8 @@ TEST_P(PrecomputeBy, ForeseesItsMemoryAndReusesItsTables) {
     EXPECT_EQ(top.processes.empty(), !inverse_->is_distributed());
     scene = test::cube_scene(5, 0.3);
     options.memory_bytes = 0.5 * top.memory.factor;
-    try {
-        precompute(scene, folder.path() / "out", progress_, options);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("GB of memory"), std::string::npos) << error.what();
-    }
+    const std::string said = test::error_of([&] { precompute(scene, folder.path() / "out", progress_, options); });
+    EXPECT_NE(said.find("GB of memory"), std::string::npos) << said;
     options.memory_bytes = 0.0;
     const Reused reused = precompute(scene, folder.path() / "out", progress_, options).summary.reused;
     EXPECT_FALSE(reused.all);

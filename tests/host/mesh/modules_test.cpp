@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 
 namespace haptable {
 
@@ -17,14 +17,9 @@ TEST(MeshModules, AreFoundBesideTheProgramsFolder) {
 }
 
 TEST(MeshModules, OneThatIsMissingIsNamedWithWhatToDo) {
-    try {
-        find_in_module("a.msh", "haptable-none", "haptable_none");
-        FAIL();
-    } catch (const Error& error) {
-        const std::string what = error.what();
-        EXPECT_TRUE(what.starts_with("a.msh: reading it needs haptable-none.so, which is not in ")) << what;
-        EXPECT_TRUE(what.ends_with(": run make")) << what;
-    }
+    const std::string said = test::error_of([&] { find_in_module("a.msh", "haptable-none", "haptable_none"); });
+    EXPECT_TRUE(said.starts_with("a.msh: reading it needs haptable-none.so, which is not in ")) << said;
+    EXPECT_TRUE(said.ends_with(": run make")) << said;
 }
 
 }  // namespace

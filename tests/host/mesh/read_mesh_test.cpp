@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/mesh/surface.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -56,13 +57,9 @@ protected:
         return read_mesh(folder_.path() / name, scale_m);
     }
     void expect_error(const fs::path& path, const std::string& part) {
-        try {
-            read_mesh(path, 1.0);
-            ADD_FAILURE() << path << ": no error";
-        } catch (const Error& error) {
-            EXPECT_EQ(std::string(error.what()).rfind(path.string() + ": ", 0), 0U) << error.what();
-            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-        }
+        const std::string said = test::error_of([&] { read_mesh(path, 1.0); });
+        EXPECT_EQ(said.rfind(path.string() + ": ", 0), 0U) << said;
+        EXPECT_NE(said.find(part), std::string::npos) << said;
     }
     /// kTwoTets with `from` replaced by `to` is an error.
     void expect_changed_error(const std::string& from, const std::string& to, const std::string& part) {

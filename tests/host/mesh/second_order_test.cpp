@@ -17,6 +17,7 @@
 #include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/precompute/body.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -128,13 +129,9 @@ protected:
         }
     }
     void expect_error(const std::string& text, const std::string& part, bool quadratic = true) {
-        try {
-            read("m.msh", text, quadratic);
-            ADD_FAILURE() << "no error: " << part;
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-            EXPECT_NE(std::string(error.what()).find("m.msh: "), std::string::npos) << error.what();
-        }
+        const std::string said = error_of([&] { read("m.msh", text, quadratic); });
+        EXPECT_NE(said.find(part), std::string::npos) << said;
+        EXPECT_NE(said.find("m.msh: "), std::string::npos) << said;
     }
 
     const TemporaryFolder folder_;
@@ -209,14 +206,9 @@ TEST_F(SecondOrder, AFoldedTetrahedronIsAnErrorThatNamesItsElement) {
     scene.mesh.file = folder_.path() / "m.msh";
     scene.mesh.element = Element::kQuadratic;
     scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 0.1, 1, 1}, "", 1});
-    try {
-        make_body(scene, make_mesh(scene.mesh));
-        ADD_FAILURE() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("m.msh: second-order element 2 folds over itself: its Jacobian is -"),
-                  std::string::npos)
-            << error.what();
-    }
+    const std::string said = error_of([&] { make_body(scene, make_mesh(scene.mesh)); });
+    EXPECT_NE(said.find("m.msh: second-order element 2 folds over itself: its Jacobian is -"), std::string::npos)
+        << said;
 }
 
 // ---- middles that are made ----------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -30,12 +31,8 @@ TEST(Numbers, AFileThatHoldsNoneIsAnErrorThatNamesIt) {
     for (const char* text : {"", "[]", "{\"a\": 1}", "{\"a\": {\"columns\": [\"x\"], \"rows\": [[\"1\", \"2\"]]}}",
                              "{\"a\": {\"value\": \"1\", \"text\": \"1\"}}"}) {
         write_file(folder.path() / "numbers.json", text);
-        try {
-            read_numbers(folder.path() / "numbers.json");
-            ADD_FAILURE() << "no error: " << text;
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("numbers.json"), std::string::npos) << error.what();
-        }
+        const std::string said = error_of([&] { read_numbers(folder.path() / "numbers.json"); });
+        EXPECT_NE(said.find("numbers.json"), std::string::npos) << said;
     }
 }
 
@@ -45,7 +42,7 @@ TEST(Numbers, AreRoundedAsPeopleReadThem) {
     EXPECT_EQ(seconds(6.21e-8).text, "62.1 ns");
     EXPECT_EQ(seconds(1.05e-2).text, "10.5 ms");
     EXPECT_EQ(seconds(42.0).text, "42 s");
-    EXPECT_EQ(error_of(1.5e-7).text, "1.5e-07");
+    EXPECT_EQ(haptable::error_of(1.5e-7).text, "1.5e-07");
 }
 
 }  // namespace

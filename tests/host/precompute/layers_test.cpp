@@ -208,12 +208,8 @@ TEST(Bed, WhatHoldsNoFaceIsAnErrorWithItsLine) {
         Scene scene = block(Element::kLinear);
         scene.beds = {{where, 1.0, 1.0}};
         scene.beds[0].where.line = 7;
-        try {
-            body_of(scene);
-            ADD_FAILURE();
-        } catch (const Error& error) {
-            EXPECT_EQ(std::string(error.what()).rfind("block.toml:7: bed", 0), 0U) << error.what();
-        }
+        const std::string said = test::error_of([&] { body_of(scene); });
+        EXPECT_EQ(said.rfind("block.toml:7: bed", 0), 0U) << said;
     }
 }
 

@@ -12,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/error_of.hpp"
 #include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -128,13 +129,9 @@ protected:
     }
     void expect_refused(const std::string& file) {
         seal(folder_);
-        try {
-            read_pair(folder_);
-            FAIL() << file;
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(file), std::string::npos) << error.what();
-            EXPECT_NE(std::string(error.what()).find("make the tables again"), std::string::npos) << error.what();
-        }
+        const std::string said = error_of([&] { read_pair(folder_); });
+        EXPECT_NE(said.find(file), std::string::npos) << said;
+        EXPECT_NE(said.find("make the tables again"), std::string::npos) << said;
     }
 
     const Sheet sheet_{100};

@@ -23,6 +23,7 @@
 #include "host/tables/tables.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -530,13 +531,9 @@ TEST_F(PrecomputeRun, ColumnsInHalfPrecisionAreRoundedOnly) {
 TEST_F(PrecomputeRun, TooManyPatchesAreRefusedBeforeTheFactorisation) {
     Scene scene = cube_scene(76);  // 67,500 patches: minutes of work, if it began
     scene.tables.columns = ColumnRows::kNone;
-    try {
-        run(scene, out_);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_EQ(std::string(error.what()).rfind("cube.toml: the touchable surface has 6", 0), 0U) << error.what();
-        EXPECT_EQ(std::string(error.what()).find("partial"), std::string::npos) << error.what();
-    }
+    const std::string said = test::error_of([&] { run(scene, out_); });
+    EXPECT_EQ(said.rfind("cube.toml: the touchable surface has 6", 0), 0U) << said;
+    EXPECT_EQ(said.find("partial"), std::string::npos) << said;
 }
 
 TEST_F(PrecomputeRun, FloatIsTakenWhereTheToleranceAllowsIt) {
@@ -600,14 +597,9 @@ TEST_F(PrecomputeRun, TooLittleMemoryIsAnErrorBeforeTheFactorisation) {
     options.memory_bytes = 1.01 * need;
     EXPECT_NO_THROW(precompute(cube_scene(), out_, progress, options));
     options.memory_bytes = 0.5 * need;
-    try {
-        precompute(cube_scene(), out_, progress, options);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        const std::string what = error.what();
-        EXPECT_NE(what.find("cube.toml: needs "), std::string::npos) << what;
-        EXPECT_NE(what.find("mesh of about"), std::string::npos) << what;
-    }
+    const std::string said = test::error_of([&] { precompute(cube_scene(), out_, progress, options); });
+    EXPECT_NE(said.find("cube.toml: needs "), std::string::npos) << said;
+    EXPECT_NE(said.find("mesh of about"), std::string::npos) << said;
 }
 
 TEST_F(PrecomputeRun, StiffnessScalesWithSize) {
@@ -676,14 +668,9 @@ TEST_P(PrecomputeMistake, IsOneLineAndLeavesTheOldTables) {
     const auto before = contents(out);
     Scene scene = cube_scene(3);
     GetParam().make(scene);
-    try {
-        run(scene, out);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        const std::string what = error.what();
-        EXPECT_NE(what.find(GetParam().part), std::string::npos) << what;
-        EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    }
+    const std::string said = test::error_of([&] { run(scene, out); });
+    EXPECT_NE(said.find(GetParam().part), std::string::npos) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     EXPECT_TRUE(before == contents(out)) << "the tables of before must stay";
     EXPECT_EQ(contents(temporary_.path()).size(), 1U) << "something was left beside the folder";
 }
@@ -736,13 +723,9 @@ TEST_F(PrecomputeRun, ASecondRunIntoTheFolderIsToldWhoIsWritingIt) {
         const OwnFolder first(out_, kTables);
         EXPECT_TRUE(run(scene, out_).unchanged) << "only reads";
         scene.material.poisson = 0.3;
-        try {
-            run(scene, out_);
-            FAIL() << "no error";
-        } catch (const Error& error) {
-            const std::string holder = "out: process " + std::to_string(getpid()) + " is writing it";
-            EXPECT_NE(std::string(error.what()).find(holder), std::string::npos) << error.what();
-        }
+        const std::string said = test::error_of([&] { run(scene, out_); });
+        const std::string holder = "out: process " + std::to_string(getpid()) + " is writing it";
+        EXPECT_NE(said.find(holder), std::string::npos) << said;
         EXPECT_NO_THROW(run(scene, temporary_.path() / "other"));
     }
     EXPECT_TRUE(contents(out_) == before);
@@ -810,13 +793,8 @@ TEST_F(PrecomputeRun, PartsNotJoinedAreNamed) {
     const Eigen::Vector3d corner = mesh.position_m[0];
     scene.fixed[0].box_m = {corner.x() - 3e-3, corner.y() - 3e-3, corner.z() - 3e-3,
                             corner.x() + 3e-3, corner.y() + 3e-3, corner.z() + 3e-3};
-    try {
-        run(scene, out_);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("of 285 nodes are under-constrained"), std::string::npos)
-            << error.what();
-    }
+    const std::string said = test::error_of([&] { run(scene, out_); });
+    EXPECT_NE(said.find("of 285 nodes are under-constrained"), std::string::npos) << said;
 }
 
 }  // namespace

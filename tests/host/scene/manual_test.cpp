@@ -12,8 +12,6 @@
 #include "host/scene/keys.hpp"
 #include "host/scene/read_options.hpp"
 #include "tests/error_of.hpp"
-#include "tests/process.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable {
 namespace {
@@ -48,29 +46,6 @@ TEST(SceneKeys, TheSchemaHasThemAll) {
         if (table.contains("items")) table = table["items"];
         EXPECT_FALSE(table["properties"][key.name].value("description", "").empty()) << key.section << " " << key.name;
     }
-}
-
-TEST(SceneKeys, APublicValidatorTakesEveryScene) {
-    const test::Outcome judged = test::run(
-        "python3 tests/host/scene/validate.py docs/scene.schema.json $(find meshes tests/firmware -name '*.toml')");
-    EXPECT_EQ(judged.status, 0) << judged.err;
-    EXPECT_EQ(judged.out, "");
-}
-
-// An editor's own server of TOML.
-TEST(SceneKeys, AnEditorsServerReadsTheSchema) {
-    const auto taplo = test::build_folder() / "python/bin/taplo";
-    if (!std::filesystem::exists(taplo)) GTEST_SKIP() << "no taplo of PyPI here";
-    const test::Outcome found = test::run(taplo.string() + " check $(find meshes -name '*.toml')");
-    EXPECT_EQ(found.status, 0) << found.err;
-    EXPECT_NE(found.err.find(".taplo.toml"), std::string::npos) << found.err;
-    const test::TemporaryFolder folder;
-    const auto wrong = folder.path() / "scene.toml";
-    write_file(wrong, read_file("meshes/cube.toml") + "[body]\nfre = true\n");
-    const test::Outcome refused =
-        test::run(taplo.string() + " check --schema file://$PWD/docs/scene.schema.json " + wrong.string());
-    EXPECT_NE(refused.status, 0);
-    EXPECT_NE(refused.err.find("'fre' was unexpected"), std::string::npos) << refused.err;
 }
 
 // A rule that speaks of a key that there is not would never hold.

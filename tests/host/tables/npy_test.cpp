@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -19,13 +20,9 @@ namespace fs = std::filesystem;
 class NpyFile : public testing::Test {
 protected:
     void expect_error(const std::string& part) {
-        try {
-            read_npy<float>(path_);
-            FAIL() << "no error";
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-            EXPECT_NE(std::string(error.what()).find(path_.string()), std::string::npos) << error.what();
-        }
+        const std::string said = test::error_of([&] { read_npy<float>(path_); });
+        EXPECT_NE(said.find(part), std::string::npos) << said;
+        EXPECT_NE(said.find(path_.string()), std::string::npos) << said;
         EXPECT_THROW(MappedNpy<float>{path_}, Error);
     }
 

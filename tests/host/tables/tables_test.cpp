@@ -5,10 +5,10 @@
 
 #include <limits>
 
-#include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/tables/npy.hpp"
+#include "tests/error_of.hpp"
 #include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -33,12 +33,8 @@ protected:
         body_ = precompute(scene, folder_, progress).body;
     }
     void expect_error(const std::string& file) {
-        try {
-            read_tables(folder_);
-            ADD_FAILURE() << "no error for " << file;
-        } catch (const Error& error) {
-            EXPECT_EQ(std::string(error.what()).rfind((folder_ / file).string(), 0), 0U) << error.what();
-        }
+        const std::string said = test::error_of([&] { read_tables(folder_); });
+        EXPECT_EQ(said.rfind((folder_ / file).string(), 0), 0U) << said;
     }
     /// With `file` replaced, reading is an error that names it; then it is put back.
     void expect_error_with(const std::string& file, const std::function<void(const fs::path&)>& damage) {

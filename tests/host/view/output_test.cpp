@@ -14,6 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/view/vtu.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -129,12 +130,8 @@ void write_script(const fs::path& path, const std::string& script) {
 TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
     const TestFolder folder;
     const OnlyPath path(folder.path());
-    try {
-        const Film film(folder.path() / "a.mp4", 8, 8, 33.0);
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("apt-get install ffmpeg"), std::string::npos) << error.what();
-    }
+    const std::string said = error_of([&] { const Film film(folder.path() / "a.mp4", 8, 8, 33.0); });
+    EXPECT_NE(said.find("apt-get install ffmpeg"), std::string::npos) << said;
     EXPECT_TRUE(names(folder.path()).empty());
 }
 
@@ -153,14 +150,12 @@ TEST(ViewFilm, LeavesNothingWhenFfmpegFailsOrTheFilmIsNotClosed) {
     const TestFolder folder, programs;
     const OnlyPath path(programs.path());
     write_script(programs.path() / "ffmpeg", "/bin/cat >\"$out\"; echo no such codec >&2; exit 3\n");
-    try {
+    const std::string said = error_of([&] {
         Film film(folder.path() / "a.gif", 8, 8, 33.0);
         film.add(grey(8, 8));
         film.close();
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("no such codec"), std::string::npos) << error.what();
-    }
+    });
+    EXPECT_NE(said.find("no such codec"), std::string::npos) << said;
     { Film(folder.path() / "a.gif", 8, 8, 33.0).add(grey(8, 8)); }
     EXPECT_TRUE(names(folder.path()).empty());
 }

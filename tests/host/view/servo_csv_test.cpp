@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -44,16 +45,11 @@ protected:
 
     /// The error of a text must begin with the file and the line and contain `what`.
     void expect_error(const std::string& text, int line, const std::string& what, const FrameChoice& choice = {}) {
-        try {
-            read(text, choice);
-            FAIL() << "no error that says: " << what;
-        } catch (const Error& error) {
-            const std::string said = error.what();
-            const std::string place = csv_.string() + (line > 0 ? ":" + std::to_string(line) : "") + ": ";
-            EXPECT_EQ(said.rfind(place, 0), 0U) << said;
-            EXPECT_NE(said.find(what), std::string::npos) << said;
-            EXPECT_EQ(said.find('\n'), std::string::npos) << said;
-        }
+        const std::string said = error_of([&] { read(text, choice); });
+        const std::string place = csv_.string() + (line > 0 ? ":" + std::to_string(line) : "") + ": ";
+        EXPECT_EQ(said.rfind(place, 0), 0U) << said;
+        EXPECT_NE(said.find(what), std::string::npos) << said;
+        EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     }
 
     TestFolder folder_;
