@@ -135,7 +135,7 @@ def test_modes_are_those_of_the_same_mesh(element, is_free, tmp_path, build):
     if is_free:
         scene["body"]["free"] = True
         del scene["fixed"]
-    found = scenes.precompute(scene, tmp_path / "t", build)["vibration"]["frequency_hz"]
+    found = scenes.precompute(scene, tmp_path / "t", build)["modes"]["frequency_hz"]
     mesh = mesh_of(cube_scene(5, 0.16, top=False), tmp_path / "mesh", build)
     free = [] if is_free else [0.0]
     body = Tetrahedra(mesh, 1e4, 0.16, lambda x: np.isin(x[:, 2], free), element == "quadratic")
