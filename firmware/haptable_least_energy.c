@@ -676,7 +676,7 @@ int haptable_contact_falls(const struct haptable_model* model, const float x_m[3
     int corner = 0;
     int falls;
     here.at = *contact;
-    vec_copy(contact->load_n, here.energy.load_n);
+    vec_copy(contact->load_n, here.energy.load_n); /* cppcheck-suppress uninitvar ; it is written here */
     falls = feature_of(contact->alpha, &corner) == ON_EDGE ? falls_across(&walk, corner, &here, &seen)
                                                            : falls_around(&walk, corner, &here, &seen);
     if (falls) {

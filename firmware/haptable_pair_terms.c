@@ -210,7 +210,8 @@ void haptable_pair_vary(const struct pair_link* link, const float v[3], const fl
     }
     for (b = 0; b < 2; ++b) {
         sum_vectors(count, link->slope[b], by, x_v[b]);
-        sum_vectors(count, link->slope[b], from, varied->back[b]);
+        sum_vectors(count, link->slope[b], from,
+                    varied->back[b]); /* cppcheck-suppress uninitvar ; it is written here */
         varied->coupled_j[b] = vec_dot(v, x_v[b]);
     }
     if (count == HAPTABLE_PAIR_CONTROLS) {
@@ -412,7 +413,7 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
     haptable_pair_link(view, contact, (const float(*)[9])rows_of(view, contact->patch)->x, point.e, &link);
     pair_cross_of(&link, x);
     if (terms == HAPTABLE_ENERGY_GRADIENT && !tables->law->is_stiffness) { /* v is the load, which is known */
-        vec_copy(energy->load_n, system.v[0]);
+        vec_copy(energy->load_n, system.v[0]);                /* cppcheck-suppress uninitvar ; it is written here */
         if (view->share < 1.0f) mat_scale(view->share, x, x); /* the same place as another patch sees it */
         put_other(view, x, system.v[0], system.v[1]);
     } else {

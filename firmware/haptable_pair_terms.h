@@ -21,8 +21,9 @@ static inline int pair_count(const struct haptable_pair_law* law) {
     return law->controls == HAPTABLE_PAIR_CONTROLS ? HAPTABLE_PAIR_CONTROLS : 3;
 }
 
-/* Of numbers, each `stride` after the one before. */
+/* Sum of numbers, each `stride` after the one before. */
 static inline float pair_sum_numbers(int count, const float w[], const float* x, size_t stride) {
+    /* cppcheck-suppress uninitvar ; its caller fills count numbers */
     const float three = w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride];
     return count == 3 ? three : three + w[3] * x[3 * stride] + w[4] * x[4 * stride] + w[5] * x[5 * stride];
 }

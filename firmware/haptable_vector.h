@@ -147,12 +147,12 @@ HAPTABLE_INLINE float vec_inverse_root(float x) {
         uint32_t bits;
     } guess;
     float y;
-    int step;
+    int k;
     guess.number = x;
     guess.bits = 0x5f3759dfu - (guess.bits >> 1);
     y = guess.number;
     HAPTABLE_UNROLLED
-    for (step = 0; step < 3; ++step) y = y * (1.5f - 0.5f * x * y * y);
+    for (k = 0; k < 3; ++k) y = y * (1.5f - 0.5f * x * y * y);
     return y;
 }
 

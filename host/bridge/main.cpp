@@ -13,9 +13,9 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
+#include "host/base/summary_lines.hpp"
 #include "host/bridge/line_stepper.hpp"
 #include "host/link/realtime.hpp"
-#include "host/base/summary_lines.hpp"
 #include "host/session/serve.hpp"
 
 namespace haptable {

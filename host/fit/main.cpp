@@ -8,8 +8,8 @@
 
 #include "codegen/rigid_body.hpp"
 #include "host/base/program.hpp"
-#include "host/fit/fit.hpp"
 #include "host/base/summary_lines.hpp"
+#include "host/fit/fit.hpp"
 #include "host/tables/modes.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What is asked of L = K^-1. Two answer: CholmodInverse in this process, DistributedInverse (host/precompute/mpi) over many.
-// Neither knows scenes, files or the report: they return facts and fill sinks.
+// What is asked of L = K^-1. Two answer: CholmodInverse in this process, DistributedInverse (host/precompute/mpi) over
+// many. Neither knows scenes, files or the report: they return facts and fill sinks.
 #pragma once
 
 #include <Eigen/Core>

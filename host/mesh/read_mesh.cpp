@@ -21,14 +21,6 @@
 
 namespace haptable {
 
-MeshFile::MeshFile(std::filesystem::path file, std::string_view whole, std::span<const std::string> wanted)
-    : path(std::move(file)),
-      text(whole),
-      vectors(wanted),
-      head(text.substr(0, 4096)),
-      first(head.substr(std::min(head.find_first_not_of(" \t\r\n"), head.size()))),
-      ending(lower(path.extension().string())) {}
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -3,11 +3,14 @@
 // Readers throw Error with the file and its line.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "host/base/text.hpp"
 #include "host/mesh/raw_mesh.hpp"
 
 namespace haptable {
@@ -15,7 +18,13 @@ namespace haptable {
 /// A mesh file, read whole.
 struct MeshFile {
     /// vectors: names of the cells' arrays of three components to keep, by the formats that have such.
-    MeshFile(std::filesystem::path file, std::string_view whole, std::span<const std::string> wanted = {});
+    MeshFile(std::filesystem::path file, std::string_view whole, std::span<const std::string> wanted = {})
+        : path(std::move(file)),
+          text(whole),
+          vectors(wanted),
+          head(text.substr(0, 4096)),
+          first(head.substr(std::min(head.find_first_not_of(" \t\r\n"), head.size()))),
+          ending(lower(path.extension().string())) {}
 
     std::filesystem::path path;
     std::string_view text;

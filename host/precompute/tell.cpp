@@ -28,7 +28,8 @@ void tell(const Telling& telling, const Scene& scene, const std::filesystem::pat
     say(telling, "warning", holding_warnings(scene, body));
     say(telling, "warning", unchanged ? kept_warnings(folder) : run_warnings(scene, summary));
     if (telling.json)
-        fmt::print("{}", unchanged ? read_file(folder / "summary.json") : summary_text(facts_of(scene, body, summary), scene, body, summary));
+        fmt::print("{}", unchanged ? read_file(folder / "summary.json")
+                                   : summary_text(facts_of(scene, body, summary), scene, body, summary));
     else if (unchanged && !telling.quiet)
         fmt::print("{} (model {:016x}) is unchanged in {}: nothing to compute; --force computes it again\n", scene.name,
                    summary.identity.model_hash, folder.string());

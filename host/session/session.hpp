@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "host/base/summary_lines.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/live_state.hpp"
 #include "host/link/messages.hpp"
 #include "host/link/statistics.hpp"
-#include "host/base/summary_lines.hpp"
 #include "host/session/answer.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/record.hpp"

@@ -10,7 +10,8 @@
 
 namespace haptable {
 
-/// The files of a folder without a mark that its tables.json names by their hash, and the reports; empty where one differs.
+/// The files of a folder without a mark that its tables.json names by their hash, and the reports; empty where one
+/// differs.
 std::vector<std::string> own_tables_in(const std::filesystem::path& folder);
 
 }  // namespace haptable

@@ -107,7 +107,7 @@ const struct haptable_pair_model* page_coupling(const struct haptable_model* mod
 /* The modes of a body, of these bytes; 0 as page_model. */
 EXPORT(page_body_modes)
 const struct haptable_modes* page_body_modes(const struct haptable_model* model, const unsigned char* mode_bytes,
-                                            uint32_t count) {
+                                             uint32_t count) {
     struct bytes bytes = {mode_bytes, count};
     struct haptable_scene_reader* reader = reader_of(&bytes);
     const struct haptable_modes* modes = reader ? haptable_read_modes(reader) : 0;
