@@ -86,9 +86,9 @@ std::uint64_t bound_of(const LoadedScene& scene) {
     const std::uint64_t fan = most_patches_around_a_vertex(scene.model()), fingers = scene.pair() != nullptr ? 2 : 1;
     std::uint64_t bound = fingers == 2 ? most_pair_cost(mode, fan) : most_cost(mode, fan);
     if (scene.body() != nullptr) bound += most_body_cost(scene.body()->point_count, fingers);
-    if (const VibrationTables* vibration = scene.vibration())
-        bound += fingers == 2 ? most_vibration_pair_cost(mode, vibration->modes())
-                              : most_vibration_cost(mode, vibration->modes());
+    if (const ModeTables* body_modes = scene.body_modes())
+        bound +=
+            fingers == 2 ? most_modes_pair_cost(mode, body_modes->modes()) : most_modes_cost(mode, body_modes->modes());
     return bound;
 }
 
@@ -100,7 +100,7 @@ ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
         const TargetImage image(o.folder.parent_path(), o.folder.filename(), target);
         if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
         ordered_json& one = counted.emplace_back(ordered_json{{"target", target}, {"bound", bound_of(scene)}});
-        if (scene.vibration() != nullptr) one["modes"] = scene.vibration()->modes();
+        if (scene.body_modes() != nullptr) one["modes"] = scene.body_modes()->modes();
         one.update(to_json(image.replay(path_m), size / 3));
     }
     return counted;
