@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The project's own Python package on this tree's library, for this Python: build/lab/haptable."""
+"""The project's own Python package on this tree's library, for this Python and this process: others load it beside."""
 
 from __future__ import annotations
 
+import atexit
+import functools
 import importlib
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 from types import ModuleType
 
@@ -20,14 +23,17 @@ lib = ffi.dlopen(str(pathlib.Path(__file__).with_name("libhaptable.so.1")))
 """
 
 
+@functools.cache
 def load(build: Path) -> ModuleType:
     """The module haptable, of the library that `make library` has left."""
-    library, package = build / "lib/libhaptable.so.1", build / "lab/haptable"
+    library = build / "lib/libhaptable.so.1"
     if not library.exists():
         raise LabError(f"{library}: is not there; run make library")
-    sys.path[:0] = [str((build / "lab").resolve()), "python"]
+    folder = tempfile.mkdtemp(prefix="haptable-lab-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    package = Path(folder) / "haptable"
+    sys.path[:0] = [folder, "python"]
     from build_library import HEADER, declarations
-    shutil.rmtree(package, ignore_errors=True)
     shutil.copytree("python/haptable", package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(library, package)
     declared = declarations(HEADER.read_text(encoding="utf-8"))

@@ -12,6 +12,8 @@ $(call as_given,LIBDIR)
 # What haptable-codegen --export takes: one list of files for every kind of project.
 BOARD_PARTS = $(patsubst firmware/%,$(BUILD)/lib/firmware/%,$(wildcard firmware/*.[ch])) \
     $(patsubst packaging/%,$(BUILD)/lib/%,$(shell find packaging/boards -type f))
+# What is no source any more is no part of a project either.
+$(shell rm -f $(filter-out $(BOARD_PARTS),$(wildcard $(BUILD)/lib/firmware/*)))
 LIBRARY = $(BUILD)/lib/libhaptable.so.1
 INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-fit)
 MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUILD)/package/man/haptable-build.1
