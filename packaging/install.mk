@@ -12,8 +12,8 @@ $(call as_given,LIBDIR)
 # What haptable-codegen --export takes: one list of files for every kind of project.
 BOARD_PARTS = $(patsubst firmware/%,$(BUILD)/lib/firmware/%,$(wildcard firmware/*.[ch])) \
     $(patsubst packaging/%,$(BUILD)/lib/%,$(shell find packaging/boards -type f))
-# What is no source any more is no part of a project either.
-$(shell rm -f $(filter-out $(BOARD_PARTS),$(wildcard $(BUILD)/lib/firmware/*)))
+# What was one before: no source any more.
+BOARD_STALE = $(filter-out $(BOARD_PARTS),$(wildcard $(BUILD)/lib/firmware/*))
 LIBRARY = $(BUILD)/lib/libhaptable.so.1
 INSTALLED = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-fit)
 MANUAL = $(patsubst $(BUILD)/bin/%,$(BUILD)/package/man/%.1,$(INSTALLED)) $(BUILD)/package/man/haptable-build.1
@@ -28,7 +28,11 @@ install: $(INSTALLED) $(MODULES) $(PAGE_PARTS) $(BUILD)/lib/libhaptable-servo.a 
 uninstall:
 	@sh packaging/uninstall.sh "$$HAPTABLE_DESTDIR" "$$HAPTABLE_PREFIX"
 
-$(BUILD)/bin/haptable-codegen: | $(BOARD_PARTS)
+$(BUILD)/bin/haptable-codegen: | $(BOARD_PARTS) $(if $(BOARD_STALE),board-stale)
+
+.PHONY: board-stale
+board-stale:
+	@rm -f $(BOARD_STALE)
 
 $(BUILD)/lib/firmware/%: firmware/%
 	@mkdir -p $(@D)
