@@ -127,15 +127,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 
 # The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
 # at the end.
-TEST_SOURCES = $(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*'))
-TEST_FILES := $(TEST_SOURCES:%=$(BUILD)/%.o)
-# make test UNIFIED=1200: the tests of a room are compiled in one unit of at most so many lines, which takes less of the
-# compiler's time; who changes one of them compiles its whole unit again.
-UNIFIED ?=
-ifneq ($(and $(UNIFIED),$(filter test test-all test-kernels lint $(BUILD)/tests/unit,$(MAKECMDGOALS))),)
-include $(BUILD)/tests/units.mk
-endif
-TESTS = $(or $(TEST_UNITS:%=%.o),$(TEST_FILES))
+TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')))
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm)) $(BUILD)/lcm/haptable/channels.hpp
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-fit)
@@ -357,7 +349,7 @@ TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
-	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(python3 scripts/rooms.py $(BUILD) $(BUILD)/tidy 0 $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)
+	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(python3 scripts/rooms.py $(BUILD) $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)
 
 # format: put every C and C++ file into the project's form
 .PHONY: format
@@ -367,7 +359,7 @@ format: $(BUILD)/setup-lint.stamp
 # compile_commands.json: how each file is compiled, for editors and clang's tools; compiles nothing
 .PHONY: compile_commands.json
 compile_commands.json:
-	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= UNIFIED= all $(BUILD)/bin/haptable-keys $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/bin/haptable-keys $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
 	@mv $@.beside $@
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
@@ -405,23 +397,16 @@ $(BUILD)/setup-%.stamp: scripts/setup.sh | $(BUILD)/setup.stamp
 	@mkdir -p $(@D) && touch $@
 
 $(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES)) $(BUILD)/host/strokes/solid.cpp.o: | $(BUILD)/setup-surface.stamp
-$(TEST_FILES) $(TEST_UNITS:%=%.o): | $(BUILD)/setup-test.stamp $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
-$(TEST_FILES) $(TEST_UNITS:%=%.o): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
+$(TESTS): | $(BUILD)/setup-test.stamp $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
+$(TESTS): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
 # A fifth less of the compiler's time, and the tests' own loops are short.
-$(TEST_FILES) $(TEST_UNITS:%=%.o) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
+$(TESTS) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
 $(BUILD)/tests/precompiled.hpp.gch: | $(BUILD)/setup-test.stamp
 $(patsubst %,$(BUILD)/%.o,$(shell find host/bench -name '*.cpp')): | $(BUILD)/setup-bench.stamp
 
 $(BUILD)/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
 	$(say) C++ $<
 	@mkdir -p $(@D)
-	$(Q)$(COMPILE) -c $< -o $@
-
-$(BUILD)/tests/units.mk: $(TEST_SOURCES) scripts/rooms.py | $(BUILD)/setup-test.stamp $(TYPES)
-	@units=$$(python3 scripts/rooms.py $(BUILD) $(BUILD)/tests/units $(UNIFIED) $(TEST_SOURCES)) && echo TEST_UNITS = $$units >$@
-
-$(TEST_UNITS:%=%.o): %.o: % | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
-	$(say) C++ $<
 	$(Q)$(COMPILE) -c $< -o $@
 
 # Beside a copy, which the compiler reads where it does not take the other. Remade when a header that it holds is newer.

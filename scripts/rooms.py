@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""rooms.py BUILD FOLDER LINES FILE...: writes translation units FOLDER/UnifiedSource-*.cpp that include many .cpp files
-each, at most so many lines (0: any), and prints their names: so that clang-tidy or the compiler reads headers and makes
-templates once a room and not once a file.
+"""rooms.py BUILD FILE...: writes translation units BUILD/tidy/UnifiedSource-*.cpp that include many .cpp files each, so
+that clang-tidy reads and matches their headers once a room and not once a file, and prints their names.
 
 Files of a room (host/view, host/bench, codegen, ...) stand in one unit, but for those whose names meet: a name of an
 unnamed namespace, of a macro or of a static function that another file has too, or that a header declares which the other
@@ -16,13 +15,11 @@ from pathlib import Path
 
 # Clang's analyzer follows the paths of what a unit includes only where the unit has this name.
 PREFIX = "UnifiedSource-"
-# What GoogleTest makes names of, which ctags takes for names.
-NO_NAMES = {"main", "TEST", "TEST_F", "TEST_P", "INSTANTIATE_TEST_SUITE_P"}
 # Rooms whose files stand in no other unit: the compiler's options are others, or the headers take a minute.
 ALONE = ("host/precompute/mpi", "host/library/examples", "host/mesh/cgal", "host/mesh/gmsh")
 
-build, folder, most = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]) or sys.maxsize
-files = sorted(sys.argv[4:])
+build = Path(sys.argv[1])
+files = sorted(sys.argv[2:])
 
 
 @functools.cache
@@ -47,8 +44,8 @@ def names_of(paths: list) -> tuple:
         scope = re.search(r"\tscope:(\w+):(.*)$", tag)
         if not scope or scope[1] in ("namespace", "enum"):
             every[path].add(name)
-            # main is another name in each (below), a test's name has its suite's, and what another program calls by its name is there once.
-            if name not in NO_NAMES and not name.startswith("haptable_") and (not scope or re.search(r"__anon\w*$", scope[2])):
+            # main is another name in each (below), and what another program calls by its name is there once.
+            if name != "main" and not name.startswith("haptable_") and (not scope or re.search(r"__anon\w*$", scope[2])):
                 own[path].add(name)
     return own, every
 
@@ -70,12 +67,7 @@ def room_of(file: str) -> str:
     if "<asm/" in text:  # the kernel's headers and libc's each define a struct termios
         return file.removesuffix(".cpp")
     alone = next((room for room in ALONE if file.startswith(room + "/")), None)
-    return alone or re.match(r"(tests/)?(host/[^/]*|[^/]*(?=/)|)", file)[0].rstrip("/")
-
-
-@functools.cache
-def lines_of(file: str) -> int:
-    return Path(file).read_text().count("\n")
+    return alone or re.match(r"host/[^/]*|[^/]*", file)[0]
 
 
 # What meets least first: the largest set of files then stands in the room's unit.
@@ -84,12 +76,11 @@ for file in sorted(files, key=lambda file: sum(meet(file, other) for other in fi
     room = room_of(file)
     more = room if room in ALONE else "rooms"
     number = 1
-    lines = lines_of(file)
-    while (unit := units.setdefault(room if number == 1 else f"{more}-{number}", [])) and (
-            lines + sum(map(lines_of, unit)) > most or any(meet(file, other) for other in unit)):
+    while any(meet(file, other) for other in units.setdefault(room if number == 1 else f"{more}-{number}", [])):
         number += 1
     units[room if number == 1 else f"{more}-{number}"].append(file)
 
+folder = build / "tidy"
 folder.mkdir(parents=True, exist_ok=True)
 paths = {folder / f"{PREFIX}{unit.replace('/', '-')}.cpp": members for unit, members in units.items()}
 for stale in set(folder.glob(f"{PREFIX}*.cpp")) - set(paths):
