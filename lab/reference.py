@@ -23,6 +23,7 @@ from lab.cholmod import Factor
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  #: of a tetrahedron, in the order of their middles
 _PIECES = 12  # of a cell's or a triangle's side, over which a pressure is integrated
 
 
@@ -139,7 +140,7 @@ class Mesh:
     @functools.cached_property
     def edges(self) -> Indices:
         """[e, 2] ascending: every edge once."""
-        pairs = self.tets[:, [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]].reshape(-1, 2)
+        pairs = self.tets[:, EDGES].reshape(-1, 2)
         return np.unique(np.sort(pairs, 1), axis=0)
 
     def middle(self, a: Indices, b: Indices) -> Indices:
@@ -147,6 +148,11 @@ class Mesh:
         n = len(self.x)
         key = self.edges[:, 0] * n + self.edges[:, 1]
         return n + np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
+
+    @functools.cached_property
+    def middles(self) -> Indices:
+        """[t, 6] of every tetrahedron, by EDGES."""
+        return np.column_stack([self.middle(self.tets[:, a], self.tets[:, b]) for a, b in EDGES])
 
     @functools.cached_property
     def surface(self) -> Indices:
@@ -159,8 +165,8 @@ class Mesh:
         """Every tetrahedron in eight: four at the corners, the octahedron between them along its shortest diagonal."""
         x = np.vstack([self.x, self.x[self.edges].mean(1)])
         t = self.tets
-        m = np.column_stack([self.middle(t[:, a], t[:, b]) for a, b in ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))])
-        between = {frozenset(p): m[:, e] for e, p in enumerate(((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)))}
+        m = self.middles
+        between = {frozenset(p): m[:, e] for e, p in enumerate(EDGES)}
         small = [np.column_stack([t[:, c], *(between[frozenset((c, d))] for d in range(4) if d != c)]) for c in range(4)]
         diagonals = np.array([[0, 5, 1, 2, 3, 4], [1, 3, 0, 2, 5, 4], [2, 4, 0, 1, 5, 3]])  # its ends, then the ring
         length = np.column_stack([np.linalg.norm(x[m[:, d[0]]] - x[m[:, d[1]]], axis=1) for d in diagonals])
