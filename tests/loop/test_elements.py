@@ -6,6 +6,7 @@ import re
 import shutil
 import signal
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -97,20 +98,18 @@ def test_servo_device_and_viewer_as_processes_over_udp(element, tmp_path, lcm_ur
 
 
 @pytest.fixture(scope="module")
-def binding(tmp_path_factory):
-    """The Python package on this tree's library, in a folder of its own."""
+def binding():
+    """The Python package on this tree's library, with the messages that the other tests read by the same name."""
     if not (BUILT / "lib/libhaptable.so.1").exists():
         pytest.skip("no libhaptable: make library makes it")
-    build = tmp_path_factory.mktemp("binding")
-    (build / "lib").symlink_to(BUILT / "lib")
     for name in [name for name in sys.modules if name.split(".")[0] == "haptable"]:  # its messages, without the package
         del sys.modules[name]
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
         patch.syspath_prepend(str(ROOT))
         from lab import binding
-        package = binding.load(build)
-    (build / "lab/haptable/messages").symlink_to(BUILT / "python/types/haptable/messages")
+        package = binding.load(BUILT)
+    (Path(package.__file__).parent / "messages").symlink_to(BUILT / "python/types/haptable/messages")
     return package
 
 
