@@ -74,7 +74,9 @@ FIRMWARE   = $(call objects,firmware)
 SOLVE      = $(call objects,host/solve)
 CODEGEN    = $(call objects,codegen) $(TABLES) $(FIRMWARE)
 INVERSE    = $(call objects,host/inverse) $(SOLVE) $(BASE)
-PRECOMPUTE = $(call objects,host/precompute) $(INVERSE) $(SCENES) $(MESH) $(FEM) $(CODEGEN)
+BODY       = $(call objects,host/body) $(INVERSE) $(SCENES) $(MESH) $(FEM)
+COMPLIANCE = $(call objects,host/compliance) $(BODY) $(CODEGEN)
+PRECOMPUTE = $(call objects,host/precompute) $(COMPLIANCE)
 LINK       = $(call objects,host/link) $(BASE)
 SESSION    = $(call objects,host/session) $(LINK) $(FIRMWARE)
 SERVO      = $(call objects,host/servo) $(SESSION)
@@ -85,7 +87,7 @@ FIT        = $(call objects,host/fit) $(SERVO) $(SCENES) $(CODEGEN)
 ELEMENTS   = $(addprefix $(BUILD)/host/,fem/hooke.cpp.o fem/elasticity.cpp.o mesh/quadratic_tet.cpp.o)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(ELEMENTS) $(SOLVE) $(LINK) $(CODEGEN)
 LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
-MPI        = $(call objects,host/precompute/mpi) $(PRECOMPUTE)
+MPI        = $(call objects,host/inverse/mpi) $(PRECOMPUTE)
 NUMBERS    = $(call objects,host/numbers) $(BASE)
 TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
 HARD       = $(call objects,host/hard) $(NUMBERS) $(PRECOMPUTE)
@@ -115,7 +117,7 @@ $(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private O
 # An example includes the installed header by its name.
 $(BUILD)/tidy/UnifiedSource-host-library-examples%.ok: private INCLUDE += -Ihost/library
 # Not -I: MPI's headers are not ours to warn about.
-$(BUILD)/host/precompute/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/UnifiedSource-host-precompute-mpi%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
+$(BUILD)/host/precompute/mpi/%.cpp.o $(BUILD)/host/inverse/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/UnifiedSource-host-inverse-mpi%.ok $(BUILD)/tidy/UnifiedSource-host-precompute-mpi%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
 # CGAL's exact predicates count on directed rounding.
 $(BUILD)/host/mesh/cgal/%.cpp.o: private FP += -frounding-math
@@ -345,7 +347,7 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 
 # tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
 # Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/precompute/mpi/%),\
+TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp

@@ -14,7 +14,7 @@ unreadable='/port/|_template.h$' # of our C++, or included by its instances alon
 if command -v mpicxx >/dev/null; then
     for folder in $(mpicxx --showme:incdirs); do includes="$includes -isystem $folder"; done
 else
-    unreadable="$unreadable|host/precompute/mpi/"
+    unreadable="$unreadable|host/(inverse|precompute)/mpi/"
 fi
 
 # ---- arrows: what a folder may include of the project -------------------------------------------------------------
@@ -36,7 +36,10 @@ arrow codegen host/base host/tables codegen firmware/haptable_model.h firmware/h
 arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/solve host/inverse
-arrow host/precompute host/solve host/inverse host/base host/scene host/mesh host/fem host/tables codegen host/precompute
+# A mesh with what holds it and what it is made of; then what of L = K^-1 a scene needs; then a run and its folder.
+arrow host/body host/base host/scene host/mesh host/fem host/solve host/inverse host/body
+arrow host/compliance host/base host/tables host/solve host/inverse host/body codegen/pair.hpp host/compliance
+arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/solve host/inverse host/body host/compliance codegen host/precompute
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
 arrow host/servo host/base host/link host/session host/servo model.h haptable/
@@ -46,8 +49,8 @@ arrow host/bridge host/base host/link host/session host/bridge host/tables codeg
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/scene host/servo host/tables host/fit codegen
-arrow host/hard host/base host/scene host/mesh host/tables host/precompute host/numbers host/hard codegen firmware/haptable_model.h
-arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
+arrow host/hard host/base host/scene host/mesh host/tables host/body host/precompute host/numbers host/hard codegen firmware/haptable_model.h
+arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/body host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h

@@ -16,7 +16,7 @@ from pathlib import Path
 # Clang's analyzer follows the paths of what a unit includes only where the unit has this name.
 PREFIX = "UnifiedSource-"
 # Rooms whose files stand in no other unit: the compiler's options are others, or the headers take a minute.
-ALONE = ("host/precompute/mpi", "host/library/examples", "host/mesh/cgal", "host/mesh/gmsh")
+ALONE = ("host/inverse/mpi", "host/precompute/mpi", "host/library/examples", "host/mesh/cgal", "host/mesh/gmsh")
 
 build = Path(sys.argv[1])
 files = sorted(sys.argv[2:])

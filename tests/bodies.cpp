@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "codegen/in_memory.hpp"
+#include "host/body/assembly.hpp"
+#include "host/compliance/compliance.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/mesh/write_tetgen.hpp"
-#include "host/precompute/assembly.hpp"
-#include "host/precompute/compliance.hpp"
 
 namespace haptable::test {
 

@@ -4,8 +4,8 @@
 
 #include <random>
 
+#include "host/body/body.hpp"
 #include "host/inverse/stiffness.hpp"
-#include "host/precompute/body.hpp"
 
 namespace haptable::test {
 

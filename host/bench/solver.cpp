@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "host/precompute/assembly.hpp"
+#include "host/body/assembly.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "host/body/body.hpp"
 #include "host/inverse/factor.hpp"
-#include "host/precompute/body.hpp"
 #include "host/view/deformation.hpp"
 
 namespace haptable {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "host/precompute/body.hpp"
+#include "host/body/body.hpp"
 
 namespace haptable {
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "host/body/body.hpp"
 #include "host/mesh/audit.hpp"
-#include "host/precompute/body.hpp"
 
 namespace haptable {
 

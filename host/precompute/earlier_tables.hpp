@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host/precompute/column_store.hpp"
+#include "host/compliance/column_store.hpp"
 #include "host/precompute/summary.hpp"
 
 namespace haptable {

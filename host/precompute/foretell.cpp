@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <thread>
 
+#include "host/body/rigid_body.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
-#include "host/precompute/rigid_body.hpp"
 
 namespace haptable {
 

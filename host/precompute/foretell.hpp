@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "host/precompute/gravity.hpp"
-#include "host/precompute/locking.hpp"
+#include "host/body/gravity.hpp"
+#include "host/body/locking.hpp"
 
 namespace haptable {
 

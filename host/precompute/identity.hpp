@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-#include "host/precompute/body.hpp"
+#include "host/body/body.hpp"
 
 namespace haptable {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "host/precompute/point_compliance.hpp"
+#include "host/compliance/point_compliance.hpp"
 
 namespace haptable {
 

@@ -2,10 +2,10 @@
 // What a run is to compute: what the scene asks for, without what an earlier run left that still holds.
 #pragma once
 
-#include "host/precompute/body.hpp"
-#include "host/precompute/column_store.hpp"
+#include "host/body/body.hpp"
+#include "host/body/mask.hpp"
+#include "host/compliance/column_store.hpp"
 #include "host/precompute/earlier_tables.hpp"
-#include "host/precompute/mask.hpp"
 
 namespace haptable {
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "host/base/progress.hpp"
+#include "host/body/body.hpp"
 #include "host/inverse/inverse.hpp"
-#include "host/precompute/body.hpp"
 #include "host/precompute/summary.hpp"
 
 namespace haptable {

@@ -5,8 +5,8 @@
 
 #include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
-#include "host/precompute/compliance.hpp"
-#include "host/precompute/rigid_body.hpp"
+#include "host/body/rigid_body.hpp"
+#include "host/compliance/compliance.hpp"
 
 namespace haptable {
 

@@ -2,8 +2,8 @@
 // What a body must have for tables to be made of it. Each throws Error with the scene's name and what to do.
 #pragma once
 
+#include "host/body/under_constrained.hpp"
 #include "host/inverse/inverse.hpp"
-#include "host/precompute/under_constrained.hpp"
 
 namespace haptable {
 

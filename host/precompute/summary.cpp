@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/json.hpp"
+#include "host/body/locking.hpp"
 #include "host/precompute/digits.hpp"
 #include "host/precompute/facts.hpp"
-#include "host/precompute/locking.hpp"
 #include "host/solve/blas_core.hpp"
 
 namespace haptable {

@@ -8,17 +8,17 @@
 #include <vector>
 
 #include "codegen/codegen.hpp"
+#include "host/body/gravity.hpp"
+#include "host/body/locking.hpp"
+#include "host/body/small_strain.hpp"
+#include "host/body/under_constrained.hpp"
+#include "host/compliance/modes.hpp"
+#include "host/compliance/pair_coupling.hpp"
 #include "host/inverse/inverse.hpp"
 #include "host/mesh/audit.hpp"
-#include "host/precompute/gravity.hpp"
 #include "host/precompute/identity.hpp"
-#include "host/precompute/locking.hpp"
-#include "host/precompute/modes.hpp"
-#include "host/precompute/pair_coupling.hpp"
 #include "host/precompute/press.hpp"
-#include "host/precompute/small_strain.hpp"
 #include "host/precompute/stage_clock.hpp"
-#include "host/precompute/under_constrained.hpp"
 
 namespace haptable {
 

@@ -8,10 +8,10 @@
 
 #include "host/base/file.hpp"
 #include "host/base/finger_advice.hpp"
+#include "host/body/locking.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/precompute/digits.hpp"
 #include "host/precompute/facts.hpp"
-#include "host/precompute/locking.hpp"
 #include "host/precompute/press.hpp"
 
 namespace haptable {

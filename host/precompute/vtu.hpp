@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "host/precompute/body.hpp"
+#include "host/body/body.hpp"
 
 namespace haptable {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "host/base/own_folder.hpp"
+#include "host/compliance/point_compliance.hpp"
 #include "host/precompute/plan.hpp"
-#include "host/precompute/point_compliance.hpp"
 
 namespace haptable {
 

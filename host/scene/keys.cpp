@@ -2,8 +2,8 @@
 #include "host/scene/keys.hpp"
 
 #include "host/base/json.hpp"
+#include "host/base/mass_range.hpp"
 #include "host/scene/device_models.hpp"
-#include "host/scene/mass_range.hpp"
 
 namespace haptable {
 

@@ -12,12 +12,12 @@
 #include "firmware/haptable_pair.h"
 #include "host/base/error.hpp"
 #include "host/base/hash.hpp"
+#include "host/body/body.hpp"
+#include "host/body/under_constrained.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/shells.hpp"
 #include "host/mesh/write_tetgen.hpp"
-#include "host/precompute/body.hpp"
-#include "host/precompute/under_constrained.hpp"
 
 namespace haptable {
 

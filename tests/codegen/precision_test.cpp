@@ -9,7 +9,7 @@
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
-#include "host/precompute/mask.hpp"
+#include "host/body/mask.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 

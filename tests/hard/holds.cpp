@@ -2,8 +2,8 @@
 #include "tests/hard/holds.hpp"
 
 #include "host/base/error.hpp"
+#include "host/body/assembly.hpp"
 #include "host/hard/measure.hpp"
-#include "host/precompute/assembly.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "host/base/error.hpp"
+#include "host/body/assembly.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
-#include "host/precompute/assembly.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/conditioning.hpp"

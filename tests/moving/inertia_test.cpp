@@ -9,7 +9,7 @@
 #include <functional>
 #include <memory>
 
-#include "host/scene/mass_range.hpp"
+#include "host/base/mass_range.hpp"
 #include "tests/error_of.hpp"
 #include "tests/hand.hpp"
 #include "tests/moving/adapter.hpp"

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "host/scene/mass_range.hpp"
+#include "host/base/mass_range.hpp"
 #include "tests/bodies.hpp"
 #include "tests/hand.hpp"
 #include "tests/moving/adapter.hpp"

@@ -7,7 +7,7 @@
 
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
-#include "host/precompute/mpi/distributed_inverse.hpp"
+#include "host/inverse/mpi/distributed_inverse.hpp"
 #include "host/precompute/owner.hpp"
 #include "host/precompute/tell.hpp"
 

@@ -8,10 +8,10 @@
 #include <Eigen/Geometry>
 #include <mutex>
 
+#include "host/body/assembly.hpp"
+#include "host/body/rigid_body.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
-#include "host/precompute/assembly.hpp"
-#include "host/precompute/rigid_body.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/tolerance.hpp"

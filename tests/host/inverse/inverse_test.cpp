@@ -8,7 +8,7 @@
 #include <set>
 
 #include "host/base/error.hpp"
-#include "host/precompute/column_store.hpp"
+#include "host/compliance/column_store.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"

@@ -7,11 +7,11 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "host/body/assembly.hpp"
+#include "host/body/rigid_body.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
 #include "host/inverse/rest_inverse.hpp"
-#include "host/precompute/assembly.hpp"
-#include "host/precompute/rigid_body.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "host/base/error.hpp"
+#include "host/body/assembly.hpp"
 #include "host/fem/elasticity.hpp"
-#include "host/precompute/assembly.hpp"
 #include "tests/host/inverse/dense_reference.hpp"
 
 namespace haptable {

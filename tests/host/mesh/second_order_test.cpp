@@ -11,12 +11,12 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/body/body.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/middles.hpp"
 #include "host/mesh/quadratic_tet.hpp"
 #include "host/mesh/read_mesh.hpp"
-#include "host/precompute/body.hpp"
 #include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"

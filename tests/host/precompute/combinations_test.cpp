@@ -6,9 +6,9 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
+#include "host/body/assembly.hpp"
+#include "host/body/gravity.hpp"
 #include "host/inverse/factor.hpp"
-#include "host/precompute/assembly.hpp"
-#include "host/precompute/gravity.hpp"
 #include "host/precompute/precompute.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"

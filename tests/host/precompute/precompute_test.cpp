@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/precompute/precompute.hpp"
 #include "host/base/json.hpp"
-#include "host/precompute/assembly.hpp"
+#include "host/body/assembly.hpp"
 #include "host/precompute/facts.hpp"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
-#include "host/precompute/mpi/distributed_inverse.hpp"
+#include "host/inverse/mpi/distributed_inverse.hpp"
 #include "tests/host/inverse/inverses.hpp"
 
 namespace haptable::test {

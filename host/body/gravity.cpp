@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "host/body/gravity.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/base/error.hpp"
+#include "host/base/noise.hpp"
+#include "host/body/assembly.hpp"
+#include "host/body/small_strain.hpp"
+#include "host/fem/gravity.hpp"
+#include "host/solve/dense.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Eigen::Matrix3Xd weight(const Scene& scene, const Body& body) {
+    std::vector<double> density;
+    for (std::int32_t region : body.region) density.push_back(scene.density_of(region));
+    const auto& g = scene.gravity->acceleration_m_per_s2;
+    const Laws laws = laws_of(scene, body);
+    return weight_of(element_mesh(scene, body, laws), density, {g[0], g[1], g[2]});
+}
+
+VectorXd on_unknowns(const Body& body, const Eigen::Matrix3Xd& f) {
+    VectorXd x(3 * static_cast<Index>(body.free_node.size()));
+    for (std::size_t k = 0; k < body.free_node.size(); ++k)
+        x.segment<3>(3 * static_cast<Index>(k)) = f.col(body.free_node[k]);
+    return x;
+}
+
+/// |dS| / S of one finger, at most in any direction: S = (phi^T K phi)^-1 becomes S + dS with phi^T K_sigma phi.
+double force_change(const Body& body, const NodeWeights& load, const Eigen::SparseMatrix<double>& k_sigma,
+                    const LinearSolver& solver) {
+    MatrixXd w = MatrixXd::Zero(solver.size(), 3), phi;
+    for (std::size_t k = 0; k < load.node.size(); ++k)
+        if (const std::int32_t i = body.unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
+            w.middleRows<3>(Index{3} * i) += load.weight[k] * Eigen::Matrix3d::Identity();
+    solver.solve(w, phi);
+    const Eigen::Matrix3d compliance = w.transpose() * phi, change = phi.transpose() * (k_sigma * phi);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (change + change.transpose()),
+                                                                          0.5 * (compliance + compliance.transpose()));
+    return eigen.eigenvalues().cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, const LinearSolver& solver) {
+    MatrixXd x;
+    solver.solve(on_unknowns(body, weight(scene, body)), x);
+    const double largest_m = x.cwiseAbs().maxCoeff();  // positions are made of it
+    x = x.unaryExpr([largest_m](double u) { return without_noise(u, largest_m); }).eval();
+    std::vector<Eigen::Vector3d> sag_m(body.unknown.size(), Eigen::Vector3d::Zero());
+    for (std::size_t k = 0; k < body.free_node.size(); ++k)
+        sag_m[static_cast<std::size_t>(body.free_node[k])] = x.block<3, 1>(3 * static_cast<Index>(k), 0);
+    return sag_m;
+}
+
+Eigen::SparseMatrix<double> prestress_of(const Scene& scene, const Body& body,
+                                         const std::vector<Eigen::Vector3d>& sag_m) {
+    const Eigen::Matrix3Xd u =
+        Eigen::Map<const Eigen::Matrix3Xd>(sag_m.front().data(), 3, static_cast<Index>(sag_m.size()));
+    const Laws laws = laws_of(scene, body);
+    return geometric_stiffness(element_mesh(scene, body, laws), u, body.unknown,
+                               static_cast<std::int32_t>(body.free_node.size()));
+}
+
+double buckling_factor(const Eigen::SparseMatrix<double>& k_sigma, const LinearSolver& solver) {
+    const Index size = solver.size(), steps = std::min<Index>(40, size);
+    MatrixXd v(size, steps), kv(size, steps), b(size, 1), x;  // v orthonormal in K's product, kv = K v
+    for (Index i = 0; i < size; ++i) b(i, 0) = std::sin(1.0 + 7.0 * static_cast<double>(i));  // no symmetry
+    Index count = 0;
+    for (; count < steps; ++count) {
+        solver.solve(b, x);
+        for (int again = 0; again < 2; ++again) {
+            const VectorXd part = kv.leftCols(count).transpose() * x;
+            x -= v.leftCols(count) * part;
+            b -= kv.leftCols(count) * part;
+        }
+        const double squared = x.col(0).dot(b.col(0));
+        if (!(squared > 0.0)) break;
+        v.col(count) = x / std::sqrt(squared);
+        kv.col(count) = b / std::sqrt(squared);
+        b = -(k_sigma * v.col(count));
+    }
+    const MatrixXd ritz = -v.leftCols(count).transpose() * (k_sigma * v.leftCols(count));
+    const double most = symmetric_eigenvalues(ritz).maxCoeff();
+    return most > 0.0 ? 1.0 / most : std::numeric_limits<double>::infinity();
+}
+
+GravityFacts judge_gravity(const Scene& scene, const Body& body, const Masks& masks, const LinearSolver& solver,
+                           const std::vector<Eigen::Vector3d>& sag_m, const Eigen::SparseMatrix<double>& k_sigma) {
+    GravityFacts facts;
+    facts.weight_n = weight(scene, body).rowwise().sum().norm();
+    for (std::size_t i = 0; i < sag_m.size(); ++i)
+        if (sag_m[i].norm() > facts.largest_sag_m) {
+            facts.largest_sag_m = sag_m[i].norm();
+            facts.lowest_node = static_cast<std::int32_t>(i);
+        }
+    for (const FingerLoad& finger : fingers_on(body, masks))
+        facts.force_change = std::max(facts.force_change, force_change(body, finger.load, k_sigma, solver));
+    const double factor = buckling_factor(k_sigma, solver);
+    facts.load_factor = std::isfinite(factor) ? factor : 0.0;
+    return facts;
+}
+
+void require_unbuckled(const Scene& scene, const GravityFacts& facts) {
+    if (facts.load_factor == 0.0 || facts.load_factor > 1.0) return;
+    throw Error(
+        fmt::format("{}: gravity: the body buckles at {:.3g} times its own weight, so that K + K_sigma is not "
+                    "positive definite: make it stiffer, hold it elsewhere, or remove prestress",
+                    scene.file.string(), facts.load_factor));
+}
+
+std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts) {
+    if (!facts || scene.gravity->prestress || facts->force_change <= GravityFacts::kFelt) return {};
+    return {
+        fmt::format("{}: gravity: the stress of the body's weight changes the force by up to {:.2g} %; write "
+                    "prestress = true in [gravity] to take it",
+                    scene.file.string(), 100.0 * facts->force_change)};
+}
+
+std::string describe(const Scene& scene, const GravityFacts& facts) {
+    return fmt::format(
+        "  gravity: {:.3g} N; it sags by at most {:.3g} m (node {}); the stress of that changes the force by up to "
+        "{:.2g} %{}; {}\n",
+        facts.weight_n, facts.largest_sag_m, facts.lowest_node, 100.0 * facts.force_change,
+        scene.gravity->prestress ? ", which is in the tables" : "",
+        facts.load_factor > 0.0 ? fmt::format("it buckles at {:.3g} times its weight", facts.load_factor)
+                                : "it cannot buckle");
+}
+
+}  // namespace haptable

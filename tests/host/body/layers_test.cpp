@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Membranes, beds and a body's own weight against closed forms.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "host/base/error.hpp"
+#include "host/base/file.hpp"
+#include "host/base/json.hpp"
+#include "host/body/assembly.hpp"
+#include "host/body/gravity.hpp"
+#include "host/body/under_constrained.hpp"
+#include "host/fem/gravity.hpp"
+#include "host/inverse/factor.hpp"
+#include "host/mesh/middles.hpp"
+#include "host/precompute/identity.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/tables/npy.hpp"
+#include "tests/bodies.hpp"
+#include "tests/conditioning.hpp"
+#include "tests/dense.hpp"
+#include "tests/error_of.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+constexpr double kSide_m = 0.03;
+constexpr Element kElements[] = {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
+
+Selection box(double x0, double y0, double z0, double x1, double y1, double z1) {
+    return {std::array<double, 6>{x0, y0, z0, x1, y1, z1}, "", 1};
+}
+const Selection kTop = box(-1, -1, 0.999 * kSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
+
+/// A cube that nothing holds; without lateral strain it is a bundle of springs.
+Scene block(Element element, double poisson = 0.0) {
+    Scene scene;
+    scene.file = "block.toml";
+    scene.name = "block";
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = 4;
+    scene.mesh.side_m = kSide_m;
+    scene.mesh.element = element;
+    scene.material = {1e4, poisson};
+    return scene;
+}
+
+Body body_of(const Scene& scene) { return make_body(scene, make_mesh(scene.mesh)); }
+
+Eigen::SparseMatrix<double> stiffness_of(const Scene& scene) {
+    return test::assembled(assemble_free(scene, body_of(scene)));
+}
+
+/// u of all nodes of a body that nothing holds.
+template <typename Field>
+Eigen::VectorXd displace(const Body& body, Field field) {
+    Eigen::VectorXd u(3 * static_cast<Index>(body.mesh.position_m.size()));
+    for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
+        u.segment<3>(3 * static_cast<Index>(i)) = field(body.mesh.position_m[i]);
+    return u;
+}
+
+/// Nodal forces of a traction on the top: of a face each corner has a third; with middles they.
+Eigen::VectorXd on_top(const Body& body, const Vector3d& traction_pa) {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * static_cast<Index>(body.mesh.position_m.size()));
+    const auto& x = body.mesh.position_m;
+    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
+        const Vector3d &a = x[std::size_t(corner[0])], &b = x[std::size_t(corner[1])], &c = x[std::size_t(corner[2])];
+        if (std::min({a.z(), b.z(), c.z()}) < 0.999 * kSide_m) return;
+        for (int k = 0; k < 3; ++k)
+            force.segment<3>(3 * loaded[k]) += 0.5 * (b - a).cross(c - a).norm() / 3.0 * traction_pa;
+    };
+    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
+    if (body.surface.face.empty())
+        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
+    return force;
+}
+
+TEST(Membrane, UnderALoadInItsPlaneItPullsAtItsRimAsPlaneStressDoes) {
+    const double t = 1e-3, e = 2e6, nu = 0.4, exx = 0.01, eyy = -0.004, exy = 0.003;
+    const double plane = t * e / (1.0 - nu * nu);
+    const double nxx = plane * (exx + nu * eyy), nyy = plane * (eyy + nu * exx), nxy = t * e / (1.0 + nu) * exy;
+    for (Element element : kElements) {
+        Scene scene = block(element);
+        const Body body = body_of(scene);
+        const Eigen::SparseMatrix<double> without = stiffness_of(scene);
+        scene.membranes = {{kTop, t, e, nu}};
+        const Eigen::SparseMatrix<double> k = stiffness_of(scene) - without;
+        const Eigen::VectorXd u = displace(body, [&](const Vector3d& x) {
+            return Vector3d(exx * x.x() + exy * x.y(), exy * x.x() + eyy * x.y(),
+                            0.7 * x.x() - 0.2);  // and a rigid turn
+        });
+        const Eigen::VectorXd f = k * u;
+        const double size = (stiffness_of(scene).cwiseAbs() * u.cwiseAbs()).maxCoeff();
+        Vector3d right = Vector3d::Zero(), back = Vector3d::Zero();
+        double inner = 0.0;
+        for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
+            const Vector3d& x = body.mesh.position_m[i];
+            const Vector3d force = f.segment<3>(3 * static_cast<Index>(i));
+            const bool in_x = x.x() > 1e-9 && x.x()<kSide_m - 1e-9, in_y = x.y()> 1e-9 && x.y() < kSide_m - 1e-9;
+            if (x.z() < kSide_m - 1e-9 || (in_x && in_y)) inner = std::max(inner, force.norm());
+            inner = std::max(inner, std::abs(force.z()));
+            // Half of the strip's force stands at each of its two rims.
+            if (x.x() > kSide_m - 1e-9 && in_y) right += force;
+            if (x.y() > kSide_m - 1e-9 && in_x) back += force;
+        }
+        EXPECT_WITHIN(inner, .count = 64, .size = size) << word(element);
+        // A rim's inner nodes carry 2 of 3 cells of the edge; with middles the corners keep a sixth of a cell each.
+        const double length = element == Element::kQuadratic ? kSide_m * (1.0 - 1.0 / 9.0) : kSide_m * 2.0 / 3.0;
+        EXPECT_WITHIN((right - length * Vector3d(nxx, nxy, 0)).norm(), .count = 64, .size = size) << word(element);
+        EXPECT_WITHIN((back - length * Vector3d(nxy, nyy, 0)).norm(), .count = 64, .size = size) << word(element);
+    }
+}
+
+/// A ball of bulk modulus kappa in a membrane, under an even tension p at its surface:
+/// p = 3 kappa w / R + 2 E t / (1 - nu) w / R^2. Returns the measured w over that one.
+double blown_up(int n, Element element) {
+    const double radius = 0.02, t = 5e-4, e = 5e5, nu = 0.45, pull_pa = 50.0;
+    Scene scene = block(element, 0.3);
+    TetMesh mesh = mesh_of(test::sphere_cells(n, radius));
+    for (Tet& tet : mesh.tet)
+        if (six_volumes(mesh.position_m, tet) < 0.0) std::swap(tet[2], tet[3]);
+    if (element == Element::kQuadratic) add_middles(mesh);
+    scene.membranes = {{box(-1, -1, -1, 1, 1, 1), t, e, nu}};
+    scene.beds = {{box(-1, -1, -1, 1, 1, 1), 0.0, 1.0}};  // holds it still: nothing slides along the surface
+    Vector3d centre = Vector3d::Zero();
+    for (const Vector3d& x : mesh.position_m) centre += x / static_cast<double>(mesh.position_m.size());
+    const Body body = make_body(scene, std::move(mesh));
+    Eigen::MatrixXd force = Eigen::MatrixXd::Zero(3 * static_cast<Index>(body.mesh.position_m.size()), 1), u;
+    const auto& x = body.mesh.position_m;
+    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
+        const Vector3d& a = x[std::size_t(corner[0])];
+        const Vector3d area = 0.5 * (x[std::size_t(corner[1])] - a).cross(x[std::size_t(corner[2])] - a);
+        for (int k = 0; k < 3; ++k) force.block<3, 1>(3 * loaded[k], 0) += pull_pa * area / 3.0;
+    };
+    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
+    if (body.surface.face.empty())
+        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
+    Factor(assemble_free(scene, body)).solve(force, u);
+    double w = 0.0;
+    for (std::int32_t i : body.surface.node)
+        w += (x[std::size_t(i)] - centre).normalized().dot(u.block<3, 1>(3 * i, 0)) /
+             static_cast<double>(body.surface.node.size());
+    const double kappa = 1e4 / (3.0 * (1.0 - 0.6));
+    return w * (3.0 * kappa / radius + 2.0 * e * t / (1.0 - nu) / (radius * radius)) / pull_pa;
+}
+
+TEST(Membrane, ABalloonGrowsAsLaplacesLawSays) {
+    for (Element element : {Element::kLinear, Element::kAverageNodalPressure}) {
+        const double coarse = std::abs(blown_up(6, element) - 1.0), fine = std::abs(blown_up(12, element) - 1.0);
+        EXPECT_LT(fine, 0.03) << word(element);          // (h / R)^2 of 12 cells across
+        EXPECT_GT(coarse, 2.5 * fine) << word(element);  // second order
+    }
+    EXPECT_NEAR(blown_up(6, Element::kQuadratic), 1.0, 0.08);
+}
+
+TEST(Bed, ABlockSinksByItsLoadOverTheBedAndNothingElseHoldsIt) {
+    const double press_pa = 80.0, normal = 3e5, tangential = 1e5;
+    for (Element element : kElements) {
+        Scene scene = block(element);
+        scene.beds = {{kBottom, normal, tangential}};
+        const Body body = body_of(scene);
+        EXPECT_EQ(body.fixed_count(), 0U);
+        EXPECT_TRUE(find_under_constrained(body).empty());
+        const Stiffness k = assemble_free(scene, body);
+        Eigen::MatrixXd u;
+        Factor(k).solve(on_top(body, {0, 0, -press_pa}), u);
+        for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
+            const double sinks = press_pa / normal + press_pa / 1e4 * body.mesh.position_m[i].z();
+            const Vector3d expected(0, 0, -sinks);
+            ASSERT_WITHIN((u.block<3, 1>(3 * static_cast<Index>(i), 0) - expected).norm() / sinks,
+                          .count = test::inverse_bound(k).count, .condition = test::inverse_bound(k).condition)
+                << word(element) << ", node " << i;
+        }
+        // Pushed aside as a whole it pushes back with the tangential springs alone.
+        const Eigen::VectorXd f =
+            test::assembled(k) * displace(body, [](const Vector3d&) { return Vector3d(1, 0, 0); });
+        double sum = 0.0;
+        for (Index i = 0; i < f.size(); i += 3) sum += f[i];
+        EXPECT_WITHIN(sum / (tangential * kSide_m * kSide_m) - 1.0, .count = 64, .condition = 100);
+        EXPECT_WITHIN(1.0 - sum / (tangential * kSide_m * kSide_m), .count = 64, .condition = 100);
+    }
+}
+
+TEST(Bed, OneThatOnlyPressesLetsABodySlide) {
+    Scene scene = block(Element::kLinear);
+    scene.beds = {{kBottom, 3e5, 0.0}};
+    const Body sliding = body_of(scene);
+    EXPECT_EQ(find_under_constrained(sliding).size(), 64U);
+    EXPECT_NE(describe_under_constrained({0, 1}, sliding).find("give its [[bed]] tangential too"), std::string::npos);
+    scene.beds.push_back({box(-1, -1, -1, 1e-9, 1, 1), 3e5, 0.0});  // and a wall
+    EXPECT_EQ(find_under_constrained(body_of(scene)).size(), 64U);
+    scene.beds.push_back({box(-1, -1, -1, 1, 1e-9, 1), 3e5, 0.0});  // and another
+    EXPECT_TRUE(find_under_constrained(body_of(scene)).empty());
+    EXPECT_EQ(find_supports(body_of(scene), {}).front().bed_faces, 3U * 18U);
+}
+
+TEST(Bed, WhatHoldsNoFaceIsAnErrorWithItsLine) {
+    for (const Selection& where : {box(-1, -1, 0.0095, 1, 1, 0.0105), box(1, 1, 1, 2, 2, 2)}) {
+        Scene scene = block(Element::kLinear);
+        scene.beds = {{where, 1.0, 1.0}};
+        scene.beds[0].where.line = 7;
+        const std::string said = test::error_of([&] { body_of(scene); });
+        EXPECT_EQ(said.rfind("block.toml:7: bed", 0), 0U) << said;
+    }
+}
+
+TEST(Layers, AreInTheHashAndInTheViewersFile) {
+    std::vector<Scene> scenes(6, block(Element::kLinear));
+    for (Scene& scene : scenes) scene.fixed = {kBottom};
+    scenes[1].membranes = {{kTop, 1e-3, 1e5, 0.3}};
+    scenes[2].membranes = {{kTop, 2e-3, 1e5, 0.3}};
+    scenes[3].beds = {{kTop, 1e5, 0.0}};
+    scenes[4].gravity = Gravity{1000.0, {0, 0, -9.81}, false};
+    scenes[5].gravity = Gravity{1000.0, {0, 0, -9.81}, true};
+    std::set<std::uint64_t> models, bodies;
+    for (const Scene& scene : scenes) {
+        models.insert(hash_model(scene, body_of(scene)));
+        bodies.insert(hash_body(scene, body_of(scene)));
+    }
+    EXPECT_EQ(models.size(), scenes.size());
+    EXPECT_EQ(bodies.size(), scenes.size());
+}
+
+Scene hanging(Element element, int cells, double young_pa) {
+    Scene scene = block(element);
+    scene.mesh.nodes_per_side = cells + 1;
+    scene.material.young_pa = young_pa;
+    scene.fixed = {kTop};
+    scene.gravity = Gravity{1100.0, {0, 0, -9.81}, false};
+    return scene;
+}
+
+// E u'' = -rho g: u = rho g / E (L s - s^2 / 2) at s from where it hangs; nodes of tetrahedra share it with the bar's
+// shape functions, which are exact at nodes in one dimension only: in three the corners differ a little.
+TEST(Gravity, ABarHangsAsItsWeightSays) {
+    for (Element element : kElements) {
+        const Scene scene = hanging(element, 6, 1e4);
+        const Body body = body_of(scene);
+        const Factor factor(assemble_free(scene, body));
+        const std::vector<Vector3d> sag = find_sag(scene, body, factor);
+        double lowest = 0.0, mean = 0.0;
+        int count = 0;
+        for (std::size_t i = 0; i < sag.size(); ++i)
+            if (body.mesh.position_m[i].z() < 1e-9) {
+                mean += sag[i].z();
+                ++count;
+            }
+        for (const Vector3d& u : sag) lowest = std::min(lowest, u.z());
+        const double expected = -1100.0 * 9.81 * kSide_m * kSide_m / 2e4;
+        const double cell = 1.0 / 6.0;
+        EXPECT_NEAR(mean / count / expected, 1.0, element == Element::kQuadratic ? cell * cell * cell : cell * cell);
+        EXPECT_LE(std::abs(lowest / expected), 1.0 + cell);
+        double weight = 0.0;
+        const Laws laws = laws_of(scene, body);
+        const std::vector<double> density(body.mesh.tet.size(), 1100.0);
+        const Eigen::Matrix3Xd f = weight_of(element_mesh(scene, body, laws), density, {0, 0, -9.81});
+        weight = f.row(2).sum();
+        EXPECT_WITHIN(std::abs(weight / (-1100.0 * 9.81 * std::pow(kSide_m, 3)) - 1.0),
+                      .count = 8.0 * std::sqrt(static_cast<double>(body.mesh.tet.size())));
+    }
+}
+
+// The energy's second variation: an even stress s under a rigid turn or stretch with gradient H gives s : H^T H V.
+TEST(Gravity, GeometricStiffnessIsTheWorkOfStressOnASecondDisplacement) {
+    for (Element element : kElements)
+        for (double poisson : {0.0, 0.49}) {
+            Scene scene = block(element, poisson);
+            scene.membranes = {{kTop, 1e-3, 1e5, 0.3}};
+            const Body body = body_of(scene);
+            Eigen::Matrix3d first, second;
+            first << 0.01, 0.002, 0, 0.002, -0.004, 0.001, 0, 0.001, 0.003;
+            second << 0.3, -0.2, 0.5, 0.1, 0.4, 0.7, -0.6, 0.2, 0.1;
+            const Eigen::VectorXd u = displace(body, [&](const Vector3d& x) { return Vector3d(first * x); });
+            const Eigen::VectorXd v = displace(body, [&](const Vector3d& x) { return Vector3d(second * x); });
+            std::vector<Vector3d> sag;
+            for (Index i = 0; i < u.size(); i += 3) sag.push_back(u.segment<3>(i));
+            const Eigen::SparseMatrix<double> k = prestress_of(scene, body, sag);
+            const Lame lame = Lame::from_young(1e4, poisson);
+            const Eigen::Matrix3d stress =
+                lame.lambda_pa * first.trace() * Eigen::Matrix3d::Identity() + 2.0 * lame.mu_pa * first;
+            const Eigen::Matrix2d in_plane = first.topLeftCorner<2, 2>();
+            Eigen::Matrix3d tension = Eigen::Matrix3d::Zero();
+            tension.topLeftCorner<2, 2>() =
+                1e2 / (1.0 - 0.09) * (0.7 * in_plane + 0.3 * in_plane.trace() * Eigen::Matrix2d::Identity());
+            const double expected = (stress * (second.transpose() * second)).trace() * std::pow(kSide_m, 3) +
+                                    (tension * (second.transpose() * second)).trace() * kSide_m * kSide_m;
+            const double size = v.cwiseAbs().dot(k.cwiseAbs() * v.cwiseAbs());
+            EXPECT_WITHIN(std::abs(v.dot(k * v) - expected), .count = 256, .condition = 1.0 / (1.0 - 2.0 * poisson),
+                          .size = size)
+                << word(element) << ", nu = " << poisson;
+        }
+}
+
+// A slender column that stands: Euler's and Greenhill's critical weight, q L = 7.837 E I / L^2.
+TEST(Gravity, AColumnBucklesUnderItsOwnWeightWhereGreenhillSays) {
+    const int across = 2, up = 24;
+    const double width = 0.01, height = 0.12;
+    Scene scene = block(Element::kQuadratic, 0.0);
+    TetMesh mesh = make_mesh([&] {
+        MeshSource cube;
+        cube.generate = "cube";
+        cube.nodes_per_side = across + 1;
+        cube.side_m = width;
+        return cube;
+    }());
+    // The cube's layers again and again, one on top of the other.
+    const TetMesh cube = mesh;
+    const auto layer = static_cast<std::int32_t>((across + 1) * (across + 1));
+    for (int k = 1; k < up / across; ++k)
+        for (const Tet& tet : cube.tet) {
+            Tet moved = tet;
+            for (std::int32_t& i : moved) i += layer * across * k;
+            mesh.tet.push_back(moved);
+        }
+    for (int k = across + 1; k <= up; ++k)
+        for (std::int32_t i = 0; i < layer; ++i)
+            mesh.position_m.push_back(cube.position_m[std::size_t(i)] + Vector3d(0, 0, width / across * k));
+    add_middles(mesh);
+    scene.fixed = {kBottom};
+    const double inertia = std::pow(width, 4) / 12.0;
+    const double critical = 7.837 * 1e4 * inertia / std::pow(height, 3) / (width * width) / 9.81;  // kg/m^3
+    scene.gravity = Gravity{critical / 2.0, {0, 0, -9.81}, true};
+    const Body body = make_body(scene, std::move(mesh));
+    const Factor factor(assemble_free(scene, body));
+    const std::vector<Vector3d> sag = find_sag(scene, body, factor);
+    const double found = buckling_factor(prestress_of(scene, body, sag), factor);
+    // Shear softens a column of 12 to 1 by (pi / 24)^2 / 12 x E / G, about 0.4 %; six faces across stiffen it a little.
+    EXPECT_NEAR(found, 2.0, 0.06);
+    GravityFacts facts;
+    facts.load_factor = found;
+    EXPECT_NO_THROW(require_unbuckled(scene, facts));
+    facts.load_factor = found / 2.5;
+    EXPECT_THROW(require_unbuckled(scene, facts), Error);
+    // Hanging instead it is stiffer, and can only buckle at the top of what would push: nowhere.
+    scene.gravity->acceleration_m_per_s2 = {0, 0, 9.81};
+    const std::vector<Vector3d> up_sag = find_sag(scene, body, factor);
+    EXPECT_GT(buckling_factor(prestress_of(scene, body, up_sag), factor), 20.0);
+}
+
+/// The table of a run, by solves: S_i of the first touchable node.
+class GravityRun : public testing::Test {
+protected:
+    Summary run(const Scene& scene, const char* name) {
+        Progress progress(true);
+        return precompute(scene, folder_.path() / name, progress, {}).summary;
+    }
+    std::string bytes(const char* run, const char* file) { return read_file(folder_.path() / run / file); }
+    nlohmann::json summary(const char* run) { return parse_json(bytes(run, "summary.json")); }
+    const test::TemporaryFolder folder_;
+};
+
+TEST_F(GravityRun, WithoutPrestressTheStiffnessIsTheSameBitsAndTheSurfaceSags) {
+    Scene scene = hanging(Element::kLinear, 4, 3e3);
+    run(scene, "weighed");
+    const Gravity gravity = *scene.gravity;
+    scene.gravity.reset();
+    run(scene, "plain");
+    EXPECT_TRUE(bytes("weighed", "stiffness.npy") == bytes("plain", "stiffness.npy"));
+    EXPECT_TRUE(bytes("weighed", "columns.npy") == bytes("plain", "columns.npy"));
+    const MappedNpy<double> with(folder_.path() / "weighed/position.npy"), rest(folder_.path() / "plain/position.npy"),
+        sag(folder_.path() / "weighed/sag.npy");
+    double lowest = 0.0;
+    for (std::size_t k = 0; k < rest.values().size(); ++k) {
+        EXPECT_EQ(with.values()[k], rest.values()[k] + sag.values()[k]);
+        lowest = std::min(lowest, sag.values()[k]);
+    }
+    EXPECT_LT(lowest, -1e-3);
+    const auto facts = summary("weighed")["gravity"];
+    EXPECT_GT(facts["force_change"].get<double>(), GravityFacts::kFelt);
+    EXPECT_NE(json_text(summary("weighed")["warnings"]).find("write prestress = true"), std::string::npos);
+    // Again with another touch region: what an earlier run left is taken, with its sag.
+    scene.gravity = gravity;
+    scene.touch = {box(-1, -1, -1, 1, 1, 0.5 * kSide_m)};
+    EXPECT_TRUE(run(scene, "weighed").reused.all);
+    EXPECT_EQ(summary("weighed")["gravity"], facts);
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "weighed/sag.npy"));
+}
+
+TEST_F(GravityRun, PrestressIsKAndItsStressAndIsRefusedWhereItBuckles) {
+    Scene scene = hanging(Element::kAverageNodalPressure, 3, 3e3);
+    scene.gravity->prestress = true;
+    run(scene, "loaded");
+    const Body body = body_of(scene);
+    const Factor factor(assemble_free(scene, body));
+    const auto k_sigma = prestress_of(scene, body, find_sag(scene, body, factor));
+    const Stiffness k = assemble_free(scene, body, k_sigma);
+    const Eigen::MatrixXd inverse = dense::inverse_spd(Eigen::MatrixXd(test::assembled(k)));
+    const MappedNpy<double> table(folder_.path() / "loaded/stiffness.npy");
+    const Index row = 3 * body.unknown[std::size_t(body.touch_node[5])];
+    const Eigen::Matrix3d l = inverse.block<3, 3>(row, row);
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> s(table.values().data() + 45);
+    EXPECT_WITHIN((s * l - Eigen::Matrix3d::Identity()).norm(), .count = test::inverse_bound(k).count,
+                  .condition = 10 * test::inverse_bound(k).condition);
+    EXPECT_EQ(json_text(summary("loaded")["warnings"]).find("prestress"), std::string::npos);
+    scene.fixed = {kBottom};
+    scene.material.young_pa = 20.0;  // stands under a weight that a hundredth of would do
+    const std::string refused = test::error_of([&] { run(scene, "buckled"); });
+    EXPECT_NE(refused.find("gravity: the body buckles at 0.0"), std::string::npos) << refused;
+    EXPECT_NE(refused.find("times its own weight"), std::string::npos) << refused;
+}
+
+}  // namespace
+
+}  // namespace haptable

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Distances over surfaces whose unfolding is known, and the masks made of them.
+#include "host/body/mask.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "host/body/geodesic.hpp"
+#include "tests/shapes.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Shape grid(int cells, double side, const std::function<Vector3d(double, double)>& at) {
+    Shape shape{"grid", {}, {}};
+    for (int j = 0; j <= cells; ++j)
+        for (int i = 0; i <= cells; ++i) shape.point.push_back(at(side * i / cells, side * j / cells));
+    const auto node = [&](int i, int j) { return i + j * (cells + 1); };
+    for (int j = 0; j < cells; ++j)
+        for (int i = 0; i < cells; ++i) {
+            shape.patch.push_back({node(i, j), node(i + 1, j), node(i + 1, j + 1)});
+            shape.patch.push_back({node(i, j), node(i + 1, j + 1), node(i, j + 1)});
+        }
+    return shape;
+}
+
+/// A window is unfolded over up to 12 patches, some 20 operations each; side: of the surface, m.
+Bound unfolded(double side) { return {.count = 12 * 20, .size = side}; }
+
+/// Distances from a node, by node.
+std::map<std::int32_t, double> near_node(const Shape& shape, std::int32_t node, double reach_m) {
+    const SurfaceGraph surface(shape.point, shape.patch);
+    std::map<std::int32_t, double> near;
+    for (const auto& [other, d] : SurfaceDistance(surface).from_node(node, reach_m)) near[other] = d;
+    return near;
+}
+
+TEST(SurfaceDistance, OnAPlaneItIsTheStraightLine) {
+    // Not a regular grid: seen past no vertex exactly; and a regular one, where every way passes vertices.
+    for (double skew : {0.0, 0.13}) {
+        const Shape shape = grid(12, 1.2, [&](double x, double y) {
+            return Vector3d(x + skew * std::sin(5 * y) * 0.3, y + skew * std::sin(7 * x) * 0.3, 0.5);
+        });
+        const std::int32_t source = 6 + 6 * 13;
+        const auto near = near_node(shape, source, 0.45);
+        int expected = 0;
+        for (std::size_t i = 0; i < shape.point.size(); ++i) {
+            const double d = (shape.point[i] - shape.point[std::size_t(source)]).norm();
+            if (d >= 0.45 - 1e-9) continue;
+            ++expected;
+            ASSERT_TRUE(near.contains(std::int32_t(i))) << i;
+            EXPECT_WITHIN(std::abs(near.at(std::int32_t(i)) - d), unfolded(1.2)) << i;
+        }
+        EXPECT_EQ(near.size(), std::size_t(expected));
+        const Vector3d middle = 0.5 * (shape.point[84] + shape.point[85]);
+        const SurfaceGraph surface(shape.point, shape.patch);
+        for (const auto& [node, d] : SurfaceDistance(surface).from_edge(84, 85, 0.4))
+            EXPECT_WITHIN(std::abs(d - (shape.point[std::size_t(node)] - middle).norm()), unfolded(1.2));
+    }
+}
+
+TEST(SurfaceDistance, OverAFoldItIsTheUnfoldedLine) {
+    // A plane that is folded along x = 0.6 by any angle has the distances of the plane.
+    const Shape flat = grid(12, 1.2, [](double x, double y) { return Vector3d(x, y, 0); });
+    for (double angle : {0.5, 1.5, 3.0}) {
+        Shape folded = flat;
+        for (auto& p : folded.point)
+            if (p.x() > 0.6)
+                p = Vector3d(0.6 + (p.x() - 0.6) * std::cos(angle), p.y(), (p.x() - 0.6) * std::sin(angle));
+        const auto a = near_node(flat, 4 + 5 * 13, 0.47);
+        const auto b = near_node(folded, 4 + 5 * 13, 0.47);
+        ASSERT_EQ(a.size(), b.size());
+        for (const auto& [node, d] : a) EXPECT_WITHIN(std::abs(b.at(node) - d), unfolded(1.2));
+    }
+}
+
+TEST(SurfaceDistance, ItBendsAroundAReentrantCorner) {
+    // The plane without a quadrant: the way round the corner has two straight parts.
+    Shape shape = grid(10, 1.0, [](double x, double y) { return Vector3d(x, y, 0); });
+    std::erase_if(shape.patch, [&](const auto& p) {
+        return std::all_of(p.begin(), p.end(), [&](int i) {
+            return shape.point[std::size_t(i)].x() > 0.499 && shape.point[std::size_t(i)].y() > 0.499;
+        });
+    });
+    const std::int32_t from = 8 + 3 * 11, to = 3 + 8 * 11;  // (0.8, 0.3) and (0.3, 0.8)
+    const auto near = near_node(shape, from, 2.0);
+    EXPECT_WITHIN(std::abs(near.at(to) - 2.0 * std::hypot(0.3, 0.2)), unfolded(1.0));
+}
+
+/// Shortest ways over a closed surface or one with a border, by no cleverness: from every node every straight way over
+/// every patch within reach, and then from node to node over any others.
+class EveryWay {
+public:
+    EveryWay(const Shape& shape, double reach) : shape_(shape), reach_(reach) {
+        const std::size_t nodes = shape.point.size();
+        distance_.assign(nodes, std::vector<double>(nodes, HUGE_VAL));
+        for (const auto& patch : shape.patch)
+            for (std::size_t c = 0; c < 3; ++c) third_[{patch[c], patch[(c + 1) % 3]}] = patch[(c + 2) % 3];
+        for (const auto& patch : shape.patch)
+            for (std::size_t c = 0; c < 3; ++c) look_from(patch[c], patch[(c + 1) % 3], patch[(c + 2) % 3]);
+        for (std::size_t over = 0; over < nodes; ++over)
+            for (auto& row : distance_)
+                for (std::size_t to = 0; to < nodes; ++to) row[to] = std::min(row[to], row[over] + distance_[over][to]);
+    }
+    double between(std::int32_t from, std::int32_t to) const { return distance_[std::size_t(from)][std::size_t(to)]; }
+
+private:
+    using Vector2d = Eigen::Vector2d;
+    static double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+    double length(int a, int b) const { return (shape_.point[std::size_t(a)] - shape_.point[std::size_t(b)]).norm(); }
+    /// The third corner on the right of a to b, at these places.
+    static Vector2d corner(const Vector2d& a, const Vector2d& b, double from_a, double from_b) {
+        const Vector2d along = (b - a).normalized();
+        const double base = (b - a).norm(), x = (base * base + from_a * from_a - from_b * from_b) / (2.0 * base);
+        return a + x * along + std::sqrt(std::max(0.0, from_a * from_a - x * x)) * Vector2d(along.y(), -along.x());
+    }
+    void look_from(int source, int a, int b) {
+        source_ = source;
+        const Vector2d at_a(length(source, a), 0.0);
+        const Vector2d at_b = corner(at_a, Vector2d::Zero(), length(a, b), length(source, b));
+        see(a, at_a.norm());
+        see(b, at_b.norm());
+        look_through(a, b, at_a, at_b, at_a, at_b);
+    }
+    void see(int node, double d) {
+        double& known = distance_[std::size_t(source_)][std::size_t(node)];
+        known = std::min(known, d);
+    }
+    /// Through the edge from a to b, between two directions.
+    void look_through(int a, int b, const Vector2d& at_a, const Vector2d& at_b, const Vector2d& low,
+                      const Vector2d& high) {
+        const Vector2d along = (at_b - at_a).normalized();
+        const double t = std::clamp(-at_a.dot(along), 0.0, (at_b - at_a).norm());
+        const auto behind = third_.find({b, a});
+        if (behind == third_.end() || (at_a + t * along).norm() > reach_) return;
+        const int c = behind->second;
+        const Vector2d at_c = corner(at_a, at_b, length(a, c), length(b, c));
+        const double after_low = cross(low, at_c), before_high = cross(at_c, high), little = 1e-12 * at_c.norm();
+        if (after_low >= -little && before_high >= -little) see(c, at_c.norm());
+        if (after_low > little) look_through(a, c, at_a, at_c, low, before_high > 0.0 ? at_c : high);
+        if (before_high > little) look_through(c, b, at_c, at_b, after_low > 0.0 ? at_c : low, high);
+    }
+
+    const Shape& shape_;
+    double reach_;
+    int source_ = 0;
+    std::map<std::pair<int, int>, int> third_;  // behind a directed edge
+    std::vector<std::vector<double>> distance_;
+};
+
+/// The surface with a node more, in the middle of an edge; its number is the number of nodes before.
+Shape split_edge(Shape shape, int a, int b) {
+    const auto middle = static_cast<int>(shape.point.size());
+    shape.point.push_back(0.5 * (shape.point[std::size_t(a)] + shape.point[std::size_t(b)]));
+    const auto patches = shape.patch;
+    shape.patch.clear();
+    for (const auto& patch : patches) {
+        shape.patch.push_back(patch);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int from = patch[c], to = patch[(c + 1) % 3];
+            if (!(from == a && to == b) && !(from == b && to == a)) continue;
+            shape.patch.back() = {from, middle, patch[(c + 2) % 3]};
+            shape.patch.push_back({middle, to, patch[(c + 2) % 3]});
+        }
+    }
+    return shape;
+}
+
+TEST(SurfaceDistance, OverHillsAndSaddlesItIsTheShortestOfAllWays) {
+    // An open surface with hills, pits and saddles; and a closed lump that ways go round on both sides.
+    const Shape hills = grid(8, 0.8, [](double x, double y) {
+        return Vector3d(x + 0.02 * std::sin(31 * y), y + 0.02 * std::sin(27 * x),
+                        0.12 * std::sin(9 * x + 2 * y) * std::cos(8 * y));
+    });
+    Shape lump = box_shape(3, Vector3d(0.3, 0.2, 0.2));
+    for (Vector3d& p : lump.point)
+        p += 0.02 * Vector3d(std::sin(41 * p.y() + 7 * p.z()), std::sin(37 * p.z() + 1), std::sin(43 * p.x() + 2));
+    for (const auto& [shape, reach] : {std::pair(hills, 0.45), std::pair(lump, 0.4)}) {
+        const SurfaceGraph surface(shape.point, shape.patch);
+        EXPECT_GT(std::count(surface.turn.begin(), surface.turn.end(), SurfaceGraph::Turn::kSaddle), 5);
+        const EveryWay every(shape, reach);
+        SurfaceDistance search(surface);
+        const auto nodes = static_cast<std::int32_t>(shape.point.size());
+        // Not where a way is as long as the reach, to rounding.
+        const auto compare = [&](const SurfaceDistance::Distances& found, const EveryWay& ways, std::int32_t from) {
+            std::map<std::int32_t, double> near;
+            for (const auto& [node, d] : found) near[node] = d;
+            for (std::int32_t to = 0; to < nodes; ++to) {
+                const double expected = to == from ? 0.0 : ways.between(from, to);
+                if (std::abs(expected - reach) < 1e-9) continue;
+                ASSERT_EQ(near.contains(to), expected < reach) << from << " to " << to << ": " << expected;
+                if (!near.contains(to)) continue;
+                EXPECT_WITHIN(std::abs(near.at(to) - expected), unfolded(0.8)) << from << " to " << to;
+            }
+        };
+        for (std::int32_t from = 0; from < nodes; ++from) compare(search.from_node(from, reach), every, from);
+        for (std::size_t p = 0; p < shape.patch.size(); p += 17) {
+            const std::int32_t a = shape.patch[p][0], b = shape.patch[p][1];
+            const Shape split = split_edge(shape, a, b);
+            compare(search.from_edge(a, b, reach), EveryWay(split, reach), nodes);
+        }
+    }
+}
+
+TEST(SurfaceDistance, NotThroughAThinWall) {
+    const Shape plate = box_shape(10, Vector3d(0.1, 0.1, 0.001));
+    std::int32_t middle = -1;
+    for (std::size_t i = 0; i < plate.point.size(); ++i)
+        if ((plate.point[i] - Vector3d(0.05, 0.05, 0.001)).norm() < 1e-9) middle = std::int32_t(i);
+    ASSERT_GE(middle, 0);
+    for (const auto& [node, d] : near_node(plate, middle, 0.045))
+        EXPECT_GT(plate.point[std::size_t(node)].z(), 0.0005) << "the lower side is 101 mm away";
+}
+
+TEST(Masks, WeightsSumToOneAndAFineMaskIsItsVertex) {
+    const Shape shape = box_shape(6, Vector3d(0.03, 0.03, 0.03));
+    Workers alone(1);
+    Progress progress(true);
+    for (double radius : {0.0001, 0.002, 0.006, 0.012}) {
+        const Masks masks = make_masks(shape.point, shape.patch, radius, alone, progress);
+        for (const auto* list : {&masks.vertex, &masks.edge})
+            for (const NodeWeights& w : *list)
+                EXPECT_WITHIN(std::abs(std::accumulate(w.weight.begin(), w.weight.end(), 0.0) - 1.0),
+                              .count = 4.0 * static_cast<double>(w.weight.size()));
+        const std::size_t places = masks.vertex.size() + masks.edge.size();
+        EXPECT_EQ(masks.widened == places, radius < 0.0026) << radius;
+        if (radius > 0.0026) continue;
+        // Coarser than the mask: w is alpha, that is 2 alpha_v alpha_w (1/2 v + 1/2 w) on edges.
+        for (const NodeWeights& w : masks.edge) {
+            ASSERT_EQ(w.node.size(), 2U);
+            EXPECT_WITHIN(std::abs(w.weight[0] - 0.5), .count = 4);
+        }
+    }
+}
+
+/// A square grid of quadratic faces, 1.2 m wide, each split in four.
+struct QuadraticGrid {
+    std::vector<Vector3d> point;
+    std::vector<std::array<std::int32_t, 3>> patch;
+    std::vector<Quarter> quarter;
+
+    explicit QuadraticGrid(int cells) {
+        const Shape shape = grid(cells, 1.2, [](double x, double y) { return Vector3d(x, y, 0.0); });
+        point = shape.point;
+        std::map<std::pair<int, int>, int> middle;
+        const auto of = [&](int a, int b) {
+            const auto [found, is_new] = middle.try_emplace(std::minmax(a, b), int(point.size()));
+            if (is_new) point.push_back(0.5 * (point[std::size_t(a)] + point[std::size_t(b)]));
+            return found->second;
+        };
+        for (const auto& [a, b, c] : shape.patch) {
+            const QuadraticFace face{a, b, c, of(a, b), of(b, c), of(c, a)};
+            for (int place = 0; place < 4; ++place) {
+                patch.push_back(quarters_of(face)[std::size_t(place)]);
+                quarter.push_back({face, place, true});
+            }
+        }
+    }
+    bool is_corner(std::int32_t node, int cells) const { return node < (cells + 1) * (cells + 1); }
+    Masks masks(double radius) const {
+        Workers alone(1);
+        Progress progress(true);
+        return make_masks(point, patch, radius, alone, progress, quarter);
+    }
+};
+
+/// Of a polynomial over the nodes under a mask.
+double moment(const NodeWeights& w, const std::vector<Vector3d>& point,
+              const std::function<double(const Vector3d&)>& f) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < w.node.size(); ++k) sum += w.weight[k] * f(point[std::size_t(w.node[k])]);
+    return sum;
+}
+
+// The shape functions hold quadratic functions exactly, so the nodal forces of a pressure have its moments up to the
+// second: 1, where it stands, and of k = (1 - (r / R)^2)^2 the mean square r^2 = R^2 / 4.
+TEST(Masks, OnQuadraticFacesTheyHaveThePressuresMoments) {
+    const int cells = 8;
+    const QuadraticGrid body(cells);
+    for (double radius : {0.2, 0.37}) {
+        const Masks masks = body.masks(radius);
+        int checked = 0;
+        for (std::size_t v = 0; v < masks.vertex_id.size(); ++v) {
+            const Vector3d at = body.point[std::size_t(masks.vertex_id[v])];
+            if (std::min({at.x(), at.y(), 1.2 - at.x(), 1.2 - at.y()}) < radius) continue;
+            ++checked;
+            const NodeWeights& w = masks.vertex[v];
+            EXPECT_WITHIN(std::abs(moment(w, body.point, [](const Vector3d&) { return 1.0; }) - 1.0), .count = 64);
+            // The rim is cut by triangles of an eighth of the radius: their third order.
+            const Bound rim{.count = 0.25, .epsilon = 1.0 / 512.0};
+            EXPECT_WITHIN(std::abs(moment(w, body.point, [](const Vector3d& x) { return x.x(); }) - at.x()) / radius,
+                          rim);
+            EXPECT_WITHIN(std::abs(moment(w, body.point, [&](const Vector3d& x) { return (x - at).squaredNorm(); }) /
+                                       (radius * radius / 4.0) -
+                                   1.0),
+                          rim);
+        }
+        EXPECT_GT(checked, 10);
+    }
+}
+
+TEST(Masks, OnQuadraticFacesAWidePressureRestsOnTheMiddles) {
+    const int cells = 12;
+    const QuadraticGrid body(cells);
+    const Masks masks = body.masks(0.5);
+    const NodeWeights& w = masks.vertex[std::size_t(6 + 6 * (cells + 1))];
+    double corners = 0.0, middles = 0.0;
+    for (std::size_t k = 0; k < w.node.size(); ++k)
+        (body.is_corner(w.node[k], cells) ? corners : middles) += w.weight[k];
+    // Of an even pressure corners have nothing; of this one what its curvature over a face of 0.1 m gives them.
+    EXPECT_WITHIN(std::abs(corners), .count = 1.0, .epsilon = 0.1 * 0.1 / (0.5 * 0.5));
+    EXPECT_WITHIN(std::abs(corners + middles - 1.0), .count = 64);
+}
+
+TEST(Masks, OnQuadraticFacesThatMayBeTouchedInPartTheLoadStaysOnTouchableNodes) {
+    QuadraticGrid body(6);
+    // The middle line x = 0.6 is the border: faces beyond it are left out, and of those on one side a quarter each.
+    std::vector<std::array<std::int32_t, 3>> patch;
+    std::vector<Quarter> quarter;
+    std::set<std::int32_t> touchable;
+    for (std::size_t p = 0; p < body.patch.size(); ++p) {
+        const auto inside = [&](std::int32_t i) { return body.point[std::size_t(i)].x() < 0.71; };
+        if (!std::all_of(body.patch[p].begin(), body.patch[p].end(), inside)) continue;
+        patch.push_back(body.patch[p]);
+        quarter.push_back(body.quarter[p]);
+        quarter.back().is_whole = std::all_of(quarter.back().face.begin(), quarter.back().face.end(), inside);
+        touchable.insert(body.patch[p].begin(), body.patch[p].end());
+    }
+    body.patch = patch;
+    body.quarter = quarter;
+    const auto parts = std::count_if(quarter.begin(), quarter.end(), [](const Quarter& q) { return !q.is_whole; });
+    EXPECT_GT(parts, 0);
+    const Masks masks = body.masks(0.25);
+    for (const auto* list : {&masks.vertex, &masks.edge})
+        for (const NodeWeights& w : *list) {
+            EXPECT_WITHIN(std::abs(std::accumulate(w.weight.begin(), w.weight.end(), 0.0) - 1.0), .count = 64);
+            for (std::int32_t node : w.node) EXPECT_TRUE(touchable.contains(node));
+        }
+    EXPECT_EQ(masks.widened, 0U);
+    const Masks fine = body.masks(0.01);
+    EXPECT_EQ(fine.widened, fine.vertex.size() + fine.edge.size()) << "finer than the mesh: the patch's own nodes";
+}
+
+}  // namespace
+}  // namespace haptable::test
