@@ -33,13 +33,14 @@ arrow host/scene host/base host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
 arrow codegen host/base host/tables codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h
-arrow host/solve host/base host/tables host/solve
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
-arrow host/inverse host/base host/solve host/inverse
+arrow host/inverse host/base host/tables/folder.hpp host/tables/npy.hpp host/inverse
+# What solves with a factor is linked without what makes one.
+arrow host/inverse/solve host/base host/tables host/inverse/solve
 # A mesh with what holds it and what it is made of; then what of L = K^-1 a scene needs; then a run and its folder.
-arrow host/body host/base host/scene host/mesh host/fem host/solve host/inverse host/body
-arrow host/compliance host/base host/tables host/solve host/inverse host/body codegen/pair.hpp host/compliance
-arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/solve host/inverse host/body host/compliance codegen host/precompute
+arrow host/body host/base host/scene host/mesh host/fem host/inverse host/body
+arrow host/compliance host/base host/tables host/inverse host/body codegen/pair.hpp host/compliance
+arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/inverse host/body host/compliance codegen host/precompute
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link host/session firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h haptable/
 arrow host/servo host/base host/link host/session host/servo model.h haptable/
@@ -55,7 +56,7 @@ arrow host/library host/precompiled.hpp host/base host/tables host/session/energ
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h
 arrow host/live host/base host/device host/link host/live host/page host/tables host/view codegen haptable/
-arrow host/view host/base host/fem/hooke.hpp host/link host/tables host/solve host/view codegen firmware/haptable_model.h haptable/
+arrow host/view host/base host/fem/hooke.hpp host/link host/tables host/inverse/solve host/view codegen firmware/haptable_model.h haptable/
 
 # ---- the rooms of the firmware ------------------------------------------------------------------------------------
 sh scripts/rooms.sh >/dev/null || complain "firmware: the arrows above, or the rooms of firmware/rooms.txt"

@@ -64,7 +64,7 @@ rm -rf "$folder"
 mkdir -p "$folder"
 failed=0 runs=0
 echo "left out: Prescott and older kernels: Prescott's strsm writes over its own stack, and their bits depend on where a"
-echo "          matrix lies in memory. Programs take them only where a processor has no others (host/solve/blas_core.cpp)."
+echo "          matrix lies in memory. Programs take them only where a processor has no others (host/inverse/solve/blas_core.cpp)."
 chosen=""
 for kernels in ${*:-$names}; do
     if can_run "$kernels"; then chosen="$chosen $kernels"; else echo "left out: $kernels: this processor lacks its instructions"; fi

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "host/solve/dense.hpp"
+#include "host/inverse/solve/dense.hpp"
 
 namespace haptable::dense {
 

@@ -13,7 +13,7 @@
 #include "host/body/assembly.hpp"
 #include "host/body/small_strain.hpp"
 #include "host/fem/gravity.hpp"
-#include "host/solve/dense.hpp"
+#include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
 

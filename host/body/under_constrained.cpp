@@ -12,9 +12,9 @@
 #include <algorithm>
 
 #include "host/inverse/factor.hpp"
+#include "host/inverse/solve/dense.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/sets.hpp"
-#include "host/solve/dense.hpp"
 
 namespace haptable {
 

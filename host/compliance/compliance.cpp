@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "host/base/error.hpp"
-#include "host/solve/dense.hpp"
+#include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
 

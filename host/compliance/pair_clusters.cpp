@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-#include "host/solve/dense.hpp"
+#include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
 

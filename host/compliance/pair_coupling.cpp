@@ -14,7 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/compliance/compliance.hpp"
 #include "host/compliance/pair_clusters.hpp"
-#include "host/solve/dense.hpp"
+#include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
 

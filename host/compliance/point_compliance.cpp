@@ -12,7 +12,7 @@
 
 #include "host/base/index.hpp"
 #include "host/base/shared_progress.hpp"
-#include "host/solve/blas.hpp"
+#include "host/inverse/solve/blas.hpp"
 
 namespace haptable {
 

@@ -9,7 +9,7 @@
 #include "host/inverse/numeric.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
-#include "host/solve/blas_core.hpp"
+#include "host/inverse/solve/blas_core.hpp"
 
 namespace haptable {
 

@@ -4,7 +4,7 @@
 
 #include "host/base/workers.hpp"
 #include "host/inverse/inverse.hpp"
-#include "host/solve/tree_solver.hpp"
+#include "host/inverse/solve/tree_solver.hpp"
 
 namespace haptable {
 

@@ -15,8 +15,8 @@
 #include "host/base/process_cost.hpp"
 #include "host/base/progress.hpp"
 #include "host/inverse/memory.hpp"
+#include "host/inverse/solve/supernodes.hpp"
 #include "host/inverse/stiffness.hpp"
-#include "host/solve/supernodes.hpp"
 
 namespace haptable {
 

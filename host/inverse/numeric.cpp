@@ -13,7 +13,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "host/solve/blas.hpp"
+#include "host/inverse/solve/blas.hpp"
 
 namespace haptable {
 

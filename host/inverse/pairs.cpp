@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "host/base/shared_progress.hpp"
-#include "host/solve/blas.hpp"
+#include "host/inverse/solve/blas.hpp"
 
 namespace haptable {
 

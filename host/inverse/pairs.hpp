@@ -13,7 +13,7 @@
 #include "host/base/workers.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/inverse/selected_inversion.hpp"
-#include "host/solve/tree_solver.hpp"
+#include "host/inverse/solve/tree_solver.hpp"
 
 namespace haptable {
 

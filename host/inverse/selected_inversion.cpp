@@ -16,7 +16,7 @@
 #include "host/base/error.hpp"
 #include "host/inverse/buffer.hpp"
 #include "host/inverse/numeric.hpp"
-#include "host/solve/blas.hpp"
+#include "host/inverse/solve/blas.hpp"
 
 namespace haptable {
 

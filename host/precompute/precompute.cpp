@@ -20,11 +20,11 @@
 #include "host/compliance/sample.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
+#include "host/inverse/solve/factor_file.hpp"
 #include "host/precompute/facts.hpp"
 #include "host/precompute/plan.hpp"
 #include "host/precompute/requirements.hpp"
 #include "host/precompute/write_tables.hpp"
-#include "host/solve/factor_file.hpp"
 #include "host/tables/own_tables.hpp"
 
 namespace haptable {

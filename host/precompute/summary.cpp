@@ -9,9 +9,9 @@
 
 #include "host/base/json.hpp"
 #include "host/body/locking.hpp"
+#include "host/inverse/solve/blas_core.hpp"
 #include "host/precompute/digits.hpp"
 #include "host/precompute/facts.hpp"
-#include "host/solve/blas_core.hpp"
 
 namespace haptable {
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "host/solve/factor_file.hpp"
-#include "host/solve/frame_solver.hpp"
+#include "host/inverse/solve/factor_file.hpp"
+#include "host/inverse/solve/frame_solver.hpp"
 #include "host/tables/columns.hpp"
 #include "host/tables/tables.hpp"
 

@@ -20,12 +20,11 @@
 #include "host/base/program.hpp"
 #include "host/bench/cube_scene.hpp"
 #include "host/body/assembly.hpp"
-#include "host/compliance/compliance.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
+#include "host/inverse/solve/frame_solver.hpp"
 #include "host/numbers/numbers.hpp"
-#include "host/solve/frame_solver.hpp"
 
 namespace {
 

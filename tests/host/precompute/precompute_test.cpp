@@ -17,7 +17,7 @@
 #include "host/base/file.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
-#include "host/solve/blas_core.hpp"
+#include "host/inverse/solve/blas_core.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/small_strain.hpp"
 #include "host/tables/tables.hpp"

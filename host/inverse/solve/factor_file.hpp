@@ -5,7 +5,7 @@
 #include <array>
 #include <filesystem>
 
-#include "host/solve/supernodes.hpp"
+#include "host/inverse/solve/supernodes.hpp"
 #include "host/tables/folder.hpp"
 #include "host/tables/npy.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/solve/frame_solver.hpp"
+#include "host/inverse/solve/frame_solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 // X_J <- L_JJ^-1 X_J,  X_R <- X_R - L_RJ X_J  up the tree;   X_J <- L_JJ^-T (S X_J - L_RJ^T X_R)  down again
 //
 // J: columns of a supernode, R: its rows below.
-#include "host/solve/tree_solver.hpp"
+#include "host/inverse/solve/tree_solver.hpp"
 
 #include <algorithm>
 
-#include "host/solve/blas.hpp"
+#include "host/inverse/solve/blas.hpp"
 
 namespace haptable {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "host/solve/tree_solver.hpp"
+#include "host/inverse/solve/tree_solver.hpp"
 
 namespace haptable {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/solve/supernodes.hpp"
+#include "host/inverse/solve/supernodes.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/solve/blas_core.hpp"
+#include "host/inverse/solve/blas_core.hpp"
 
 #include <gtest/gtest.h>
 

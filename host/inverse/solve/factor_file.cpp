@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/solve/factor_file.hpp"
+#include "host/inverse/solve/factor_file.hpp"
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "host/solve/supernodes.hpp"
+#include "host/inverse/solve/supernodes.hpp"
 
 namespace haptable {
 

@@ -4,7 +4,7 @@
 // there writes over its own stack). So the instructions that the processor has decide here; a race of the kernels would
 // choose now one and now the other, and with them the last bits. OpenBLAS chooses while it loads and OPENBLAS_CORETYPE
 // is the only way to change that: the program starts itself once more.
-#include "host/solve/blas_core.hpp"
+#include "host/inverse/solve/blas_core.hpp"
 
 #include <cblas.h>
 #include <fmt/format.h>
