@@ -86,7 +86,7 @@ RUN        = $(call objects,host/run) $(LINK) $(SCENES)
 FIT        = $(call objects,host/fit) $(SERVO) $(SCENES) $(CODEGEN)
 ELEMENTS   = $(addprefix $(BUILD)/host/,fem/hooke.cpp.o fem/elasticity.cpp.o mesh/quadratic_tet.cpp.o)
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(ELEMENTS) $(SOLVE) $(LINK) $(CODEGEN)
-LIVE       = $(call objects,host/live) $(VIEW) $(DEVICE)
+LIVE       = $(call objects,host/page/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/inverse/mpi) $(PRECOMPUTE)
 NUMBERS    = $(call objects,host/numbers) $(BASE)
 TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
@@ -510,7 +510,7 @@ $(BUILD)/bin/haptable-fit: $(BUILD)/host/fit/main.cpp.o $(FIT)
 	$(link) $(LIBS_LINK)
 
 # The second is a package's: packaging/install.mk says of which objects.
-$(BUILD)/bin/haptable-view: $(BUILD)/host/live/main.cpp.o $(LIVE)
+$(BUILD)/bin/haptable-view: $(BUILD)/host/page/live/main.cpp.o $(LIVE)
 $(BUILD)/bin/haptable-view $(BUILD)/package/deb/bin/haptable-view:
 	$(link) -lwebsockets $(LIBS_VIEW)
 

@@ -128,7 +128,7 @@ $(DEB)/deformation.o: host/view/deformation.cpp | $(BUILD)/setup.stamp $(TYPES)
 	@mkdir -p $(@D)
 	$(Q)$(CXX) $(CXXFLAGS) -O3 -c $< -o $@
 
-$(DEB)/bin/haptable-view: $(BUILD)/host/live/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
+$(DEB)/bin/haptable-view: $(BUILD)/host/page/live/main.cpp.o $(filter-out %/view/deformation.cpp.o,$(LIVE)) $(DEB)/deformation.o
 
 # bench-ways: size and time of each way from nothing to a force, and of a tick from Python beside C (then: make report)
 .PHONY: bench-ways

@@ -54,8 +54,7 @@ arrow host/hard host/base host/scene host/mesh host/tables host/body host/precom
 arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/body host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/view/loads.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
-arrow host/page host/base host/tables host/page host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h
-arrow host/live host/base host/device host/link host/live host/page host/tables host/view codegen haptable/
+arrow host/page host/base host/tables host/page host/device host/link host/view codegen firmware/haptable_model.h haptable deform.h hand.h
 arrow host/view host/base host/fem/hooke.hpp host/link host/tables host/inverse/solve host/view codegen firmware/haptable_model.h haptable/
 
 # ---- the rooms of the firmware ------------------------------------------------------------------------------------

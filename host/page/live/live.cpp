@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // LCM -> ticks -> WebSocket -> page; page -> goal -> the pointer's device -> LCM
-#include "host/live/live.hpp"
+#include "host/page/live/live.hpp"
 
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/json.hpp"
 #include "host/link/connection.hpp"
-#include "host/live/page_server.hpp"
-#include "host/live/pointer.hpp"
+#include "host/page/live/page_server.hpp"
+#include "host/page/live/pointer.hpp"
 #include "host/page/pointer_device.hpp"
 
 namespace haptable {

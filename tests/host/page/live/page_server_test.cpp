@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Who connects and says nothing takes no descriptor that a session needs.
-#include "host/live/page_server.hpp"
+#include "host/page/live/page_server.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -2,7 +2,7 @@
 // haptable-view --serve over a real session, with browsers without a window: a page that looks, one whose pointer is
 // the device, a second one that looks while it touches, and what goes wrong. Skipped where LCM has no multicast route
 // (run these under scripts/loopback.sh) or the programs are not built.
-#include "host/live/live.hpp"
+#include "host/page/live/live.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host/link/live_state.hpp"
-#include "host/live/ticks.hpp"
+#include "host/page/live/ticks.hpp"
 #include "host/page/page.hpp"
 #include "host/tables/tables.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/live/page_server.hpp"
+#include "host/page/live/page_server.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

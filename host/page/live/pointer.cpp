@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/live/pointer.hpp"
+#include "host/page/live/pointer.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/live/ticks.hpp"
+#include "host/page/live/ticks.hpp"
 
 #include <gtest/gtest.h>
 

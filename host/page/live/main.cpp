@@ -15,7 +15,7 @@
 #include "host/base/program.hpp"
 #include "host/base/progress.hpp"
 #include "host/base/summary_lines.hpp"
-#include "host/live/live.hpp"
+#include "host/page/live/live.hpp"
 #include "host/page/page.hpp"
 #include "host/view/contact_messages.hpp"
 #include "host/view/figure.hpp"
