@@ -79,8 +79,8 @@ COMPLIANCE = $(call objects,host/compliance) $(BODY) $(CODEGEN)
 PRECOMPUTE = $(call objects,host/precompute) $(COMPLIANCE)
 LINK       = $(call objects,host/link) $(BASE)
 SESSION    = $(call objects,host/session) $(LINK) $(FIRMWARE)
-SERVO      = $(call objects,host/servo) $(SESSION)
-BRIDGE     = $(call objects,host/bridge) $(SESSION) $(CODEGEN)
+SERVO      = $(call objects,host/session/servo) $(SESSION)
+BRIDGE     = $(call objects,host/session/bridge) $(SESSION) $(CODEGEN)
 DEVICE     = $(call objects,host/device) $(LINK) $(SCENES) $(TABLES)
 RUN        = $(call objects,host/run) $(LINK) $(SCENES)
 FIT        = $(call objects,host/fit) $(SERVO) $(SCENES) $(CODEGEN)
@@ -347,7 +347,7 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 
 # tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
 # Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-TIDY = $(filter-out host/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
+TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
@@ -514,7 +514,7 @@ $(BUILD)/bin/haptable-view: $(BUILD)/host/page/live/main.cpp.o $(LIVE)
 $(BUILD)/bin/haptable-view $(BUILD)/package/deb/bin/haptable-view:
 	$(link) -lwebsockets $(LIBS_VIEW)
 
-$(BUILD)/bin/haptable-bridge: $(BUILD)/host/bridge/main.cpp.o $(BRIDGE)
+$(BUILD)/bin/haptable-bridge: $(BUILD)/host/session/bridge/main.cpp.o $(BRIDGE)
 	$(link) $(LIBS_LINK)
 
 $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
@@ -571,7 +571,7 @@ $(HERE)/model.c.o: $(HERE)/model.c $(HERE)/model.h $(wildcard firmware/*.h)
 	$(say) C $(HERE)/model.c
 	$(Q)$(CC) $(CFLAGS) -c $(HERE)/model.c -o $@
 
-$(HERE)/servo.o: host/servo/main.cpp $(HERE)/model.h $(wildcard firmware/*.h) | $(precompiled)
+$(HERE)/servo.o: host/session/servo/main.cpp $(HERE)/model.h $(wildcard firmware/*.h) | $(precompiled)
 	$(say) C++ $<
 	$(Q)$(COMPILE) -I$(HERE) -Ifirmware -c $< -o $@
 

@@ -37,7 +37,7 @@ put 644 "$share/firmware" firmware/*.[ch] firmware/README.md firmware/CMakeLists
 put 644 "$share/firmware/zephyr" firmware/zephyr/*
 put 644 "$share/firmware/port" firmware/port/*
 for file in $(cd packaging && find boards -type f); do put 644 "$share/$(dirname "$file")" "packaging/$file"; done
-for file in host/servo/main.cpp host/servo/servo.hpp host/session/scene.hpp host/session/scene_state.hpp host/base/error.hpp; do
+for file in host/session/servo/main.cpp host/session/servo/servo.hpp host/session/scene.hpp host/session/scene_state.hpp host/base/error.hpp; do
     put 644 "$share/servo/$(dirname "$file")" "$file"
 done
 put 644 "$libdir" "$BUILD/lib/libhaptable.so.1"

@@ -8,7 +8,7 @@
 
 #include "host/fit/prony.hpp"
 #include "host/scene/scene.hpp"
-#include "host/servo/poke.hpp"
+#include "host/session/servo/poke.hpp"
 #include "host/tables/modes.hpp"
 #include "host/tables/tables.hpp"
 

@@ -17,7 +17,7 @@
 #include "host/base/file.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/precompute/precompute.hpp"
-#include "host/servo/replay.hpp"
+#include "host/session/servo/replay.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"

@@ -7,8 +7,8 @@
 #include "host/link/log_reader.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/run/recorder.hpp"
-#include "host/servo/replay.hpp"
 #include "host/session/local_stepper.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 

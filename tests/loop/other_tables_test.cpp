@@ -7,13 +7,13 @@
 
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
-#include "host/bridge/line_stepper.hpp"
-#include "host/servo/servo.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 #include "host/session/local_stepper.hpp"
+#include "host/session/servo/servo.hpp"
 #include "host/session/session.hpp"
 #include "host/view/contact_messages.hpp"
 #include "tests/error_of.hpp"
-#include "tests/host/bridge/fake_target.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 #include "tests/host/view/cube_tables.hpp"
 
 namespace haptable::test {

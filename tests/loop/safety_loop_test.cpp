@@ -7,8 +7,8 @@
 
 #include "host/base/error.hpp"
 #include "host/link/finger_path.hpp"
-#include "host/servo/replay.hpp"
 #include "host/session/local_stepper.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
 #include "tests/loop/limited_box.hpp"
 

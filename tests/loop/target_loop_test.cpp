@@ -6,13 +6,13 @@
 
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
-#include "host/bridge/line_stepper.hpp"
 #include "host/link/messages.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 #include "host/session/session.hpp"
 #include "host/target/image.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/finger.hpp"
-#include "tests/host/bridge/fake_target.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {

@@ -17,7 +17,7 @@
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
 #include "host/page/modes.hpp"
-#include "host/servo/replay.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/deformation.hpp"

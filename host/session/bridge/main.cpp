@@ -14,8 +14,8 @@
 #include "host/base/interrupt.hpp"
 #include "host/base/program.hpp"
 #include "host/base/summary_lines.hpp"
-#include "host/bridge/line_stepper.hpp"
 #include "host/link/realtime.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 #include "host/session/serve.hpp"
 
 namespace haptable {

@@ -2,8 +2,8 @@
 // A tick out as a frame, its answer in as another: a target as the servo of a session.
 #pragma once
 
-#include "host/bridge/target.hpp"
 #include "host/link/statistics.hpp"
+#include "host/session/bridge/target.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/stepper.hpp"
 

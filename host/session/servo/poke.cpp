@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/servo/poke.hpp"
+#include "host/session/servo/poke.hpp"
 
 #include <fmt/format.h>
 

@@ -4,11 +4,11 @@
 
 #include <optional>
 
-#include "host/bridge/line_stepper.hpp"
-#include "host/servo/replay.hpp"
+#include "host/session/bridge/line_stepper.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
 #include "tests/finger.hpp"
-#include "tests/host/bridge/fake_target.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 #include "tests/loop/soft_pair.hpp"
 
 namespace haptable::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // tick -> frame -> target -> frame -> checked -> counted
-#include "host/bridge/line_stepper.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "host/servo/recording.hpp"
 #include "host/session/local_stepper.hpp"
 #include "host/session/scene.hpp"
+#include "host/session/servo/recording.hpp"
 
 namespace haptable {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/servo/servo.hpp"
+#include "host/session/servo/servo.hpp"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,9 @@
 #include "host/base/summary_lines.hpp"
 #include "host/link/realtime.hpp"
 #include "host/link/text_file.hpp"
-#include "host/servo/poke.hpp"
-#include "host/servo/replay.hpp"
 #include "host/session/serve.hpp"
+#include "host/session/servo/poke.hpp"
+#include "host/session/servo/replay.hpp"
 
 namespace haptable {
 

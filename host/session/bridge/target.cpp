@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/bridge/target.hpp"
+#include "host/session/bridge/target.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The servo program of one scene: model.h, which codegen wrote, says which.
-#include "host/servo/servo.hpp"
+#include "host/session/servo/servo.hpp"
 #include "model.h"
 
 int main(int argc, char** argv) {

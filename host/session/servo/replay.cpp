@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/servo/replay.hpp"
+#include "host/session/servo/replay.hpp"
 
 #include <cstring>
 #include <optional>

@@ -6,11 +6,11 @@
 #include <functional>
 #include <optional>
 
-#include "host/bridge/line_stepper.hpp"
 #include "host/link/messages.hpp"
-#include "host/servo/replay.hpp"
+#include "host/session/bridge/line_stepper.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
-#include "tests/host/bridge/fake_target.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 #include "tests/loop/every_scene.hpp"
 
 namespace haptable::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A target behind two pipes as the servo of a device: what is published, asked again, refused, and when it gives up.
-#include "host/bridge/line_stepper.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -15,7 +15,7 @@
 #include "host/base/error.hpp"
 #include "host/session/session.hpp"
 #include "tests/error_of.hpp"
-#include "tests/host/bridge/fake_target.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 
 namespace haptable::test {
 namespace {

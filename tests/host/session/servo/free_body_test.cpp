@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "host/servo/replay.hpp"
 #include "host/session/local_stepper.hpp"
+#include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/moving_body.hpp"

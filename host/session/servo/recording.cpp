@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/servo/recording.hpp"
+#include "host/session/servo/recording.hpp"
 
 #include <algorithm>
 #include <fstream>
