@@ -67,7 +67,7 @@ $(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.tx
 library: $(LIBRARY)
 LIBRARY_C = $(wildcard firmware/*.c)
 LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp summary_lines.cpp) \
-    host/session/energy.cpp host/view/loads.cpp \
+    host/session/energy.cpp \
     $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 IN_LIBRARY = $(patsubst %,$(BUILD)/%.o,$(LIBRARY_CXX))
 SHARED = -fPIC -ffunction-sections -fdata-sections

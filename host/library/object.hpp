@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "codegen/loaded_scene.hpp"
+#include "codegen/loads.hpp"
 #include "host/tables/columns.hpp"
-#include "host/view/loads.hpp"
 
 namespace haptable {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "codegen/loads.hpp"
 #include "host/view/frame.hpp"
-#include "host/view/loads.hpp"
 
 namespace haptable {
 

@@ -9,20 +9,13 @@
 #include <span>
 #include <vector>
 
+#include "codegen/loads.hpp"
 #include "host/inverse/solve/factor_file.hpp"
 #include "host/inverse/solve/frame_solver.hpp"
 #include "host/tables/columns.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
-
-/// A force on one mesh node.
-struct NodalForce {
-    std::int32_t node = -1;  ///< mesh node
-    std::array<float, 3> force_n{};
-
-    bool operator==(const NodalForce&) const = default;
-};
 
 /// Equation 8 over the rows of columns.npy, in float32; where the scene keeps the factor instead, by one solve a call.
 /// The file is read once for its hash, then mapped: of a table that is larger than the memory only the columns that are

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "codegen/loads.hpp"
 #include "host/view/frame.hpp"
-#include "host/view/loads.hpp"
 
 namespace haptable {
 

@@ -8,6 +8,7 @@
 
 #include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
+#include "codegen/loads.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
@@ -18,7 +19,6 @@
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
-#include "host/view/loads.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"

@@ -11,6 +11,7 @@
 
 #include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
+#include "codegen/loads.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
@@ -22,7 +23,6 @@
 #include "host/view/colormap.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
-#include "host/view/loads.hpp"
 #include "tests/browser.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/loop/helpers.hpp"

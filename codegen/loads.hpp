@@ -3,14 +3,23 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <vector>
 
 #include "codegen/in_memory.hpp"
 #include "host/tables/tables.hpp"
-#include "host/view/deformation.hpp"
 
 namespace haptable {
+
+/// A force on one mesh node.
+struct NodalForce {
+    std::int32_t node = -1;  ///< mesh node
+    std::array<float, 3> force_n{};
+
+    bool operator==(const NodalForce&) const = default;
+};
 
 /// The three mesh nodes of a patch.
 using PatchNodes = std::array<std::int32_t, 3>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/view/loads.hpp"
+#include "codegen/loads.hpp"
 
 #include <algorithm>
 
