@@ -2,37 +2,14 @@
 // Tables in, C text out. Knows no finite elements: it reads the files of a precompute folder.
 #pragma once
 
-#include "codegen/model.hpp"
-#include "codegen/precision.hpp"
-#include "firmware/haptable_body.h"
+#include "codegen/size.hpp"
 #include "host/tables/tables.hpp"
 
 struct haptable_body;
 
 namespace haptable {
 
-/// Above this the servo's rounding is told, 1 % of what a hand can tell apart.
-inline constexpr double kMostServoError = 1e-3;
-
-/// Another way to make the tables of the same body.
-struct Remedy {
-    std::string text;    ///< what to write into the scene
-    double error = 0.0;  ///< ServoError::worst with it, measured
-};
-
-/// What a model takes, and what other ways to store its blocks would.
-struct ModelSize {
-    std::uint64_t tables_hash = 0;          ///< haptable_model.hash, of all parts
-    std::vector<TableBytes> flash;          ///< by table, in the order of model.c
-    std::vector<PrecisionError> precision;  ///< of S; empty where the force reads none
-    ServoError servo;                       ///< what float32 costs of the force
-    std::vector<Remedy> remedies;  ///< where that is more than kMostServoError: what would leave less, best first
-    ServoStiffness stiffness;      ///< what it feels like
-    ServoIndex index;              ///< of the spatial index
-};
-
-/// "; WHAT leaves ERROR, ..."; empty without any.
-std::string describe(const std::vector<Remedy>& remedies);
+struct ServoModel;
 
 /// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
 /// Throws Error that names the file when a table is missing, damaged or not what was written, and Error where the

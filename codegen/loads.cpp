@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "codegen/in_memory.hpp"
 #include "codegen/laws.hpp"
 
 namespace haptable {
@@ -38,16 +39,25 @@ haptable_force_fn* solving_force(const Tables& tables) {
 
 }  // namespace
 
+/// Its tables, and the model that points to them.
+struct ContactLoads::Servo {
+    explicit Servo(const Tables& of) : tables(build_model(of)), model(model_in_memory(of, tables)) {
+        model.force = solving_force(of);
+    }
+
+    ServoModel tables;
+    haptable_model model;
+};
+
+ContactLoads::~ContactLoads() = default;
+
 ContactLoads::ContactLoads(const Tables& tables)
-    : tables_(tables),
-      servo_(build_model(tables)),
-      model_(model_in_memory(tables, servo_)),
-      moves_(tables.position.size(), false) {
-    model_.force = solving_force(tables);
+    : tables_(tables), servo_(std::make_unique<Servo>(tables)), moves_(tables.position.size(), false) {
+    const ServoModel& servo = servo_->tables;
     for (const std::int32_t node : tables.node_id) moves_[static_cast<std::size_t>(node)] = true;
-    for (std::size_t p = 0; p < servo_.patch.size(); ++p) {
+    for (std::size_t p = 0; p < servo.patch.size(); ++p) {
         PatchNodes nodes{};
-        for (std::size_t c = 0; c < 3; ++c) nodes[c] = servo_.node[servo_.patch[p][c]];
+        for (std::size_t c = 0; c < 3; ++c) nodes[c] = servo.node[servo.patch[p][c]];
         patch_.emplace(ascending(nodes), static_cast<std::uint16_t>(p));
     }
 }
@@ -56,12 +66,13 @@ bool ContactLoads::is_patch(PatchNodes nodes) const { return patch_.contains(asc
 
 std::vector<NodalForce> ContactLoads::of(const PatchNodes& nodes, const std::array<double, 3>& alpha,
                                          const Eigen::Vector3d& finger_m, const Eigen::Vector3d& god_object_m) const {
+    const auto& [servo, model] = *servo_;
     haptable_contact contact{};
     contact.patch = patch_.at(ascending(nodes));
     std::array<std::size_t, 3> given{};  // which of `nodes` stands at the servo's corner c
     float finger[3];
     for (std::size_t c = 0; c < 3; ++c) {
-        const std::int32_t at = servo_.node[servo_.patch[contact.patch][c]];
+        const std::int32_t at = servo.node[servo.patch[contact.patch][c]];
         given[c] = static_cast<std::size_t>(std::find(nodes.begin(), nodes.end(), at) - nodes.begin());
         contact.alpha[c] = static_cast<float>(alpha[given[c]]);
         const auto axis = static_cast<Eigen::Index>(c);
@@ -69,7 +80,7 @@ std::vector<NodalForce> ContactLoads::of(const PatchNodes& nodes, const std::arr
         finger[c] = static_cast<float>(finger_m[axis]);
     }
     float nodal_force_n[3][3], force_n[3];
-    model_.force(&model_, &contact, finger, nodal_force_n, force_n);
+    model.force(&model, &contact, finger, nodal_force_n, force_n);
     std::vector<NodalForce> loads(3);
     for (std::size_t c = 0; c < 3; ++c)
         loads[given[c]] = {nodes[given[c]], {nodal_force_n[c][0], nodal_force_n[c][1], nodal_force_n[c][2]}};

@@ -6,9 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
-#include "codegen/in_memory.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
@@ -28,6 +28,7 @@ using PatchNodes = std::array<std::int32_t, 3>;
 class ContactLoads {
 public:
     explicit ContactLoads(const Tables& tables);
+    ~ContactLoads();
     ContactLoads(const ContactLoads&) = delete;
     ContactLoads& operator=(const ContactLoads&) = delete;
 
@@ -48,8 +49,8 @@ private:
     void add_control(std::size_t control, double share, std::map<std::int32_t, double>& weight) const;
 
     const Tables& tables_;
-    ServoModel servo_;
-    haptable_model model_;
+    struct Servo;
+    std::unique_ptr<const Servo> servo_;
     std::map<PatchNodes, std::uint16_t> patch_;  ///< the servo's, by ascending mesh nodes
     std::vector<bool> moves_;                    ///< [N] false for nodes that are held still
 };

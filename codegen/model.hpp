@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/size.hpp"
 #include "firmware/haptable_model.h"
 #include "host/tables/tables.hpp"
 
@@ -50,26 +51,6 @@ struct ServoTables {
 #undef HAPTABLE_VALUE_MEMBER
 #undef HAPTABLE_ROWS_MEMBER
 #undef HAPTABLE_NO_MEMBER
-
-/// How stiff the servo's object is to a finger.
-struct ServoStiffness {
-    double largest_n_per_m = 0.0;   ///< largest eigenvalue of any point's S, without a coupling
-    double stable_n_per_m = 0.0;    ///< what the device renders stably
-    double coupling_n_per_m = 0.0;  ///< spring in series; 0: none
-    double felt_n_per_m = 0.0;      ///< the largest with it
-};
-
-/// How large the spatial index is, and what a search of it takes.
-struct ServoIndex {
-    std::size_t boxes = 0;
-    std::size_t fast_way_boxes = 0;  ///< most that a segment of HAPTABLE_FAST_SEGMENT_M visits
-};
-
-/// Bytes of flash of one table.
-struct TableBytes {
-    std::string name;
-    std::size_t bytes;
-};
 
 /// What struct haptable_model holds, beside what the scene's options choose. The blocks that `packed` holds
 /// are there in float32 too, for comparison.

@@ -89,7 +89,8 @@ std::size_t most_boxes(const ServoModel& model, double segment_m) {
 }
 
 void measure_search(ServoModel& model) {
-    model.search = {model.box.size(), most_boxes(model, static_cast<double>(HAPTABLE_FAST_SEGMENT_M))};
+    model.search = {model.box.size(), most_boxes(model, static_cast<double>(HAPTABLE_FAST_SEGMENT_M)),
+                    HAPTABLE_TICK_BOXES};
 }
 
 }  // namespace haptable

@@ -16,6 +16,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/loaded_scene.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/precision.hpp"
 #include "codegen/rigid_body.hpp"
 #include "codegen/scene_bytes.hpp"
 #include "codegen/template.hpp"

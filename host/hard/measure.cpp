@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/precision.hpp"
 
 namespace haptable {
 

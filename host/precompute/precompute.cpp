@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "codegen/codegen.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "codegen/codegen.hpp"
+#include "codegen/model.hpp"
 #include "host/base/error.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/compliance/compliance.hpp"

@@ -262,7 +262,7 @@ std::string summary_text(nlohmann::ordered_json json, const Scene& scene, const 
     json["flash"] = flash(summary.size);
     json["index"] = {{"boxes", summary.size.index.boxes},
                      {"fast_way_boxes", summary.size.index.fast_way_boxes},
-                     {"tick_boxes", HAPTABLE_TICK_BOXES}};
+                     {"tick_boxes", summary.size.index.tick_boxes}};
     const Digits digits = digits_of(summary);
     json["force_error"] = {{"inverse", digits.inverse},
                            {"depth_m", digits.servo.depth_m},
@@ -315,7 +315,7 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
             "(expected, median of {} places)\n",
             100.0 * SmallStrain::kShare, s->pressing_m, s->pulling_m, s->sideways_m, s->places);
     text += fmt::format("  spatial index: {} boxes, of which a finger's way of 5 mm visits at most {}; a tick {}\n",
-                        summary.size.index.boxes, summary.size.index.fast_way_boxes, HAPTABLE_TICK_BOXES);
+                        summary.size.index.boxes, summary.size.index.fast_way_boxes, summary.size.index.tick_boxes);
     text += "\n  check                                        value\n";
     for (const Check& check : kChecks)
         text += fmt::format("  {:<40} {:>9.3g}\n", check.text, summary.inverse.checks.*check.value);

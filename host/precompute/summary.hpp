@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/codegen.hpp"
+#include "codegen/size.hpp"
 #include "host/body/gravity.hpp"
 #include "host/body/locking.hpp"
 #include "host/body/small_strain.hpp"

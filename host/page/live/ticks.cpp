@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/model.hpp"
+
 namespace haptable {
 
 namespace {

@@ -10,13 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/model.hpp"
 #include "host/link/clock.hpp"
 #include "host/link/joined.hpp"
 #include "host/link/messages.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
+
+struct ServoModel;
 
 /// A finger's tick as the page's engine reads it: struct page_tick of host/page/wasm/page.c. SI.
 struct LiveTick {
