@@ -96,6 +96,7 @@ void read_device(const SceneOptions& o, Tables& tables) {
 }
 
 void read_options(const TablesFolder& folder, const SceneOptions& o, Tables& tables) try {
+    tables.options = o;
     tables.name = o.text("name");
     tables.scene_file = o.text("scene");
     read_contact(o, tables);

@@ -11,6 +11,7 @@
 #include "host/base/limits.hpp"
 #include "host/base/modes.hpp"
 #include "host/base/relaxation.hpp"
+#include "host/base/scene_options.hpp"
 #include "host/tables/folder.hpp"
 
 namespace haptable {
@@ -34,6 +35,7 @@ struct ComplianceTables {
 /// N mesh nodes, n touchable free surface nodes, p touchable patches, q surface patches, r drawn rows.
 struct Tables {
     // options.json, tables.json
+    SceneOptions options;           ///< every key of the scene: where one that only the servo needs is read
     std::string name;               ///< of the scene; names the C model
     std::uint64_t model_hash = 0;   ///< of what they were made from: scene, mesh, options, tool version
     std::uint64_t tables_hash = 0;  ///< of all parts of the servo's tables, which messages carry; 0: not yet known

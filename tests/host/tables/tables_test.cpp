@@ -58,6 +58,7 @@ protected:
 
 TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
     const Tables tables = read_tables(folder_);
+    EXPECT_EQ(tables.options.text("device.handedness"), "right");  // that no member has
     EXPECT_EQ(tables.name, "block");
     EXPECT_EQ(tables.scene_file, "block.toml");
     EXPECT_EQ(tables.max_force_n, 3.5);
