@@ -452,25 +452,34 @@ static void turn_momentum(const struct haptable_body* body, const float spin[3],
     bent[2] = bent[2] * (1.0f / DT) + half[2];
 }
 
-/* V_m of the system, from a first guess, and the moment T that acts then. before: factorize. */
+static int are_equal(const float a[3], const float b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+
+/* V_m of the system, from a first guess, and the moment T that acts then: in rounds, until one changes no bit of what
+ * the next begins with. before: factorize. */
 static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6],
                         float moment[3]) {
     float change[6];
     float b[6];
     float bent[3];
+    float spin[3];
+    float was[3];
     int round;
     int i;
     vec_zero(moment);
     for (round = 0; round < HAPTABLE_BODY_ROUNDS; ++round) {
+        vec_copy(motion + 3, spin);
+        vec_copy(moment, was);
         for (i = 0; i < 6; ++i) b[i] = s->b[i];
         bend(body, q, motion, s->before, b);
         turn_momentum(body, s->before + 3, motion + 3, moment, bent);
         vec_add_scaled(1.0f, bent, b + 3);
         solve(s, b, change);
         for (i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
-        if (!s->is_turned) continue;
-        vec_symmetric_product(body->inertia_kg_m2, change + 3, moment);
-        for (i = 0; i < 3; ++i) moment[i] = moment[i] * (2.0f / DT) - bent[i];
+        if (s->is_turned) {
+            vec_symmetric_product(body->inertia_kg_m2, change + 3, moment);
+            for (i = 0; i < 3; ++i) moment[i] = moment[i] * (2.0f / DT) - bent[i];
+        }
+        if (are_equal(spin, motion + 3) && are_equal(was, moment)) return;
     }
 }
 

@@ -22,35 +22,38 @@ static void add_whole(float part, float* sum, float* low) {
 /* phi [count, 3] at a place: 0 where that is held, or none. */
 static void shape_at(const struct haptable_modes* modes, const struct haptable_model* model, uint16_t patch,
                      const float alpha[3], float shape[HAPTABLE_MODES][3]) {
+    const float(*row[6])[3];
+    float weight[6];
+    int count = 0;
     int c;
     int k;
-    for (k = 0; k < modes->count; ++k) vec_zero(shape[k]);
-    if (patch == HAPTABLE_NONE) return;
-    for (c = 0; c < modes->controls; ++c) {
+    for (c = 0; c < modes->controls && patch != HAPTABLE_NONE; ++c) {
         const uint16_t vertex = model->patch[patch][c % 3];
-        const float(*row)[3];
         uint32_t control = vertex;
-        float weight = alpha[c % 3];
         if (modes->controls == 3 && vertex >= model->free_count) continue;
-        if (modes->controls > 3) weight *= alpha[c % 3];
+        weight[count] = modes->controls > 3 ? alpha[c % 3] * alpha[c % 3] : alpha[c];
         if (c >= 3) {
             control = (uint32_t)model->vertex_count + model->compliance->patch_edge[patch][c - 3];
-            weight = 2.0f * alpha[(c + 1) % 3] * alpha[(c + 2) % 3];
+            weight[count] = 2.0f * alpha[(c + 1) % 3] * alpha[(c + 2) % 3];
         }
-        row = &modes->shape[control * modes->count];
-        for (k = 0; k < modes->count; ++k) vec_add_scaled(weight, row[k], shape[k]);
+        row[count++] = &modes->shape[control * modes->count];
+    }
+    for (k = 0; k < modes->count; ++k) {
+        float sum[3] = {0.0f, 0.0f, 0.0f};
+        for (c = 0; c < count; ++c) vec_add_scaled(weight[c], row[c][k], sum);
+        vec_copy(sum, shape[k]);
     }
 }
 
 /* ---- the load -------------------------------------------------------------------------------------------------- */
 
-/* a x = b, a = L D L^T of its lower half, in place: it is positive definite. b becomes x. */
-static void solve_rows(float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
+/* a x = b of n rows, a = L D L^T of its lower half, in place: it is positive definite. b becomes x. */
+static void solve_rows(int n, float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
     float scaled[HAPTABLE_ROWS];
     int i;
     int j;
     int k;
-    for (j = 0; j < HAPTABLE_ROWS; ++j) {
+    for (j = 0; j < n; ++j) {
         float d = a[j][j];
         for (k = 0; k < j; ++k) {
             scaled[k] = a[j][k] * a[k][k];
@@ -58,14 +61,14 @@ static void solve_rows(float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
             b[j] -= a[j][k] * b[k];
         }
         a[j][j] = d;
-        for (i = j + 1; i < HAPTABLE_ROWS; ++i) {
+        for (i = j + 1; i < n; ++i) {
             for (k = 0; k < j; ++k) a[i][j] -= a[i][k] * scaled[k];
             a[i][j] /= d;
         }
     }
-    for (i = HAPTABLE_ROWS - 1; i >= 0; --i) {
+    for (i = n - 1; i >= 0; --i) {
         b[i] /= a[i][i];
-        for (k = i + 1; k < HAPTABLE_ROWS; ++k) b[i] -= a[k][i] * b[k];
+        for (k = i + 1; k < n; ++k) b[i] -= a[k][i] * b[k];
     }
 }
 
@@ -91,28 +94,29 @@ static float free_change(const struct haptable_mode* mode, float q, float p) {
     return mode->q_by_q * q + mode->q_by_p * p;
 }
 
-/* f_m */
+/* f_m, of the rows up to the last finger that presses. */
 static void find_load(const struct haptable_modes* modes, const struct haptable_modes_state* state,
                       haptable_shapes shape, struct haptable_modes_load* load) {
+    const int rows = load->presses > 1u ? HAPTABLE_ROWS : 3;
     float more[HAPTABLE_ROWS];
     int k;
     int i;
     int j;
-    for (i = 0; i < HAPTABLE_ROWS; ++i) more[i] = load->moved_m[i];
+    for (i = 0; i < rows; ++i) more[i] = load->moved_m[i];
     for (k = 0; k < modes->count; ++k) {
         const struct haptable_mode* mode = &modes->mode[k];
         float row[HAPTABLE_ROWS];
         float goes;
         row_of(shape, k, load->presses, row);
         goes = free_change(mode, state->q[k], state->p[k]) + mode->q_by_f * dot_rows(row, load->load_n);
-        for (i = 0; i < HAPTABLE_ROWS; ++i) {
+        for (i = 0; i < rows; ++i) {
             const float part = 0.5f * mode->q_by_f * row[i];
             more[i] -= 0.5f * goes * row[i];
             for (j = 0; j <= i; ++j) load->compliance[i][j] += part * row[j];
         }
     }
-    solve_rows(load->compliance, more);
-    for (i = 0; i < HAPTABLE_ROWS; ++i) load->load_n[i] += more[i];
+    solve_rows(rows, load->compliance, more);
+    for (i = 0; i < rows; ++i) load->load_n[i] += more[i];
 }
 
 void haptable_modes_advance(const struct haptable_modes* modes, const struct haptable_model* model,

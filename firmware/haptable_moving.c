@@ -63,9 +63,12 @@ static void to_body(const struct haptable_scene* scene, void* state, const struc
 static void ring(const struct haptable_scene* scene, void* state, struct fingers* fingers) {
     const struct haptable_account* account = haptable_scene_account(scene, state);
     struct haptable_modes_state* modes = haptable_scene_modes(scene, state);
-    static const struct haptable_modes_load none;
-    struct haptable_modes_load load = none;
+    struct haptable_modes_load load;
     int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        vec_zero(&load.load_n[3 * f]);
+        vec_zero(&load.moved_m[3 * f]);
+    }
     load.presses = scene->rows(scene, state, account->past, load.compliance);
     for (f = 0; f < fingers->count; ++f) {
         if ((load.presses >> f & 1u) == 0u) continue;

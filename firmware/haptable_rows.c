@@ -25,13 +25,12 @@ static void load_of(const struct haptable_model* model, const struct haptable_co
 /* The finger moves so far, m, for a column of S: its load is linear in that. */
 #define UNIT_M 1e-3f
 
-/* How much of the contact's load was given: limits, and what is owed, may have lowered it. */
+/* How much of the contact's load was given, which was one: limits, and what is owed, may have lowered it. */
 static float given_part(const float load_n[3], const float given_n[3]) {
     const float load2 = vec_length2(load_n);
-    const float given2 = vec_length2(given_n);
     float share2;
-    if (!(load2 > HAPTABLE_NO_FORCE2 && given2 > HAPTABLE_NO_FORCE2)) return 0.0f;
-    share2 = given2 / load2;
+    if (!(load2 > HAPTABLE_NO_FORCE2)) return 0.0f;
+    share2 = vec_length2(given_n) / load2;
     return share2 < 1.0f ? share2 * vec_inverse_root(share2) : 1.0f;
 }
 
@@ -40,17 +39,12 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
     const struct haptable_contact* contact = &servo->contact;
     const int at = 3 * finger;
     float across[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
-    float part = 0.0f;
     float volume = 0.0f;
     int i;
     int j;
-    if (contact->patch != HAPTABLE_NONE) {
-        float full_n[3];
-        load_of(model, contact, servo->finger_m, full_n);
-        part = given_part(full_n, load_n);
-    }
-    if (part > 0.0f) {
+    if (contact->patch != HAPTABLE_NONE && vec_length2(load_n) > HAPTABLE_NO_FORCE2) {
         float s[3][3];
+        float full_n[3] = {0.0f, 0.0f, 0.0f};
         for (i = 0; i < 3; ++i) {
             float at_m[3];
             float column_n[3];
@@ -59,9 +53,10 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
             load_of(model, contact, at_m, column_n);
             vec_zero(s[i]);
             vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* UNIT_M as it was rounded */
+            vec_add_scaled(servo->finger_m[i] - contact->god_object_m[i], s[i], full_n);
         }
         for (i = 0; i < 3; ++i) vec_cross(s[(i + 1) % 3], s[(i + 2) % 3], across[i]);
-        volume = part * vec_dot(s[0], across[0]);
+        volume = given_part(full_n, load_n) * vec_dot(s[0], across[0]);
     }
     for (i = 0; i < 3; ++i) {
         for (j = 0; j <= i; ++j)
@@ -73,7 +68,5 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
 
 unsigned haptable_rows_of_one(const struct haptable_scene* scene, void* state, const struct haptable_past past[],
                               float (*a)[HAPTABLE_ROWS]) {
-    int i;
-    for (i = 3; i < HAPTABLE_ROWS; ++i) a[i][i] = 1.0f;
     return (unsigned)haptable_rows_alone(scene->model, haptable_scene_servo(state, 0), 0, past[0].load_n, a);
 }

@@ -93,6 +93,7 @@ unsigned haptable_rows_of_two(const struct haptable_scene* scene, void* state, c
     struct haptable_pair* pair = (struct haptable_pair*)state;
     unsigned presses = 0;
     int f;
+    for (f = 0; f < 3; ++f) vec_zero(a[3 + f]);
     if (past[0].is_known && past[1].is_known) return rows_of_both(scene->pair, pair, past, a);
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
         if (haptable_rows_alone(scene->model, &pair->servo[f], f, past[f].load_n, a)) presses |= 1u << f;
