@@ -22,13 +22,6 @@ static void own_of(const struct haptable_pair_model* tables, const struct haptab
     tables->law->own(tables->model, &pair->servo[finger].contact, felt_m, own);
 }
 
-/* Tells a finger of the other, where both are. */
-static void tell_own(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                     const struct haptable_pair_own* other) {
-    haptable_pair_tell(&pair->view[finger], &pair->servo[1 - finger].contact, other);
-    haptable_pair_put_rows(tables, pair, finger, pair->servo[finger].contact.patch);
-}
-
 static int has_contact(const struct haptable_servo* servo) { return servo->contact.patch != HAPTABLE_NONE; }
 
 /* One that holds the surface is not let go. */
@@ -51,7 +44,8 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
     if (!has_contact(servo)) vec_zero(view->raised_m);
     if (!view->is_coupled) return;
     own_of(tables, pair, other, other_m, &own);
-    tell_own(tables, pair, finger, &own);
+    haptable_pair_tell(view, &pair->servo[other].contact, &own);
+    haptable_pair_put_rows(tables, pair, finger, servo->contact.patch);
     if (gap2(finger_m, servo->finger_m) <= 0.0f) forget_sensitivity(servo);
 }
 
@@ -100,20 +94,34 @@ static void normal_of(const struct haptable_pair_model* tables, const struct hap
     patch_frame(tables->model, pair->servo[finger].contact.patch, edge[0], edge[1], normal);
 }
 
-/* How far the other finger, pressing alone, has moved the surface at this one's contact. */
-static void moved_by_other(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
-                           float moved_m[3]) {
-    struct haptable_pair_own own;
-    struct sym_factored factored;
+/* Two contacts, and what couples them: X. */
+struct coupled {
+    struct haptable_pair_own own[HAPTABLE_FINGERS];
     float x[9];
-    own_of(tables, pair, 1 - finger, pair->servo[1 - finger].finger_m, &own);
-    tell_own(tables, pair, finger, &own);
-    haptable_pair_cross(&pair->view[finger], &pair->servo[finger].contact, x);
-    mat_product(x, pair->view[finger].alone, moved_m);
-    if (!tables->law->is_stiffness) return;
-    own_of(tables, pair, finger, pair->servo[finger].finger_m, &own);
-    factored = sym_factor(own.a);
-    sym_solve(&factored, moved_m, moved_m);
+};
+
+/* Tells the other finger of this one. */
+static void tell_other(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                       struct coupled* both) {
+    own_of(tables, pair, finger, pair->servo[finger].finger_m, &both->own[finger]);
+    haptable_pair_tell(&pair->view[1 - finger], &pair->servo[finger].contact, &both->own[finger]);
+}
+
+static void couple(const struct haptable_pair_model* tables, struct haptable_pair* pair, struct coupled* both) {
+    tell_other(tables, pair, 0, both);
+    tell_other(tables, pair, 1, both);
+    haptable_pair_cross_of_both(tables, pair, &pair->servo[0].contact, both->x);
+}
+
+/* How far the other finger, pressing alone, has moved the surface at this one's contact. */
+static void moved_by_other(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
+                           const struct coupled* both, float moved_m[3]) {
+    float pressed[3];
+    pair_pressed(&pair->view[finger], finger, both->x, pressed);
+    if (tables->law->is_stiffness)
+        vec_symmetric_product(pair->view[1 - finger].m, pressed, moved_m);
+    else
+        vec_copy(pressed, moved_m);
 }
 
 /* Sets raised_m to where the surface was moved, but along the outward normal to `along`, of the normal's length. */
@@ -130,26 +138,32 @@ static void put_raised(const struct haptable_pair_model* tables, const float mov
 /* A finger that meets a surface that the other has moved begins there with no force, as at a body at rest; what the
  * other has lowered it has still to reach. */
 static void begin_on_raised(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+    struct coupled both;
     float normal[3];
     float moved_m[3];
     float along;
     normal_of(tables, pair, finger, normal);
-    moved_by_other(tables, pair, finger, moved_m);
+    couple(tables, pair, &both);
+    moved_by_other(tables, pair, finger, &both, moved_m);
     along = vec_dot(normal, moved_m);
     put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, pair->view[finger].raised_m);
 }
 
 /* A finger that gave no force begins anew where it is: the surface that it had met is lower now, or was aside. As it is
- * left behind its god-object goes to the nearest point, and begins there. Returns 1 where it does not press yet. */
-static int begin_again(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
+ * left behind its god-object goes to the nearest point, and begins there. Returns 1 where it does not press yet. both:
+ * NULL where the other has no contact. */
+static int begin_again(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
+                       struct coupled* both) {
     float* raised_m = pair->view[finger].raised_m;
     float normal[3];
     float moved_m[3] = {0.0f, 0.0f, 0.0f};
+    float raised_before_m[3];
     float along;
     float was;
     int presses;
     normal_of(tables, pair, finger, normal);
-    if (pair->touches[1 - finger]) moved_by_other(tables, pair, finger, moved_m);
+    vec_copy(raised_m, raised_before_m);
+    if (both && pair->touches[1 - finger]) moved_by_other(tables, pair, finger, both, moved_m);
     vec_sub(moved_m, pair->servo[finger].finger_m, moved_m);
     vec_add_scaled(1.0f, pair->servo[finger].contact.god_object_m, moved_m);
     along = vec_dot(normal, moved_m); /* from the finger up to the surface */
@@ -157,6 +171,7 @@ static int begin_again(const struct haptable_pair_model* tables, struct haptable
     presses = was < along && (!tables->energy || pair->view[finger].left_ticks > 1);
     if (presses) along = was;
     put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, raised_m);
+    if (both && gap2(raised_m, raised_before_m) > 0.0f) tell_other(tables, pair, finger, both);
     return !presses;
 }
 
@@ -178,7 +193,7 @@ static void begin_contacts(const struct haptable_pair_model* tables, struct hapt
 }
 
 /* Those that gave no force before this tick, and which of them do not yet. */
-static void begin_left(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+static void begin_left(const struct haptable_pair_model* tables, struct haptable_pair* pair, struct coupled* both,
                        int is_off[HAPTABLE_FINGERS]) {
     int f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
@@ -186,28 +201,21 @@ static void begin_left(const struct haptable_pair_model* tables, struct haptable
         is_off[f] = 0;
         if (!has_contact(&pair->servo[f]) || view->is_new || pair->touches[f]) continue;
         if (view->left_ticks < 2) ++view->left_ticks;
-        is_off[f] = begin_again(tables, pair, f) && !grabs(&pair->servo[f]);
+        is_off[f] = begin_again(tables, pair, f, both) && !grabs(&pair->servo[f]);
     }
 }
 
 /* Of four cases, which fingers touch: both; one, where it has dented the surface away from the other; or none. Where
  * each would leave the other behind, both do touch. */
-static void solve_two(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                      const int is_off[HAPTABLE_FINGERS]) {
+static void solve_two(struct haptable_pair* pair, struct coupled* both, const int is_off[HAPTABLE_FINGERS]) {
     const struct haptable_contact* const at[HAPTABLE_FINGERS] = {&pair->servo[0].contact, &pair->servo[1].contact};
     const float* const x_m[HAPTABLE_FINGERS] = {pair->servo[0].finger_m, pair->servo[1].finger_m};
-    struct haptable_pair_own own[HAPTABLE_FINGERS];
-    const struct haptable_pair_own* const owns[HAPTABLE_FINGERS] = {&own[0], &own[1]};
+    const struct haptable_pair_own* const owns[HAPTABLE_FINGERS] = {&both->own[0], &both->own[1]};
     struct pair_system system;
-    float x[9];
     int touches[HAPTABLE_FINGERS];
     int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) own_of(tables, pair, f, x_m[f], &own[f]);
-    haptable_pair_tell(&pair->view[1], at[0], &own[0]);
-    tell_own(tables, pair, 0, &own[1]);
-    haptable_pair_cross(&pair->view[0], at[0], x);
-    (void)haptable_pair_solve(&pair->view[0], &own[0], x, &system);
-    haptable_pair_touch(pair, at, x_m, owns, x, system.v, touches);
+    (void)haptable_pair_solve(&pair->view[0], owns[0], both->x, &system);
+    haptable_pair_touch(pair, at, x_m, owns, both->x, system.v, touches);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) touches[f] = !is_off[f] && (touches[f] || grabs(&pair->servo[f]));
     pair->energy_j = 0.0f;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
@@ -219,19 +227,21 @@ static void solve_two(const struct haptable_pair_model* tables, struct haptable_
             vec_copy(pair->view[1 - f].alone, v);
         else
             vec_zero(v);
-        pair->energy_j += 0.5f * vec_dot(own[f].s, v);
+        pair->energy_j += 0.5f * vec_dot(owns[f]->s, v);
     }
 }
 
 static void solve_pair(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
     const int first = has_contact(&pair->servo[0]);
     const int second = has_contact(&pair->servo[1]);
+    struct coupled both;
     int is_off[HAPTABLE_FINGERS];
     begin_contacts(tables, pair);
-    begin_left(tables, pair, is_off);
+    if (first && second) couple(tables, pair, &both);
+    begin_left(tables, pair, first && second ? &both : 0, is_off);
     pair->view[0].is_solved = pair->view[1].is_solved = 1;
     if (first && second) {
-        solve_two(tables, pair, is_off);
+        solve_two(pair, &both, is_off);
     } else if (first || second) {
         solve_one(tables, pair, first ? 0 : 1, is_off[first ? 0 : 1]);
     } else {
@@ -351,8 +361,8 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
     for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger])
             move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
-    begin_contacts(tables, pair);
     if (!together) return;
+    begin_contacts(tables, pair);
     if (!left && (is_left(pair, 0) || is_left(pair, 1))) { /* as they settled */
         leave_behind(tables, pair);
         return;

@@ -77,24 +77,31 @@ const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_
     return net;
 }
 
+/* Of the first finger from blocks in rows of so many, of the second from their columns. */
+static inline void sum_others(int count, int finger, const float weight[], const float (*block)[9], float (*x)[9]) {
+    int k;
+    for (k = 0; k < count; ++k) {
+        if (finger == 0) {
+            pair_sum_blocks(count, weight, block[k * count], 9, x[k]);
+        } else {
+            pair_sum_blocks(count, weight, block[k], 9 * (size_t)count, x[k]);
+            mat_transpose(x[k]);
+        }
+    }
+}
+
 void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             uint16_t patch) {
-    const int count = pair_count(tables->law);
     struct haptable_pair_view* view = &pair->view[finger];
     const uint16_t other = view->place.patch;
     const struct haptable_pair_net* net =
         haptable_pair_net_of(tables, &pair->net, finger == 0 ? patch : other, finger == 0 ? other : patch);
-    int k;
+    const float(*block)[9] = (const float(*)[9])net->block;
     view->rows[0].patch = patch;
-    for (k = 0; k < count; ++k) {
-        float* x = view->rows[0].x[k];
-        if (finger == 0) {
-            pair_sum_blocks(count, view->place.weight, net->block[k * count], 9, x);
-        } else {
-            pair_sum_blocks(count, view->place.weight, net->block[k], 9 * (size_t)count, x);
-            mat_transpose(x);
-        }
-    }
+    if (pair_count(tables->law) == 3)
+        sum_others(3, finger, view->place.weight, block, view->rows[0].x);
+    else
+        sum_others(HAPTABLE_PAIR_CONTROLS, finger, view->place.weight, block, view->rows[0].x);
 }
 
 /* The rows of a patch: of the finger's own, as they were put; or of another one, kept until that is a third. */
@@ -149,6 +156,34 @@ void haptable_pair_cross(const struct haptable_pair_view* view, const struct hap
     struct pair_link link;
     haptable_pair_link(view, contact, (const float(*)[9])rows_of(view, contact->patch)->x, 0, &link);
     pair_cross_of(&link, x);
+}
+
+/* sum_k w_k sum_l w_l C_kl, a row at a time, which stays in registers. */
+static inline void sum_rows(int count, const float first[], const float second[], const float (*block)[9], float x[9]) {
+    float sum[9];
+    int k;
+    for (k = 0; k < count; ++k) {
+        float row[9];
+        pair_sum_blocks(count, second, block[k * count], 9, row);
+        if (k == 0)
+            mat_scale(first[0], row, sum);
+        else
+            mat_add(first[k], row, sum);
+    }
+    mat_copy(sum, x);
+}
+
+void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                                 const struct haptable_contact* first, float x[9]) {
+    const struct haptable_pair_view* view = &pair->view[0];
+    const struct haptable_pair_net* net = haptable_pair_net_of(tables, &pair->net, first->patch, view->place.patch);
+    struct pair_link link;
+    haptable_pair_link(view, first, 0, 0, &link);
+    if (pair_count(tables->law) == 3)
+        sum_rows(3, link.weight, view->place.weight, (const float(*)[9])net->block, x);
+    else
+        sum_rows(HAPTABLE_PAIR_CONTROLS, link.weight, view->place.weight, (const float(*)[9])net->block, x);
+    if (link.share < 1.0f) mat_scale(link.share, x, x);
 }
 
 /* A share of X, as the solve took it. */
@@ -312,10 +347,7 @@ void haptable_pair_touch(const struct haptable_pair* pair, const struct haptable
         float dented;
         float least;
         haptable_pair_inwards(&pair->view[f], at[f], x_m[f], u);
-        if (f == 0)
-            mat_product(x, pair->view[0].alone, t);
-        else
-            mat_transposed_product(x, pair->view[1].alone, t);
+        pair_pressed(&pair->view[f], f, x, t);
         vec_sub(own[f]->s, t, t);
         vec_copy(u, w);
         if (tables->law->is_stiffness) vec_symmetric_product(other->m, u, w); /* q = A^-1 t */

@@ -100,6 +100,18 @@ static inline void pair_cross_of(const struct pair_link* link, float x[9]) {
 /* X of a finger that is told of the other. */
 void haptable_pair_cross(const struct haptable_pair_view* view, const struct haptable_contact* contact, float x[9]);
 
+/* X of two contacts that were told of each other, from the blocks of both patches. */
+void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struct haptable_pair* pair,
+                                 const struct haptable_contact* first, float x[9]);
+
+/* X v of a finger, X being the first's, where the other presses alone. */
+static inline void pair_pressed(const struct haptable_pair_view* view, int finger, const float x[9], float pressed[3]) {
+    if (finger == 0)
+        mat_product(x, view->alone, pressed);
+    else
+        mat_transposed_product(x, view->alone, pressed);
+}
+
 /* v . X_b v_other, by q_k = v . x_k v_other of the controls. */
 static inline void pair_coupled_slope(int count, const struct pair_link* link, const float q[], float coupled_j[2]) {
     int b;

@@ -77,8 +77,7 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         struct pair_system system;
         float x[9];
         haptable_pair_tell(&pair->view[0], at[1], &own[1]);
-        haptable_pair_put_rows(tables, pair, 0, at[0]->patch);
-        haptable_pair_cross(&pair->view[0], at[0], x);
+        haptable_pair_cross_of_both(tables, pair, at[0], x);
         (void)haptable_pair_solve(&pair->view[0], &own[0], x, &system); /* for the share of X */
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
