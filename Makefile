@@ -90,8 +90,7 @@ LIVE       = $(call objects,host/page/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/inverse/mpi) $(PRECOMPUTE)
 NUMBERS    = $(call objects,host/numbers) $(BASE)
 TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
-HARD       = $(call objects,host/hard) $(NUMBERS) $(PRECOMPUTE)
-STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(NUMBERS) $(PRECOMPUTE)
+STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(PRECOMPUTE)
 BENCH      = $(call objects,host/bench) $(NUMBERS) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt -lxxhash
@@ -268,9 +267,10 @@ STROKES_OVER = meshes meshes/hard $(wildcard ../shared/meshes ../shared/contact)
 SEED ?= 1
 COUNT ?= 1000000
 .PHONY: strokes
-strokes: $(MODULES) $(BUILD)/bin/haptable-strokes
+strokes: $(MODULES) $(BUILD)/bin/haptable-strokes $(BUILD)/setup-lab.stamp
 	@mkdir -p $(BUILD)/report
-	@$(BUILD)/bin/haptable-strokes $(STROKES_OVER) --seed $(SEED) --strokes $(COUNT) --build $(BUILD)/strokes -o $(BUILD)/report/strokes.json
+	@$(BUILD)/bin/haptable-strokes $(STROKES_OVER) --seed $(SEED) --strokes $(COUNT) --build $(BUILD)/strokes -o $(BUILD)/strokes.json
+	@$(LAB) strokes $(BUILD)/strokes.json $(BUILD)/report/strokes.json
 
 # bench: measure speed and error into every page and build/report/index.html, beside the paper's Table 2; QUICK=1: a
 # minute or two, on coarse meshes, into the report alone
@@ -280,7 +280,7 @@ MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
-bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-ticks haptable-contact haptable-hard) library lab $(if $(QUICK),,bench-programs)
+bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-ticks haptable-contact) library lab $(if $(QUICK),,bench-programs)
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick
@@ -290,7 +290,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	$(call bench_step,10,error against the body of every configuration)
 	@$(LAB) error $(MEASURED)/error.json $(if $(QUICK),--quick)
 	$(call bench_step,45,hard cases)
-	@$(BUILD)/bin/haptable-hard --build $(BUILD)/hard -o $(MEASURED)/hard.json
+	@$(LAB) hard $(MEASURED)/hard.json
 	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
 	@$(if $(QUICK),:,$(LAB) liver $(MEASURED)/liver.json)
 	$(call bench_step,50,what contact feels like)
@@ -491,7 +491,7 @@ $(BUILD)/bin/haptable-precompute-mpi: $(BUILD)/host/precompute/mpi/main.cpp.o $(
 	$(link) $(LIBS_MPI)
 
 # The tests of an Inverse, for ranks of MPI; tests/host/mpi/mpi_test.cpp runs it.
-$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies conditioning dense pressures tolerance) $(BUILD)/host/hard/cells.cpp.o $(MPI)
+$(BUILD)/tests/ranks: $(patsubst %,$(BUILD)/tests/%.cpp.o,host/mpi/ranks/main host/inverse/inverse_test bodies cells conditioning dense pressures tolerance) $(MPI)
 	$(link) -lgtest $(LIBS_MPI)
 
 $(BUILD)/bin/haptable-codegen: $(BUILD)/codegen/main.cpp.o $(CODEGEN)
@@ -532,9 +532,6 @@ $(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)
 $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
-$(BUILD)/bin/haptable-hard: $(BUILD)/host/hard/main.cpp.o $(HARD)
-	$(link) $(LIBS_PRECOMPUTE)
-
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 	$(link) $(LIBS_STROKES)
 
@@ -550,7 +547,7 @@ $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS)
 $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(NUMBERS) $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(HARD) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 from lab import LabError
-
-
-def _figures(o: argparse.Namespace) -> None:
-    from lab import figures
-    figures.make(o.names, o.build, o.pictures)
 
 
 def _pages(files: list[Path]) -> dict[str, str]:
@@ -42,92 +39,67 @@ def _check(o: argparse.Namespace) -> None:
         raise LabError("\n".join(faults))
 
 
-def _report(o: argparse.Namespace) -> None:
-    from lab import report
-    report.make(o.docs, o.build, o.out)
+#: Of measurements whose only argument is the file that they write.
+_PLAIN = {"hard": "the hard cases, each against a dense reference in long double",
+          "sizes": "bytes of the servo on the microcontrollers, and of a page",
+          "target": "instructions of a tick on the microcontrollers, in every mode",
+          "liver": "what each part of meshes/liver-capsule.toml is worth"}
 
 
-def _large(o: argparse.Namespace) -> None:
-    from lab import large
-    large.make(o.parts, o.build)
-
-
-def _sizes(o: argparse.Namespace) -> None:
-    from lab import sizes
-    sizes.make(o.build, o.out)
-
-
-def _liver(o: argparse.Namespace) -> None:
-    from lab import liver
-    liver.make(o.build, o.out)
-
-
-def _error(o: argparse.Namespace) -> None:
-    from lab import error
-    error.make(o.build, o.numbers, o.out, o.quick)
-
-
-def _contact(o: argparse.Namespace) -> None:
-    from lab import contact
-    contact.make(o.build, o.out, o.repetitions, o.loops)
-
-
-def _target(o: argparse.Namespace) -> None:
-    from lab import target
-    target.make(o.build, o.out)
-
-
-def main() -> int:
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
                         help="where programs and scenes are made (default: $BUILD, else build)")
     commands = parser.add_subparsers(dest="command", required=True)
 
-    figures = commands.add_parser("figures", help="remake pictures of README and docs: these, or all")
-    figures.add_argument("names", nargs="*", metavar="NAME")
-    figures.add_argument("--pictures", type=Path, default=Path("docs/pictures"), metavar="DIR", help="where they go")
-    figures.set_defaults(run=_figures)
+    def measure(command: str, what: str, *arguments: tuple[str, dict[str, Any]], module: str = "",
+                function: str = "make") -> None:
+        """A command that calls a function of its module with its arguments by their names, and the build folder."""
+        it = commands.add_parser(command, help=what)
+        for name, options in arguments:
+            it.add_argument(name, **options)
+        it.set_defaults(module=f"lab.{module or command}", function=function)
 
-    take = commands.add_parser("take", help="topics of a folder's .json into numbers.json, and from there into pages")
-    take.add_argument("folder", type=Path, metavar="DIR")
-    check = commands.add_parser("check", help="tell what is wrong with the numbers of these pages")
-    for command, run in ((take, _take), (check, _check)):
-        command.add_argument("--numbers", type=Path, default=Path("docs/numbers.json"), metavar="FILE")
-        command.add_argument("pages", nargs="*", type=Path, metavar="PAGE.md")
-        command.set_defaults(run=run)
+    def file(metavar: str, **more: Any) -> dict[str, Any]:
+        return {"type": Path, "metavar": metavar, **more}
+    out = ("out", file("OUT.json"))
 
-    report = commands.add_parser("report", help="build/report: index.html, configurations.html, CSV files, figures")
-    report.add_argument("--docs", type=Path, default=Path("docs"), metavar="DIR", help="pages and numbers.json")
-    report.add_argument("out", type=Path, metavar="OUT")
-    report.set_defaults(run=_report)
+    for command, run, what in (("take", _take, "topics of a folder's .json into numbers.json, and from there into pages"),
+                               ("check", _check, "tell what is wrong with the numbers of these pages")):
+        pages = commands.add_parser(command, help=what)
+        if run is _take:
+            pages.add_argument("folder", **file("DIR"))
+        pages.add_argument("--numbers", **file("FILE", default=Path("docs/numbers.json")))
+        pages.add_argument("pages", nargs="*", **file("PAGE.md"))
+        pages.set_defaults(run=run)
 
-    large = commands.add_parser("bench-large", help="what large bodies take: parts, one after the other")
-    large.add_argument("parts", nargs="+", metavar="PART")
-    large.set_defaults(run=_large)
+    measure("figures", "remake pictures of README and docs: these, or all", ("names", {"nargs": "*", "metavar": "NAME"}),
+            ("--pictures", file("DIR", default=Path("docs/pictures"), help="where they go")))
+    measure("report", "build/report: index.html, configurations.html, CSV files, figures",
+            ("--docs", file("DIR", default=Path("docs"), help="pages and numbers.json")), ("out", file("OUT")))
+    measure("bench-large", "what large bodies take: parts, one after the other", ("parts", {"nargs": "+", "metavar": "PART"}),
+            module="large")
+    for command, what in _PLAIN.items():
+        measure(command, what, out)
+    measure("strokes", "tables of what haptable-strokes counted", ("counts", file("COUNTS.json")), out)
+    measure("error", "error against the body of every configuration, and what it costs",
+            ("--numbers", file("FILE", default=Path("docs/numbers.json"), help="where the truth is")),
+            ("--quick", {"action": "store_true", "help": "coarse meshes only"}), out)
+    measure("contact", "what the contact modes feel like and cost, and curves for plots",
+            ("--repetitions", {"type": int, "default": 15, "metavar": "N", "help": "of each timing; the median counts"}),
+            ("--loops", {"type": int, "default": 1000, "metavar": "N", "help": "random closed loops a body and mode"}), out)
+    return parser
 
-    for command, run, what in (("sizes", _sizes, "bytes of the servo on the microcontrollers, and of a page"),
-                               ("target", _target, "instructions of a tick on the microcontrollers, in every mode"),
-                               ("liver", _liver, "what each part of meshes/liver-capsule.toml is worth")):
-        measure = commands.add_parser(command, help=what)
-        measure.add_argument("out", type=Path, metavar="OUT.json")
-        measure.set_defaults(run=run)
 
-    error = commands.add_parser("error", help="error against the body of every configuration, and what it costs")
-    error.add_argument("--numbers", type=Path, default=Path("docs/numbers.json"), metavar="FILE", help="where the truth is")
-    error.add_argument("--quick", action="store_true", help="coarse meshes only")
-    error.add_argument("out", type=Path, metavar="OUT.json")
-    error.set_defaults(run=_error)
-
-    contact = commands.add_parser("contact", help="what the contact modes feel like and cost, and curves for plots")
-    contact.add_argument("--repetitions", type=int, default=15, metavar="N", help="of each timing; the median counts")
-    contact.add_argument("--loops", type=int, default=1000, metavar="N", help="random closed loops a body and mode")
-    contact.add_argument("out", type=Path, metavar="OUT.json")
-    contact.set_defaults(run=_contact)
-
-    options = parser.parse_args()
-    sys.path.append(str((options.build / "lab/site").resolve()))  # scikit-fem: make lab
+def main() -> int:
+    options = vars(_parser().parse_args())
+    sys.path.append(str((options["build"] / "lab/site").resolve()))  # scikit-fem: make lab
+    _, module, function, run = (options.pop(name, None) for name in ("command", "module", "function", "run"))
     try:
-        options.run(options)
+        if run:
+            run(argparse.Namespace(**options))
+        else:
+            getattr(importlib.import_module(module), function)(**options)
     except LabError as error:
         print(error, file=sys.stderr)
         return 1

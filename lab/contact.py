@@ -15,7 +15,7 @@ import numpy as np
 
 from lab import LabError, binding, scenes
 from lab.error import FORCES, GOD_OBJECTS, time_ticks
-from lab.numbers import Topics, count, error_of, machine, number, to_text, write_file
+from lab.numbers import Topics, count, error_of, number, write_file, write_topics
 from lab.reference import Array
 from lab.scenes import Scene
 from lab.specimens import cube_scene
@@ -288,5 +288,5 @@ def make(build: Path, out: Path | None, repetitions: int, loops: int) -> None:
     topics: Topics = {}
     for name, table in tables.items():
         print(f"bench: {name}", flush=True)
-        topics[name] = {"command": "make bench", "machine": machine(), **table()}
-    write_file(out, to_text(topics))
+        topics[name] = table()
+    write_topics(out, topics)

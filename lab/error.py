@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from lab import LabError, binding, scenes
 from lab.cholmod import one_thread
-from lab.numbers import Topics, error_of, machine, number, read_numbers, seconds, to_text, write_file
+from lab.numbers import Topics, error_of, number, read_numbers, seconds, write_topics
 from lab.reference import Array, Footprint, Indices, Mesh, Tetrahedra, shares_on
 from lab.specimens import Meshed, Specimen, Truth, read_vtu, reference, specimens, truth_of
 
@@ -278,8 +278,8 @@ def _contact_error(on: Discrete, force: str, truth: Truth, felt: Array, radius: 
 
 # ---- topics --------------------------------------------------------------------------------------------------------
 
-def make(build: Path, known: Path, out: Path, quick: bool) -> None:
-    haptable, topics = binding.load(build), read_numbers(known)
+def make(build: Path, numbers: Path, out: Path, quick: bool) -> None:
+    haptable, topics = binding.load(build), read_numbers(numbers)
     points: list[list[Any]] = []
     contacts: list[list[Any]] = []
     for specimen in specimens(quick, build / "error", build):
@@ -295,4 +295,4 @@ def make(build: Path, known: Path, out: Path, quick: bool) -> None:
                                                     "against that contact imposed",
                                                     "the drawn surface misses the finger by, of the depth"],
                                         "rows": contacts}}
-    write_file(out, to_text({name: {"command": "make bench", "machine": machine(), **table} for name, table in tables.items()}))
+    write_topics(out, tables)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lab import LabError, own
-from lab.numbers import Topics, error_of, machine, number, read_numbers, to_text, write_file
+from lab.numbers import Topics, error_of, number, read_numbers, write_file, write_topics
 
 _COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
             "all, elapsed s", "all, CPU s", "peak MB", "stiffness.npy: difference"]
@@ -126,46 +126,27 @@ _PROGRAMS = {
 }
 
 
-def _truth(_: Topics, folder: Path, build: Path) -> Topics:
-    from lab import specimens
-    return {"truth": specimens.truth_table(specimens.truths(folder, build))}
-
-
-def _known(_: Topics, folder: Path, build: Path) -> Topics:
-    from lab import known
-    return {"known": known.known_answers(folder / "known", build)}
-
-
-def _large_strain(topics: Topics, folder: Path, build: Path) -> Topics:
-    from lab import large_strain
-    return large_strain.large_strain(topics, folder, build)
-
-
-def _elements(topics: Topics, folder: Path, build: Path) -> Topics:
+def _measured(part: str, folder: Path, build: Path) -> Topics:
+    """Parts that are measured here."""
+    topics = read_numbers(Path("docs/numbers.json"))
+    if part == "truth":
+        from lab import specimens
+        return {"truth": specimens.truth_table(specimens.truths(folder, build))}
+    if part == "known":
+        from lab import known
+        return {"known": known.known_answers(folder / "known", build)}
+    if part == "large-strain":
+        from lab import large_strain
+        return large_strain.large_strain(topics, folder, build)
+    if part == "masks":
+        from lab import masks
+        return masks.costs(folder, build)
     from lab import elements
-    return elements.elements(topics, folder, build)
+    return elements.elements(topics, folder, build) if part == "elements" else elements.elsewhere(folder, build)
 
 
-def _elsewhere(_: Topics, folder: Path, build: Path) -> Topics:
-    from lab import elements
-    return elements.elsewhere(folder, build)
-
-
-def _masks(_: Topics, folder: Path, build: Path) -> Topics:
-    from lab import masks
-    return masks.costs(folder, build)
-
-
-#: Parts that are measured here: of docs/numbers.json's topics, a folder and BUILD, topics.
-_MEASURED: dict[str, Callable[[Topics, Path, Path], Topics]] = {
-    "masks": _masks, "truth": _truth, "known": _known, "large-strain": _large_strain, "elements": _elements,
-    "elsewhere": _elsewhere}
+_MEASURED = ("masks", "truth", "known", "large-strain", "elements", "elsewhere")
 PARTS = (*_RUNS, *_PROGRAMS, *_MEASURED)
-
-
-def _write(part: str, out: Path, tables: Topics) -> None:
-    ran = {"command": f"make bench-large PART={part}", "machine": machine()}
-    write_file(out, to_text({topic: {**ran, **table} for topic, table in tables.items()}))
 
 
 def make(parts: list[str], build: Path) -> None:
@@ -181,8 +162,8 @@ def make(parts: list[str], build: Path) -> None:
             program, *options = _PROGRAMS[part]
             _call(str(build / "bin" / program), *options, "--build", str(folder), "-o", str(out))
         elif part in _MEASURED:
-            _write(part, out, _MEASURED[part](read_numbers(Path("docs/numbers.json")), folder, build))
+            write_topics(out, _measured(part, folder, build), f"make bench-large PART={part}")
         else:
             runs = Runs(build, folder)
             topic = _RUNS[part](runs)
-            _write(part, out, {topic: runs_table(runs.done)})
+            write_topics(out, {topic: runs_table(runs.done)}, f"make bench-large PART={part}")

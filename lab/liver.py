@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lab import LabError, binding, scenes
-from lab.numbers import count, machine, number, to_text, write_file
+from lab.numbers import count, number, write_topics
 from lab.scenes import Scene
 
 _STEP_M, _DEPTH_M, _HOLD = 2e-5, 0.005, 100  # a tick at 20 mm/s; the press; ticks of rest
@@ -71,5 +71,4 @@ def make(build: Path, out: Path) -> None:
         summary = scenes.precompute(scene, folder, build)
         force = press(haptable.load(folder))
         rows.append([name, number(force, f"{force:.3f} N"), count(sum(summary["flash"]["table"].values()))])
-    topic = {"command": "make bench", "machine": machine(), "columns": ["the liver", "force", "tables, bytes"], "rows": rows}
-    write_file(out, to_text({"liver-parts": topic}))
+    write_topics(out, {"liver-parts": {"columns": ["the liver", "force", "tables, bytes"], "rows": rows}})

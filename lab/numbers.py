@@ -90,6 +90,12 @@ def write_file(file: Path, text: str) -> None:
     os.replace(beside, file)
 
 
+def write_topics(file: Path, topics: Topics, command: str = "make bench") -> None:
+    """With the command that measured them, and the machine, for take_folder()."""
+    ran = {"command": command, "machine": machine()}
+    write_file(file, to_text({name: {**ran, **topic} for name, topic in topics.items()}))
+
+
 def take_folder(folder: Path, topics: Topics) -> None:
     """Topics of every .json of `folder` take the place of those of their names."""
     for file in sorted(folder.glob("*.json")):

@@ -36,12 +36,13 @@ def to_toml(scene: Scene) -> str:
 
 
 def precompute(scene: Scene, folder: Path, build: Path, *options: str) -> dict[str, Any]:
-    """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it."""
+    """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. Raises LabError with
+    what the program says."""
     file = folder.with_suffix(".toml")
     write_file(file, to_toml(scene))
     ended = subprocess.run([str(build / "bin/haptable-precompute"), str(file), "-o", str(folder), "--force", "--quiet",
-                            *options], check=False)
+                            *options], stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:
-        raise LabError(f"{file}: haptable-precompute ended with status {ended.returncode}")
+        raise LabError(f"{ended.stderr.strip()} (haptable-precompute ended with status {ended.returncode})")
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     return summary

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lab import LabError, scenes
-from lab.numbers import count, error_of, machine, number, to_text, write_file
+from lab.numbers import count, error_of, number, write_topics
 
 TARGETS = ("cortex-m4", "cortex-m7", "cortex-m33", "rv32")
 
@@ -109,6 +109,4 @@ def page(build: Path, tables: Path) -> dict[str, Any]:
 
 
 def make(build: Path, out: Path) -> None:
-    topics = {"size": sizes(build), "stack": stacks(build), "page": page(build, build / "mouse")}
-    write_file(out, to_text({name: {"command": "make bench", "machine": machine(), **topic}
-                             for name, topic in topics.items()}))
+    write_topics(out, {"size": sizes(build), "stack": stacks(build), "page": page(build, build / "mouse")})

@@ -23,20 +23,21 @@ _COARSE, _MIDDLE, _FINE = range(3)
 
 # ---- meshes --------------------------------------------------------------------------------------------------------
 
+def read_array(file: Path, name: str) -> Array:
+    """An array of a VTU file that haptable-precompute drew, as one row."""
+    found = re.search(rf'Name="{name}"[^>]*>([^<]*)<', file.read_text(encoding="utf-8"))
+    if found is None:
+        raise LabError(f"{file}: has no array {name}; make the tables again")
+    return np.array(found[1].split(), float)
+
+
 def read_elements(file: Path) -> tuple[Array, Indices]:
     """Nodes [N, 3] m and tetrahedra that haptable-precompute drew: [t, 4], or [t, 10] with the nodes between 01 12 20 03
     13 23."""
-    text = file.read_text(encoding="utf-8")
-
-    def array(name: str) -> Array:
-        found = re.search(rf'Name="{name}"[^>]*>([^<]*)<', text)
-        if found is None:
-            raise LabError(f"{file}: has no array {name}; make the tables again")
-        return np.array(found[1].split(), float)
-    types = array("types")
+    types = read_array(file, "types")
     nodes = 10 if (types == 24).any() else 4
-    tets = array("connectivity").astype(np.int64)[:nodes * int(np.isin(types, (10, 24)).sum())]
-    return array("Points").reshape(-1, 3), tets.reshape(-1, nodes)
+    tets = read_array(file, "connectivity").astype(np.int64)[:nodes * int(np.isin(types, (10, 24)).sum())]
+    return read_array(file, "Points").reshape(-1, 3), tets.reshape(-1, nodes)
 
 
 def read_vtu(file: Path) -> Mesh:

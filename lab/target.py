@@ -16,7 +16,7 @@ import numpy as np
 
 from lab import LabError, scenes
 from lab.error import FORCES
-from lab.numbers import Topics, count, machine, number, seconds, to_text, write_file
+from lab.numbers import Topics, count, number, seconds, write_topics
 from lab.scenes import Scene
 
 #: Targets, their names, and parts at the clock that they are sold with.
@@ -320,6 +320,5 @@ def make(build: Path, out: Path) -> None:
     topics: Topics = {}
     for measure in (modes, fingers, bodies, named):
         print(f"bench: instructions: {measure.__name__}", flush=True)
-        topics.update({name: {"command": "make bench", "machine": machine(), **table}
-                       for name, table in measure(build).items()})
-    write_file(out, to_text(topics))
+        topics.update(measure(build))
+    write_topics(out, topics)

@@ -51,8 +51,7 @@ arrow host/session/bridge host/base host/link host/session host/session/bridge h
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/scene host/session/servo host/tables host/fit codegen
-arrow host/hard host/base host/scene host/mesh host/tables host/body host/precompute host/numbers host/hard codegen firmware/haptable_model.h
-arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/body host/precompute host/numbers host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
+arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/body host/precompute host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.
 arrow host/page host/base host/tables "host/page/[^/]*.hpp" host/view/colormap.hpp host/view/surface.hpp host/device/point_device.hpp codegen firmware/haptable_model.h haptable deform.h hand.h

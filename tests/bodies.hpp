@@ -9,10 +9,10 @@
 
 #include "codegen/model.hpp"
 #include "firmware/haptable_model.h"
-#include "host/hard/cells.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"
 #include "host/tables/pair.hpp"
+#include "tests/cells.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {

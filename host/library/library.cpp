@@ -74,7 +74,7 @@ Choice choice(const char* text, Choice own) {
     throw Error(std::string(text) + ": is none of " + all);
 }
 
-constexpr double kNoForce_n = 1e6;  // that a servo without limits would cut
+constexpr double kNoForce_n = 1e14;  // that a servo without limits would cut; its square is a float
 
 SceneFiles with_options(SceneFiles files, const haptable_object_options& options) {
     files.tables.precision = choice(options.precision, files.tables.precision);

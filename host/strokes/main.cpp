@@ -12,7 +12,6 @@
 #include "host/base/json.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
-#include "host/numbers/numbers.hpp"
 #include "host/strokes/report.hpp"
 
 namespace {
@@ -22,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct Options {
     CampaignOptions campaign;
-    fs::path json, numbers;
+    fs::path out;
     fs::path stroke;
     bool quiet = false;
 };
@@ -54,6 +53,14 @@ CampaignResult stroke_all(const Options& options) try {
     throw;
 }
 
+/// "20 strokes, none broke a promise", or "20 strokes, 3 lost, 1 jump".
+std::string faults_of(const Tally& tally) {
+    std::string text = fmt::format("{} strokes", tally.strokes);
+    for (std::size_t f = 0; f < kFaults; ++f)
+        if (tally.faulty[f] > 0) text += fmt::format(", {} {}", tally.faulty[f], kFaultNames[f]);
+    return tally.broken.empty() ? text + ", none broke a promise" : text;
+}
+
 void run(const Options& options) {
     OwnFolder own(options.campaign.folder, kStrokes);
     for (const char* part : {"meshes", "tables", "counts", "faults", "judged"}) own.file(part);
@@ -61,13 +68,15 @@ void run(const Options& options) {
     const auto begin = std::chrono::steady_clock::now();
     const CampaignResult result = stroke_all(options);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-    const Numbers numbers = numbers_of(result);
-    if (!options.json.empty()) write_file(options.json, json_text(to_json(result), 2) + "\n");
-    if (!options.numbers.empty()) numbers.write(options.numbers);
+    if (!options.out.empty()) write_file(options.out, json_text(to_json(result), 1) + "\n");
     if (options.quiet) return;
-    print_topics(numbers);
-    fmt::print("{:.1f} minutes; {} strokes were counted by earlier runs\n", elapsed.count() / 60.0,
-               thousands(result.taken_over));
+    for (const StrokedMeshResult& one : result.results) {
+        Tally all;
+        for (const Tally& tally : one.tally) all.add(tally);
+        fmt::print("{}: {}\n", one.mesh.name, faults_of(all));
+    }
+    for (const LeftOut& left_out : result.left_out) fmt::print("left out: {}: {}\n", left_out.name, left_out.why);
+    fmt::print("{:.1f} minutes; {} strokes were counted by earlier runs\n", elapsed.count() / 60.0, result.taken_over);
 }
 
 }  // namespace
@@ -94,9 +103,8 @@ int main(int argc, char** argv) {
     app.option("--examples", campaign.examples, "strokes of each fault, body and mode that are shrunk and written")
         .show_default();
     app.option("--build", campaign.folder, "folder for tables, counts and strokes that broke something").show_default();
-    app.option("-o", options.numbers, "write the numbers for the pages to this JSON file");
+    app.option("-o", options.out, "write every count to this JSON file; make strokes makes docs/STROKES.md of it");
     app.option("--judge", options.stroke, "only judge this stroke, a CSV as the servo's, on one scene in its own mode");
-    app.option("--json", options.json, "every count as JSON");
     app.option("--threads", campaign.threads, "default: all processors; they change no count").range(1, 1024);
     app.flag("--again", campaign.again, "count again what an earlier run has counted");
     app.flag("--quiet", options.quiet, "no table, no progress bar");

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Many tetrahedra and many patches at one node.
+// Many patches at one node.
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <numbers>
 
 #include "tests/finger.hpp"
-#include "tests/hard/holds.hpp"
 #include "tests/shapes.hpp"
 
 namespace haptable::test {
 namespace {
-
-TEST(HardHub, EightyTetrahedraAtANode) { expect_holds("80 tetrahedra at a node"); }
-
-TEST(HardHub, ThirtyTwoPatchesAtANode) { expect_holds("32 patches at a node"); }
-
-TEST(HardHub, MorePatchesThanATickCanGoAroundAreRefused) {
-    expect_refused("60 patches at a node", "60 touchable patches meet at node");
-}
 
 // The tip is the nearest point of the surface, and some of its patches say "outside" and others "inside": all of them
 // have to be asked, from whichever the contact comes.

@@ -2,29 +2,27 @@
 // A body of a micrometre and of 100 m. Powers of 2 in lengths and in Young's modulus change exponents only (even ones,
 // where roots are taken), so every bit of tables and forces must stay; a threshold in metres or newtons would change
 // some.
+#include <gtest/gtest.h>
+
 #include <cmath>
 
-#include "host/hard/measure.hpp"
-#include "tests/hard/holds.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/bodies.hpp"
 
 namespace haptable::test {
 namespace {
 
-TEST(HardScale, AMicrometre) { expect_holds("1 um"); }
-
-TEST(HardScale, AHundredMetres) { expect_holds("100 m"); }
-
-HardCase scaled_cube(int length, int young) {
-    HardCase hard{"scaled", hard_cube(std::ldexp(0.03, length), {std::ldexp(1.0, young), 0.3}), ""};
-    hard.scene.tables.columns = ColumnRows::kNone;
-    hard.scene.device.max_force_n = std::ldexp(1e5, young + 2 * length);
-    hard.scene.contact.rigid_stiffness_n_per_m = std::ldexp(1.0, young + length);
-    return hard;
+Scene scaled_cube(int length, int young) {
+    Scene scene = cube_scene(5, 0.3);
+    scene.mesh.side_m = std::ldexp(0.03, length);
+    scene.material.young_pa = std::ldexp(1.0, young);
+    scene.fixed = {{std::array{-1e4, -1e4, -1e4, 1e4, 1e4, 1e-9 * scene.mesh.side_m}, "", 1}};
+    scene.device.max_force_n = std::ldexp(1e5, young + 2 * length);
+    scene.contact.rigid_stiffness_n_per_m = std::ldexp(1.0, young + length);
+    return scene;
 }
 
 /// The forces of strokes over the cube's top, over its rim and back, divided by the scale of forces.
-std::vector<Eigen::Vector3d> felt(const HardBody& body, int length, int young, GodObject god_object) {
+std::vector<Eigen::Vector3d> felt(const ElasticBody& body, int length, int young, GodObject god_object) {
     const haptable_model model = body.model(god_object);
     haptable_servo servo;
     haptable_servo_init(&servo);
@@ -45,13 +43,12 @@ std::vector<Eigen::Vector3d> felt(const HardBody& body, int length, int young, G
 }
 
 TEST(HardScale, ChangesNoBitOfTablesAndForces) {
-    const TemporaryFolder folder;
     for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kConsistent}) {
-        const HardBody one(scaled_cube(0, 13), force, folder.path() / "one");
+        const ElasticBody one(scaled_cube(0, 13), force);
         for (const auto& [length, young] :
              {std::pair{-14, 13}, {-8, 13}, {12, 13}, {0, 1}, {0, 37}}) {  // 1.8 um, 0.1 mm, 123 m, 2 Pa, 137 GPa
             SCOPED_TRACE(testing::Message() << word(force) << " length " << length << " young " << young);
-            const HardBody other(scaled_cube(length, young), force, folder.path() / "other");
+            const ElasticBody other(scaled_cube(length, young), force);
             ASSERT_EQ(other.tables().stiffness.size(), one.tables().stiffness.size());
             for (std::size_t i = 0; i < one.tables().stiffness.size(); ++i)
                 for (std::size_t k = 0; k < 9; ++k)

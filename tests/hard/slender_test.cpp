@@ -1,29 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Needles and plates, along the axes and askew.
-#include "host/hard/measure.hpp"
+// A plate.
+#include <gtest/gtest.h>
+
+#include "tests/bodies.hpp"
 #include "tests/finger.hpp"
-#include "tests/hard/holds.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
-TEST(HardSlender, Needle) {
-    expect_holds("needle 1:100");
-    expect_holds("needle 1:100, askew");
-    expect_holds("needle 1:100 of steel, askew");
-}
-
-TEST(HardSlender, Plate) {
-    expect_holds("plate 1:100");
-    expect_holds("plate 1:100, askew");
-}
-
 // A plate is thinner than a finger presses: what holds the finger is the face that it came through, not the nearest
 // one.
 TEST(HardSlender, AFingerThatIsPushedThroughAPlateStaysOnTheFaceThatItEntered) {
-    const TemporaryFolder folder;
-    const HardBody plate(hard_case("plate 1:100", folder.path()), ForceLaw::kInterpolated, folder.path() / "out");
+    const ElasticBody plate(plate_cells(6, 0.1, 0.001), "plate", ForceLaw::kInterpolated);
     constexpr double kTop = 0.001, kDeepest = 0.004;
     for (const GodObject god_object : every<GodObject>()) {
         Finger finger(plate.model(god_object));

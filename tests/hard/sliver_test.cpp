@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Tetrahedra that are almost flat: taken, told, and refused where their volume is rounding.
+// Tetrahedra that are almost flat: counted, and refused where their volume is rounding.
+#include <gtest/gtest.h>
+
 #include "host/base/error.hpp"
-#include "host/hard/cells.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/write_tetgen.hpp"
-#include "tests/hard/holds.hpp"
+#include "tests/cells.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -17,8 +18,6 @@ TetMesh written_and_read(double radius_ratio) {
     const TetMesh mesh = sliver_mesh(4, radius_ratio);
     return read_mesh(write_tetgen(mesh.position_m, mesh.tet, folder.path() / "slivers"), 1.0);
 }
-
-TEST(HardSliver, RadiusRatioOfAMillionth) { expect_holds("slivers of radius ratio 1e-6"); }
 
 TEST(HardSliver, TheAuditCountsThem) {
     for (const double ratio : {1e-6, 1e-9}) {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "host/hard/cells.hpp"
 #include "host/scene/scene.hpp"
+#include "tests/cells.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {

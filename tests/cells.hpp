@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Bodies of cells, each cut into six tetrahedra, and bodies that are hard to compute.
+// Bodies of cells, each cut into six tetrahedra, and one of slivers.
 #pragma once
 
 #include <functional>
 
 #include "host/mesh/mesh.hpp"
 
-namespace haptable {
+namespace haptable::test {
 
 /// A body of cells that are cut into six tetrahedra each. `at` maps the grid (0..nx, 0..ny, 0..nz) to metres; points
 /// that fall together are one node; `solid` says which cells there are. Its nodes with `held` are fixed.
@@ -23,10 +23,4 @@ TetMesh mesh_of(const Cells& cells);
 /// four nodes near the corners of a square, of this radius ratio (three inradii over the circumradius).
 TetMesh sliver_mesh(int n, double radius_ratio);
 
-/// A ball of 20 mm whose middle is one node that all 80 tetrahedra share.
-TetMesh hub_mesh();
-
-/// A cone: `sides` patches meet at its tip.
-TetMesh cone_mesh(int sides);
-
-}  // namespace haptable
+}  // namespace haptable::test

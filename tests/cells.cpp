@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/hard/cells.hpp"
+#include "tests/cells.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
-namespace haptable {
+namespace haptable::test {
 
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kRadius_m = 0.02;
 
 /// The nodes of a mesh in the making: points that fall together, to a millionth of a millionth of the extent, are one.
 class Nodes {
@@ -102,49 +99,4 @@ TetMesh sliver_mesh(int n, double radius_ratio) {
     return mesh;
 }
 
-TetMesh hub_mesh() {
-    const double golden = std::numbers::phi;
-    std::vector<Vector3d> corner;
-    for (int turn = 0; turn < 3; ++turn)
-        for (double a : {-1.0, 1.0})
-            for (double b : {-golden, golden}) {
-                Vector3d x;
-                x[turn] = 0.0;
-                x[(turn + 1) % 3] = a;
-                x[(turn + 2) % 3] = b;
-                corner.push_back(x.normalized());
-            }
-    Nodes nodes(1.0);
-    const std::int32_t middle = nodes.add(Vector3d::Zero());
-    const double side = 2.0 / std::hypot(1.0, golden);
-    std::vector<std::array<Vector3d, 3>> faces;
-    for (std::size_t a = 0; a < 12; ++a)  // corners that are one edge apart from each other
-        for (std::size_t b = a + 1; b < 12; ++b)
-            for (std::size_t c = b + 1; c < 12; ++c)
-                if (std::max({(corner[a] - corner[b]).norm(), (corner[b] - corner[c]).norm(),
-                              (corner[c] - corner[a]).norm()}) < 1.1 * side)
-                    faces.push_back({corner[a], corner[b], corner[c]});
-    TetMesh mesh;
-    std::vector<std::array<std::int32_t, 3>> triangles;
-    for (const auto& [a, b, c] : faces) {
-        const Vector3d ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
-        for (const auto& [x, y, z] : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-            triangles.push_back({nodes.add(x), nodes.add(y), nodes.add(z)});
-    }
-    for (const Vector3d& x : nodes.position_m) mesh.position_m.push_back(kRadius_m * x);
-    for (const auto& t : triangles) add_tet(mesh, {middle, t[0], t[1], t[2]});
-    return mesh;
-}
-
-TetMesh cone_mesh(int sides) {
-    TetMesh mesh;
-    mesh.position_m = {Vector3d(0, 0, 0), Vector3d(0, 0, kRadius_m)};
-    for (int s = 0; s < sides; ++s) {
-        const double turn = 2.0 * std::numbers::pi * s / sides;
-        mesh.position_m.emplace_back(kRadius_m * std::cos(turn), kRadius_m * std::sin(turn), 0.0);
-    }
-    for (int s = 0; s < sides; ++s) add_tet(mesh, {0, 1, 2 + s, 2 + (s + 1) % sides});
-    return mesh;
-}
-
-}  // namespace haptable
+}  // namespace haptable::test
