@@ -91,7 +91,7 @@ MPI        = $(call objects,host/inverse/mpi) $(PRECOMPUTE)
 NUMBERS    = $(call objects,host/numbers) $(BASE)
 TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
 STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(PRECOMPUTE)
-BENCH      = $(call objects,host/bench) $(NUMBERS) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
+BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
 LIBS_BASE       = -lfmt -lxxhash
 LIBS_PRECOMPUTE = -lcholmod -larpack -lopenblas -lpugixml -lz $(LIBS_BASE)
@@ -286,16 +286,16 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 	@rm -rf $(BUILD)/quick
 	@mkdir -p $(MEASURED)
 	$(call bench_step,5,speed of tick and picture)
-	@$(BUILD)/bin/haptable-bench meshes/cube.toml meshes/mouse.toml --build $(BUILD) -o $(MEASURED)/bench.json $(if $(QUICK),--repetitions 3)
+	@$(LAB) speed $(MEASURED)/bench.json $(if $(QUICK),--repetitions 3)
 	$(call bench_step,10,error against the body of every configuration)
 	@$(LAB) error $(MEASURED)/error.json $(if $(QUICK),--quick)
 	$(call bench_step,45,hard cases)
 	@$(LAB) hard $(MEASURED)/hard.json
-	@$(BUILD)/bin/haptable-bench-devices -o $(MEASURED)/devices.json >/dev/null
+	@$(LAB) devices $(MEASURED)/devices.json
 	@$(if $(QUICK),:,$(LAB) liver $(MEASURED)/liver.json)
 	$(call bench_step,50,what contact feels like)
 	@$(LAB) contact $(MEASURED)/contact.json $(if $(QUICK),--loops 20 --repetitions 3)
-	@$(BUILD)/bin/haptable-contact --build $(BUILD)/contact -o $(MEASURED)/beside.json $(if $(QUICK),--rounds 6)
+	@$(LAB) beside $(MEASURED)/beside.json $(if $(QUICK),--rounds 6)
 	@$(if $(QUICK),cp -r docs $(DOCS),$(MAKE) --no-print-directory bench-target)
 	@$(MAKE) --no-print-directory report
 
@@ -309,7 +309,7 @@ bench-target: bench-programs
 	@$(LAB) target $(MEASURED)/target.json
 	@$(LAB) sizes $(MEASURED)/size.json
 	$(call bench_step,85,growth of the inversion)
-	@$(BUILD)/bin/haptable-bench-inversion --sides 12,20,25,32,40 --scene meshes/mouse.toml -o $(BUILD)/report/inversion.json
+	@$(LAB) inversion $(BUILD)/report/inversion.json
 
 # bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
 PART ?= large masks scale scan truth known large-strain elements elsewhere
@@ -523,8 +523,8 @@ $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/contact) $(call objects,host/bench/proxy) $(BENCH) $(TARGETED)
-	$(link) $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
+$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/proxy) $(BUILD)/host/bench/subject.cpp.o $(TARGETED)
+	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(CODEGEN)
 	$(link) $(LIBS_BASE)
@@ -535,7 +535,7 @@ $(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(TARG
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 	$(link) $(LIBS_STROKES)
 
-$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(BUILD)/host/bench/cube_scene.cpp.o $(NUMBERS) $(PRECOMPUTE)
+$(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
 $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK) $(SCENES) $(NUMBERS)
@@ -544,7 +544,7 @@ $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS) $(MESH)
 	$(link) -lpugixml -lz $(LIBS_BASE)
 
-$(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(NUMBERS) $(DEVICE) $(CODEGEN)
+$(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
 
 $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)

@@ -82,6 +82,13 @@ def _parser() -> argparse.ArgumentParser:
     for command, what in _PLAIN.items():
         measure(command, what, out)
     measure("strokes", "tables of what haptable-strokes counted", ("counts", file("COUNTS.json")), out)
+    for command, what, more in (
+            ("speed", "speed of tick and picture", [("--repetitions", {"type": int, "default": 9, "metavar": "N"})]),
+            ("beside", "ticks of the contact modes beside proxies", [("--rounds", {"type": int, "default": 30, "metavar": "N"})]),
+            ("devices", "what the device models are, and from which stiffness each rings", []),
+            ("inversion", "how the inversion grows, and its errors",
+             [("--sides", {"default": "12,20,25,32,40", "metavar": "N,N", "help": "cubes of so many nodes a side"})])):
+        measure(command, what, *more, out, module="programs", function=command)
     measure("error", "error against the body of every configuration, and what it costs",
             ("--numbers", file("FILE", default=Path("docs/numbers.json"), help="where the truth is")),
             ("--quick", {"action": "store_true", "help": "coarse meshes only"}), out)

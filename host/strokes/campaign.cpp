@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kChunk = 64;
 
-/// Of a whole name that mode; of a part all that have it in theirs.
+/// The mode with this name, or all modes whose names contain it.
 std::vector<TouchMode> modes_of(const CampaignOptions& options) {
     const std::vector<TouchMode> all = all_modes();
     const auto fits = [&](const TouchMode& mode, const std::string& part) {

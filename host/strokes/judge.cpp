@@ -264,7 +264,7 @@ private:
             fault(Fault::kArea);
     }
 
-    /// Of a body that moves a part of the law's force is given: what nobody has paid for is not. What two fingers press
+    /// A body that moves gives a part of the law's force: what nobody has paid for is not given. What two fingers press
     /// at once is no law of either alone.
     void check_law() {
         const haptable_pair* pair = scene_.pair();

@@ -19,7 +19,7 @@ struct StrokedMesh {
     std::size_t nodes = 0, patches = 0, hinges = 0;  ///< hinges: edges and nodes
     std::size_t parts = 1;                           ///< that hang together each
 
-    /// Of a block for any two places: vertices; under a mask edges too.
+    /// Bytes of a block for any two places: vertices; under a mask edges too.
     std::uintmax_t coupling_bytes(ForceLaw force) const;
 };
 

@@ -46,7 +46,7 @@ struct Felt {
     bool is_sound = false;                              ///< numbers, and no fault
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();     ///< the finger, world, as the servo took it
     Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  ///< on the hand, world axes
-    /// Of it, what a release adds, which only brakes the motion that it comes with; where it is asked for.
+    /// What a release adds to that force, N: it only brakes the motion that it comes with. Where it is asked for.
     Eigen::Vector3d released_n = Eigen::Vector3d::Zero();
     Eigen::Vector3d load_n = Eigen::Vector3d::Zero();    ///< on the surface, body axes: the sum of the nodal forces
     Eigen::Vector3d god_m = Eigen::Vector3d::Zero();     ///< body coordinates, rest shape

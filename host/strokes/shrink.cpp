@@ -8,7 +8,7 @@ namespace haptable {
 
 namespace {
 
-/// Of the finger that moves more.
+/// How far the finger went that moved more, m.
 double motion_m(const FingerPositions& a, const FingerPositions& b) {
     return std::max((to_vector(b[0].data()) - to_vector(a[0].data())).norm(),
                     (to_vector(b[1].data()) - to_vector(a[1].data())).norm());

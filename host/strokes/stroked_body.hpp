@@ -61,7 +61,7 @@ public:
 
     BodyTables(Scene scene, std::filesystem::path folder) : scene_(std::move(scene)), folder_(std::move(folder)) {}
 
-    /// Of a mode's force, fingers and body. Throws Error as precompute does.
+    /// Tables for a mode's force, fingers and body. Throws Error as precompute does.
     SceneFiles with(const TouchMode& mode);
     /// CPU seconds that the tables took which are there, when they were computed.
     double cpu_s() const;

@@ -1,26 +1,167 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-contact: ticks of every contact mode beside those of finger proxies, for docs/CONTACT.md.
-#include <filesystem>
+// haptable-contact: ticks of every contact mode beside those of finger proxies (host/bench/proxy) on the same patches,
+// over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact: raw
+// times as JSON, of which lab/programs.py makes tables.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "firmware/haptable_scene.h"
+#include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/bench/contact/beside.hpp"
-#include "host/numbers/numbers.hpp"
+#include "host/bench/proxy/finger_proxy.hpp"
+#include "host/bench/proxy/shell_proxy.hpp"
+#include "host/bench/subject.hpp"
+#include "host/target/modes.hpp"
+#include "host/target/strokes.hpp"
+
+namespace haptable {
+
+namespace {
+
+using Eigen::Vector3d;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kStrokes = 50;
+constexpr float kLongest_m = 1e-4F;  // a tick: 0.1 m/s
+constexpr double kRadius_m = 1e-4;   // of the proxy
+constexpr double kStiffness_n_per_m = 100.0;
+constexpr double kStaticFriction = 0.5, kDynamicFriction = 0.4;  // in_mode()'s
+
+/// What is timed: it begins a stroke at a position, and makes ticks.
+struct Touched {
+    std::function<void(const std::array<float, 3>&)> begin, to;
+};
+
+/// Strokes one by one, slow enough for a hand.
+std::vector<FingerPath> slow_strokes(const Tables& tables) {
+    constexpr std::size_t kTicks = 40;
+    const FingerPath path = stroke_path(tables, kStrokes);
+    std::vector<FingerPath> strokes;
+    for (std::size_t i = 0; i < path.size(); i += kTicks) {
+        const auto first = path.begin() + static_cast<std::ptrdiff_t>(i);
+        strokes.push_back(walked<3>({first, first + kTicks}, kLongest_m));
+    }
+    return strokes;
+}
+
+/// By tick of all strokes: 1 where the paper's mode is in contact and was a tick before.
+std::vector<char> contact_ticks(haptable_model model, const std::vector<FingerPath>& strokes) {
+    std::vector<char> touches;
+    for (const FingerPath& stroke : strokes) {
+        haptable_servo servo;
+        haptable_output out{};
+        haptable_servo_init(&servo);
+        bool before = false;
+        for (const auto& finger_m : stroke) {
+            haptable_servo_step(&model, &servo, finger_m.data(), 0, &out);
+            const bool now = haptable_touches(out.state) != 0;
+            touches.push_back(before && now ? 1 : 0);
+            before = now;
+        }
+    }
+    return touches;
+}
+
+/// Every tick of a round into its fastest so far, s.
+void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, std::vector<double>& fastest_s) {
+    std::size_t tick = 0;
+    for (const FingerPath& stroke : strokes) {
+        touched.begin(stroke.front());
+        for (const auto& finger_m : stroke) {
+            const Clock::time_point begin = Clock::now();
+            touched.to(finger_m);
+            const double s = std::chrono::duration<double>(Clock::now() - begin).count();
+            fastest_s[tick] = std::min(fastest_s[tick], s);
+            ++tick;
+        }
+    }
+}
+
+template <typename Proxy, typename... Friction>
+Touched proxy_on(const Tables& tables, Friction... friction) {
+    std::vector<Vector3d> point_m;
+    for (const auto& p : tables.position) point_m.emplace_back(p[0], p[1], p[2]);
+    auto proxy = std::make_shared<Proxy>(point_m, tables.patch, kRadius_m, friction...);
+    auto force_n = std::make_shared<Vector3d>();
+    const auto at = [](const std::array<float, 3>& x) {
+        return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>();
+    };
+    return {[proxy, at](const auto& x) { proxy->begin(at(x)); },
+            [proxy, at, force_n](const auto& x) {
+                const Vector3d finger_m = at(x);
+                *force_n = kStiffness_n_per_m * (proxy->to(finger_m) - finger_m);
+            }};
+}
+
+Touched servo_on(const haptable_model& model) {
+    struct State {
+        haptable_model model;
+        haptable_room room;
+        haptable_output out;
+    };
+    auto state = std::make_shared<State>();
+    state->model = model;
+    return {[state](const auto&) { haptable_servo_init(&state->room.fingers.servo[0]); },
+            [state](const auto& x) {
+                haptable_servo_step(&state->model, &state->room.fingers.servo[0], x.data(), 0, &state->out);
+            }};
+}
+
+using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
+
+/// The fastest that each contact tick was in any round, s: of the clock alone, of the proxies, and of every mode. All
+/// in turn, so that a ratio compares the same minutes.
+nlohmann::ordered_json times_on(const Subjects& subjects, int rounds) {
+    const Tables& tables = subjects[0]->tables();
+    const std::vector<FingerPath> strokes = slow_strokes(tables);
+    const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
+    std::vector<std::pair<std::string, Touched>> touched{
+        {"clock", {[](const auto&) {}, [](const auto&) {}}},
+        {"finger", proxy_on<FingerProxy>(tables)},
+        {"shell", proxy_on<ShellProxy>(tables, 0.0, 0.0)},
+        {"shell friction", proxy_on<ShellProxy>(tables, kStaticFriction, kDynamicFriction)}};
+    for (const Mode& mode : every_mode())
+        if (mode.more != "passivity")  // no proxy has it
+            touched.emplace_back(mode.name(),
+                                 servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
+    std::vector<std::vector<double>> fastest_s(
+        touched.size(), std::vector<double>(counts.size(), std::numeric_limits<double>::infinity()));
+    for (int round = 0; round < rounds; ++round)
+        for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i].second, strokes, fastest_s[i]);
+    nlohmann::ordered_json all;
+    for (std::size_t i = 0; i < touched.size(); ++i)
+        for (std::size_t tick = 0; tick < counts.size(); ++tick)
+            if (counts[tick] != 0) all[touched[i].first].push_back(fastest_s[i][tick]);
+    return all;
+}
+
+}  // namespace
+
+}  // namespace haptable
 
 int main(int argc, char** argv) {
     using namespace haptable;
     CommandLine app("Times the contact modes' ticks beside finger proxies.", "haptable-contact");
-    std::filesystem::path build = "build/contact", out;
+    std::vector<std::filesystem::path> folders;
     int rounds = 30;
-    app.option("--build", build, "folder for tables").show_default();
-    app.option("-o", out, "write the numbers to this JSON file");
+    app.option("DIR", folders, "tables of one body with each force: interpolated, consistent, pressure-mask")
+        .required();
     app.option("--rounds", rounds, "every tick is as fast as it was in any of so many").show_default();
     return run_program(app, argc, argv, [&] {
-        std::filesystem::create_directories(build);
-        Numbers numbers("make bench");
-        const auto [finger, shell] = beside_proxies(build, rounds);
-        numbers.add("modes-beside", finger);
-        numbers.add("modes-beside-shells", shell);
-        print_topics(numbers);
-        if (!out.empty()) numbers.write(out);
+        Subjects subjects;
+        if (folders.size() != subjects.size()) throw Error("DIR: give three folders, one of each force");
+        for (const std::filesystem::path& folder : folders) {
+            auto subject = std::make_unique<Subject>(folder);
+            subjects[static_cast<std::size_t>(subject->tables().force)] = std::move(subject);
+        }
+        for (const auto& subject : subjects)
+            if (!subject) throw Error("DIR: two folders are of the same force: give one of each");
+        fmt::print("{}\n", times_on(subjects, rounds).dump());
     });
 }

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-bench-devices: what the device models are, and from which stiffness on each rings: numbers for
-// docs/DEVICES.md.
+// haptable-bench-devices: what the device models are, and from which stiffness on each rings: raw numbers as JSON, of
+// which lab/programs.py makes docs/DEVICES.md's tables.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "codegen/model.hpp"
 #include "firmware/haptable_model.h"
 #include "host/base/program.hpp"
 #include "host/device/ringing.hpp"
-#include "host/numbers/numbers.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"
 #include "host/tables/tables.hpp"
@@ -20,35 +18,27 @@ namespace haptable {
 
 namespace {
 
+using nlohmann::ordered_json;
+
 constexpr double kTick_s = HAPTABLE_TICK_US / 1e6;
 
-Cell figure(const Figure& figure, double unit, const char* name) {
-    if (std::string(figure.source) == "none" && figure.value == 0.0) return std::string("none");
-    const double value = figure.value / unit;
-    return number(figure.value, fmt::format("{} {} ({})",
-                                            value < 1000.0 ? fmt::format("{:.3g}", value)
-                                                           : thousands(static_cast<std::uint64_t>(std::lround(value))),
-                                            name, figure.source));
-}
+ordered_json to_json(const Figure& figure) { return {{"value", figure.value}, {"source", figure.source}}; }
 
-std::string reach_of(const DeviceModel& model) {
-    if (model.reach_m[0] == 0.0) return "endless";
-    return fmt::format("{:.0f} x {:.0f} x {:.0f} mm ({})", 1e3 * model.reach_m[0], 1e3 * model.reach_m[1],
-                       1e3 * model.reach_m[2], model.reach_source);
-}
-
-NumberTable figures() {
-    NumberTable table{{"name", "device", "peak force", "continuous", "mass", "friction", "damping", "encoder step",
-                       "motors' bandwidth", "delay", "weight that nothing balances", "workspace, x y z", "up"},
-                      {}};
-    for (const DeviceModel& m : device_models())
-        table.rows.push_back({fmt::format("`{}`", m.name), m.title, figure(m.max_force_n, 1.0, "N"),
-                              figure(m.continuous_force_n, 1.0, "N"), figure(m.mass_kg, 1e-3, "g"),
-                              figure(m.friction_n, 1.0, "N"), figure(m.damping_n_s_per_m, 1.0, "N s/m"),
-                              figure(m.encoder_step_m, 1e-3, "mm"), figure(m.bandwidth_hz, 1.0, "Hz"),
-                              figure(m.delay_s, 1e-3, "ms"), figure(m.unbalanced, 0.01, "%"), reach_of(m),
-                              m.up[1] > 0.0 ? "y" : "z"});
-    return table;
+ordered_json to_json(const DeviceModel& m) {
+    return {{"name", m.name},
+            {"title", m.title},
+            {"max_force_n", to_json(m.max_force_n)},
+            {"continuous_force_n", to_json(m.continuous_force_n)},
+            {"mass_kg", to_json(m.mass_kg)},
+            {"friction_n", to_json(m.friction_n)},
+            {"damping_n_s_per_m", to_json(m.damping_n_s_per_m)},
+            {"encoder_step_m", to_json(m.encoder_step_m)},
+            {"bandwidth_hz", to_json(m.bandwidth_hz)},
+            {"delay_s", to_json(m.delay_s)},
+            {"unbalanced", to_json(m.unbalanced)},
+            {"reach_m", m.reach_m},
+            {"reach_source", m.reach_source},
+            {"up", m.up}};
 }
 
 /// What codegen promises of a body, for that device.
@@ -61,51 +51,39 @@ double promised(const Device& device) {
     return stable_stiffness(tables);
 }
 
-Cell stiffness(double n_per_m) {
-    if (std::isinf(n_per_m)) return std::string("none to 1e6");
-    return number(n_per_m, n_per_m < 1000.0 ? fmt::format("{:.3g}", n_per_m)
-                                            : thousands(static_cast<std::uint64_t>(std::lround(n_per_m))));
-}
-
-std::vector<Cell> stability_of(const std::string& name, const Device& device) {
+/// Stiffnesses, N/m, from which the device rings; null: none to 1e6.
+ordered_json stability_of(const Device& device) {
     RingingLoop loop;
     loop.device = device;
-    const double alone = ringing_stiffness(loop), limit = promised(device);
+    const double alone = ringing_stiffness(loop);
     loop.hand = hand_named("soft");
     const double soft = ringing_stiffness(loop);
     loop.hand = hand_named("stiff");
     const double stiff = ringing_stiffness(loop);
     loop.hand = RingingLoop().hand;
     loop.speed_m_s = std::max(device.encoder_step_m, 1e-6) / kTick_s;
-    const double slow = ringing_stiffness(loop);
-    const double passive = 2.0 * device.damping_n_s_per_m / kTick_s;
-    const double held = device.encoder_step_m > 0.0 ? 2.0 * device.friction_n / device.encoder_step_m : 0.0;
-    return {name,
-            number(whole_delay_s(device), fmt::format("{:.2f} ms", 1e3 * whole_delay_s(device))),
-            stiffness(limit),
-            stiffness(alone),
-            limit > 0.0 ? Cell(number(alone / limit, fmt::format("{:.2f}", alone / limit))) : Cell(std::string("-")),
-            stiffness(soft),
-            stiffness(stiff),
-            stiffness(slow),
-            stiffness(held),
-            stiffness(passive),
-            stiffness(std::min(passive, held))};
+    return {{"delay_s", whole_delay_s(device)},
+            {"promised", promised(device)},
+            {"alone", alone},
+            {"soft", soft},
+            {"stiff", stiff},
+            {"slow", ringing_stiffness(loop)},
+            {"held", device.encoder_step_m > 0.0 ? 2.0 * device.friction_n / device.encoder_step_m : 0.0},
+            {"passive", 2.0 * device.damping_n_s_per_m / kTick_s}};
 }
 
-NumberTable stability() {
-    NumberTable table{{"device", "delay and lag", "codegen's limit, N/m", "rings from, at 0.5 m/s", "over codegen's",
-                       "the same in a soft hand", "in a stiff hand", "rings from, at a step a tick", "2 f_c / D",
-                       "Colgate and Schenkel, 2 b / T", "Abbott and Okamura"},
-                      {}};
-    for (const DeviceModel& model : device_models()) {
-        Device device = device_of(model);
-        table.rows.push_back(stability_of(fmt::format("`{}`", model.name), device));
-        if (device.delay_s > 0.0) continue;
-        device.delay_s = kTick_s;
-        table.rows.push_back(stability_of(fmt::format("`{}`, a tick later", model.name), device));
-    }
-    return table;
+/// Each device, and where it has no delay the same a tick later.
+ordered_json stability() {
+    ordered_json all = ordered_json::array();
+    for (const DeviceModel& model : device_models())
+        for (const double later_s : {0.0, kTick_s}) {
+            Device device = device_of(model);
+            if (later_s > 0.0 && device.delay_s > 0.0) continue;
+            device.delay_s += later_s;
+            all.push_back({{"name", model.name}, {"later", later_s > 0.0}});
+            all.back().update(stability_of(device));
+        }
+    return all;
 }
 
 }  // namespace
@@ -116,13 +94,9 @@ int main(int argc, char** argv) {
     using namespace haptable;
     CommandLine app("Lists the device models and measures from which stiffness on each rings.",
                     "haptable-bench-devices");
-    std::filesystem::path out;
-    app.option("-o", out, "write the numbers to this JSON file");
     return run_program(app, argc, argv, [&] {
-        Numbers numbers("make bench");
-        numbers.add("device-figures", figures());
-        numbers.add("device-stability", stability());
-        print_topics(numbers);
-        if (!out.empty()) numbers.write(out);
+        ordered_json models = ordered_json::array();
+        for (const DeviceModel& model : device_models()) models.push_back(to_json(model));
+        fmt::print("{}\n", ordered_json{{"models", models}, {"stability", stability()}}.dump());
     });
 }

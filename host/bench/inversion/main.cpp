@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-bench-inversion: what the blocks of L cost by selected inversion and by solves, how cost grows, how exact
-// they are. CPU seconds of one thread; memory is the largest resident set of the stage.
+// they are: raw numbers as JSON, of which lab/programs.py makes tables. CPU seconds of one thread; memory is the
+// largest resident set of the stage.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -16,20 +17,18 @@
 #include <string>
 #include <vector>
 
-#include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/bench/cube_scene.hpp"
 #include "host/body/assembly.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
 #include "host/inverse/solve/frame_solver.hpp"
-#include "host/numbers/numbers.hpp"
 
 namespace {
 
 using namespace haptable;
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 using Nodes = std::vector<std::int32_t>;
 using Blocks = std::vector<Eigen::Matrix3d>;
 constexpr std::size_t kBlockNodes = 64;  // of one blocked solve: 192 right-hand sides
@@ -40,8 +39,19 @@ struct Options {
     std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
     std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
     bool in_double = true, accuracy = true;
-    fs::path out;
 };
+
+/// The paper's cube, its base held.
+Scene cube_scene(int nodes_per_side, double poisson) {
+    Scene scene;
+    scene.file = "cube.toml";
+    scene.name = fmt::format("cube{}-{:.0f}", nodes_per_side, 100.0 * poisson);
+    scene.mesh.generate = "cube";
+    scene.mesh.nodes_per_side = nodes_per_side;
+    scene.material = {1e4, poisson};
+    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
+    return scene;
+}
 
 /// CPU seconds of this process.
 double cpu_seconds() {
@@ -253,77 +263,31 @@ Row measure(const Options& options, const Scene& scene) {
     return row;
 }
 
-/// Three digits; "-" where it was not measured.
-Cell three(double value) { return std::isnan(value) ? Cell("-") : Cell(number(value, fmt::format("{:.3g}", value))); }
-Cell error_cell(double value) { return std::isnan(value) ? Cell("-") : Cell(error_of(value)); }
-
-NumberTable times(const std::vector<Row>& rows) {
-    NumberTable table{{"body", "nodes", "METIS, analysis s", "factor GB", "factor s", "GF/s", "inversion double s",
-                       "/ factor", "float s", "/ factor", "peak GB: factor", "double", "float"},
-                      {}};
-    for (const Row& r : rows)
-        table.rows.push_back({r.name, thousands(static_cast<std::uint64_t>(r.nodes)), three(r.analysis_s),
-                              three(r.factor_bytes / 1e9), three(r.factor_s), three(r.factor_flops / r.factor_s / 1e9),
-                              three(r.double_s), three(r.double_s / r.factor_s), three(r.float_s),
-                              three(r.float_s / r.factor_s), three(r.factor_peak / 1e9), three(r.double_peak / 1e9),
-                              three(r.float_peak / 1e9)});
-    return table;
-}
-
-NumberTable solves(const std::vector<Row>& rows) {
-    NumberTable table{{"body", "blocks", fmt::format("by solves, {} nodes at a time, s", kBlockNodes), "of these run",
-                       "/ inversion double", "/ float", "error double", "error float"},
-                      {}};
-    for (const Row& r : rows)
-        table.rows.push_back({r.name, thousands(static_cast<std::uint64_t>(r.blocks)), three(r.solves_s),
-                              number(r.sampled, fmt::format("{:.3g} %", 100.0 * r.sampled)),
-                              three(r.solves_s / r.double_s), three(r.solves_s / r.float_s), error_cell(r.double_error),
-                              error_cell(r.float_error)});
-    return table;
-}
-
-NumberTable columns(const std::vector<Row>& rows) {
-    NumberTable table{{"body", "columns GB", "pruned, double s", "float s", "float against double",
-                       "blocked solves / pruned, double", "float", "one frame, pruned, float", "by CHOLMOD"},
-                      {}};
-    for (const Row& r : rows)
-        if (!std::isnan(r.columns_float_s))
-            table.rows.push_back({r.name, three(r.columns_bytes / 1e9), three(r.columns_double_s),
-                                  three(r.columns_float_s), error_cell(r.columns_error),
-                                  three(r.solves_s / r.columns_double_s), three(r.solves_s / r.columns_float_s),
-                                  seconds(r.frame_s), seconds(r.plain_frame_s)});
-    return table;
-}
-
-/// Slope of log y over log nodes, by least squares over the cubes.
-double exponent(const std::vector<Row>& cubes, double Row::*y) {
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-    for (const Row& row : cubes) {
-        if (!(row.*y > 0.0)) continue;
-        const double x = std::log(row.nodes), value = std::log(row.*y);
-        n += 1, sx += x, sy += value, sxx += x * x, sxy += x * value;
-    }
-    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
-
-NumberTable growth(const std::vector<Row>& cubes) {
-    NumberTable table{
-        {fmt::format("exponent over nodes, {} to {}", thousands(static_cast<std::uint64_t>(cubes.front().nodes)),
-                     thousands(static_cast<std::uint64_t>(cubes.back().nodes))),
-         "measured", "nested dissection of a solid"},
-        {}};
-    const auto line = [&](const char* what, double Row::*y, const char* theory) {
-        const double slope = exponent(cubes, y);
-        if (!std::isnan(slope)) table.rows.push_back({what, number(slope, fmt::format("{:.2f}", slope)), theory});
-    };
-    line("factor, operations", &Row::factor_flops, "2");
-    line("factor, CPU s", &Row::factor_s, "2");
-    line("inversion, operations", &Row::inversion_flops, "2");
-    line("inversion in double, CPU s", &Row::double_s, "2");
-    line("inversion in float, CPU s", &Row::float_s, "2");
-    line("factor, bytes", &Row::factor_bytes, "4/3");
-    line("peak memory of the inversion in float", &Row::float_peak, "4/3");
-    return table;
+/// As it was measured; what was not is null.
+ordered_json to_json(const Row& r) {
+    return {{"name", r.name},
+            {"nodes", r.nodes},
+            {"blocks", r.blocks},
+            {"analysis_s", r.analysis_s},
+            {"factor_s", r.factor_s},
+            {"factor_flops", r.factor_flops},
+            {"factor_bytes", r.factor_bytes},
+            {"factor_peak", r.factor_peak},
+            {"double_s", r.double_s},
+            {"double_peak", r.double_peak},
+            {"float_s", r.float_s},
+            {"float_peak", r.float_peak},
+            {"inversion_flops", r.inversion_flops},
+            {"solves_s", r.solves_s},
+            {"sampled", r.sampled},
+            {"double_error", r.double_error},
+            {"float_error", r.float_error},
+            {"columns_double_s", r.columns_double_s},
+            {"columns_float_s", r.columns_float_s},
+            {"columns_bytes", r.columns_bytes},
+            {"columns_error", r.columns_error},
+            {"frame_s", r.frame_s},
+            {"plain_frame_s", r.plain_frame_s}};
 }
 
 // ---- accuracy, against long double ----------------------------------------------------------------------------------
@@ -352,7 +316,7 @@ Eigen::MatrixXd exact_columns(const Eigen::SparseMatrix<double>& k, const Nodes&
     return factor.solve(b).cast<double>();
 }
 
-NumberTable accuracy(int side) {
+ordered_json accuracy(int side) {
     struct Case {
         const char* name;
         double poisson, flatten, jitter;
@@ -363,9 +327,7 @@ NumberTable accuracy(int side) {
                           {"nodes moved by 0.2 cells", 0.3, 1, 0.2},
                           {"slivers: cells 1/100 high", 0.3, 0.01, 0},
                           {"slivers, nu 0.4999", 0.4999, 0.01, 0.1}};
-    NumberTable table{{fmt::format("cube of {} nodes a side", side), "inversion, double", "inversion, float", "solves",
-                       "inversion, double, against solves"},
-                      {}};
+    ordered_json all = ordered_json::array();
     for (const Case& c : cases) {
         const Scene scene = cube_scene(side, c.poisson);
         const Body body = shaped_cube(scene, c.flatten, c.jitter);
@@ -388,36 +350,32 @@ NumberTable accuracy(int side) {
         for (std::size_t w = 0; w < wanted.size(); ++w)
             solved[w] = x.block<3, 3>(Eigen::Index{3} * wanted[w].row, column[wanted[w].column]);
         const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
-        table.rows.push_back({c.name, error_of(comparison.largest(in_double, node, exact)),
-                              error_of(comparison.largest(in_float, node, exact)),
-                              error_of(comparison.largest(solved, node, exact)),
-                              error_of(comparison.largest(in_double, node, x))});
+        all.push_back({{"name", c.name},
+                       {"double", comparison.largest(in_double, node, exact)},
+                       {"float", comparison.largest(in_float, node, exact)},
+                       {"solves", comparison.largest(solved, node, exact)},
+                       {"against_solves", comparison.largest(in_double, node, x)}});
     }
-    return table;
+    return all;
 }
 
 void run(const Options& options) {
-    Numbers numbers("make bench");
-    const auto tell = [&](const char* topic, const NumberTable& table) {
-        numbers.add(topic, table);
-        fmt::print("{}\n", to_markdown(numbers.json().at(topic)));
-        std::fflush(stdout);
+    constexpr int kSide = 10;
+    ordered_json all{{"block_nodes", kBlockNodes}, {"bodies", ordered_json::array()}};
+    if (options.accuracy) all["accuracy"] = {{"side", kSide}, {"cases", accuracy(kSide)}};
+    const auto add = [&](const Scene& scene, bool is_cube) {
+        ordered_json row = to_json(measure(options, scene));
+        row["is_cube"] = is_cube;
+        all["bodies"].push_back(row);
+        fmt::print(stderr, "  measured {}\n", scene.name);
     };
-    if (options.accuracy) tell("inversion-accuracy", accuracy(10));
-    std::vector<Row> rows, cubes;
     for (int side : options.sides) {
         Scene scene = cube_scene(side, 0.3);
         scene.name = fmt::format("cube {}", side);
-        rows.push_back(measure(options, scene));
-        cubes.push_back(rows.back());
-        fmt::print(stderr, "  measured {}\n", rows.back().name);
+        add(scene, true);
     }
-    for (const fs::path& file : options.scenes) rows.push_back(measure(options, read_scene(file)));
-    tell("inversion-times", times(rows));
-    tell("inversion-solves", solves(rows));
-    tell("inversion-columns", columns(rows));
-    if (cubes.size() > 1) tell("inversion-growth", growth(cubes));
-    if (!options.out.empty()) numbers.write(options.out);
+    for (const fs::path& file : options.scenes) add(read_scene(file), false);
+    fmt::print("{}\n", all.dump());
 }
 
 }  // namespace
@@ -435,6 +393,5 @@ int main(int argc, char** argv) {
         .show_default();
     app.flag("!--no-double", options.in_double, "selected inversion in float only");
     app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
-    app.option("-o,--out", options.out, "write the numbers for docs, as JSON");
     return run_program(app, argc, argv, [&] { run(options); });
 }

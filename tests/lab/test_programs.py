@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Tables of what the measuring programs tell."""
+
+import math
+import subprocess
+
+import pytest
+from lab import LabError, programs
+from lab.numbers import text_of
+
+
+def _rows(table):
+    return [[text_of(cell) for cell in row] for row in table["rows"]]
+
+
+# ---- speed ---------------------------------------------------------------------------------------------------------
+
+def _speed(step_s, solve_s):
+    """Of haptable-bench: three repetitions of everything, the first one slow."""
+    def of(s):
+        return {name: {"cpu": [9.0, v, v], "elapsed": [9.0, 2 * v, 2 * v]} for name, v in s.items()}
+    rows = {"force step, sliding": step_s, "one solve": solve_s,
+            **{row: step_s for row in ("force step, free", "search over all patches", "equation 8", "draw")}}
+    scenes = {name: {"speed_m_s": 0.0377, "force_error": 1e-7, "displacement_error": 2e-5,
+                     "precisions": {"float32": {"bytes": 1752, "worst": 1.5e-7}}} for name in step_s}
+    return {"times_s": {row: of(s) for row, s in rows.items()}, "scenes": scenes}
+
+
+def test_the_median_of_the_repetitions_counts_and_ratios_tell_whether_they_are_kept():
+    tables = programs.speed_tables(_speed({"cube": 1e-7, "mouse": 2e-7}, {"cube": 4e-6, "mouse": 4e-6}))
+    assert tables["speed"]["columns"][1:3] == ["cube", "mouse"]
+    assert _rows(tables["speed"])[0][1:3] == ["100 ns", "200 ns"]
+    assert _rows(tables["speed"])[-2][1:3] == ["200 ns", "400 ns"], "elapsed"
+    assert _rows(tables["speed"])[-1][1] == "38 mm/s"
+    assert _rows(tables["ratio"]) == [["cube: one solve over a force step", "40", "at least 30: kept"],
+                                      ["mouse: one solve over a force step", "20", "at least 30: MISSED"],
+                                      ["force step, mouse over cube", "2", "at most 1.3: MISSED"]]
+    assert _rows(tables["precision"]) == [["float32", "1,752, 1.5e-07", "1,752, 1.5e-07"]]
+
+
+# ---- beside proxies ------------------------------------------------------------------------------------------------
+
+def test_ticks_that_alternate_have_another_mean_than_median():
+    mean, median, most = programs.times_of([1.0] * 600 + [4.0] * 400, 0.5)
+    assert (median, most) == (0.5, 3.5)
+    assert mean == pytest.approx(1.7)
+
+
+def test_a_mode_with_friction_is_beside_the_shell_with_friction():
+    body = {"clock": [0.0], "finger": [8.0], "shell": [4.0], "shell friction": [6.0], "interpolated nearest": [2.0],
+            "interpolated nearest friction": [3.0]}
+    tables = programs.beside_tables(body, {**body, "finger": [16.0]})
+    assert [row[1] for row in _rows(tables["modes-beside"])] == ["8 s", "4.0", "2.7"]
+    assert [row[4] for row in _rows(tables["modes-beside"])] == ["16 s", "8.0", "5.3"]
+    assert [row[1] for row in _rows(tables["modes-beside-shells"])] == ["4 s", "6 s", "2.0", "2.0"]
+
+
+# ---- devices -------------------------------------------------------------------------------------------------------
+
+def test_devices_tell_their_sources_and_what_never_rings(build):
+    program = build / "bin/haptable-bench-devices"
+    if not program.exists():
+        pytest.skip("no haptable-bench-devices: make build/bin/haptable-bench-devices")
+    raw = programs.told(program)
+    tables = programs.device_tables(raw)
+    assert len(tables["device-figures"]["rows"]) == len(raw["models"])
+    delayed = sum(model["delay_s"]["value"] > 0.0 for model in raw["models"])
+    assert len(tables["device-stability"]["rows"]) == 2 * len(raw["models"]) - delayed
+    raw["stability"][0].update(alone=None, promised=1234.0)
+    assert _rows(programs.device_tables(raw)["device-stability"])[0][2:5] == ["1,234", "none to 1e6", "-"]
+
+
+def test_a_program_that_fails_is_an_error_that_names_it(tmp_path):
+    program = tmp_path / "fails"
+    program.write_text("#!/bin/sh\nexit 3\n")
+    program.chmod(0o755)
+    with pytest.raises(LabError, match=r"fails: ended with status 3"):
+        programs.told(program)
+
+
+# ---- the inversion -------------------------------------------------------------------------------------------------
+
+def _body(nodes, **more):
+    keys = ("analysis_s", "factor_s", "factor_flops", "factor_bytes", "factor_peak", "double_s", "double_peak", "float_s",
+            "float_peak", "inversion_flops", "solves_s", "double_error", "float_error", "columns_double_s", "columns_float_s",
+            "columns_bytes", "columns_error", "frame_s", "plain_frame_s")
+    return {**dict.fromkeys(keys, 1.0), "name": f"cube {nodes}", "nodes": nodes, "blocks": 1000, "sampled": 0.125,
+            "is_cube": True, **more}
+
+
+def test_growth_is_the_slope_over_the_cubes():
+    cubes = [_body(n, factor_flops=n**2, factor_bytes=n ** (4 / 3), double_s=None) for n in (100.0, 1000.0, 8000.0)]
+    table = programs.inversion_tables({"block_nodes": 64, "bodies": [*cubes, _body(10.0, is_cube=False)]})["inversion-growth"]
+    assert table["columns"][0] == "exponent over nodes, 100 to 8,000"
+    slopes = {row[0]: row[1] for row in _rows(table)}
+    assert slopes["factor, operations"] == "2.00"
+    assert slopes["factor, bytes"] == "1.33"
+    assert "inversion in double, CPU s" not in slopes
+
+
+def test_what_was_not_measured_is_a_dash_or_no_row():
+    tables = programs.inversion_tables({"block_nodes": 64, "bodies": [
+        _body(100.0, double_s=None, double_peak=None, double_error=None, columns_float_s=None)]})
+    assert _rows(tables["inversion-times"])[0][6:8] == ["-", "-"]
+    assert _rows(tables["inversion-solves"])[0][3] == "12.5 %"
+    assert tables["inversion-columns"]["rows"] == []
+    assert "inversion-growth" not in tables
+    assert "inversion-accuracy" not in tables
+
+
+def test_the_inversion_is_as_exact_as_solves(build):
+    """L_ii and L_ij of a small cube: in double to the roundings that its condition magnifies, in float as in float."""
+    program = build / "bin/haptable-bench-inversion"
+    if not program.exists():
+        pytest.skip("no haptable-bench-inversion: make build/bin/haptable-bench-inversion")
+    raw = programs.told(program, "--sides", "4", "--no-accuracy")
+    [body] = raw["bodies"]
+    assert body["nodes"] == 64
+    assert body["double_error"] < 1e-12
+    assert 1e-9 < body["float_error"] < 1e-4
+    assert not math.isnan(body["solves_s"])
+    assert subprocess.run([str(program), "--help"], capture_output=True, check=False).returncode == 0
