@@ -104,11 +104,17 @@ def done(command, folder=ROOT, **how) -> str:
     return outcome.out
 
 
-def make(words: str, folder=ROOT) -> Outcome:
+@contextlib.contextmanager
+def one_make():
     """make of this tree, one at a time: two would make the same file."""
     (BUILT / "tests").mkdir(parents=True, exist_ok=True)
     with open(BUILT / "tests/make.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def make(words: str, folder=ROOT) -> Outcome:
+    with one_make():
         return run(f"make -s {words} BUILD={BUILD}", folder)
 
 

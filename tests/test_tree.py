@@ -2,6 +2,8 @@
 """Files about this tree's files, and what runs the tests."""
 
 import json
+import re
+from collections import defaultdict
 
 import pytest
 from programs import ROOT, done, run
@@ -33,3 +35,14 @@ def test_a_program_that_hangs_fails_its_test_and_ends_with_all_that_it_started(t
     child = (tmp_path / "child").read_text().strip()
     # It is gone too, or a zombie that nobody has asked for.
     run(f"while read -r _ _ state _ </proc/{child}/stat && [ $state != Z ]; do sleep 0.01; done", patience_s=10)
+
+
+def test_no_two_files_make_tables_of_one_name():
+    """Files run side by side (scripts/test.sh): what one makes in the build's folder, no other makes or removes."""
+    makers = defaultdict(set)
+    for file in ROOT.glob("tests/**/test_*.py"):
+        for name in re.findall(r'(?:servo_of\([^)]*?, |rmtree\(BUILT / |\b(?:made|tables) = BUILT / )f?"([^"{]+)',
+                               file.read_text()):
+            makers[name].add(file.name)
+    assert {"test-", "test-liver", "liver-capsule", "evil-names"} <= makers.keys()
+    assert [names for names in makers.items() if len(names[1]) > 1] == []
