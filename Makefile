@@ -166,7 +166,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-bench-,ticks target) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-bench-,ticks target) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
@@ -330,7 +330,7 @@ report: $(BUILD)/setup-bench.stamp $(BUILD)/setup-lab.stamp
 # scene-keys: the tables of docs/SCENE.md and docs/scene.schema.json anew, from the keys' table (host/scene/keys.cpp)
 .PHONY: scene-keys
 scene-keys: $(BUILD)/bin/haptable-keys
-	@$< docs/SCENE.md docs/scene.schema.json
+	@$< | $(LAB_PYTHON) -m lab.scene_keys docs/SCENE.md docs/scene.schema.json
 
 # figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
 FIGURES ?=
