@@ -237,7 +237,7 @@ REALTIME_SECONDS ?= 60
 bench-realtime: $(addprefix $(BUILD)/bin/,haptable-bench-realtime haptable-precompute haptable-device) $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory scene-alone SCENE=meshes/cube.toml
 	@mkdir -p $(BUILD)/realtime
-	@sh scripts/loopback.sh $(BUILD)/bin/haptable-bench-realtime meshes/cube.toml --build $(BUILD) --seconds $(REALTIME_SECONDS) -o $(BUILD)/realtime/realtime.json
+	@sh scripts/loopback.sh $(LAB) realtime meshes/cube.toml --seconds $(REALTIME_SECONDS) $(BUILD)/realtime/realtime.json
 	@rm -f $(BUILD)/report/realtime.json
 	@$(LAB) take $(BUILD)/realtime docs/LOOP.md docs/data/realtime.csv
 
@@ -538,7 +538,7 @@ $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)
 $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o $(PRECOMPUTE)
 	$(link) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK) $(SCENES) $(NUMBERS)
+$(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK)
 	$(link) $(LIBS_LINK)
 
 $(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS) $(MESH)

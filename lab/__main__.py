@@ -89,6 +89,8 @@ def _parser() -> argparse.ArgumentParser:
             ("inversion", "how the inversion grows, and its errors",
              [("--sides", {"default": "12,20,25,32,40", "metavar": "N,N", "help": "cubes of so many nodes a side"})])):
         measure(command, what, *more, out, module="programs", function=command)
+    measure("realtime", "the loop in real time beside one whose servo does nothing", ("scene", file("SCENE")),
+            ("--seconds", {"type": float, "default": 60.0, "metavar": "S", "help": "of each of the four sessions"}), out)
     measure("error", "error against the body of every configuration, and what it costs",
             ("--numbers", file("FILE", default=Path("docs/numbers.json"), help="where the truth is")),
             ("--quick", {"action": "store_true", "help": "coarse meshes only"}), out)

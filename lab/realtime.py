@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A session in real time beside one with a servo that does nothing, on a quiet machine and on a busy one: what the loop
+adds to what LCM and the kernel take. `make bench-realtime`."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lab import LabError, scenes
+from lab.numbers import Topics, count, number, write_topics
+from lab.reference import Array
+
+_BEGUN = 100  # ticks: the first state waits for the servo's start
+_SHARES = (0.5, 0.99, 0.999, 1.0)
+
+
+@dataclass
+class Times:
+    """us, but for unheard: states that the ear missed."""
+
+    period: Array  #: from state to state
+    latency: Array  #: from state to answer
+    age: Array  #: when a state is sent, how long ago that one was sent which the newest answer until then belongs to
+    unheard: int = 0
+
+
+def times_of(sent: Sequence[int], answered: Sequence[int]) -> Times:
+    """sent, answered: us by sequence number; 0 where it was not heard."""
+    period, latency, age, unheard = [], [], [], 0
+    newest = _BEGUN - 1  # state whose answer acts
+    for k in range(_BEGUN, len(sent)):
+        if sent[k] == 0 or sent[k - 1] == 0:
+            unheard += 1
+            continue
+        period.append(sent[k] - sent[k - 1])
+        if answered[k]:
+            latency.append(answered[k] - sent[k])
+        newest = next((j for j in range(k - 1, newest, -1) if answered[j] and answered[j] <= sent[k]), newest)
+        if sent[newest]:
+            age.append(sent[k] - sent[newest])
+    return Times(np.array(period, float), np.array(latency, float), np.array(age, float), unheard)
+
+
+def _processor_time() -> tuple[float, float, float]:
+    """s of all processors; busy, a virtual machine's stolen time too; of this program and its children that ended."""
+    user, nice, system, idle, wait, *rest = map(int, Path("/proc/stat").read_text().split("\n")[0].split()[1:9])
+    ours = sum(used.ru_utime + used.ru_stime for used in map(resource.getrusage, (resource.RUSAGE_SELF,
+                                                                                  resource.RUSAGE_CHILDREN)))
+    tick, busy = 1.0 / os.sysconf("SC_CLK_TCK"), user + nice + system + sum(rest)
+    return (busy + idle + wait) * tick, busy * tick, ours
+
+
+@dataclass
+class Session:
+    times: Times
+    device: dict[str, Any]  #: what haptable-device counted
+    others: float  #: share of the processors' time that other programs took
+
+
+def _end(program: subprocess.Popen[bytes], what: str) -> None:
+    if program.poll() is not None:
+        raise LabError(f"{what}: ended before the session, with status {program.returncode}")
+    program.send_signal(signal.SIGINT)
+    try:
+        program.wait(10)
+    except subprocess.TimeoutExpired as error:
+        program.kill()
+        raise LabError(f"{what}: does not end") from error
+
+
+def session(partner: Sequence[str], scene: Path, build: Path, seconds: float) -> Session:
+    """Of the simulated device with that servo."""
+    before = _processor_time()
+    with tempfile.TemporaryFile() as heard:
+        ear = subprocess.Popen([str(build / "bin/haptable-bench-realtime")], stdout=heard)
+        servo = subprocess.Popen(partner, stdout=subprocess.DEVNULL)
+        try:
+            device = subprocess.run([str(build / "bin/haptable-device"), str(scene), "--path", "poke,drag,circle", "--seconds",
+                                     str(seconds), "--json", "--quiet"], stdout=subprocess.PIPE, check=False)
+            if device.returncode != 0:
+                raise LabError(f"haptable-device: ended with status {device.returncode}")
+            _end(servo, "servo")
+            _end(ear, "haptable-bench-realtime")
+        finally:
+            for program in (servo, ear):
+                if program.poll() is None:
+                    program.kill()
+                    program.wait()
+        heard.seek(0)
+        wire = np.loadtxt(heard, dtype=np.int64, delimiter=",", skiprows=1, ndmin=2).reshape(-1, 2)
+    whole, busy, ours = (b - a for a, b in zip(before, _processor_time()))
+    others = min(max((busy - ours) / max(whole, 1e-3), 0.0), 1.0)
+    return Session(times_of(*wire.T.tolist()), json.loads(device.stdout), others)
+
+
+def tables(measured: dict[str, dict[str, Session]]) -> Topics:
+    """By machine and partner (servo, echo)."""
+    times, counts = [], []
+    for machine, of in measured.items():
+        quantities: dict[str, Callable[[Times], Array]] = {
+            "from state to state": lambda t: t.period, "from state to answer": lambda t: t.latency,
+            "age of the force": lambda t: t.age}
+        for what, quantity in quantities.items():
+            us = {partner: np.quantile(quantity(of[partner].times), _SHARES, method="higher") for partner in ("servo", "echo")}
+            times += [[machine, what, partner, *(number(1e-6 * v, f"{v:.0f} us") for v in us[partner])] for partner in us]
+            times.append([machine, what, "ratio", *(number(r, f"{r:.2f}") for r in us["servo"] / us["echo"])])
+        for partner in ("servo", "echo"):
+            found = of[partner]
+            counts.append([machine, partner, *(count(found.device[name]) for name in (
+                "ticks", "missed", "late_ticks", "silences")), count(found.times.unheard),
+                number(found.others, f"{100 * found.others:.0f} %")])
+    return {"realtime": {"columns": ["machine", "what", "with", "median", "99 %", "99.9 %", "worst"], "rows": times},
+            "realtime-counts": {"columns": [
+                "machine", "with", "ticks", "without an answer in time", "begun more than 1 ms late", "silences",
+                "not heard by the bench", "processors' time that others took"], "rows": counts}}
+
+
+def make(build: Path, scene: Path, seconds: float, out: Path) -> None:
+    """Four sessions. Busy: as many programs that never rest as there are processors, niced: who asks for real time does
+    not feel the difference, and others on this machine do."""
+    partners = {"echo": [str(build / "bin/haptable-bench-realtime"), "--echo"],
+                "servo": [str(build / scenes.read(scene)["name"] / "servo"), "--lcm", "--quiet"]}
+    measured: dict[str, dict[str, Session]] = {}
+    for machine in ("quiet", "busy"):
+        load = [subprocess.Popen(["nice", "-n", "19", "sh", "-c", "while :; do :; done"])
+                for _ in range((os.cpu_count() or 1) if machine == "busy" else 0)]
+        try:
+            for partner, command in partners.items():
+                print(f"bench: real time: {machine}, {partner}", flush=True)
+                measured.setdefault(machine, {})[partner] = session(command, scene, build, seconds)
+        finally:
+            for program in load:
+                program.kill()
+                program.wait()
+    write_topics(out, tables(measured), "make bench-realtime")
