@@ -15,13 +15,14 @@ class LabError(Exception):
 
 
 def own(folder: Path, holds: str) -> None:
-    """Makes the folder with its mark .haptable. Raises LabError where it holds files without that mark. The programs have
-    the same rule (host/base/own_folder.hpp)."""
+    """Makes the folder with its mark .haptable. Raises LabError where it holds files without that mark. The programs
+    have the same rule (host/base/own_folder.hpp)."""
     mark, text = folder / ".haptable", f"haptable {holds}\n"
     if mark.is_file() and not mark.is_symlink() and mark.read_text(encoding="utf-8").startswith(text):
         return
     if mark.exists() or mark.is_symlink() or (folder.exists() and any(folder.iterdir())):
-        raise LabError(f"{folder}: holds files that are not haptable's {holds} (by its .haptable): move them away, or give "
+        raise LabError(f"{folder}: holds files that are not haptable's {holds} (by its .haptable): move them away, "
+                       f"or give "
                        "another BUILD")
     folder.mkdir(parents=True, exist_ok=True)
     mark.write_text(f"{text}.\n", encoding="utf-8")

@@ -64,7 +64,8 @@ def _parser() -> argparse.ArgumentParser:
         return {"type": Path, "metavar": metavar, **more}
     out = ("out", file("OUT.json"))
 
-    for command, run, what in (("take", _take, "topics of a folder's .json into numbers.json, and from there into pages"),
+    for command, run, what in (("take", _take,
+                                "topics of a folder's .json into numbers.json, and from there into pages"),
                                ("check", _check, "tell what is wrong with the numbers of these pages")):
         pages = commands.add_parser(command, help=what)
         if run is _take:
@@ -73,30 +74,36 @@ def _parser() -> argparse.ArgumentParser:
         pages.add_argument("pages", nargs="*", **file("PAGE.md"))
         pages.set_defaults(run=run)
 
-    measure("figures", "remake pictures of README and docs: these, or all", ("names", {"nargs": "*", "metavar": "NAME"}),
+    measure("figures", "remake pictures of README and docs: these, or all",
+            ("names", {"nargs": "*", "metavar": "NAME"}),
             ("--pictures", file("DIR", default=Path("docs/pictures"), help="where they go")))
     measure("report", "build/report: index.html, configurations.html, CSV files, figures",
             ("--docs", file("DIR", default=Path("docs"), help="pages and numbers.json")), ("out", file("OUT")))
-    measure("bench-large", "what large bodies take: parts, one after the other", ("parts", {"nargs": "+", "metavar": "PART"}),
+    measure("bench-large", "what large bodies take: parts, one after the other",
+            ("parts", {"nargs": "+", "metavar": "PART"}),
             module="large")
     for command, what in _PLAIN.items():
         measure(command, what, out)
     measure("strokes", "tables of what haptable-strokes counted", ("counts", file("COUNTS.json")), out)
     for command, what, more in (
             ("speed", "speed of tick and picture", [("--repetitions", {"type": int, "default": 9, "metavar": "N"})]),
-            ("beside", "ticks of the contact modes beside proxies", [("--rounds", {"type": int, "default": 30, "metavar": "N"})]),
+            ("beside", "ticks of the contact modes beside proxies",
+             [("--rounds", {"type": int, "default": 30, "metavar": "N"})]),
             ("devices", "what the device models are, and from which stiffness each rings", []),
             ("inversion", "how the inversion grows, and its errors",
              [("--sides", {"default": "12,20,25,32,40", "metavar": "N,N", "help": "cubes of so many nodes a side"})])):
         measure(command, what, *more, out, module="programs", function=command)
     measure("realtime", "the loop in real time beside one whose servo does nothing", ("scene", file("SCENE")),
-            ("--seconds", {"type": float, "default": 60.0, "metavar": "S", "help": "of each of the four sessions"}), out)
+            ("--seconds", {"type": float, "default": 60.0, "metavar": "S", "help": "of each of the four sessions"}),
+            out)
     measure("error", "error against the body of every configuration, and what it costs",
             ("--numbers", file("FILE", default=Path("docs/numbers.json"), help="where the truth is")),
             ("--quick", {"action": "store_true", "help": "coarse meshes only"}), out)
     measure("contact", "what the contact modes feel like and cost, and curves for plots",
-            ("--repetitions", {"type": int, "default": 15, "metavar": "N", "help": "of each timing; the median counts"}),
-            ("--loops", {"type": int, "default": 1000, "metavar": "N", "help": "random closed loops a body and mode"}), out)
+            ("--repetitions",
+             {"type": int, "default": 15, "metavar": "N", "help": "of each timing; the median counts"}),
+            ("--loops", {"type": int, "default": 1000, "metavar": "N", "help": "random closed loops a body and mode"}),
+            out)
     return parser
 
 

@@ -59,7 +59,8 @@ class Factor:
         self.size: int = k.shape[0]
         order = _ffi.new("int[]", self.size)  # the better of METIS's and CHOLMOD's own is taken
         self._lib.cholmod_metis(matrix, _ffi.NULL, 0, 1, order, self._common)
-        self._factor = _ffi.new("cholmod_factor**", self._lib.cholmod_analyze_p(matrix, order, _ffi.NULL, 0, self._common))
+        self._factor = _ffi.new("cholmod_factor**",
+                                self._lib.cholmod_analyze_p(matrix, order, _ffi.NULL, 0, self._common))
         self._lib.cholmod_factorize(matrix, self._factor[0], self._common)
         if self._factor[0] == _ffi.NULL or self._factor[0].minor < self.size or not self._is_definite():
             raise LabError(f"a matrix of {self.size} unknowns is not positive definite: is the body held?")
@@ -85,7 +86,8 @@ class Factor:
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         """K^-1 b; b: [n] or [n, k]."""
         columns = np.asfortranarray(b.reshape(self.size, -1), np.float64)
-        right = _ffi.new("cholmod_dense*", {"nrow": self.size, "ncol": columns.shape[1], "nzmax": columns.size, "d": self.size,
+        right = _ffi.new("cholmod_dense*",
+                         {"nrow": self.size, "ncol": columns.shape[1], "nzmax": columns.size, "d": self.size,
                                             "x": _ffi.cast("void*", columns.ctypes.data), "xtype": _REAL})
         solved = _ffi.new("cholmod_dense**", self._lib.cholmod_solve(_SOLVE, self._factor[0], right, self._common))
         x = np.frombuffer(_ffi.buffer(solved[0].x, 8 * columns.size)).reshape(columns.shape, order="F").copy()

@@ -35,7 +35,8 @@ class Bodies:
     def folder(self, scene: Scene, force: str, mask_radius: float) -> Path:
         mask = {"mask_radius": mask_radius} if force == "pressure-mask" else {}
         radius = f"-{1e3 * mask_radius:.3g}mm" if mask else ""
-        return self._made(f"{scene['name']}-{force}{radius}", json.dumps({**scene, "contact": {"force": force, **mask}}))
+        return self._made(f"{scene['name']}-{force}{radius}",
+                          json.dumps({**scene, "contact": {"force": force, **mask}}))
 
     @functools.lru_cache(None)  # noqa: B019  as long as the laboratory runs
     def _made(self, name: str, scene: str) -> Path:
@@ -116,7 +117,8 @@ def curves(bodies: Bodies) -> tuple[Array, Array]:
     at, stiffness = stiffness_along_a_line(bodies)
     for name, table in (("line", np.column_stack([at, stiffness.reshape(len(at), -1)])),
                         ("loop", energy_around_a_loop(bodies)), ("edge", force_over_an_edge(bodies))):
-        write_file(bodies.build / f"contact/{name}.dat", "".join(" ".join(f"{v:.7g}" for v in row) + "\n" for row in table))
+        write_file(bodies.build / f"contact/{name}.dat",
+                   "".join(" ".join(f"{v:.7g}" for v in row) + "\n" for row in table))
     return at, stiffness
 
 
@@ -128,14 +130,15 @@ def stiffness_table(stiffness: Array) -> dict[str, Any]:
     for m, nodes in enumerate(LINE_NODES):
         means = stiffness[:, m].mean(0)
         ripples = np.ptp(stiffness[:, m], axis=0) / means
-        rows.append([f"{nodes}", *({"value": [float(mean), float(ripple)], "text": f"{mean:.1f} N/m, {100 * ripple:.2g} %"}
+        rows.append([f"{nodes}",
+                     *({"value": [float(mean), float(ripple)], "text": f"{mean:.1f} N/m, {100 * ripple:.2g} %"}
                                    for mean, ripple in zip(means, ripples))])
     return {"columns": ["nodes a side", "interpolated", "consistent", "mask of 5 mm"], "rows": rows}
 
 
 def random_loop(body: Any, random: np.random.Generator) -> Array:
-    """[points, 3] m: from outside of a random patch 0.9 to 3 mm deep, 1.8 to 6 mm along under it, out, and back, in steps
-    of 10 um."""
+    """[points, 3] m: from outside of a random patch 0.9 to 3 mm deep, 1.8 to 6 mm along under it, out, and back, in
+    steps of 10 um."""
     v = body.rest[body.patches[random.integers(len(body.patches))]]
     alpha = random.uniform(0.3, 1.0, 3)
     start = alpha @ v / alpha.sum()
@@ -167,7 +170,8 @@ def given_by(body: Any, path: Array) -> float:
 
 def loop_table(bodies: Bodies, loops: int) -> dict[str, Any]:
     rows = []
-    for name, scene, radius in (("cube, nu = 0.3", contact_cube(5), 0.008), ("cube, nu = 0.49", contact_cube(5, 0.49), 0.008),
+    for name, scene, radius in (("cube, nu = 0.3", contact_cube(5), 0.008),
+                                ("cube, nu = 0.49", contact_cube(5, 0.49), 0.008),
                                 ("mouse", mouse(), 0.006)):
         for god_object in reversed(GOD_OBJECTS):
             row: list[Any] = [f"{name}, {god_object.replace('-', ' ')}"]
@@ -232,7 +236,8 @@ def settling(bodies: Bodies) -> dict[str, Any]:
 
 def jump_table(bodies: Bodies) -> dict[str, Any]:
     """Largest change of the force in a tick at the jumps of the least-energy god-object."""
-    rows = [[force, *(_millinewtons(_largest_change(slide(bodies.cube(9, force, "least-energy"), _BEGIN, _ALONG, depth, 180)))
+    rows = [[force,
+             *(_millinewtons(_largest_change(slide(bodies.cube(9, force, "least-energy"), _BEGIN, _ALONG, depth, 180)))
                       for depth in (0.001, 0.002))] for force in FORCES]
     return {"columns": ["force", "1 mm deep", "2 mm deep"], "rows": rows}
 
@@ -245,7 +250,8 @@ def release_table(bodies: Bodies) -> dict[str, Any]:
         body = bodies.with_release(contact_cube(9), "consistent", "least-energy", slew)
         row: list[Any] = [f"{slew:g} N/ms" if slew else "0: none"]
         for speed in (0.02, 0.1):
-            lines = [(np.array([0.006, 0.008 + 0.001 * k, 0.03]), np.array([speed, 0.3 * speed * (1 if k % 2 else -1), 0.0]))
+            lines = [(np.array([0.006, 0.008 + 0.001 * k, 0.03]),
+                      np.array([speed, 0.3 * speed * (1 if k % 2 else -1), 0.0]))
                      for k in range(12)]
             row.append(_millinewtons(max(_largest_change(slide(body, begin, along, 0.002, int(0.018 / (1e-3 * speed))))
                                          for begin, along in lines)))
@@ -270,7 +276,8 @@ def cost_table(bodies: Bodies, repetitions: int) -> dict[str, Any]:
 def _every(bodies: Bodies, folder: Path, repetitions: int) -> dict[str, tuple[float, int]]:
     """By god-object: seconds a tick, and bytes, in float32."""
     return {t["god_object"]: (float(np.median(t["tick_s"])), t["bytes"])
-            for t in time_ticks(bodies.build, [folder], 0.002, 10000, repetitions, every=True) if t["precision"] == "float32"}
+            for t in time_ticks(bodies.build, [folder], 0.002, 10000, repetitions, every=True)
+            if t["precision"] == "float32"}
 
 
 def make(build: Path, out: Path | None, repetitions: int, loops: int) -> None:

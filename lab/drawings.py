@@ -203,5 +203,6 @@ def contact(felt: pd.DataFrame) -> Figure:
             (f"F, the force on the finger: {size:.2f} N", end, (12, 0), "left", colors["force"]),
             ("x, the finger", at_finger, (14, -4), "left", INK), ("g, the god-object", at_god, (-12, 12), "right", INK),
             ("the surface at rest", _seen((0.6, 29, 30)), (8, -14), "left", GREY)):
-        axes.annotate(text, place, xytext=offset, textcoords="offset points", ha=side, va="center", color=color, zorder=8)
+        axes.annotate(text, place, xytext=offset, textcoords="offset points", ha=side, va="center", color=color,
+                      zorder=8)
     return this

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What each element is worth beside the body itself: `make bench-large PART="elements elsewhere"`. Its masks' stiffness,
-its cost, and how far linear ones lock."""
+"""What each element is worth beside the body itself: `make bench-large PART="elements elsewhere"`. Its masks'
+stiffness, its cost, and how far linear ones lock."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from lab.error import ELEMENTS
 from lab.numbers import Topics, number, seconds
 from lab.reference import Array, Bricks, Footprint, Mesh, Solid, graded
 from lab.scenes import Scene
-from lab.specimens import (PLACES, Place, cells, cube_body, cube_scene, mesh_of, mesh_places, read_vtu, reference, specimens,
-                           spiral, truth_of, write_tetgen)
+from lab.specimens import (PLACES, Place, cells, cube_body, cube_scene, mesh_of, mesh_places, read_vtu, reference,
+                           specimens, spiral, truth_of, write_tetgen)
 
 _DEPTH = 1e-4  # m: on the patch that the place lies on
 _NOT_KEPT = 0.4999  # a ratio that docs/numbers.json has no truth of
@@ -38,7 +38,8 @@ def excess(felt: Array, body: Array) -> float:
 class Masked:
     """Scenes of one element under masks of one radius; Poisson's ratio comes later."""
 
-    def __init__(self, scene: Scene, element: str, radius: float, folder: Path, build: Path, haptable: ModuleType) -> None:
+    def __init__(self, scene: Scene, element: str, radius: float, folder: Path, build: Path,
+                 haptable: ModuleType) -> None:
         self._scene = {**scene, "mesh": {**scene["mesh"], "element": element}}
         self._radius, self._folder, self._build, self._haptable = radius, folder, build, haptable
         self.nodes = 0
@@ -77,7 +78,8 @@ def _worth(meshes: Sequence[Any], radius: float, topics: Topics, folder: Path, b
     print(f"bench: the body itself: cube, nu {_NOT_KEPT}", flush=True)
     nearly: Solid = cube_body(_NOT_KEPT, 10, 3)  # the coarser mesh stands for both
     felt = np.linalg.inv(nearly.compliances([nearly.shares(Footprint(p.on, radius)) for p in places]))[:, 2, 2]
-    body = [felt if nu == _NOT_KEPT else np.array([t.normal for t in truth_of(topics, f"cube, nu {nu}")]) for nu in _RATIOS]
+    body = [felt if nu == _NOT_KEPT else np.array([t.normal for t in truth_of(topics, f"cube, nu {nu}")])
+            for nu in _RATIOS]
     rows, linear_s = [], {}
     for element in ELEMENTS:
         for meshed in meshes:
@@ -110,10 +112,12 @@ def _locking(all_specimens: Sequence[Any], topics: Topics, folder: Path, build: 
                                  for element in ("linear", "quadratic"))
             for nu in _LOCKING_RATIOS:
                 felt = linear.at(nu, places)
-                rows.append([f"{body}, {meshed.name}", number(specimen.radius, f"{1e3 * specimen.radius:g} mm"), f"{nu}",
+                rows.append([f"{body}, {meshed.name}", number(specimen.radius, f"{1e3 * specimen.radius:g} mm"),
+                             f"{nu}",
                              "" if linear.told is None else _percent(linear.told),
                              _percent(excess(felt, quadratic.at(nu, places)))])
-    return {"columns": ["body, mesh", "finger's radius", "Poisson's ratio", "told by a run", "over quadratic, the same mesh"],
+    return {"columns": ["body, mesh", "finger's radius", "Poisson's ratio", "told by a run",
+                        "over quadratic, the same mesh"],
             "rows": rows}
 
 
@@ -197,7 +201,8 @@ def ball_mesh() -> Mesh:
     unit = cells((8, 8, 8))
     x = 2.0 * unit.x - 1.0
     length = np.linalg.norm(x, axis=1, keepdims=True)
-    return Mesh(np.where(length > 0.0, 0.015 * np.abs(x).max(1, keepdims=True) * x / np.where(length > 0.0, length, 1.0), x),
+    return Mesh(np.where(length > 0.0,
+                         0.015 * np.abs(x).max(1, keepdims=True) * x / np.where(length > 0.0, length, 1.0), x),
                 unit.tets)
 
 
@@ -209,7 +214,8 @@ def _on_mesh(name: str, scene: Scene, radii: Sequence[float], folder: Path, buil
 
     def bodies(nu: float) -> Sequence[Callable[[], Solid]]:
         ratio = {**scene, "material": {**scene["material"], "poisson": nu}}
-        return [lambda m=m: reference(ratio, m(), averaged=True) for m in (mesh.in_eight, lambda: mesh)]  # type: ignore[misc]
+        return [lambda m=m: reference(ratio, m(), averaged=True)
+                for m in (mesh.in_eight, lambda: mesh)]  # type: ignore[misc]
     return Elsewhere(f"{name}, {len(mesh.x):,} nodes", [Touch(f"{len(places)} places", r, places) for r in radii],
                      lambda _: scene, bodies)
 
@@ -228,7 +234,8 @@ def elsewhere(folder: Path, build: Path) -> Topics:
                 felt = [Masked(body.scene(element), element, touch.radius, folder / "elsewhere", build, haptable)
                         .at(nu, touch.places) for element in ELEMENTS]
                 mean = float(itself.mean())
-                rows.append([body.name, f"{1e3 * touch.radius:g} mm", touch.place, f"{nu}", number(mean, f"{mean:.4g} N/m"),
+                rows.append([body.name, f"{1e3 * touch.radius:g} mm", touch.place, f"{nu}",
+                             number(mean, f"{mean:.4g} N/m"),
                              *(_percent(excess(one, itself)) for one in (coarser, *felt))])
     return {"elsewhere": {"columns": ["body", "finger's radius", "where", "Poisson's ratio", "the body itself",
                                       "on a coarser mesh", *ELEMENTS], "rows": rows}}

@@ -42,7 +42,8 @@ def time_ticks(build: Path, folders: Sequence[Path], depth: float, ticks: int, r
                every: bool = False) -> list[dict[str, Any]]:
     """CPU time of a tick of each folder's servo, sliding round a circle; every: in each precision and god-object. Keys:
     precision, god_object, bytes (of the tables), tick_s (a list, all in turn)."""
-    ended = subprocess.run([str(build / "bin/haptable-bench-ticks"), *map(str, folders), "--depth", str(depth), "--ticks",
+    ended = subprocess.run([str(build / "bin/haptable-bench-ticks"), *map(str, folders), "--depth", str(depth),
+                            "--ticks",
                             str(ticks), "--repetitions", str(repetitions), *(["--every"] if every else [])],
                            stdout=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:
@@ -58,7 +59,8 @@ def _row(names: Sequence[str], felt: Sequence[tuple[Array, Array, Array]], tick_
     """felt: of every place the force, the body's, and the normal."""
     error = np.sqrt(np.mean([(np.linalg.norm(f - body) / np.linalg.norm(body)) ** 2 for f, body, _ in felt]))
     mean = np.mean([n @ f / (n @ body) - 1.0 for f, body, n in felt])
-    return [*names, number(float(error), _percent(error)), number(float(mean), ("" if mean < 0.0 else "+") + _percent(mean)),
+    return [*names, number(float(error), _percent(error)),
+            number(float(mean), ("" if mean < 0.0 else "+") + _percent(mean)),
             seconds(tick_s), _bytes(flash), seconds(precompute_s)]
 
 
@@ -102,13 +104,15 @@ def measure_points(specimen: Specimen, meshed: Meshed, truths: Sequence[Truth], 
             if not _is_measured(meshed, element, force, quick):
                 continue
             mask = {"mask_radius": specimen.radius} if force == "pressure-mask" else {}
-            scene = {**meshed.scene, "mesh": {**meshed.scene["mesh"], "element": element}, "contact": {"force": force, **mask}}
+            scene = {**meshed.scene, "mesh": {**meshed.scene["mesh"], "element": element},
+                     "contact": {"force": force, **mask}}
             folder = _folder(build, meshed, element, force)
             precompute_s = sum(scenes.precompute(scene, folder, build)["cpu_s"].values())
             for timed in time_ticks(build, [folder], _DEPTH, 5000, 7, every=True):
                 precision, god_object = timed["precision"], timed["god_object"]
                 body = haptable.load(folder, precision=precision, god_object=god_object, bare=True)
-                felt = [(force_at(body, t), t.force(god_object == "least-energy", _DEPTH), t.place.outward) for t in truths]
+                felt = [(force_at(body, t), t.force(god_object == "least-energy", _DEPTH), t.place.outward)
+                        for t in truths]
                 rows.append(_row([specimen.name, meshed.name, element, force, god_object, precision], felt,
                                  float(np.median(timed["tick_s"])), timed["bytes"], precompute_s))
     return rows
@@ -131,7 +135,8 @@ class Discrete:
         """The patch that a point lies on, and its area coordinates there. Raises LabError where it lies on none."""
         a, b, c = (self.mesh.x[self.patch[:, k]] for k in range(3))
         edges = np.stack([b - a, c - a], 2)
-        beta = np.linalg.solve(edges.transpose(0, 2, 1) @ edges, (edges.transpose(0, 2, 1) @ (x - a)[:, :, None]))[..., 0]
+        turned = edges.transpose(0, 2, 1)
+        beta = np.linalg.solve(turned @ edges, turned @ (x - a)[:, :, None])[..., 0]
         alpha = np.column_stack([1.0 - beta.sum(1), beta])
         off = np.linalg.norm(a + (edges @ beta[:, :, None])[..., 0] - x, axis=1)
         on = np.flatnonzero((alpha.min(1) > -1e-9) & (off < 1e-6 * np.linalg.norm(edges, axis=(1, 2))))
@@ -214,8 +219,8 @@ def measure_instead(specimen: Specimen, meshed: Meshed, all_truths: Sequence[Tru
             way = on.mesh.x[patch].mean(0) - place.on
             w = on.body.loads([on.mask(*on.locate(place.on + _TICK_MOTION * way / np.linalg.norm(way)))])
             taken.append(_timed(lambda: solve(w, x))[1])  # noqa: B023
-        return _row([specimen.name, meshed.name, "linear", what, "none", "float64"], felt, float(np.median(taken)), flash,
-                    precompute_s)
+        return _row([specimen.name, meshed.name, "linear", what, "none", "float64"], felt, float(np.median(taken)),
+                    flash, precompute_s)
     measured = [row("conjugate gradients", gradients, 12.0 * k.nnz, assembled_s)]
     factor, factor_s = _timed(lambda: on.body.factor)
     factor_s += assembled_s
@@ -246,8 +251,10 @@ def contact_errors(specimen: Specimen, meshed: Meshed, truths: Sequence[Truth], 
     on = Discrete(meshed.scene, _folder(build, meshed, "linear", "pressure-mask"))
     rows = []
     for force in FORCES:
-        body = haptable.load(_folder(build, meshed, "linear", force), god_object="nearest", precision="float32", bare=True)
-        worst = np.max([_contact_error(on, force, truth, force_at(body, truth), specimen.radius) for truth in truths], 0)
+        body = haptable.load(_folder(build, meshed, "linear", force), god_object="nearest", precision="float32",
+                             bare=True)
+        worst = np.max([_contact_error(on, force, truth, force_at(body, truth), specimen.radius) for truth in truths],
+                       0)
 
         def share(value: float) -> dict[str, Any]:
             return error_of(value) if value < 1e-3 else number(value, f"{100.0 * value:.2g} %")

@@ -106,7 +106,8 @@ class Figure:
         texts += self.figure.texts
         boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_visible() and t.get_text()]
         scale = self.figure.dpi / 72.0
-        named = [(t.get_text(), t.get_window_extent(renderer)) for axes in self.figure.axes for t in axes.texts if t.get_text()]
+        named = [(t.get_text(), t.get_window_extent(renderer)) for axes in self.figure.axes for t in axes.texts
+                 if t.get_text()]
         for x, y, size in self._marked():
             for text, box in named:
                 self.must(_beside(box, x * scale, y * scale, 0.25 * size * scale), f"'{text}' beside every symbol")
@@ -135,18 +136,23 @@ def _beside(box: Any, x: float, y: float, room: float) -> bool:
     return bool(x < box.x0 - room or x > box.x1 + room or y < box.y0 - room or y > box.y1 + room)
 
 
-def name_points(axes: Any, points: list[tuple[str, float, float]], symbols: list[tuple[float, float]], **look: Any) -> None:
-    """Writes names of points (name, x, y) right of them, left, above or below: where no symbol and no other name is, and
-    the frame is not crossed. A name without such a place is left out. symbols: places in points, as of `thinned`."""
+def name_points(axes: Any, points: list[tuple[str, float, float]], symbols: list[tuple[float, float]],
+                **look: Any) -> None:
+    """Writes names of points (name, x, y) right of them, left, above or below: where no symbol and no other name is,
+    and the frame is not crossed. A name without such a place is left out. symbols: places in points, as of
+    `thinned`."""
     scale, renderer, boxes = axes.figure.dpi / 72.0, axes.figure.canvas.get_renderer(), []
     for name, x, y in points:
-        for offset, align in (((7, 0), ("left", "center")), ((-7, 0), ("right", "center")), ((0, 6), ("center", "bottom")),
+        for offset, align in (((7, 0), ("left", "center")), ((-7, 0), ("right", "center")),
+                              ((0, 6), ("center", "bottom")),
                               ((0, -6), ("center", "top"))):
-            text = axes.annotate(name, (x, y), xytext=offset, textcoords="offset points", ha=align[0], va=align[1], **look)
+            text = axes.annotate(name, (x, y), xytext=offset, textcoords="offset points", ha=align[0], va=align[1],
+                                 **look)
             box = text.get_window_extent(renderer)
             if (all(_beside(box, px * scale, py * scale, 2.5 * scale) for px, py in symbols)
                     and not any(box.overlaps(other) for other in boxes)
-                    and axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 and axes.bbox.y0 < box.y0 and box.y1 < axes.bbox.y1):
+                    and axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 and axes.bbox.y0 < box.y0
+                    and box.y1 < axes.bbox.y1):
                 boxes.append(box)
                 break
             text.remove()

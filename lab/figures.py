@@ -97,7 +97,8 @@ class Studio:
         self.put(name)
 
     def film(self, name: str, *options: object) -> None:
-        self.view(f"{name}.gif", name if name != "mouse" else "mouse-mask", "--csv", self.work / f"{name}.csv", *options)
+        self.view(f"{name}.gif", name if name != "mouse" else "mouse-mask", "--csv", self.work / f"{name}.csv",
+                  *options)
 
 
 def counts(tables: Path, key: str, least: float) -> None:
@@ -180,8 +181,8 @@ def figure_liver_dent(s: Studio) -> None:
 def figure_liver(s: Studio) -> None:
     """The liver poked and dragged over, as docs/FIRST.md has it."""
     out = s.work / "liver"
-    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", "poke,drag", "--lockstep", "--seconds", 6,
-          "--draw", "nothing", "--quiet", "--out", out)
+    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", "poke,drag", "--lockstep", "--seconds",
+          6, "--draw", "nothing", "--quiet", "--out", out)
     shows(pd.read_csv(out / "servo.csv"), str(out), "|force|", 0, 0.2)
     s.view("liver.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
            "--elevation", 25)
@@ -245,7 +246,8 @@ def _page(name: str, scene: str) -> Callable[[Studio], None]:
 def figure_mouse(s: Studio) -> None:
     """A finger tip of 12 mm over the mouse: down, aside, across, back, up."""
     felt = s.felt("mouse", "mouse-mask", smooth([
-        (0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25), (3100, -15, 0, 30),
+        (0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25),
+        (3100, -15, 0, 30),
         (3300, -15, 0, 30), (3700, -15, 0, 44)]))
     shows(felt, "mouse", "|force|", 0, 0.05)
     s.film("mouse", "--every", 80, "--size", "560x420", "--elevation", 32, "--samples", 4)
@@ -283,7 +285,8 @@ def figure_jelly(s: Studio) -> None:
                                             (290, -15, 15, 26), (900, -15, 15, 26)]))
     shows(felt, "jelly", "|force|", 0, 0.03)
     _rings(felt, "jelly", 320)
-    s.film("jelly", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75, "--elevation", 12)
+    s.film("jelly", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75, "--elevation",
+           12)
 
 
 def figure_jelly_two(s: Studio) -> None:

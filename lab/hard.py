@@ -48,7 +48,8 @@ def _two_materials(below: float, above: float) -> Scene:
 
 
 def _askew() -> Array:
-    """A rotation about no axis of the coordinates: entries of blocks in float then are of the stiffest direction's size."""
+    """A rotation about no axis of the coordinates: entries of blocks in float then are of the stiffest direction's
+    size."""
     x, y, z = axis = np.array([0.36, 0.48, 0.8])
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.cos(0.7) * np.eye(3) + np.sin(0.7) * cross + (1.0 - np.cos(0.7)) * np.outer(axis, axis)
@@ -119,7 +120,8 @@ def hard_cases(folder: Path) -> list[HardCase]:
         e = 1e-9 * np.linalg.norm(high - low) + 2.0**-50 * np.linalg.norm(0.5 * (low + high))
         return HardCase(name, {"name": "hard-case", "mesh": {"file": str(file.resolve())},
                                "material": {"young": young, "poisson": 0.3},
-                               "fixed": [{"box": [*(x - e).tolist(), *(x + e).tolist()]} for x in mesh.x[held]]}, refusal)
+                               "fixed": [{"box": [*(x - e).tolist(), *(x + e).tolist()]} for x in mesh.x[held]]},
+                               refusal)
 
     def bar(name: str, count: tuple[int, int, int], size: tuple[float, float, float], held: Any, turned: bool = False,
             at: Any = (0.0, 0.0, 0.0), **more: Any) -> HardCase:
@@ -298,13 +300,15 @@ class HardBody:
 
     def compare_stiffness(self, reference: Reference) -> StiffnessErrors:
         errors = StiffnessErrors()
-        for node, s in zip(np.load(self.folder / "node_id.npy"), np.load(self.folder / "stiffness.npy").reshape(-1, 3, 3)):
+        for node, s in zip(np.load(self.folder / "node_id.npy"),
+                           np.load(self.folder / "stiffness.npy").reshape(-1, 3, 3)):
             exact = np.linalg.inv(reference.compliance[node, :, node])
             off, condition = _off(s, exact), float(np.linalg.cond(exact))
             value = np.linalg.eigvalsh(0.5 * (s + s.T))
             errors = StiffnessErrors(max(errors.worst, off), max(errors.in_terms_of_l, off / condition),
                                      max(errors.asymmetry, _off(s, s.T)),
-                                     min(errors.least_eigenvalue, value[0] / value[2]), max(errors.condition, condition))
+                                     min(errors.least_eigenvalue, value[0] / value[2]),
+                                     max(errors.condition, condition))
         return errors
 
     def stiffness_at(self, reference: Reference, nodes: Indices, alpha: Array, held: Any) -> Array:
@@ -340,7 +344,8 @@ class HardBody:
             errors.worst = max(errors.worst, _off(force, -s @ (on - depth * normal - g)))
             own = -s @ (at - felt["god_object"])
             errors.rounding = max(errors.rounding, _off(force, own) / float(np.linalg.cond(s)))
-            errors.misplaced = max(errors.misplaced, float(np.linalg.norm(felt["god_object"] - g) / np.abs(corners).max()))
+            errors.misplaced = max(errors.misplaced,
+                                   float(np.linalg.norm(felt["god_object"] - g) / np.abs(corners).max()))
         return errors
 
 
@@ -391,7 +396,8 @@ def make(build: Path, out: Path) -> None:
                            f"{''.join(o.refused for o in outcomes)}")
         bodies = [outcome.body for outcome in outcomes if outcome.body]
         cells = [] if not bodies else [
-            number(bodies[0].summary["checks"]["scaled_condition"], f"{bodies[0].summary['checks']['scaled_condition']:.1e}"),
+            number(bodies[0].summary["checks"]["scaled_condition"],
+                   f"{bodies[0].summary['checks']['scaled_condition']:.1e}"),
             error_of(outcomes[0].stiffness.worst), *(error_of(outcome.force.worst) for outcome in outcomes),
             error_of(max(body.stated for body in bodies))]
         rows.append([case.name, *(cells or [""] * 5), verdict])

@@ -73,7 +73,8 @@ def _share(value: float) -> dict[str, Any]:
 # ---- a bonded layer under a sphere ---------------------------------------------------------------------------------
 
 def dimitriadis(chi: float, nu: float) -> float:
-    """F of Dimitriadis et al. 2002 over Hertz's, for a layer bonded to its bed; chi = sqrt(R depth) / thickness <= 1."""
+    """F of Dimitriadis et al. 2002 over Hertz's, for a layer bonded to its bed; chi = sqrt(R depth) / thickness <=
+    1."""
     a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1.0 - nu)
     b = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1.0 - nu)
     p = np.pi

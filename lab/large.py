@@ -43,9 +43,11 @@ def _row(name: str, folder: Path, first: Path) -> list[Any]:
         difference = error_of(float(np.abs(ours - theirs).max() / np.abs(theirs).max()))
     return [name, f"{summary['counts']['nodes']:,}", number(factor["fill"], f"{factor['fill']:.1e}"),
             number(factor["flops"], f"{factor['flops']:.1e}"), _short(stage["factor"]), _short(stage["blocks"]),
-            _short(stage["columns"]) if summary["drawing"] == "columns" else "-", _short(sum(summary["time_s"].values())),
+            _short(stage["columns"]) if summary["drawing"] == "columns" else "-",
+            _short(sum(summary["time_s"].values())),
             _short(sum(ranks["cpu_s"])),
-            {"value": peak if len(peak) > 1 else peak[0], "text": ", ".join(f"{round(b / 1e6):,}" for b in peak)}, difference]
+            {"value": peak if len(peak) > 1 else peak[0], "text": ", ".join(f"{round(b / 1e6):,}" for b in peak)},
+            difference]
 
 
 def runs_table(runs: list[tuple[str, Path]]) -> dict[str, Any]:
@@ -69,7 +71,8 @@ class Runs:
 
     def cube(self, side: int, columns: str) -> Path:
         """The scene file of a cube of 30 mm with so many nodes a side, its base held, touchable everywhere."""
-        return self.scene(f"cube-{side}", f'[mesh]\ngenerate = "cube"\nnodes_per_side = {side}\nside = 0.03\n', 1e-9, columns)
+        return self.scene(f"cube-{side}", f'[mesh]\ngenerate = "cube"\nnodes_per_side = {side}\nside = 0.03\n', 1e-9,
+                          columns)
 
     def scene(self, name: str, mesh: str, held_below_m: float, columns: str) -> Path:
         text = (f'name = "{name}"\n{mesh}[material]\nyoung = 1e4\npoisson = 0.3\n[[fixed]]\n'
@@ -84,7 +87,8 @@ class Runs:
         into = self.folder / name.translate(str.maketrans(" ,:", "---"))
         program = [str(self.build / "bin/haptable-precompute")]
         if ranks:
-            program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe", "-n",
+            program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe",
+                       "-n",
                        str(ranks), f"{program[0]}-mpi"]
         _call(*program, *options, str(scene), "-o", str(into), "--force", "--quiet")
         self.done.append((name, into))

@@ -3,8 +3,8 @@
 PART=large-strain`.
 
 F / F_linear = 1 + a t + b t^2 at a depth t, of a neo-Hookean body of linear tetrahedra:
-  phi the displacements for a depth of 1, f_2 and f_3 the forces that its second and third order ask for, v what f_2 gives
-  where the finger holds still,   S = phi . K phi,   a = phi . f_2 / S,   b = (phi . f_3 + 2 v . f_2) / S
+  phi the displacements for a depth of 1, f_2 and f_3 the forces that its second and third order ask for, v what f_2
+  gives where the finger holds still,   S = phi . K phi,   a = phi . f_2 / S,   b = (phi . f_3 + 2 v . f_2) / S
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class NeoHooke:
         return np.stack([np.bincount(self.tets.ravel(), on[..., c].ravel(), self.nodes) for c in range(3)], 1)
 
     def orders(self, u: Array) -> tuple[Array, Array]:
-        """f_2, f_3 of the series in u, by differences: the strain of a difference is 1e-2 and 2e-2, so that of the fifth
-        order 1e-8 remains."""
+        """f_2, f_3 of the series in u, by differences: the strain of a difference is 1e-2 and 2e-2, so that of the
+        fifth order 1e-8 remains."""
         h = 1e-2 / np.abs(np.einsum("tac,tad->tcd", u[self.tets], self.gradient)).max()
         p = {k: self.stress(k * h * u) for k in (-2, -1, 1, 2)}
         second = (16.0 * (p[1] + p[-1]) - (p[2] + p[-2])) / (24.0 * h**2)
@@ -76,7 +76,8 @@ def departure(body: Tetrahedra, law: NeoHooke, shares: Array, way: Array) -> tup
 
 def depth_off(a: float, b: float, share: float) -> float:
     """Least t at which |a t + b t^2| is `share`; infinite where it never is."""
-    roots = [t.real for sign in (-1.0, 1.0) for t in np.roots([b, a, sign * share]) if abs(t.imag) < 1e-12 and t.real > 0.0]
+    roots = [t.real for sign in (-1.0, 1.0) for t in np.roots([b, a, sign * share]) if abs(t.imag) < 1e-12
+             and t.real > 0.0]
     return min(roots, default=float("inf"))
 
 
@@ -85,8 +86,8 @@ def depth_off(a: float, b: float, share: float) -> float:
 def pull(body: Tetrahedra, material: dict[str, float], shares: Array, way: Array, step: float,
          folder: Path) -> list[tuple[float, float]]:
     """Displacement and ratio of the force to the linear one, a level each. The forces are those that the linear body
-    answers with a step along the way, two steps, ...; what the other one gives under them is taken along the force: that
-    is what does work. Where the body gives way aside too, the two directions are not one."""
+    answers with a step along the way, two steps, ...; what the other one gives under them is taken along the force:
+    that is what does work. Where the body gives way aside too, the two directions are not one."""
     n_per_m = np.linalg.solve(body.compliances([shares])[0], way)
     loads = [np.outer(shares, step * level * n_per_m) for level in range(1, _LEVELS + 1)]
     felt = []
@@ -109,7 +110,8 @@ def where_off(felt: Sequence[tuple[float, float]], off: float) -> float:
 
 def aside(n: Array) -> Array:
     """A unit vector at right angles."""
-    beside = np.array([-n[1], n[0], 0.0]) if max(abs(n[0]), abs(n[1])) > 1e-12 * abs(n[2]) else np.array([0.0, -n[2], n[1]])
+    beside = np.array([-n[1], n[0], 0.0]) if max(abs(n[0]),
+                                                 abs(n[1])) > 1e-12 * abs(n[2]) else np.array([0.0, -n[2], n[1]])
     unit: Array = beside / np.linalg.norm(beside)
     return unit
 
@@ -145,7 +147,8 @@ def large_strain(topics: Topics, folder: Path, build: Path) -> Topics:
         ways = {"pressing": -place.outward, "pulling": place.outward, "sideways": aside(place.outward)}
         more = measure(specimen.name, specimen.meshes[-1].scene, specimen.radius, place, ways, folder, build)
         limits, curve = limits + more[0], curve + more[1]
-    return {"large-strain": {"columns": ["body", "way", "5 % off", "expected", "10 % off", "expected", "20 % off", "expected"],
+    return {"large-strain": {"columns": ["body", "way", "5 % off", "expected", "10 % off", "expected", "20 % off",
+                                         "expected"],
                              "rows": limits},
             "large-strain-curve": {"columns": ["body", "way", "displacement", "force over the linear one", "expected"],
                                    "rows": curve}}

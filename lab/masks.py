@@ -17,8 +17,8 @@ from lab.scenes import Scene
 from lab.specimens import cube_scene
 
 _RADIUS = 0.004  # m, on the cubes
-COLUMNS = ["body, radius", "nodes", "places", "most nodes under one", "pairs", "operations", "masks", "planned", "blocks",
-           "products", "files, C", "all", "dense product", "ratio"]
+COLUMNS = ["body, radius", "nodes", "places", "most nodes under one", "pairs", "operations", "masks", "planned",
+           "blocks", "products", "files, C", "all", "dense product", "ratio"]
 
 
 def dense_rate() -> float:
@@ -36,7 +36,8 @@ def dense_rate() -> float:
 def row(name: str, scene: Scene, contact: dict[str, Any], folder: Path, build: Path, rate: float) -> list[Any]:
     """rate: of dense_rate(). The pairs are planned with the factor's pattern; files are written and checked, as numbers
     and as C."""
-    ran = {how: scenes.precompute({**scene, "contact": c, "tables": {"columns": "none"}}, folder / how, build, "--threads", "1")
+    ran = {how: scenes.precompute({**scene, "contact": c, "tables": {"columns": "none"}}, folder / how, build,
+                                  "--threads", "1")
            for how, c in (("with", contact), ("without", {}))}
     cost, plain, mask = ran["with"]["cpu_s"], ran["without"]["cpu_s"], ran["with"]["contact"]["mask"]
 
@@ -45,7 +46,8 @@ def row(name: str, scene: Scene, contact: dict[str, Any], folder: Path, build: P
     parts = [cost["masks"], more("analysis"), cost["mask_blocks"], cost["mask_products"], more("write", "codegen")]
     flops = mask["flops"] + mask["product_flops"]
     dense_s = flops / rate
-    return [name, f"{ran['with']['counts']['nodes']:,}", count(mask["places"]), count(mask["most_nodes"]), count(mask["pairs"]),
+    return [name, f"{ran['with']['counts']['nodes']:,}", count(mask["places"]), count(mask["most_nodes"]),
+            count(mask["pairs"]),
             number(flops, f"{flops:.2g}"), *map(seconds, parts), seconds(sum(parts)), seconds(dense_s),
             number(sum(parts) / dense_s, f"{sum(parts) / dense_s:.1f}")]
 

@@ -70,7 +70,8 @@ def error(topics: Topics, axis: str) -> Figure:
         axes.yaxis.set_major_locator(FixedLocator([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100]))
         axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}" if 1e-4 < v < 1e4 else f"$10^{{{np.log10(v):.0f}}}$"))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"
+                                                     if 1e-4 < v < 1e4 else f"$10^{{{np.log10(v):.0f}}}$"))
         axes.set_xlabel(unit)
     for axes in panels[:, 0]:
         axes.set_ylabel("RMS error of the force, %")
@@ -275,7 +276,8 @@ def relaxation(felt: pd.DataFrame) -> Figure:
 def relaxation_sliding(rows: np.ndarray) -> Figure:
     """Error of a sliding contact that relaxes: speed times time over radius, after a long press, after a short one."""
     this = Figure("relaxation-sliding")
-    this.must(len(rows) > 4 and rows[:, 1].min() < 0.01 and rows[:, 1].max() > 0.2, "an error that rises with the speed")
+    this.must(len(rows) > 4 and rows[:, 1].min() < 0.01 and rows[:, 1].max() > 0.2,
+              "an error that rises with the speed")
     this.must(rows[:, 2].argmax() < len(rows) - 1, "a peak after a short press")
     axes = this.axes(width=7, height=4)
     axes.plot(rows[:, 0], 100 * rows[:, 1], "-", color=BLUE, label="after 8 times of rest")

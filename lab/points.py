@@ -13,7 +13,8 @@ _BEST = "best in"
 _AXES = {"time": "tick", "flash": "flash", "precompute": "precompute"}
 _PAPER = "the paper, 1998"
 #: Forces of the paper's Table 2 on its Pentium Pro of 200 MHz, s: body, mesh and time. Its equations are those of our
-#: point that is interpolated, nearest; so is its error. It had the same counts of nodes and patches, a mouse of its own.
+#: point that is interpolated, nearest; so is its error. It had the same counts of nodes and patches, a mouse of its
+#: own.
 _PAPER_S = {("cube, nu 0.49", "5 a side"): 15e-6, ("mouse", "1,713 nodes"): 12e-6}
 
 
@@ -22,7 +23,8 @@ def _with_paper(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
     at = {name: k for k, name in enumerate(columns)}
     made: list[list[Any]] = []
     for (body, mesh), tick_s in _PAPER_S.items():
-        same = [i for i, row in enumerate(rows) if (row[0], row[1]) == (body, mesh) and row[at["precision"]] != "float64"]
+        same = [i for i, row in enumerate(rows) if (row[0], row[1]) == (body, mesh)
+                and row[at["precision"]] != "float64"]
         ours = next((rows[i] for i in same if rows[i][at["force"]] == "interpolated"), None)
         if ours is None:
             continue

@@ -92,7 +92,8 @@ def speed_tables(raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def speed(build: Path, out: Path, repetitions: int) -> None:
-    write_topics(out, speed_tables(told(build / "bin/haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build",
+    write_topics(out,
+                 speed_tables(told(build / "bin/haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build",
                                         str(build), "--repetitions", str(repetitions))))
 
 
@@ -159,7 +160,8 @@ def device_tables(raw: dict[str, Any]) -> dict[str, Any]:
         if model["reach_m"][0] == 0.0:
             return "endless"
         return " x ".join(f"{1e3 * r:.0f}" for r in model["reach_m"]) + f" mm ({model['reach_source']})"
-    figures = [[f"`{m['name']}`", m["title"], *(figure(m[key], unit, name) for key, unit, name in units.values()), reach(m),
+    figures = [[f"`{m['name']}`", m["title"], *(figure(m[key], unit, name) for key, unit, name in units.values()),
+                reach(m),
                 "y" if m["up"][1] > 0.0 else "z"] for m in raw["models"]]
     stability = []
     for s in raw["stability"]:
@@ -213,25 +215,28 @@ def inversion_tables(raw: dict[str, Any]) -> dict[str, Any]:
               *(three(_over(b[peak], 1e9)) for peak in ("factor_peak", "double_peak", "float_peak"))] for b in bodies]
     solves = [[b["name"], count(round(b["blocks"])), three(b["solves_s"]),
                number(b["sampled"], f"{100 * b['sampled']:.3g} %"), three(_over(b["solves_s"], b["double_s"])),
-               three(b["solves_s"] / b["float_s"]), _error(b["double_error"]), _error(b["float_error"])] for b in bodies]
+               three(b["solves_s"] / b["float_s"]), _error(b["double_error"]), _error(b["float_error"])]
+               for b in bodies]
     columns = [[b["name"], three(b["columns_bytes"] / 1e9), three(b["columns_double_s"]), three(b["columns_float_s"]),
                 _error(b["columns_error"]), three(b["solves_s"] / b["columns_double_s"]),
                 three(b["solves_s"] / b["columns_float_s"]), seconds(b["frame_s"]), seconds(b["plain_frame_s"])]
                for b in bodies if b["columns_float_s"] is not None]
     topics = {
         "inversion-times": {"columns": [
-            "body", "nodes", "METIS, analysis s", "factor GB", "factor s", "GF/s", "inversion double s", "/ factor", "float s",
+            "body", "nodes", "METIS, analysis s", "factor GB", "factor s", "GF/s", "inversion double s", "/ factor",
+            "float s",
             "/ factor", "peak GB: factor", "double", "float"], "rows": times},
         "inversion-solves": {"columns": [
-            "body", "blocks", f"by solves, {raw['block_nodes']} nodes at a time, s", "of these run", "/ inversion double",
+            "body", "blocks", f"by solves, {raw['block_nodes']} nodes at a time, s", "of these run",
+            "/ inversion double",
             "/ float", "error double", "error float"], "rows": solves},
         "inversion-columns": {"columns": [
             "body", "columns GB", "pruned, double s", "float s", "float against double",
             "blocked solves / pruned, double", "float", "one frame, pruned, float", "by CHOLMOD"], "rows": columns}}
     if "accuracy" in raw:
         topics["inversion-accuracy"] = {
-            "columns": [f"cube of {raw['accuracy']['side']} nodes a side", "inversion, double", "inversion, float", "solves",
-                        "inversion, double, against solves"],
+            "columns": [f"cube of {raw['accuracy']['side']} nodes a side", "inversion, double", "inversion, float",
+                        "solves", "inversion, double, against solves"],
             "rows": [[case["name"], *(error_of(case[key]) for key in ("double", "float", "solves", "against_solves"))]
                      for case in raw["accuracy"]["cases"]]}
     cubes = [b for b in bodies if b["is_cube"]]

@@ -86,7 +86,8 @@ def session(partner: Sequence[str], scene: Path, build: Path, seconds: float) ->
         ear = subprocess.Popen([str(build / "bin/haptable-bench-realtime")], stdout=heard)
         servo = subprocess.Popen(partner, stdout=subprocess.DEVNULL)
         try:
-            device = subprocess.run([str(build / "bin/haptable-device"), str(scene), "--path", "poke,drag,circle", "--seconds",
+            device = subprocess.run([str(build / "bin/haptable-device"), str(scene), "--path", "poke,drag,circle",
+                                     "--seconds",
                                      str(seconds), "--json", "--quiet"], stdout=subprocess.PIPE, check=False)
             if device.returncode != 0:
                 raise LabError(f"haptable-device: ended with status {device.returncode}")
@@ -112,8 +113,10 @@ def tables(measured: dict[str, dict[str, Session]]) -> Topics:
             "from state to state": lambda t: t.period, "from state to answer": lambda t: t.latency,
             "age of the force": lambda t: t.age}
         for what, quantity in quantities.items():
-            us = {partner: np.quantile(quantity(of[partner].times), _SHARES, method="higher") for partner in ("servo", "echo")}
-            times += [[machine, what, partner, *(number(1e-6 * v, f"{v:.0f} us") for v in us[partner])] for partner in us]
+            us = {partner: np.quantile(quantity(of[partner].times), _SHARES, method="higher")
+                  for partner in ("servo", "echo")}
+            times += [[machine, what, partner, *(number(1e-6 * v, f"{v:.0f} us") for v in us[partner])]
+                      for partner in us]
             times.append([machine, what, "ratio", *(number(r, f"{r:.2f}") for r in us["servo"] / us["echo"])])
         for partner in ("servo", "echo"):
             found = of[partner]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The body itself, by elements that are not the product's, and how far it gives under a finger.
 
-C = w^T K^-1 w, m/N: the mean displacement, weighted by the finger's pressure, under a force of 1 N. Solids of tetrahedra
-are scikit-fem's; boxes are 27-node bricks with a linear pressure in each (they do not lock).
+C = w^T K^-1 w, m/N: the mean displacement, weighted by the finger's pressure, under a force of 1 N. Solids of
+tetrahedra are scikit-fem's; boxes are 27-node bricks with a linear pressure in each (they do not lock).
 """
 
 from __future__ import annotations
@@ -167,7 +167,8 @@ class Mesh:
         t = self.tets
         m = self.middles
         between = {frozenset(p): m[:, e] for e, p in enumerate(EDGES)}
-        small = [np.column_stack([t[:, c], *(between[frozenset((c, d))] for d in range(4) if d != c)]) for c in range(4)]
+        small = [np.column_stack([t[:, c], *(between[frozenset((c, d))] for d in range(4) if d != c)])
+                 for c in range(4)]
         diagonals = np.array([[0, 5, 1, 2, 3, 4], [1, 3, 0, 2, 5, 4], [2, 4, 0, 1, 5, 3]])  # its ends, then the ring
         length = np.column_stack([np.linalg.norm(x[m[:, d[0]]] - x[m[:, d[1]]], axis=1) for d in diagonals])
         ring = np.take_along_axis(m, diagonals[length.argmin(1)], 1)
@@ -214,7 +215,8 @@ class Tetrahedra(Solid):
         k = skfem.asm(skfem.BilinearForm(
             lambda u, v, _: 2.0 * mu * ddot(sym_grad(u), sym_grad(v)) + kept * div(u) * div(v)), basis)
         if averaged:
-            mean = skfem.asm(skfem.BilinearForm(lambda u, v, _: div(u) * v), basis, basis.with_element(skfem.ElementTetP0()))
+            mean = skfem.asm(skfem.BilinearForm(lambda u, v, _: div(u) * v), basis,
+                             basis.with_element(skfem.ElementTetP0()))
             volume = np.asarray(basis.dx).sum(1)
             k = k + lam * mean.T @ sp.diags(1.0 / volume) @ mean
         dofs = basis.nodal_dofs
@@ -345,7 +347,8 @@ class Bricks(Solid):
     def shares(self, footprint: Footprint) -> Array:
         """The pressure on the highest plane against the shape functions of its nodes."""
         (x, wx), (y, wy) = self._axes[0].points(), self._axes[1].points()
-        at = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]), np.full((len(y), len(x)), self._axes[2].planes[-1])], -1)
+        at = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]),
+                       np.full((len(y), len(x)), self._axes[2].planes[-1])], -1)
         top = wy.T @ footprint.pressure(at) @ wx
         shares = np.zeros((self._axes[2].nodes, *top.shape))
         shares[-1] = top

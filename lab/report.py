@@ -77,7 +77,8 @@ def table(name: str, topic: dict[str, Any], *, choices: bool = False) -> str:
     if len(topic["rows"]) > _MANY:
         filters += '<label>rows with <input type="search" placeholder="words"></label><output></output>'
     return (f'<div class="sortable" id="table-{name}"><div class="filters">{filters}<a href="csv/{name}.csv" download>'
-            f'CSV</a></div><div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
+            f'CSV</a></div><div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(body)}'
+            f'</tbody></table>'
             "</div></div>")
 
 
@@ -98,7 +99,8 @@ class Pages:
 
     def __init__(self, docs: Path, out: Path, topics: Topics) -> None:
         self.docs, self.out, self.topics = docs, out, topics
-        with_numbers = {str(p.relative_to(docs).with_suffix("")) for p in [*docs.glob("*.md"), *docs.glob("design/*.md")]
+        with_numbers = {str(p.relative_to(docs).with_suffix(""))
+                        for p in [*docs.glob("*.md"), *docs.glob("design/*.md")]
                         if find_markers(p.read_text(encoding="utf-8"))}
         self.parts = {part: [page for page in pages if (docs / f"{page}.md").exists()] for part, pages in PARTS.items()}
         known = {page for pages in PARTS.values() for page in pages}
@@ -172,37 +174,40 @@ def answer(topics: Topics) -> dict[str, Any]:
         rows.append([body, *cells(of("pressure-mask"), 1, 2, 6, 8, 9, 10),
                      *cells(of("sparse solve", "dense inverse", "conjugate gradients"), 6, 8),
                      *cells(of("the paper, 1998"), 6, 8)])
-    return {"columns": ["body", "mesh", "element", "mask: error", "tick", "flash", "precompute", "a solve: error", "tick",
-                        "the paper: error", "tick"], "rows": rows}
+    return {"columns": ["body", "mesh", "element", "mask: error", "tick", "flash", "precompute", "a solve: error",
+                        "tick", "the paper: error", "tick"], "rows": rows}
 
 
 def _page(title: str, nav: str, main: str) -> str:
     style, script = ((_HERE / f"report.{end}").read_text(encoding="utf-8") for end in ("css", "js"))
     return (f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
-            f"<style>\n{style}</style></head>\n<body>\n<nav><details open><summary>Contents</summary>\n{nav}</details></nav>"
+            f"<style>\n{style}</style></head>\n<body>\n<nav><details open>"
+            f"<summary>Contents</summary>\n{nav}</details></nav>"
             f"\n<main>\n{main}</main>\n<script>\n{script}</script>\n</body></html>\n")
 
 
 def _items(links: list[tuple[str, str]]) -> str:
-    return "<ul>" + "".join(f'<li><a href="{to}">{html.escape(text, quote=False)}</a></li>' for to, text in links) + "</ul>\n"
+    return ("<ul>" + "".join(f'<li><a href="{to}">{html.escape(text, quote=False)}</a></li>' for to, text in links)
+            + "</ul>\n")
 
 
 def index(docs: Path, out: Path, topics: Topics) -> str:
     pages = Pages(docs, out, topics)
     captions = {
-        "time": "RMS error of the force against the CPU time of a tick. Of each force the configurations that none beats "
-                "in both; mesh and element stand beside the mask's. The paper's own times of 1998 and the solves that one "
-                "would do instead stand in the same picture.",
+        "time": "RMS error of the force against the CPU time of a tick. Of each force the configurations that none "
+                "beats in both; mesh and element stand beside the mask's. The paper's own times of 1998 and the "
+                "solves that one would do instead stand in the same picture.",
         "flash": "The same against the bytes of the servo's tables.",
         "precompute": "The same against the CPU time from a scene to its tables.",
     }
     figures = [figure_of(out / f"error-{axis}.svg", caption) for axis, caption in captions.items()]
     pages.shown |= {f"error-{axis}" for axis in captions}
     main = ('<section id="answer"><h1>Speed against error</h1>\n' + figures[0]
-            + "<p>For each body: the pressure mask that is nearest to the body itself, the nearest of the solves that one "
-              "would do instead of tables, and the paper.</p>\n" + table("answer", answer(topics)) + figures[1]
-            + figures[2] + '<p>Every configuration: <a href="configurations.html">a table to sort and to filter</a>, or '
+            + "<p>For each body: the pressure mask that is nearest to the body itself, the nearest of the "
+              "solves that one would do instead of tables, and the paper.</p>\n" + table("answer", answer(topics))
+            + figures[1] + figures[2]
+            + '<p>Every configuration: <a href="configurations.html">a table to sort and to filter</a>, or '
               '<a href="csv/points.csv">CSV</a>.</p></section>\n')
     nav = _items([("#answer", "Speed against error"), ("configurations.html", "Every configuration")])
     for part, of_part in pages.parts.items():
@@ -215,7 +220,8 @@ def index(docs: Path, out: Path, topics: Topics) -> str:
         nav += _items([("#tables", "Tables to look up")])
     nav += _items([("#runs", "What was run")])
     ran = _markdown(runs(topics)).replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
-    return _page("haptable: speed against error", nav, main + f'<section id="runs"><h1>What was run</h1>\n{ran}</section>\n')
+    return _page("haptable: speed against error", nav,
+                 main + f'<section id="runs"><h1>What was run</h1>\n{ran}</section>\n')
 
 
 def configurations(topics: Topics) -> str:

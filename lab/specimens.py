@@ -32,8 +32,8 @@ def read_array(file: Path, name: str) -> Array:
 
 
 def read_elements(file: Path) -> tuple[Array, Indices]:
-    """Nodes [N, 3] m and tetrahedra that haptable-precompute drew: [t, 4], or [t, 10] with the nodes between 01 12 20 03
-    13 23."""
+    """Nodes [N, 3] m and tetrahedra that haptable-precompute drew: [t, 4], or [t, 10] with the nodes between 01 12 20
+    03 13 23."""
     types = read_array(file, "types")
     nodes = 10 if (types == 24).any() else 4
     tets = read_array(file, "connectivity").astype(np.int64)[:nodes * int(np.isin(types, (10, 24)).sum())]
@@ -164,7 +164,8 @@ def cube_scene(side: int, poisson: float, top: bool = True) -> Scene:
 def _cubes(poisson: float, quick: bool) -> Specimen:
     sides = [side for side in (5, 9, 13, 17, 25, 33) if not quick or side <= 13]
     return Specimen(f"cube, nu {poisson}", 0.005, [
-        Meshed(f"{side} a side", cube_scene(side, poisson), _FINE if side > 17 else _MIDDLE if side > 9 else _COARSE, side)
+        Meshed(f"{side} a side", cube_scene(side, poisson), _FINE if side > 17 else _MIDDLE if side > 9 else _COARSE,
+               side)
         for side in sides])
 
 
@@ -246,7 +247,8 @@ def solve_truth(bodies: Sequence[Any], places: Sequence[Place], radius: float) -
         solid: Solid = body()
         stiffness.append(np.linalg.inv(solid.compliances([solid.shares(Footprint(p.on, radius)) for p in places])))
     truths = [Truth(place, s) for place, s in zip(places, stiffness[-1])]
-    return [Truth(t.place, t.stiffness, Truth(t.place, s).normal / t.normal - 1.0) for t, s in zip(truths, stiffness[0])]
+    return [Truth(t.place, t.stiffness, Truth(t.place, s).normal / t.normal - 1.0) for t,
+            s in zip(truths, stiffness[0])]
 
 
 def truths(folder: Path, build: Path) -> list[tuple[str, list[Truth]]]:
@@ -272,8 +274,10 @@ def truth_table(solved: list[tuple[str, list[Truth]]]) -> dict[str, Any]:
     for name, of_body in solved:
         for t in of_body:
             x, s = t.place.on, t.stiffness
-            rows.append([name, {"value": [*x, *t.place.outward], "text": ", ".join(f"{1e3 * v:.1f}" for v in x) + " mm"},
-                         {"value": [s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]], "text": f"{t.normal:.1f} N/m"},
+            rows.append([name,
+                         {"value": [*x, *t.place.outward], "text": ", ".join(f"{1e3 * v:.1f}" for v in x) + " mm"},
+                         {"value": [s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]],
+                          "text": f"{t.normal:.1f} N/m"},
                          number(t.coarser, f"{100.0 * t.coarser:+.2f} %")])
     return {"columns": ["body", "place", "stiffness along the normal", "on the coarser mesh"], "rows": rows}
 

@@ -44,7 +44,8 @@ def kind_of(mode: Mode) -> str:
             + (", rings" if mode["rings"] else ""))
 
 
-def _by(counts: dict[str, Any], way: Callable[[Mode], tuple[str, ...]], bodies: list[Any]) -> dict[tuple[str, ...], Tally]:
+def _by(counts: dict[str, Any], way: Callable[[Mode], tuple[str, ...]], bodies: list[Any]) -> dict[tuple[str, ...],
+                                                                                                   Tally]:
     """Tallies of these bodies, summed by what `way` tells of a mode."""
     parts: dict[tuple[str, ...], list[Tally]] = {}
     for mode in counts["modes"]:

@@ -25,7 +25,8 @@ PARTS = (("cortex-m33", "M33", 150e6), ("cortex-m4", "M4F", 168e6), ("rv32", "rv
 _MILLISECOND = 168e3  # instructions: 168 MHz, one a clock
 _REJECTED, _CONTACT, _LIMITED = 3, 2, 4
 
-BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/needle", 0.004), "torus": ("hard/torus", 0.010)}
+BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/needle", 0.004),
+          "torus": ("hard/torus", 0.010)}
 
 
 def count_ticks(build: Path, folder: Path, *options: str) -> Any:
@@ -67,8 +68,8 @@ class Ticks:
 
 
 def parts_in_time(bound: int, worst: int, time_s: float = 0.9e-3) -> str:
-    """Parts on which every tick ends in that time, at an instruction a clock: by the bound, or by all that were counted;
-    "none" where there is none."""
+    """Parts on which every tick ends in that time, at an instruction a clock: by the bound, or by all that were
+    counted; "none" where there is none."""
     told: dict[str, list[str]] = {"": [], "counted: ": []}
     for _, name, clock in PARTS:
         if worst <= time_s * clock:
@@ -100,7 +101,8 @@ def modes(build: Path, bodies: Sequence[str] = tuple(BODIES), targets: Sequence[
         file, radius = BODIES[body]
         folder = build / f"modes/{body}-{force}"
         scenes.precompute(with_force(scenes.read(Path(f"meshes/{file}.toml")), force, radius), folder, build)
-        found: list[dict[str, Any]] = count_ticks(build, folder, "--every-mode", "--target", ",".join(targets), "--strokes",
+        found: list[dict[str, Any]] = count_ticks(build, folder, "--every-mode", "--target", ",".join(targets),
+                                                  "--strokes",
                                                   str(strokes))
         return [{**one, "body": body} for one in found]
     with ThreadPoolExecutor(2) as pool:  # the emulators are other processes
@@ -134,9 +136,11 @@ def modes(build: Path, bodies: Sequence[str] = tuple(BODIES), targets: Sequence[
         by_rate.append([mode, *(in_time(clock / rate, on[target], bound[mode])
                                 for target, _, clock in RATED for rate in (5e3, 10e3) if target in on)])
     columns = [f"{name}, {rate} kHz" for target, name, _ in RATED for rate in (5, 10) if target in targets]
-    return {"modes-by-body": {"columns": ["Cortex-M7: force, god-object", *bodies, "worst, of 1 ms", "bound", "of 1 ms"],
+    return {"modes-by-body": {"columns": ["Cortex-M7: force, god-object", *bodies, "worst, of 1 ms", "bound",
+                                          "of 1 ms"],
                               "rows": by_body},
-            "modes-by-target": {"columns": ["force, god-object", "Cortex-M4F", "Cortex-M33", "rv32imafc"], "rows": by_target},
+            "modes-by-target": {"columns": ["force, god-object", "Cortex-M4F", "Cortex-M33", "rv32imafc"],
+                                "rows": by_target},
             "modes-by-rate": {"columns": ["force, god-object", *columns], "rows": by_rate}, "modes-fan": count(fan)}
 
 
@@ -144,8 +148,8 @@ RATED = tuple(sorted(PARTS, key=lambda part: ("cortex-m4", "cortex-m33", "rv32",
 
 
 def in_time(most: float, ticks: Ticks, bound: int) -> str:
-    """Whether every tick ends in time, at an instruction a clock: by its bound, by all that were counted, by all but one
-    in a thousand, or not."""
+    """Whether every tick ends in time, at an instruction a clock: by its bound, by all that were counted, by all but
+    one in a thousand, or not."""
     if bound <= most:
         return "bound"
     if max(ticks.all) <= most:
@@ -173,17 +177,21 @@ def fingers(build: Path) -> Topics:
                                   parts_in_time(two["bound"], worst)]
             rates[one["mode"]] = [parts_in_time(two["bound"], worst, t) for t in (0.2e-3, 0.1e-3)]
     order = sorted(costs, key=lambda mode: (FORCES.index(mode.split()[0]),))
-    return {"fingers": {"columns": ["force, god-object", "one finger", "two in contact", "ratio", "99.9 %", "worst of all",
+    return {"fingers": {"columns": ["force, god-object", "one finger", "two in contact", "ratio", "99.9 %",
+                                    "worst of all",
                                     "bound", "in 0.9 ms"], "rows": [[m, *costs[m]] for m in order]},
-            "fingers-by-rate": {"columns": ["force, god-object", "5 kHz", "10 kHz"], "rows": [[m, *rates[m]] for m in order]}}
+            "fingers-by-rate": {"columns": ["force, god-object", "5 kHz", "10 kHz"],
+                                "rows": [[m, *rates[m]] for m in order]}}
 
 
 def bodies(build: Path) -> Topics:
     """Sessions of bodies that nothing holds, or that ring: median of the ticks with contact before and after, and the
     worst of all."""
     rows = []
-    for what, scene, path in (("a cube that nothing holds", "free-cube", "tip"), ("the same, two fingers", "grasped", "grasp"),
-                              ("a jelly, {} modes", "ringing", "knock"), ("the same, two fingers", "squeezed", "squeeze"),
+    for what, scene, path in (("a cube that nothing holds", "free-cube", "tip"),
+                              ("the same, two fingers", "grasped", "grasp"),
+                              ("a jelly, {} modes", "ringing", "knock"),
+                              ("the same, two fingers", "squeezed", "squeeze"),
                               ("the same, two fingers, that nothing holds", "wobbling", "grasp")):
         found = {one["target"]: one for one in count_ticks(build, build / scene, "--path", path)}
         on = {target: Ticks().add(found[target], False) for target in TARGETS}
@@ -231,7 +239,8 @@ def _one_patch(folder: Path) -> Change:
 def _display(folder: Path, rows: int) -> Change:
     def change(scene: Scene) -> None:
         nodes = np.load(folder / "node_id.npy")
-        scene["tables"] = {"columns": "surface", "display_rows": [int(nodes[i * len(nodes) // rows]) for i in range(rows)]}
+        scene["tables"] = {"columns": "surface",
+                           "display_rows": [int(nodes[i * len(nodes) // rows]) for i in range(rows)]}
     return change
 
 
@@ -290,8 +299,10 @@ def cost_of(body: str, what: str, change: Change, build: Path) -> tuple[list[Any
     if not touching:
         raise LabError(f"{body}: {what}: the laboratory's finger touched nothing: no instructions were counted")
     median, worst = touching[len(touching) // 2], touching[-1]
-    return [f"{body}: {what}", count(tables), count(linked["flash"] - tables), count(linked["ram"]), count(linked["stack"]),
-            {"value": [median, worst], "text": f"{median:,} / {worst:,}"}, seconds(sum(summary["cpu_s"].values()))], summary
+    return [f"{body}: {what}", count(tables), count(linked["flash"] - tables), count(linked["ram"]),
+            count(linked["stack"]),
+            {"value": [median, worst], "text": f"{median:,} / {worst:,}"},
+            seconds(sum(summary["cpu_s"].values()))], summary
 
 
 def named(build: Path) -> Topics:
@@ -312,7 +323,8 @@ def named(build: Path) -> Topics:
     columns = ["the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
                "instructions a tick in contact, median / worst", "precompute"]
     # Every mesh's first, then what costs the same whatever the mesh.
-    return {"named": {"columns": columns, "rows": rows["cube"]}, "named-mouse": {"columns": columns, "rows": rows["mouse"]},
+    return {"named": {"columns": columns, "rows": rows["cube"]},
+            "named-mouse": {"columns": columns, "rows": rows["mouse"]},
             "precision-compliance": {"columns": ["the scene names", "float32", "float16", "int16"], "rows": precision}}
 
 

@@ -34,7 +34,8 @@ def difference(scene, folder, build, cards=None):
     forces = load_of(folder, len(x))
     sections, loads = cards(Mesh(x, elements)) if cards else ("", "")
     held = np.setdiff1d(np.arange(len(x)), np.load(folder / "row_id.npy"))
-    deck = Deck(x, elements, held, scene["material"]["young"], scene["material"]["poisson"], sections=sections, loads=loads)
+    deck = Deck(x, elements, held, scene["material"]["young"], scene["material"]["poisson"], sections=sections,
+                loads=loads)
     ours = by_columns(folder, forces)
     if "gravity" in scene:
         ours += np.load(folder / "sag.npy")
@@ -67,7 +68,8 @@ def test_quadratic_tetrahedra_of_the_mouse(tmp_path, build):
 
 # ---- fibres, skin, bed and weight in one body ----------------------------------------------------------------------
 
-FIBRES = {"law": "fibre", "young_along": 6e4, "young_across": 8e3, "poisson": 0.35, "poisson_across": 0.45, "shear": 5e3,
+FIBRES = {"law": "fibre", "young_along": 6e4, "young_across": 8e3, "poisson": 0.35, "poisson_across": 0.45,
+          "shear": 5e3,
           "direction": [0.48, 0.6, 0.64]}
 
 
@@ -83,12 +85,15 @@ def whole_scene():
 def solids(mesh):
     """The tetrahedra by their regions, in mm, N and tonnes."""
     inside = (mesh.x[mesh.tets, 1] <= 0.015).all(1)
-    sets = "".join(f"*ELSET, ELSET=R{r}\n" + "".join(f"{t + 1},\n" for t in np.flatnonzero(inside == bool(r))) for r in (0, 1))
-    e, across, nu, nu_across, g = (FIBRES[k] for k in ("young_along", "young_across", "poisson", "poisson_across", "shear"))
+    sets = "".join(f"*ELSET, ELSET=R{r}\n" + "".join(f"{t + 1},\n" for t in np.flatnonzero(inside == bool(r)))
+                   for r in (0, 1))
+    e, across, nu, nu_across, g = (FIBRES[k]
+                                   for k in ("young_along", "young_across", "poisson", "poisson_across", "shear"))
     values = [1e-6 * e, 1e-6 * across, 1e-6 * across, nu, nu, nu_across, 1e-6 * g, 1e-6 * g]
     along = FIBRES["direction"]
     return (sets + "*MATERIAL, NAME=FIBRES\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
-            + ",".join(f"{v:.13g}" for v in values) + f",\n{1e-6 * across / (2 * (1 + nu_across)):.13g}\n*DENSITY\n1.3e-9\n"
+            + ",".join(f"{v:.13g}" for v in values)
+            + f",\n{1e-6 * across / (2 * (1 + nu_across)):.13g}\n*DENSITY\n1.3e-9\n"
             + f"*ORIENTATION, NAME=ALONG\n{along[0]},{along[1]},{along[2]},0.8,-0.64,0.\n"
             + "*SOLID SECTION, ELSET=R1, MATERIAL=FIBRES, ORIENTATION=ALONG\n"
             + "*MATERIAL, NAME=BODY\n*ELASTIC\n0.01,0.4\n*DENSITY\n1.1e-9\n*SOLID SECTION, ELSET=R0, MATERIAL=BODY\n")
@@ -102,8 +107,8 @@ def skin(mesh):
 
 
 def bed(mesh):
-    """A spring for every pair of nodes and direction. int N_a N_b dA is A / 12 of two corners, A / 6 of one with itself;
-    the bed's faces are normal to x."""
+    """A spring for every pair of nodes and direction. int N_a N_b dA is A / 12 of two corners, A / 6 of one with
+    itself; the bed's faces are normal to x."""
     side = mesh.surface[(mesh.x[mesh.surface, 0] < 1e-9).all(1)]
     corner = 1e3 * mesh.x[side]
     area = 0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)

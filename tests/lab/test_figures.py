@@ -80,9 +80,11 @@ def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
     taken: list = []
     x, y = [1, 5, 5.8, 9.9], [5, 5, 5, 5]
     figure.thinned(axes, x, y, 1.0, taken)
-    figure.name_points(axes, [("free", 1, 5), ("left", 5, 5), ("left too", 9.9, 5), ("no room for so long a name" * 3, 5.8, 5)],
+    figure.name_points(axes, [("free", 1, 5), ("left", 5, 5), ("left too", 9.9, 5),
+                              ("no room for so long a name" * 3, 5.8, 5)],
                        taken)
-    assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("free", "left"), ("left", "right"), ("left too", "right")]
+    assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("free", "left"), ("left", "right"),
+                                                                ("left too", "right")]
 
 
 # ---- drawings ------------------------------------------------------------------------------------------------------
@@ -164,7 +166,8 @@ def test_curves_of_contact_show_what_they_are_about(tmp_path):
 
     def loop(given: float) -> Path:
         leg = np.arange(401) / 100
-        return saved(tmp_path, np.column_stack([leg] + [-900 * np.sin(np.pi * leg / 4) + (300 if m < 3 else given) * leg / 4
+        return saved(tmp_path,
+                     np.column_stack([leg] + [-900 * np.sin(np.pi * leg / 4) + (300 if m < 3 else given) * leg / 4
                                                         for m in range(6)]))
     plots.contact_loop(loop(-200)).save(out)
     refused("loops of least energy that give none", plots.contact_loop, loop(50))

@@ -18,9 +18,9 @@ def _case(name, folder):
 
 
 def inverse_bound(reference):
-    """What an entry of L may err by, as a share of sqrt(L_ii L_jj): a Cholesky factor is that of K + dK with |dk_ij| <= (a
-    few) sqrt(n) u sqrt(k_ii k_jj) (Demmel 1989), and dL = -L dK L. Both sides of a comparison do, and the assembly rounds
-    each k_ij: hence 8."""
+    """What an entry of L may err by, as a share of sqrt(L_ii L_jj): a Cholesky factor is that of K + dK with |dk_ij| <=
+    (a few) sqrt(n) u sqrt(k_ii k_jj) (Demmel 1989), and dL = -L dK L. Both sides of a comparison do, and the assembly
+    rounds each k_ij: hence 8."""
     return 8.0 * math.sqrt(np.count_nonzero(np.einsum("ncnc->nc", reference.compliance))) * DOUBLE * reference.condition
 
 
@@ -70,7 +70,8 @@ def test_a_hard_case_is_exact_or_told_or_refused(name, tmp_path, build):
 
 
 def test_the_reference_is_the_inverse_of_the_stiffness_of_one_tetrahedron():
-    """Held on three corners, the fourth moves by the block of K of its gradient g: V (mu (g.g I + g g^T) + lambda g g^T)."""
+    """Held on three corners, the fourth moves by the block of K of its gradient g: V (mu (g.g I + g g^T) + lambda g
+    g^T)."""
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 2.0]]), np.array([[0, 1, 2, 3]]))
     scene = {"mesh": {}, "material": {"young": 2.6, "poisson": 0.3}}  # mu 1, lambda 1.5
     reference = hard.solve_densely(scene, mesh.x, mesh.tets, np.array([True, True, True, False]))
@@ -84,7 +85,8 @@ def test_the_reference_is_the_inverse_of_the_stiffness_of_one_tetrahedron():
 def test_the_reference_moves_rigidly_and_pulls_evenly(averaged):
     """A cube that is held on its three coordinate planes' nodes, all of them: K is positive definite, and symmetric."""
     mesh = hard.cells((2, 2, 2))
-    scene = {"mesh": {"element": "average-nodal-pressure"} if averaged else {}, "material": {"young": 1.0, "poisson": 0.45}}
+    scene = {"mesh": {"element": "average-nodal-pressure"} if averaged else {},
+             "material": {"young": 1.0, "poisson": 0.45}}
     reference = hard.solve_densely(scene, mesh.x, mesh.tets, mesh.x.min(1) == 0.0)
     flat = reference.compliance.reshape(3 * len(mesh.x), -1)
     np.testing.assert_allclose(flat, flat.T, rtol=0, atol=4 * DOUBLE * np.abs(flat).max())
@@ -97,7 +99,8 @@ def test_slivers_have_their_radius_ratio(ratio):
     a, b, c = (mesh.x[mesh.tets[-1, k]] - mesh.x[mesh.tets[-1, 0]] for k in (1, 2, 3))
     volume = abs(a @ np.cross(b, c)) / 6
     areas = sum(np.linalg.norm(np.cross(p, q)) / 2 for p, q in ((a, b), (b, c), (c, a), (b - a, c - a)))
-    circumradius = np.linalg.norm(a @ a * np.cross(b, c) + b @ b * np.cross(c, a) + c @ c * np.cross(a, b)) / (12 * volume)
+    circumradius = np.linalg.norm(a @ a * np.cross(b, c) + b @ b * np.cross(c, a) + c @ c * np.cross(a, b)) / (12
+                                                                                                               * volume)
     assert 3 * (3 * volume / areas) / circumradius == pytest.approx(ratio, rel=64 * DOUBLE / ratio + 1e-3)
 
 

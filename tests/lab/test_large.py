@@ -13,7 +13,8 @@ from lab import LabError, large
 def run(folder: Path, stiffness: list, **changed) -> Path:
     """What haptable-precompute leaves, as far as it is read."""
     folder.mkdir()
-    summary = {"reused": False, "body_hash": "b", "counts": {"nodes": 1713}, "factor": {"fill": 608781.0, "flops": 1.3e8},
+    summary = {"reused": False, "body_hash": "b", "counts": {"nodes": 1713},
+               "factor": {"fill": 608781.0, "flops": 1.3e8},
                "cpu_s": {"factor": 0.0201, "blocks": 12.94, "columns": 0.36}, "time_s": {"factor": 0.5, "blocks": 9.0},
                "drawing": "columns", "memory": {"peak_bytes": 117407744}, **changed}
     (folder / "summary.json").write_text(json.dumps(summary))

@@ -38,7 +38,8 @@ class Spring:
     """A body whose top at z = 0 gives 100 N/m, where it is there."""
 
     def __init__(self, is_there: bool = True) -> None:
-        self.name, self.rest, self.patches = "spring", np.array([[0, 0, -0.02], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+        self.name, self.rest, self.patches = "spring", np.array([[0, 0, -0.02], [1, 0, 0],
+                                                                 [0, 1, 0]]), np.array([[0, 1, 2]])
         self.ticks, self.is_there = [], is_there
 
     def servo(self):

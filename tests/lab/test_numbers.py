@@ -18,7 +18,8 @@ TOPICS = {
 }
 PAGE = ("# A page\n\nAt the worst <!-- worst -->?<!-- /worst --> instructions.\n\n<!-- steps -->\nold\n"
         "<!-- /steps -->\n")
-FILLED = ("# A page\n\nAt the worst <!-- worst -->9,275<!-- /worst --> instructions.\n\n<!-- steps -->\n| mode | cube |\n"
+FILLED = ("# A page\n\nAt the worst <!-- worst -->9,275<!-- /worst --> instructions.\n\n<!-- steps -->\n| mode | "
+          "cube |\n"
           "|---|---|\n| nearest | 62.1 ns |\n| least | 1.234 ms |\n<!-- /steps -->\n")
 
 
@@ -83,7 +84,8 @@ def test_take_fills_numbers_and_pages_and_writes_nothing_where_a_marker_has_no_n
     def take(page: str):
         (tmp_path / "a.md").write_text(page, encoding="utf-8")
         return subprocess.run([sys.executable, "-m", "lab", "take", "--numbers", tmp_path / "numbers.json",
-                               tmp_path / "new", tmp_path / "a.md"], cwd=ROOT, capture_output=True, text=True, check=False)
+                               tmp_path / "new", tmp_path / "a.md"], cwd=ROOT, capture_output=True, text=True,
+                               check=False)
     before = (tmp_path / "numbers.json").read_bytes()
     assert take(PAGE + "<!-- speed -->x<!-- /speed -->").returncode == 1
     assert (tmp_path / "numbers.json").read_bytes() == before

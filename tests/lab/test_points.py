@@ -8,8 +8,8 @@ from lab.numbers import number, read_numbers
 
 def raw(rows: list[tuple]) -> dict:
     """(body, mesh, force, precision, error, tick, flash, precompute) as lab.error leaves them."""
-    columns = ["body", "mesh", "element", "force", "god-object", "precision", "error, RMS", "mean error", "tick", "flash",
-               "precompute"]
+    columns = ["body", "mesh", "element", "force", "god-object", "precision", "error, RMS", "mean error", "tick",
+               "flash", "precompute"]
     return {"points": {"command": "make bench", "machine": "one", "columns": columns, "rows": [
         [body, mesh, "linear", force, "nearest", precision, *(number(v, str(v)) for v in (error, error, *costs))]
         for body, mesh, force, precision, error, *costs in rows]}}

@@ -81,16 +81,17 @@ def test_a_program_that_fails_is_an_error_that_names_it(tmp_path):
 # ---- the inversion -------------------------------------------------------------------------------------------------
 
 def _body(nodes, **more):
-    keys = ("analysis_s", "factor_s", "factor_flops", "factor_bytes", "factor_peak", "double_s", "double_peak", "float_s",
-            "float_peak", "inversion_flops", "solves_s", "double_error", "float_error", "columns_double_s", "columns_float_s",
-            "columns_bytes", "columns_error", "frame_s", "plain_frame_s")
+    keys = ("analysis_s", "factor_s", "factor_flops", "factor_bytes", "factor_peak", "double_s", "double_peak",
+            "float_s", "float_peak", "inversion_flops", "solves_s", "double_error", "float_error", "columns_double_s",
+            "columns_float_s", "columns_bytes", "columns_error", "frame_s", "plain_frame_s")
     return {**dict.fromkeys(keys, 1.0), "name": f"cube {nodes}", "nodes": nodes, "blocks": 1000, "sampled": 0.125,
             "is_cube": True, **more}
 
 
 def test_growth_is_the_slope_over_the_cubes():
     cubes = [_body(n, factor_flops=n**2, factor_bytes=n ** (4 / 3), double_s=None) for n in (100.0, 1000.0, 8000.0)]
-    table = programs.inversion_tables({"block_nodes": 64, "bodies": [*cubes, _body(10.0, is_cube=False)]})["inversion-growth"]
+    table = programs.inversion_tables({"block_nodes": 64,
+                                       "bodies": [*cubes, _body(10.0, is_cube=False)]})["inversion-growth"]
     assert table["columns"][0] == "exponent over nodes, 100 to 8,000"
     slopes = {row[0]: row[1] for row in _rows(table)}
     assert slopes["factor, operations"] == "2.00"

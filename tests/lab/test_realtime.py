@@ -70,7 +70,8 @@ def test_a_session_with_an_echo_ends_well_and_is_heard(build, tmp_path):
     code = ("import sys; from pathlib import Path; from lab import realtime; "
             f"s = realtime.session(['{bench}', '--echo'], Path('meshes/cube.toml'), Path('{build}'), 0.5); "
             "print(s.device['ticks'], len(s.times.latency))")
-    ended = subprocess.run(["sh", "scripts/loopback.sh", "/usr/bin/env", "python3", "-c", code], capture_output=True, text=True,
+    ended = subprocess.run(["sh", "scripts/loopback.sh", "/usr/bin/env", "python3", "-c", code], capture_output=True,
+                           text=True,
                            check=False, env={**os.environ, "PATH": f"/usr/bin:{os.environ['PATH']}"})
     if ended.returncode == 77:
         pytest.skip(ended.stderr)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The body itself by elements that are not the product's: against closed forms, against what an earlier program of other
-elements found, and the product against them."""
+"""The body itself by elements that are not the product's: against closed forms, against what an earlier program of
+other elements found, and the product against them."""
 
 import json
 import subprocess
@@ -112,8 +112,9 @@ def test_a_finger_beside_the_surface_is_an_error():
 
 @pytest.mark.parametrize(("radius", "poisson"), [(0.004, 0.3), (0.005, 0.3), (0.004, 0.4999)])
 def test_quadratic_tetrahedra_are_the_body_where_a_finger_is_as_wide_as_two_edges(radius, poisson, tmp_path, build):
-    """A finger of little more than an edge: 3.75 mm between corners. With all of lambda in the elements (C3D10) a pressure
-    that is integrated exactly meets 6.4 % too much at a ratio of 0.3, for the mesh is too coarse: half of that."""
+    """A finger of little more than an edge: 3.75 mm between corners. With all of lambda in the elements (C3D10) a
+    pressure that is integrated exactly meets 6.4 % too much at a ratio of 0.3, for the mesh is too coarse: half of
+    that."""
     across = graded(0.015, 0.03, 0.015, 0.0225, 6, 2)
     quarter = Bricks([across, across, graded(0.0, 0.03, 0.0225, 0.03, 4, 3)], 1e4, poisson, quarter=True)
     body = 1.0 / quarter.compliances([quarter.shares(Footprint(MIDDLE, radius))])[0][2, 2]
@@ -175,14 +176,16 @@ def test_errors_are_those_that_docs_have(tmp_path, build):
     from lab.error import force_at
     topics = json.loads((ROOT / "docs/numbers.json").read_text())
     truths, haptable = truth_of(topics, "cube, nu 0.3"), binding.load(build)
-    kept = {tuple(row[3:6]): row for row in topics["points"]["rows"] if row[:3] == ["cube, nu 0.3", "5 a side", "linear"]}
+    kept = {tuple(row[3:6]): row for row in topics["points"]["rows"]
+            if row[:3] == ["cube, nu 0.3", "5 a side", "linear"]}
     for force, god_object, precision in OLD_POINTS:
         mask = {"mask_radius": 0.005} if force == "pressure-mask" else {}
         scenes.precompute({**cube_scene(5, 0.3), "contact": {"force": force, **mask}}, tmp_path / force, build)
         body = haptable.load(tmp_path / force, precision=precision, god_object=god_object, bare=True)
         off = [np.linalg.norm(force_at(body, t) - f) / np.linalg.norm(f)
                for t in truths for f in [t.force(god_object == "least-energy", 0.001)]]
-        assert np.sqrt(np.mean(np.square(off))) == pytest.approx(kept[force, god_object, precision][6]["value"], rel=1e-4)
+        assert np.sqrt(np.mean(np.square(off))) == pytest.approx(kept[force, god_object, precision][6]["value"],
+                                                                 rel=1e-4)
 
 
 def test_gradients_find_what_the_factor_does(tmp_path, build):
@@ -195,7 +198,8 @@ def test_gradients_find_what_the_factor_does(tmp_path, build):
     assert w.sum() == pytest.approx(3.0, rel=1e-6)
     exact = on.body.factor.solve(w)
     near = conjugate_gradients(on.body.k.tocsr(), w, np.zeros_like(w))
-    assert np.linalg.norm(on.body.k @ near - w, axis=0) == pytest.approx(0, abs=1.1e-3 * np.linalg.norm(w, axis=0).max())
+    assert np.linalg.norm(on.body.k @ near - w, axis=0) == pytest.approx(0,
+                                                                         abs=1.1e-3 * np.linalg.norm(w, axis=0).max())
     assert np.linalg.norm(near - exact) < 0.05 * np.linalg.norm(exact)
     with pytest.raises(LabError, match="on no patch"):
         on.locate(np.array([0.5, 0.5, 0.5]))
@@ -253,4 +257,5 @@ def test_ticks_of_no_folder_are_an_error(build, capfd):
     with pytest.raises(LabError, match="ended with status"):
         time_ticks(build, [ROOT / "no-such-folder"], 0.001, 10, 1)
     assert "no-such-folder" in capfd.readouterr().err
-    assert subprocess.run([str(build / "bin/haptable-bench-ticks"), "--help"], capture_output=True, check=False).returncode == 0
+    assert subprocess.run([str(build / "bin/haptable-bench-ticks"), "--help"], capture_output=True,
+                          check=False).returncode == 0

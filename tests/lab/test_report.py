@@ -46,7 +46,8 @@ class Links(HTMLParser):
 def test_the_answer_comes_first_and_every_number_is_there(made):
     text = (made / "index.html").read_text(encoding="utf-8")
     main = text[text.index("<main>"):]
-    assert main.index('id="figure-error-time"') < main.index('id="table-answer"') < main.index('id="figure-error-flash"')
+    assert (main.index('id="figure-error-time"') < main.index('id="table-answer"')
+            < main.index('id="figure-error-flash"'))
     assert main.index('id="figure-error-precompute"') < main.index('id="ACCURACY"')
     for name, topic in NUMBERS.items():
         if "rows" in topic and name not in REPORT_ONLY:
@@ -110,7 +111,8 @@ def in_browser(made: Path, page: str, width: int, script: str) -> str:
         pytest.skip("no chromium: sh scripts/setup.sh test installs it")
     text = (made / page).read_text(encoding="utf-8")
     probe = made / f"probe-{page}"
-    probe.write_text(text.replace("</body>", f"<script>document.documentElement.dataset.told = {script};</script></body>"),
+    probe.write_text(text.replace("</body>",
+                                  f"<script>document.documentElement.dataset.told = {script};</script></body>"),
                      encoding="utf-8")
     frame = made / "frame.html"
     frame.write_text(f'<iframe src="{probe.name}" style="width:{width}px;height:900px;border:0"></iframe>'
@@ -130,13 +132,16 @@ def test_no_page_is_wider_than_its_window(made, page, width):
 
 def test_a_heading_sorts_by_value_and_choices_and_words_filter(made):
     script = """(() => {
-        const box = document.querySelector('#table-points'), rows = () => [...box.querySelectorAll('tbody tr')].filter(r => !r.hidden);
+        const box = document.querySelector('#table-points'),
+            rows = () => [...box.querySelectorAll('tbody tr')].filter(r => !r.hidden);
         const text = (k) => rows()[0].cells[k].textContent, head = (k) => box.querySelectorAll('th button')[k].click();
         const told = [rows().length];
         head(8); told.push(Number(rows()[0].cells[8].dataset.v));
         head(8); told.push(Number(rows()[0].cells[8].dataset.v));
-        const body = box.querySelector('select'); body.value = 'mouse'; body.dispatchEvent(new Event('change')); told.push(rows().length);
-        const words = box.querySelector('input'); words.value = 'quadratic mask'; words.dispatchEvent(new Event('input')); told.push(rows().length);
+        const body = box.querySelector('select'); body.value = 'mouse';
+        body.dispatchEvent(new Event('change')); told.push(rows().length);
+        const words = box.querySelector('input'); words.value = 'quadratic mask';
+        words.dispatchEvent(new Event('input')); told.push(rows().length);
         return told.join(' ');
     })()"""
     told = [float(v) for v in in_browser(made, "configurations.html", 1280, script).split()]

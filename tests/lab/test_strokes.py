@@ -17,7 +17,8 @@ def _tally(count=10, **more):
 
 def _counts(*tallies, total=None):
     """Of one body; a mode a tally: interpolated and nearest alone, the second with two fingers."""
-    modes = [{"name": f"mode-{i}", "force": "interpolated", "god_object": "nearest", "friction": False, "fingers": 1 + i,
+    modes = [{"name": f"mode-{i}", "force": "interpolated", "god_object": "nearest", "friction": False,
+              "fingers": 1 + i,
               "free": i == 1, "rings": False} for i in range(len(tallies))]
     return {"seed": 3, "total": total or _tally(20), "modes": modes, "left_out": [
         {"name": "a", "why": "meshes/a.off: is open: close it"}, {"name": "b", "why": "the same mesh as a"}],
@@ -55,7 +56,8 @@ def test_what_is_by_design_is_told_as_shares_and_rates():
 
 # Counts are of the firmware that is there: make strokes && make report.
 def test_counted_strokes_are_of_the_firmware_that_is_there():
-    was, now = read_numbers(Path("docs/numbers.json"))["strokes-firmware"]["text"], strokes.source_identity(Path("firmware"))
+    was = read_numbers(Path("docs/numbers.json"))["strokes-firmware"]["text"]
+    now = strokes.source_identity(Path("firmware"))
     assert was == now, "the firmware has changed since docs/STROKES.md was counted: make strokes, then make report"
 
 

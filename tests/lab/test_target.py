@@ -73,4 +73,5 @@ def test_what_is_no_path_is_an_error(build, capfd):
 
 def test_scenes_of_bodies_are_there():
     assert all((ROOT / f"meshes/{file}.toml").exists() for file, _ in target.BODIES.values())
-    assert isinstance(target.with_force(scenes.read(Path(ROOT / "meshes/cube.toml")), "consistent", 0.1)["contact"], dict)
+    assert isinstance(target.with_force(scenes.read(Path(ROOT / "meshes/cube.toml")), "consistent", 0.1)["contact"],
+                      dict)
