@@ -88,8 +88,7 @@ ELEMENTS   = $(addprefix $(BUILD)/host/,fem/hooke.cpp.o fem/elasticity.cpp.o mes
 VIEW       = $(call objects,host/page) $(call objects,host/view) $(ELEMENTS) $(SOLVE) $(LINK) $(CODEGEN)
 LIVE       = $(call objects,host/page/live) $(VIEW) $(DEVICE)
 MPI        = $(call objects,host/inverse/mpi) $(PRECOMPUTE)
-NUMBERS    = $(call objects,host/numbers) $(BASE)
-TARGETED   = $(call objects,host/target) $(NUMBERS) $(CODEGEN)
+TARGETED   = $(call objects,host/target) $(CODEGEN)
 STROKES    = $(call objects,host/strokes) $(BUILD)/host/link/finger_path.cpp.o $(PRECOMPUTE)
 BENCH      = $(call objects,host/bench) $(VIEW) $(FIRMWARE) $(PRECOMPUTE)
 
@@ -305,7 +304,7 @@ bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-benc
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
-	@$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse -o $(MEASURED)/instructions.json
+	@$(LAB) instructions $(BUILD)/cube $(BUILD)/mouse -o $(MEASURED)/instructions.json
 	@$(LAB) target $(MEASURED)/target.json
 	@$(LAB) sizes $(MEASURED)/size.json
 	$(call bench_step,85,growth of the inversion)
@@ -314,7 +313,7 @@ bench-target: bench-programs
 # bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
 PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
-bench-large: $(MODULES) $(addprefix $(BUILD)/bin/,haptable-precompute haptable-bench-scan) library lab
+bench-large: $(MODULES) $(BUILD)/bin/haptable-precompute library lab
 	@$(MAKE) --no-print-directory mpi
 	@$(LAB) bench-large $(PART)
 
@@ -540,9 +539,6 @@ $(BUILD)/bin/haptable-bench-inversion: $(BUILD)/host/bench/inversion/main.cpp.o 
 
 $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(LINK)
 	$(link) $(LIBS_LINK)
-
-$(BUILD)/bin/haptable-bench-scan: $(BUILD)/host/bench/scan/main.cpp.o $(NUMBERS) $(MESH)
-	$(link) -lpugixml -lz $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)

@@ -119,8 +119,8 @@ scene-images:
 
 # instructions: count the instructions of a tick on every emulated target
 .PHONY: instructions
-instructions: images $(BUILD)/bin/haptable-count
-	$(BUILD)/bin/haptable-count $(BUILD)/cube $(BUILD)/mouse
+instructions: images $(BUILD)/bin/haptable-count $(BUILD)/setup-lab.stamp
+	$(LAB) instructions $(BUILD)/cube $(BUILD)/mouse
 
 $(BUILD)/host/target/count.so: host/target/plugin/count.c | $(BUILD)/setup.stamp
 	$(say) C $<

@@ -93,6 +93,9 @@ def _parser() -> argparse.ArgumentParser:
             ("inversion", "how the inversion grows, and its errors",
              [("--sides", {"default": "12,20,25,32,40", "metavar": "N,N", "help": "cubes of so many nodes a side"})])):
         measure(command, what, *more, out, module="programs", function=command)
+    measure("instructions", "instructions of a tick on the emulated microcontrollers",
+            ("folders", {"nargs": "+", "type": Path, "metavar": "DIR"}), ("-o", file("OUT.json", dest="out")),
+            module="programs", function="instructions")
     measure("realtime", "the loop in real time beside one whose servo does nothing", ("scene", file("SCENE")),
             ("--seconds", {"type": float, "default": 60.0, "metavar": "S", "help": "of each of the four sessions"}),
             out)

@@ -124,12 +124,6 @@ def _scale(runs: Runs) -> str:
 
 
 _RUNS: dict[str, Callable[[Runs], str]] = {"large": _large, "scale": _scale}
-#: Parts of other programs: their command, below build/bin; then --build FOLDER -o OUT.
-_PROGRAMS = {
-    "scan": ["haptable-bench-scan", "../shared/meshes/pepper_big.vtu"],
-}
-
-
 def _measured(part: str, folder: Path, build: Path) -> Topics:
     """Parts that are measured here."""
     topics = read_numbers(Path("docs/numbers.json"))
@@ -142,6 +136,9 @@ def _measured(part: str, folder: Path, build: Path) -> Topics:
     if part == "large-strain":
         from lab import large_strain
         return large_strain.large_strain(topics, folder, build)
+    if part == "scan":
+        from lab import scan
+        return scan.filling(scan.read_compressed(_SCANNED), folder / "scan", build)
     if part == "masks":
         from lab import masks
         return masks.costs(folder, build)
@@ -149,8 +146,9 @@ def _measured(part: str, folder: Path, build: Path) -> Topics:
     return elements.elements(topics, folder, build) if part == "elements" else elements.elsewhere(folder, build)
 
 
-_MEASURED = ("masks", "truth", "known", "large-strain", "elements", "elsewhere")
-PARTS = (*_RUNS, *_PROGRAMS, *_MEASURED)
+_SCANNED = Path("../shared/meshes/pepper_big.vtu")
+_MEASURED = ("scan", "masks", "truth", "known", "large-strain", "elements", "elsewhere")
+PARTS = (*_RUNS, *_MEASURED)
 
 
 def make(parts: list[str], build: Path) -> None:
@@ -160,11 +158,8 @@ def make(parts: list[str], build: Path) -> None:
     for part in parts:
         out, folder = build / f"report/{part}.json", build / "large"
         own(folder, "measurements")
-        if part == "scan" and not Path(_PROGRAMS[part][1]).exists():
-            print(f"bench-large: {part}: no {_PROGRAMS[part][1]}")
-        elif part in _PROGRAMS:
-            program, *options = _PROGRAMS[part]
-            _call(str(build / "bin" / program), *options, "--build", str(folder), "-o", str(out))
+        if part == "scan" and not _SCANNED.exists():
+            print(f"bench-large: {part}: no {_SCANNED}")
         elif part in _MEASURED:
             write_topics(out, _measured(part, folder, build), f"make bench-large PART={part}")
         else:

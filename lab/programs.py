@@ -15,7 +15,7 @@ import numpy as np
 from lab import LabError, binding
 from lab.contact import Bodies, contact_cube, mouse
 from lab.error import FORCES
-from lab.numbers import count, error_of, number, seconds, write_topics
+from lab.numbers import Topics, count, error_of, number, seconds, to_markdown, write_topics
 
 Cells = list[Any]
 
@@ -246,3 +246,37 @@ def inversion_tables(raw: dict[str, Any]) -> dict[str, Any]:
 def inversion(build: Path, out: Path, sides: str) -> None:
     write_topics(out, inversion_tables(told(build / "bin/haptable-bench-inversion", "--sides", sides, "--scene",
                                             "meshes/mouse.toml")))
+
+
+# ---- instructions on the microcontrollers --------------------------------------------------------------------------
+
+_MILLISECOND = 168e3  # instructions, at 168 MHz and one a clock
+_KINDS = [(kind.replace("_", " ") if kind != "jump" else "a jump", "unlimited", kind)
+          for kind in ("sliding", "first_contact", "free", "leaving", "jump")] + [
+              ("sliding, with its limits", "limited", "sliding"), ("free, with its limits", "limited", "free")]
+
+
+def instruction_tables(raw: list[dict[str, Any]]) -> Topics:
+    """raw: of haptable-count. A cell: median / 99.9 % / worst."""
+    rows, cycles = [], []
+    for scene in raw:
+        for what, limits, kind in _KINDS:
+            found = [of[limits][kind] for of in scene["targets"].values()]
+            worst = max(counts["worst"] for counts in found)
+            cells = [[counts[key] for key in ("median", "p999", "worst")] for counts in found]
+            rows.append([f"{scene['name']}, {what}",
+                         *({"value": cell, "text": " / ".join(f"{n:,}" for n in cell)} for cell in cells),
+                         number(worst / _MILLISECOND, f"{100 * worst / _MILLISECOND:.1f} %")])
+        cycles += [[f"{scene['name']}, {target}", *map(count, of["cycles"])] for target, of in scene["targets"].items()
+                   if "cycles" in of]
+    topics: Topics = {"instructions": {"columns": ["tick", *raw[0]["targets"], "worst, of 1 ms at 168 MHz"], "rows": rows}}
+    return {**topics, **({"cycles": {"columns": ["sliding", "median", "worst"], "rows": cycles}} if cycles else {})}
+
+
+def instructions(build: Path, folders: list[Path], out: Path | None) -> None:
+    """Prints the tables, or writes them to `out`."""
+    topics = instruction_tables(told(build / "bin/haptable-count", *map(str, folders)))
+    if out:
+        write_topics(out, topics, "make instructions")
+    else:
+        print("".join(f"{name}: {to_markdown(topic)}\n" for name, topic in topics.items()), end="")

@@ -116,3 +116,10 @@ def test_a_frame_has_values_by_name_and_a_column_for_each_of_several():
     made = numbers.frame(topic)
     assert list(made.columns) == ["what", "a tick", "a tick (2)", "a tick'"]
     assert made["a tick"].tolist() == [1, 3] and made["a tick'"].isna().tolist() == [True, False]
+
+
+def test_numbers_are_rounded_as_people_read_them():
+    from lab.numbers import error_of, seconds
+    assert [count(n)["text"] for n in (999, 1234567)] == ["999", "1,234,567"]
+    assert [seconds(s)["text"] for s in (6.21e-8, 1.05e-2, 42.0)] == ["62.1 ns", "10.5 ms", "42 s"]
+    assert error_of(1.5e-7)["text"] == "1.5e-07"

@@ -78,6 +78,28 @@ def test_a_program_that_fails_is_an_error_that_names_it(tmp_path):
         programs.told(program)
 
 
+# ---- instructions --------------------------------------------------------------------------------------------------
+
+def _counted(worst, **more):
+    kinds = ("sliding", "first_contact", "free", "leaving", "jump")
+    ticks = {kind: {"ticks": 9, "median": 1000, "p999": 1500, "worst": worst} for kind in kinds}
+    return {"limited": ticks, "unlimited": ticks, **more}
+
+
+def test_instructions_are_told_by_what_a_tick_does_and_of_a_millisecond():
+    tables = programs.instruction_tables([{"name": "cube", "targets": {
+        "cortex-m4": _counted(1680, cycles=[1200, 2000]), "rv32": _counted(16800)}}])
+    rows = _rows(tables["instructions"])
+    assert rows[0] == ["cube, sliding", "1,000 / 1,500 / 1,680", "1,000 / 1,500 / 16,800", "10.0 %"]
+    assert [row[0] for row in rows[1:]] == ["cube, first contact", "cube, free", "cube, leaving", "cube, a jump",
+                                            "cube, sliding, with its limits", "cube, free, with its limits"]
+    assert _rows(tables["cycles"]) == [["cube, cortex-m4", "1,200", "2,000"]]
+
+
+def test_a_core_without_a_model_has_no_cycles():
+    assert list(programs.instruction_tables([{"name": "a", "targets": {"rv32": _counted(1)}}])) == ["instructions"]
+
+
 # ---- the inversion -------------------------------------------------------------------------------------------------
 
 def _body(nodes, **more):

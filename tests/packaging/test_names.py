@@ -78,7 +78,7 @@ def test_of_programs_files(named):
     fitted = named.execute(f"{program('haptable-fit')} {named.word('.csv')} {scene} --quiet --tables {tables} --terms 0 "
                            f"--plot {named.word('.fit.svg')}")
     assert fitted.status == 0 or not shutil.which("gnuplot"), fitted.err
-    named.execute(f"{program('haptable-count')} {tables} -o {named.word('.counts')}")
+    named.execute(f"{program('haptable-count')} {tables}")
     named.execute(f"{program('haptable-bridge')} {tables} --port {named.word('.port')} --seconds 0.01 --patience 0.01")
     named.execute(f"{program('haptable-device')} {scene} --tables {tables} --seconds 0.01 --patience 0.01 --quiet --csv "
                   f"{named.word('.device.csv')}")

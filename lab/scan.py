@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How a surface is filled that has the noise of a scanner: `make bench-large PART=scan`."""
+
+from __future__ import annotations
+
+import base64
+import re
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from lab import LabError, scenes
+from lab.numbers import Topics
+from lab.reference import Array, Indices, Mesh, positive
+
+NOISE = 0.3  # of a node's shortest edge, either way
+NODES = 3000  # to be filled with
+
+
+def read_compressed(file: Path) -> Mesh:
+    """Tetrahedra of a VTU file whose arrays are binary and compressed by zlib, as meshio writes them."""
+    text = file.read_text(encoding="utf-8")
+
+    def array(name: str) -> Array:
+        found = re.search(rf'type="(\w+)" Name="{name}"[^>]*format="binary">\s*([^<]*?)\s*<', text)
+        if found is None or "vtkZLibDataCompressor" not in text:
+            raise LabError(f"{file}: has no array {name} that is binary and compressed by zlib")
+        packed = found[2]
+        blocks = int(np.frombuffer(base64.b64decode(packed[:16]), "<u4")[0])
+        head = 4 * -(-4 * (3 + blocks) // 3)  # characters of the sizes
+        sizes = np.frombuffer(base64.b64decode(packed[:head]), "<u4")[3:3 + blocks]
+        data, at, whole = base64.b64decode(packed[head:]), 0, b""
+        for size in sizes:
+            whole += zlib.decompress(data[at:at + size])
+            at += int(size)
+        return np.frombuffer(whole, np.dtype(found[1].lower()))
+    tetrahedra = array("types") == 10
+    if not tetrahedra.all():
+        raise LabError(f"{file}: has cells that are no tetrahedra")
+    x = array("Points").reshape(-1, 3)
+    return Mesh(x, positive(x, array("connectivity").astype(np.int64).reshape(-1, 4)))
+
+
+def surface_of(tets: Indices) -> Indices:
+    """[q, 3] nodes of the faces of one tetrahedron alone, outwards."""
+    faces = np.vstack([tets[:, list(face)] for face in ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))])
+    _, first, counts = np.unique(np.sort(faces, 1), axis=0, return_index=True, return_counts=True)
+    return faces[first[counts == 1]]
+
+
+def noisy(x: Array, patches: Indices, share: float) -> Array:
+    """Nodes of a surface, moved along their normals by up to `share` of their shortest edge, either way."""
+    a, b, c = (x[patches[:, k]] for k in range(3))
+    normals, shortest = np.zeros_like(x), np.full(len(x), np.inf)
+    for k in range(3):
+        np.add.at(normals, patches[:, k], np.cross(b - a, c - a))
+        edge = np.linalg.norm(x[patches[:, k]] - x[patches[:, (k + 1) % 3]], axis=1)
+        for end in (k, (k + 1) % 3):
+            np.minimum.at(shortest, patches[:, end], edge)
+    moved, nodes = x.copy(), np.unique(patches)
+    # A number in [0, 1) of 64 bits of MT19937, the low 32 first, as C++'s uniform_real_distribution has it.
+    low, high = np.random.RandomState(1)._bit_generator.random_raw(2 * len(nodes)).reshape(-1, 2).T.astype(float)
+    by = share * (2.0 * (low + 2.0**32 * high) / 2.0**64 - 1.0)
+    moved[nodes] += (by * shortest[nodes])[:, None] * normals[nodes] / np.linalg.norm(normals[nodes], axis=1, keepdims=True)
+    return moved
+
+
+def to_off(x: Array, patches: Indices) -> str:
+    nodes, numbered = np.unique(patches, return_inverse=True)
+    return (f"OFF\n{len(nodes)} {len(patches)} 0\n"
+            + "".join(f"{a:.9g} {b:.9g} {c:.9g}\n" for a, b, c in x[nodes].tolist())
+            + "".join(f"3 {a} {b} {c}\n" for a, b, c in numbered.reshape(-1, 3).tolist()))
+
+
+def filling(mesh: Mesh, folder: Path, build: Path, nodes: int = NODES) -> Topics:
+    """What a run tells of the mesh's surface with noise, filled with so many nodes."""
+    patches = surface_of(mesh.tets)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "scan.off").write_text(to_off(noisy(mesh.x, patches, NOISE), patches), encoding="utf-8")
+    low, high = mesh.x.min(0), mesh.x.max(0)
+    base = [*(low - (high - low)).tolist(), *(high[:2] + (high - low)[:2]).tolist(), float(low[2] + 0.1 * (high - low)[2])]
+    summary = scenes.precompute({
+        "name": "scanned", "mesh": {"file": str((folder / "scan.off").resolve()), "node_count": nodes},
+        "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": base}], "tables": {"columns": "none"}},
+        folder / "tables", build)
+    notes = [note.split(": ", 1)[1] for note in summary["notes"]]
+    return {"scan-filling": {"columns": [f"notes, of {nodes:,} nodes wanted"], "rows": [[note] for note in notes]}}

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A surface with the noise of a scanner."""
+
+import base64
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from lab import LabError, scan
+from lab.reference import Mesh
+from lab.specimens import cells
+
+
+def _packed(values, block=64):
+    """As VTK packs an array: sizes in 32 bits, then the blocks, each compressed, both in base64."""
+    data = values.tobytes()
+    blocks = [zlib.compress(data[i:i + block]) for i in range(0, len(data), block)]
+    last = len(data) % block
+    head = struct.pack(f"<{3 + len(blocks)}I", len(blocks), block, last, *map(len, blocks))
+    return (base64.b64encode(head) + base64.b64encode(b"".join(blocks))).decode()
+
+
+def _vtu(x, tets, types=10, compressor="vtkZLibDataCompressor"):
+    arrays = {"Points": ("Float64", x), "connectivity": ("Int32", tets.astype(np.int32)),
+              "types": ("Int64", np.full(len(tets), types))}
+    return f'<VTKFile compressor="{compressor}">' + "".join(
+        f'<DataArray type="{kind}" Name="{name}" format="binary">\n{_packed(values)}\n</DataArray>'
+        for name, (kind, values) in arrays.items())
+
+
+def test_a_compressed_mesh_is_read_as_it_was_written(tmp_path):
+    mesh = cells((2, 3, 1))
+    (tmp_path / "a.vtu").write_text(_vtu(mesh.x, mesh.tets))
+    found = scan.read_compressed(tmp_path / "a.vtu")
+    np.testing.assert_array_equal(found.x, mesh.x)
+    np.testing.assert_array_equal(found.tets, mesh.tets)
+
+
+@pytest.mark.parametrize(("more", "said"), [({"types": 12}, "cells that are no tetrahedra"),
+                                            ({"compressor": "vtkLZ4DataCompressor"}, "compressed by zlib")])
+def test_another_file_is_an_error_that_names_it(tmp_path, more, said):
+    mesh = cells((1, 1, 1))
+    (tmp_path / "a.vtu").write_text(_vtu(mesh.x, mesh.tets, **more))
+    with pytest.raises(LabError, match=rf"a\.vtu: .*{said}"):
+        scan.read_compressed(tmp_path / "a.vtu")
+
+
+def test_the_surface_is_closed_and_looks_outwards():
+    mesh = cells((3, 2, 2))
+    patches = scan.surface_of(mesh.tets)
+    assert len(patches) == 2 * 2 * (3 * 2 + 3 * 2 + 2 * 2)
+    a, b, c = (mesh.x[patches[:, k]] for k in range(3))
+    assert np.einsum("qc,qc->", a, np.cross(b, c)) / 6 == pytest.approx(1.0), "its volume"
+
+
+def test_noise_moves_nodes_along_their_normals_and_at_most_by_its_share():
+    """A flat top: its inner nodes move up and down, by up to that share of their shortest edge, a fifth in x."""
+    mesh = cells((5, 5, 1))
+    mesh = Mesh(mesh.x * (1.0, 1.0, 4.0), mesh.tets)
+    moved = scan.noisy(mesh.x, scan.surface_of(mesh.tets), 0.3)
+    inner = (mesh.x[:, 2] == 4.0) & (np.abs(mesh.x[:, :2] - 0.5).max(1) < 0.45)
+    by = (moved - mesh.x)[inner]
+    assert np.abs(by[:, :2]).max() < 1e-12
+    assert 0.03 < np.abs(by[:, 2]).max() <= 0.06
+    assert by[:, 2].min() < 0.0 < by[:, 2].max()
+
+
+def test_a_run_tells_how_a_scan_was_filled(tmp_path, build):
+    topic = scan.filling(cells((4, 4, 4)), tmp_path / "scan", build, nodes=100)["scan-filling"]
+    assert topic["columns"] == ["notes, of 100 nodes wanted"]
+    assert any("filled the surface of 192 triangles" in row[0] for row in topic["rows"])
