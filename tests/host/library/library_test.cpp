@@ -6,15 +6,13 @@
 #include <cstring>
 #include <fstream>
 
-#include "codegen/body_modes.hpp"
-#include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/library/haptable_library.h"
 #include "host/session/local_stepper.hpp"
+#include "host/session/scene_state.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "host/view/deformation.hpp"
@@ -131,6 +129,14 @@ protected:
             run(program("haptable-precompute").string() + " --quiet scene.toml -o tables", folder_.path());
         ASSERT_EQ(made.status, 0) << made.err;
     }
+    /// They are `object` then.
+    void load(const std::string& scene) {
+        ASSERT_NO_FATAL_FAILURE(precompute(scene));
+        object.reset(haptable_object_load(tables_.c_str(), 0));
+        ASSERT_NE(object, nullptr) << haptable_library_error();
+    }
+    /// The same in memory, with the host's servo.
+    LoadedScene in_host() const { return LoadedScene(TablesFolder(tables_)); }
     void compile(const std::string& name, const std::string& text, const std::string& with) const {
         write_file(folder_.path() / (name + ".c"), text + kMain);
         const Outcome compiled =
@@ -165,6 +171,8 @@ protected:
     }
 
     const TemporaryFolder folder_;
+    const fs::path tables_ = folder_.path() / "tables";
+    Object object;
 };
 
 TEST_F(Library, HasTheBitsOfTheGeneratedServoInEveryMode) {
@@ -183,10 +191,7 @@ TEST_F(Library, HasTheBitsOfBodiesThatRelax) {
 
 /// What a body remembers is each finger's own; and where a finger has left, its dent is still there.
 TEST_F(Library, GivesEachFingerItsOwnPast) {
-    ASSERT_NO_FATAL_FAILURE(
-        precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, "relaxation"}, "float32")));
-    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, "relaxation"}, "float32")));
     const Finger alone(haptable_finger_new(object.get())), one(haptable_finger_new(object.get())),
         other(haptable_finger_new(object.get()));
     haptable_touch expected{}, touch{}, aside{};
@@ -220,10 +225,7 @@ TEST_F(Library, ExportsItsOwnNamesAlone) {
 TEST_F(Library, DeformsByEquation8) {
     for (const char* columns : {"", "column_precision = \"float16\"\n"}) {
         ASSERT_NO_FATAL_FAILURE(
-            precompute(scene_text({ForceLaw::kPressureMask, GodObject::kNearest, ""}, "float32") + columns));
-        const fs::path tables_folder = folder_.path() / "tables";
-        const Object object(haptable_object_load(tables_folder.c_str(), 0));
-        ASSERT_NE(object, nullptr) << haptable_library_error();
+            load(scene_text({ForceLaw::kPressureMask, GodObject::kNearest, ""}, "float32") + columns));
         const Finger finger(haptable_finger_new(object.get()));
         haptable_touch touch;
         for (std::uint32_t tick = 0; tick < 60; ++tick) {
@@ -232,9 +234,9 @@ TEST_F(Library, DeformsByEquation8) {
         }
         ASSERT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_CONTACT});
 
-        const Tables tables = read_tables(tables_folder);
+        const Tables tables = read_tables(tables_);
         const ContactLoads loads(tables);
-        Deformation deformation(tables, tables_folder);
+        Deformation deformation(tables, tables_);
         std::vector<NodalForce> on_patch;
         for (std::size_t c = 0; c < 3; ++c) on_patch.push_back({touch.node[c], std::to_array(touch.nodal_force_n[c])});
         const std::vector<NodalForce> spread = loads.spread(on_patch);
@@ -266,47 +268,42 @@ TEST_F(Library, DeformsByEquation8) {
 }
 
 TEST_F(Library, RefusesTablesThatWereChanged) {
-    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
-    const fs::path tables = folder_.path() / "tables";
-    const Object object(haptable_object_load(tables.c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
     const std::uint64_t hash = haptable_object_describe(object.get()).tables_hash;
-    EXPECT_NE(Object(haptable_object_load(tables.c_str(), hash)), nullptr);
-    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), hash + 1)), nullptr);
+    EXPECT_NE(Object(haptable_object_load(tables_.c_str(), hash)), nullptr);
+    EXPECT_EQ(Object(haptable_object_load(tables_.c_str(), hash + 1)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("that are wanted"), std::string::npos);
     EXPECT_EQ(Object(haptable_object_load("no/such/folder", 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("no/such/folder/tables.json: is not there: make"),
               std::string::npos);
 
     for (const char* file : {"stiffness.npy", "columns.npy"}) {
-        const std::string before = read_file(tables / file);
+        const std::string before = read_file(tables_ / file);
         std::string after = before;
         after.back() = static_cast<char>(after.back() ^ 1);
-        write_file(tables / file, after);
-        EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr) << file;
+        write_file(tables_ / file, after);
+        EXPECT_EQ(Object(haptable_object_load(tables_.c_str(), 0)), nullptr) << file;
         EXPECT_NE(std::string(haptable_library_error()).find(file), std::string::npos) << haptable_library_error();
-        write_file(tables / file, before);
+        write_file(tables_ / file, before);
     }
     // An option, and then its hash: the tables are of another.
-    const std::string options = read_file(tables / "options.json");
-    std::string other = options, facts = read_file(tables / "tables.json");
+    const std::string options = read_file(tables_ / "options.json");
+    std::string other = options, facts = read_file(tables_ / "tables.json");
     const std::size_t at = other.find("\"max_force\": 8.5");
     ASSERT_NE(at, std::string::npos);
-    const std::string known = hash_file(tables / "options.json");
-    write_file(tables / "options.json", other.replace(at, 16, "\"max_force\": 9.5"));
-    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
+    const std::string known = hash_file(tables_ / "options.json");
+    write_file(tables_ / "options.json", other.replace(at, 16, "\"max_force\": 9.5"));
+    EXPECT_EQ(Object(haptable_object_load(tables_.c_str(), 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("options.json: is not the file"), std::string::npos);
-    write_file(tables / "tables.json",
-               facts.replace(facts.find(known), known.size(), hash_file(tables / "options.json")));
-    EXPECT_EQ(Object(haptable_object_load(tables.c_str(), 0)), nullptr);
+    write_file(tables_ / "tables.json",
+               facts.replace(facts.find(known), known.size(), hash_file(tables_ / "options.json")));
+    EXPECT_EQ(Object(haptable_object_load(tables_.c_str(), 0)), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("not its tables_hash"), std::string::npos);
 }
 
 TEST_F(Library, ReplayIsManySteps) {
-    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
-    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
-    const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(folder_.path() / "tables"), 50);
+    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
+    const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(tables_), 50);
     std::vector<haptable_touch> at_once(path_m.size()), singly(path_m.size());
     const Finger one(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
     haptable_finger_replay(one.get(), reinterpret_cast<const float(*)[3]>(path_m.data()), path_m.size(), 5000,
@@ -331,24 +328,13 @@ TEST_F(Library, ReplayIsManySteps) {
 TEST_F(Library, TwoFingersHaveTheServosBits) {
     std::string text = scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, "float32");
     text.insert(text.find("[contact]\n") + 10, "fingers = 2\n");
-    ASSERT_NO_FATAL_FAILURE(precompute(text));
-    const fs::path folder = folder_.path() / "tables";
-    const Object object(haptable_object_load(folder.c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(text));
     EXPECT_EQ(haptable_object_fingers(object.get()), 2U);
-    const Tables tables = read_tables(folder);
-    const ServoModel built = build_model(tables);
-    const haptable_model model = model_in_memory(tables, built);
-    const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
-    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-    haptable_room room{};
-    haptable_pair& pair = room.fingers;
-    haptable_pair_init(&pair_model, &pair);
-    haptable_scene scene;
-    haptable_scene_make(&model, &pair_model, nullptr, nullptr, &scene);
-    haptable_check(&scene, &pair, HAPTABLE_CHECK_ALL);
+    const LoadedScene in_memory = in_host();
+    SceneState host{in_memory.model(), in_memory.pair(), nullptr, nullptr};
+    host.check(HAPTABLE_CHECK_ALL);
 
-    const std::vector<std::array<float, 3>> first_m = hard_path(tables, 30);
+    const std::vector<std::array<float, 3>> first_m = hard_path(in_memory.tables(), 30);
     std::vector<std::array<float, 3>> second_m(first_m.rbegin(), first_m.rend());
     const auto* const firsts = reinterpret_cast<const float(*)[3]>(first_m.data());
     const auto* const seconds = reinterpret_cast<const float(*)[3]>(second_m.data());
@@ -358,8 +344,12 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
                             reinterpret_cast<haptable_touch(*)[2]>(felt.data()));
     std::size_t both = 0;
     for (std::size_t i = 0; i < first_m.size(); ++i) {
+        haptable_input in[2]{};
         haptable_output out[2];
-        haptable_pair_step(&pair_model, &pair, firsts[i], seconds[i], static_cast<std::uint32_t>(1000 * i), out);
+        for (haptable_input& one : in) one.is_there = 1;
+        std::copy_n(firsts[i], 3, in[0].finger_m);
+        std::copy_n(seconds[i], 3, in[1].finger_m);
+        host.step(in, static_cast<std::uint32_t>(1000 * i), out);
         for (std::size_t f = 0; f < 2; ++f) {
             ASSERT_EQ(felt[i][f].state, out[f].state) << i;
             ASSERT_EQ(std::memcmp(felt[i][f].force_n, out[f].force_n, sizeof out[f].force_n), 0) << i;
@@ -412,18 +402,10 @@ void expect_pose(const haptable_pose& pose, const haptable_body& body, const hap
 
 // Two fingers grasp a body that nothing holds, and lift it; then one lets go, and it falls: as in a session.
 TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
-    ASSERT_NO_FATAL_FAILURE(precompute(kLoose));
-    const fs::path folder = folder_.path() / "tables";
-    const Object object(haptable_object_load(folder.c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(kLoose));
     EXPECT_EQ(haptable_object_is_free(object.get()), 1);
-    const Tables tables = read_tables(folder);
-    const ServoModel built = build_model(tables);
-    const haptable_model model = model_in_memory(tables, built);
-    const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
-    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-    const haptable_body body = read_rigid_body(folder).value();
-    haptable::LocalStepper session({&model, nullptr, "loose", &pair_model, nullptr, &body});
+    const LoadedScene in_memory = in_host();
+    haptable::LocalStepper session({&in_memory.model(), nullptr, "loose", in_memory.pair(), nullptr, in_memory.body()});
 
     const Fingers fingers(haptable_fingers_new(object.get()));
     ASSERT_NE(fingers, nullptr) << haptable_library_error();
@@ -446,11 +428,11 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
             ASSERT_EQ(std::memcmp(touch[finger].nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0) << tick;
         }
         const haptable_pose pose = haptable_fingers_pose(fingers.get());
-        ASSERT_NO_FATAL_FAILURE(expect_pose(pose, body, *session.state().touched())) << tick;
+        ASSERT_NO_FATAL_FAILURE(expect_pose(pose, *in_memory.body(), *session.state().touched())) << tick;
         most_lifted_m = std::max(most_lifted_m, pose.centre_m[2] - pose.rest_centre_m[2]);
     }
     EXPECT_GT(most_lifted_m, 0.01F) << "of 16 mm that the hands rise";
-    EXPECT_LT(haptable_fingers_pose(fingers.get()).centre_m[2], most_lifted_m + body.centre_m[2] - 0.005F)
+    EXPECT_LT(haptable_fingers_pose(fingers.get()).centre_m[2], most_lifted_m + in_memory.body()->centre_m[2] - 0.005F)
         << "it falls";
     const haptable_touch_energy energy = haptable_fingers_energy(fingers.get(), 0);
     EXPECT_EQ(energy.given_j, session.report(0).energy.given_j());
@@ -458,7 +440,7 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
 
     // One finger pushes it aside; another servo's body is its own.
     const Finger finger(haptable_finger_new(object.get()));
-    haptable::LocalStepper pushed({&model, nullptr, "loose", nullptr, nullptr, &body});
+    haptable::LocalStepper pushed({&in_memory.model(), nullptr, "loose", nullptr, nullptr, in_memory.body()});
     for (std::uint32_t tick = 0; tick < 600; ++tick) {
         const float at_m[3] = {1e-5F * static_cast<float>(tick) - 1e-3F, 0.015F, 0.01F};
         haptable_touch touch;
@@ -466,8 +448,9 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
         pushed.tick({FingerInput{std::to_array(at_m)}}, 1000 * tick);
         ASSERT_EQ(std::memcmp(touch.force_n, pushed.output(0).force_n, sizeof touch.force_n), 0) << tick;
     }
-    ASSERT_NO_FATAL_FAILURE(expect_pose(haptable_finger_pose(finger.get()), body, *pushed.state().touched()));
-    EXPECT_GT(haptable_finger_pose(finger.get()).centre_m[0], body.centre_m[0] + 1e-3F);
+    ASSERT_NO_FATAL_FAILURE(
+        expect_pose(haptable_finger_pose(finger.get()), *in_memory.body(), *pushed.state().touched()));
+    EXPECT_GT(haptable_finger_pose(finger.get()).centre_m[0], in_memory.body()->centre_m[0] + 1e-3F);
     EXPECT_EQ(haptable_finger_energy(finger.get()).most_stored_j, pushed.report(0).energy.most_stored_j());
 }
 
@@ -479,18 +462,11 @@ TEST_F(Library, RingsAsASessionDoes) {
     loose.replace(loose.find("fingers = 2\n"), 12, "");
     loose.replace(loose.find("free = true\n"), 12, "free = true\nmodes = 4\n");
     for (const std::string& scene : {held, loose}) {
-        ASSERT_NO_FATAL_FAILURE(precompute(scene));
-        const fs::path folder = folder_.path() / "tables";
-        const Object object(haptable_object_load(folder.c_str(), 0));
-        ASSERT_NE(object, nullptr) << haptable_library_error();
+        ASSERT_NO_FATAL_FAILURE(load(scene));
         ASSERT_EQ(haptable_object_modes(object.get()), 4U);
-        const Tables tables = read_tables(folder);
-        const ServoModel built = build_model(tables);
-        const haptable_model model = model_in_memory(tables, built);
-        const ServoModes body_modes = build_modes(*read_modes(folder), tables, built);
-        const haptable_modes modes = modes_in_memory(body_modes);
-        const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::LocalStepper session({&model, nullptr, "jelly", nullptr, &modes, body ? &*body : nullptr});
+        const LoadedScene in_memory = in_host();
+        haptable::LocalStepper session(
+            {&in_memory.model(), nullptr, "jelly", nullptr, in_memory.modes(), in_memory.body()});
         const Finger finger(haptable_finger_new(object.get())), other(haptable_finger_new(object.get()));
         std::vector<float> swung(4), others(4);
         const auto path = knock_path();
@@ -511,7 +487,7 @@ TEST_F(Library, RingsAsASessionDoes) {
         std::vector<float> u(3 * std::size_t{count});
         auto* rows = reinterpret_cast<float(*)[3]>(u.data());
         ASSERT_EQ(haptable_object_swing(object.get(), swung.data(), nullptr, count, rows), 0);
-        std::optional<DrawnModes> drawn = read_drawn_modes(tables, folder);
+        std::optional<DrawnModes> drawn = read_drawn_modes(in_memory.tables(), tables_);
         ContactFrame frame;
         frame.modes = swung;
         const auto wanted = drawn->add_to(std::vector<float>(u.size()), frame);
@@ -538,19 +514,10 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
     std::string loose = kLoose;
     loose.replace(loose.find("free = true\n"), 12, "free = true\nmodes = 4\n");
     for (const std::string& scene : {held, loose}) {
-        ASSERT_NO_FATAL_FAILURE(precompute(scene));
-        const fs::path folder = folder_.path() / "tables";
-        const Object object(haptable_object_load(folder.c_str(), 0));
-        ASSERT_NE(object, nullptr) << haptable_library_error();
-        const Tables tables = read_tables(folder);
-        const ServoModel built = build_model(tables);
-        const haptable_model model = model_in_memory(tables, built);
-        const ServoPair coupling = build_pair(*read_pair(folder), tables, built);
-        const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
-        const ServoModes body_modes = build_modes(*read_modes(folder), tables, built);
-        const haptable_modes modes = modes_in_memory(body_modes);
-        const std::optional<haptable_body> body = read_rigid_body(folder);
-        haptable::LocalStepper session({&model, nullptr, "jelly", &pair_model, &modes, body ? &*body : nullptr});
+        ASSERT_NO_FATAL_FAILURE(load(scene));
+        const LoadedScene in_memory = in_host();
+        haptable::LocalStepper session(
+            {&in_memory.model(), nullptr, "jelly", in_memory.pair(), in_memory.modes(), in_memory.body()});
         const Fingers fingers(haptable_fingers_new(object.get()));
         ASSERT_NE(fingers, nullptr) << haptable_library_error();
         const auto path = knock_path();
@@ -577,9 +544,7 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
 
 TEST_F(Library, HasNoPoseOfABodyThatIsHeld) {
     std::string scene = scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32");
-    ASSERT_NO_FATAL_FAILURE(precompute(scene));
-    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(scene));
     EXPECT_EQ(haptable_object_is_free(object.get()), 0);
     const Finger finger(haptable_finger_new(object.get()));
     const haptable_pose pose = haptable_finger_pose(finger.get());
@@ -589,9 +554,7 @@ TEST_F(Library, HasNoPoseOfABodyThatIsHeld) {
 }
 
 TEST_F(Library, RefusesTwoFingersOfASceneWithOne) {
-    ASSERT_NO_FATAL_FAILURE(precompute(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
-    const Object object(haptable_object_load((folder_.path() / "tables").c_str(), 0));
-    ASSERT_NE(object, nullptr) << haptable_library_error();
+    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, ""}, "float32")));
     EXPECT_EQ(haptable_object_fingers(object.get()), 1U);
     EXPECT_EQ(haptable_fingers_new(object.get()), nullptr);
     EXPECT_NE(std::string(haptable_library_error()).find("fingers = 2"), std::string::npos);

@@ -9,11 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/page/columns.hpp"
@@ -54,20 +52,42 @@ protected:
     void SetUp() override {
         if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
         write_cube_tables(folder / "cube");
-        tables = read_tables(folder / "cube");
-        servo = build_model(tables);
-        model = model_in_memory(tables, servo);
-        for (const std::int32_t node : servo.node) nodes.push_back(static_cast<std::uint32_t>(node));
-        write_page(folder / "cube", parts(), page());
+        take("cube");
     }
+    /// Makes the page of a folder of tables; `scene`: its servo without limits, as the page has it.
+    void take(const std::string& name) {
+        SceneFiles files = read_scene_files(TablesFolder(folder / name));
+        files.tables.limits = {};
+        scene.emplace(std::move(files));
+        write_page(folder / name, parts(), page());
+    }
+    /// The same of a scene.
+    void make(const std::string& name, const std::string& text) {
+        write_file(folder / "scene.toml", text);
+        const Outcome made =
+            run(program("haptable-precompute").string() + " scene.toml -o " + name + " --quiet", folder.path());
+        ASSERT_EQ(made.status, 0) << made.err;
+        take(name);
+    }
+    const Tables& tables() const { return scene->tables(); }
     fs::path page() const { return folder / "touch.html"; }
     std::string url() const { return "file://" + page().string(); }
 
     /// What the servo's own replay writes of a path.
     std::string replayed(const std::string& path) {
         write_file(folder / "in.csv", path);
-        replay({&model, nodes.data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
+        replay({&scene->model(), scene->node().data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
         return read_file(folder / "out.csv");
+    }
+    /// What the page has recorded is what the host replays, all fingers and the body.
+    std::string expect_the_hosts_record(Browser& browser) {
+        EXPECT_TRUE(browser.wait_until("haptable.saved"));
+        const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
+        write_file(folder / "felt.csv", csv);
+        replay({&scene->model(), scene->node().data(), "page", scene->pair(), scene->modes(), scene->body()},
+               folder / "felt.csv", folder / "again.csv", true);
+        EXPECT_EQ(read_file(folder / "again.csv"), csv);
+        return csv;
     }
 
     static void open(Browser& browser, const std::string& url) {
@@ -83,10 +103,7 @@ protected:
     }
 
     WorkFolder folder;
-    Tables tables;
-    ServoModel servo;
-    haptable_model model{};
-    std::vector<std::uint32_t> nodes;
+    std::optional<LoadedScene> scene;
 };
 
 /// Where the middle of the cube's top is on the page.
@@ -234,9 +251,7 @@ TEST_F(TouchPage, RecordsWhatTheHostReplays) {
     browser.mouse("mouseReleased", at[0] + 36, at[1]);
     ASSERT_TRUE(browser.wait_until("haptable.frame().state === 1"));
     browser.key("r");
-    ASSERT_TRUE(browser.wait_until("haptable.saved"));
-    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
-    write_file(folder / "felt.csv", csv);
+    const std::string csv = expect_the_hosts_record(browser);
     EXPECT_EQ(replayed(finger_path_of(folder / "felt.csv")), csv);
     EXPECT_GT(lines_of(csv).size(), 100U);
     expect_quiet(browser);
@@ -244,7 +259,7 @@ TEST_F(TouchPage, RecordsWhatTheHostReplays) {
 
 // A path of hard strokes, replayed in the page and by the host: the same bytes, in the worker as without one.
 TEST_F(TouchPage, ReplaysTheHostsBits) {
-    const std::string path = numbers(hard_path(tables, 500));
+    const std::string path = numbers(hard_path(tables(), 500));
     const std::string host = replayed(path);
     Browser& browser = shared_browser();
     for (const char* worker : {"on", "off"}) {
@@ -260,15 +275,15 @@ TEST_F(TouchPage, ReplaysTheHostsBits) {
 
 // In every mode that the page offers, one that no table of the scene holds among them.
 TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
-    const Tables consistent = consistent_by_columns(tables, folder / "cube");
-    const auto path_m = stroke_path(tables, 50);
+    const Tables consistent = consistent_by_columns(tables(), folder / "cube");
+    const auto path_m = stroke_path(tables(), 50);
     const std::vector<PageMode> modes = page_modes(read_scene_files(folder / "cube"));
     EXPECT_EQ(modes.size(), 8U);
     Browser& browser = shared_browser();
     open(browser, url());
     browser.evaluate("globalThis.file = Data.parse_csv(`" + numbers(path_m) + "`); 0");
     for (std::size_t i = 0; i < modes.size(); ++i) {
-        Tables chosen = modes[i].force == ForceLaw::kConsistent ? consistent : tables;
+        Tables chosen = modes[i].force == ForceLaw::kConsistent ? consistent : tables();
         chosen.god_object = modes[i].god_object;
         chosen.static_friction = chosen.kinetic_friction = modes[i].friction;
         chosen.release_n_per_ms = chosen.god_object == GodObject::kLeastEnergy ? 0.01 : 0.0;
@@ -276,7 +291,7 @@ TEST_F(TouchPage, ReplaysEveryModeThatItOffers) {
         const haptable_model its = model_in_memory(chosen, its_servo);
         EXPECT_EQ(its.hash, modes[i].hash);
         write_file(folder / "in.csv", numbers(path_m));
-        replay({&its, nodes.data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
+        replay({&its, scene->node().data(), "cube"}, folder / "in.csv", folder / "out.csv", true);
         EXPECT_EQ(browser.evaluate(fmt::format("haptable.replay(file, {}).then(done => done.csv)", i)),
                   read_file(folder / "out.csv"))
             << i;
@@ -295,13 +310,13 @@ TEST_F(TouchPage, DeformsAsTheViewerDoes) {
         press(browser, top(browser));
         ASSERT_TRUE(browser.wait_until(kDented));
         const double largest = cube_compliance({0.015, 0.015, 0.03}, {0.015, 0.015, 0.03}).cwiseAbs().maxCoeff();
-        expect_viewers_surface(browser, tables, folder / "cube", half ? kHalf : kFloat, largest);
+        expect_viewers_surface(browser, tables(), folder / "cube", half ? kHalf : kFloat, largest);
     }
 }
 
 // A mask loads the nodes under it, not the patch's corners alone.
 TEST_F(TouchPage, SpreadsAMaskAsTheViewerDoes) {
-    write_file(folder / "mask.toml", R"(name = "mask"
+    ASSERT_NO_FATAL_FAILURE(make("cube-mask", R"(name = "mask"
 [mesh]
 generate = "cube"
 [material]
@@ -312,16 +327,12 @@ box = [-1, -1, -1, 1, 1, 1e-9]
 [contact]
 force = "pressure-mask"
 mask_radius = 0.012
-)");
-    ASSERT_EQ(run(program("haptable-precompute").string() + " mask.toml -o cube-mask --quiet", folder.path()).status,
-              0);
-    const Tables mask = read_tables(folder / "cube-mask");
-    write_page(folder / "cube-mask", parts(), page());
+)"));
     Browser& browser = shared_browser();
     open(browser, url());
     press(browser, top(browser));
     ASSERT_TRUE(browser.wait_until("haptable.frame().contact && haptable.frame().force[2] > 0.01"));
-    expect_viewers_surface(browser, mask, folder / "cube-mask", kFloat, largest_block(mask));
+    expect_viewers_surface(browser, tables(), folder / "cube-mask", kFloat, largest_block(tables()));
     expect_quiet(browser);
 }
 
@@ -330,7 +341,7 @@ class TouchPageOfTwo : public TouchPage {
 protected:
     void SetUp() override {
         if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
-        write_file(folder / "two.toml", R"(name = "two"
+        ASSERT_NO_FATAL_FAILURE(make("two", R"(name = "two"
 [mesh]
 generate = "cube"
 [material]
@@ -342,24 +353,12 @@ box = [-1, -1, -1, 1, 1, 1e-9]
 force = "consistent"
 god_object = "least-energy"
 fingers = 2
-)");
-        ASSERT_EQ(run(program("haptable-precompute").string() + " two.toml -o two --quiet", folder.path()).status, 0);
-        tables = read_tables(folder / "two");
-        write_page(folder / "two", parts(), page());
-        tables.limits = {};  // as a page has it
-        servo = build_model(tables);
-        model = model_in_memory(tables, servo);
-        for (const std::int32_t node : servo.node) nodes.push_back(static_cast<std::uint32_t>(node));
-        built = build_pair(*read_pair(folder / "two"), tables, servo);
-        pair = pair_in_memory(built, tables, model);
+)"));
     }
     static std::array<double, 2> at(Browser& browser, const char* where) {
         const auto at = browser.evaluate(fmt::format("haptable.picture().project({})", where));
         return {at.at(0).get<double>(), at.at(1).get<double>()};
     }
-
-    ServoPair built;
-    haptable_pair_model pair{};
 };
 
 // F leaves the finger in its dent and takes up the other, which presses beside it: the first one's force falls, for the
@@ -384,16 +383,12 @@ TEST_F(TouchPageOfTwo, OneFingerFeelsTheOther) {
     ASSERT_TRUE(browser.wait_until(fmt::format("haptable.frame().force[2] < {}", 0.95 * alone_n)));
     EXPECT_TRUE(browser.evaluate("haptable.frame().contact").get<bool>()) << "it is where it was left";
     EXPECT_TRUE(browser.evaluate("haptable.picture().fingers.every(mark => mark.god.visible && mark.arrow.visible)"));
-    expect_viewers_surface(browser, tables, folder / "two", kFloat, largest_block(tables));
+    expect_viewers_surface(browser, tables(), folder / "two", kFloat, largest_block(tables()));
     EXPECT_TRUE(browser.wait_until("document.querySelectorAll('#force output').length === 2"));
     browser.mouse("mouseReleased", other[0], other[1]);
     ASSERT_TRUE(browser.wait_until("haptable.frame().second.state === 1"));
     browser.key("r");
-    ASSERT_TRUE(browser.wait_until("haptable.saved"));
-    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
-    write_file(folder / "felt.csv", csv);
-    replay({&model, nodes.data(), "two", &pair}, folder / "felt.csv", folder / "again.csv", true);
-    EXPECT_EQ(read_file(folder / "again.csv"), csv);
+    const std::string csv = expect_the_hosts_record(browser);
     const auto again = browser.evaluate("haptable.play(`" + csv + "`)");
     EXPECT_EQ(again.at("same"), again.at("ticks"));
     expect_quiet(browser);
@@ -401,7 +396,7 @@ TEST_F(TouchPageOfTwo, OneFingerFeelsTheOther) {
 
 // A body that nothing holds is pushed aside: it is drawn, pressed again and recorded where it is, as the host has it.
 TEST_F(TouchPage, PushesABodyThatNothingHolds) {
-    write_file(folder / "loose.toml", R"(name = "loose"
+    ASSERT_NO_FATAL_FAILURE(make("loose", R"(name = "loose"
 [mesh]
 generate = "cube"
 [material]
@@ -415,15 +410,7 @@ floor = 0.0
 floor_friction = 0.3
 [contact]
 friction = 0.8
-)");
-    ASSERT_EQ(run(program("haptable-precompute").string() + " loose.toml -o loose --quiet", folder.path()).status, 0);
-    tables = read_tables(folder / "loose");
-    write_page(folder / "loose", parts(), page());
-    tables.limits = {};
-    servo = build_model(tables);
-    model = model_in_memory(tables, servo);
-    nodes.assign(servo.node.begin(), servo.node.end());
-    const haptable_body body = read_rigid_body(folder / "loose").value();
+)"));
     Browser& browser = shared_browser();
     open(browser, url());
     browser.key("r");
@@ -457,11 +444,7 @@ friction = 0.8
         browser.wait_until("(f => f.contact && Math.hypot(f.god[0] - f.finger[0], f.god[1] - f.finger[1]) < 1e-3)"
                            "(haptable.frame())"));
     browser.key("r");
-    ASSERT_TRUE(browser.wait_until("haptable.saved"));
-    const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
-    write_file(folder / "felt.csv", csv);
-    replay({&model, nodes.data(), "loose", nullptr, nullptr, &body}, folder / "felt.csv", folder / "again.csv", true);
-    EXPECT_EQ(read_file(folder / "again.csv"), csv);
+    expect_the_hosts_record(browser);
     browser.command("Input.dispatchKeyEvent", {{"type", "keyDown"}, {"key", "Home"}});
     EXPECT_TRUE(browser.wait_until("haptable.frame().pose.centre[1] === haptable.scene().body.rest_centre[1]"));
     expect_quiet(browser);
@@ -474,7 +457,8 @@ TEST_F(TouchPage, RingsWhenItIsLetGo) {
                                      ? "free = true\nfloor = 0.0\n[contact]\nforce = \"pressure-mask\"\n"
                                        "god_object = \"nearest\"\nmask_radius = 0.012\n"
                                      : "[contact]\nforce = \"consistent\"\n[[fixed]]\nbox = [-1, -1, -1, 1, 1, 1e-9]\n";
-        write_file(folder / "jelly.toml", R"(name = "jelly"
+        const std::string name = is_free ? "loose" : "held";
+        ASSERT_NO_FATAL_FAILURE(make(name, R"(name = "jelly"
 [mesh]
 generate = "cube"
 nodes_per_side = 4
@@ -486,20 +470,7 @@ density = 1000.0
 [body]
 modes = 3
 mode_damping = 0.001
-)" + rest);
-        const std::string name = is_free ? "loose" : "held";
-        const Outcome made =
-            run(program("haptable-precompute").string() + " jelly.toml -o " + name + " --quiet", folder.path());
-        ASSERT_EQ(made.status, 0) << made.err;
-        tables = read_tables(folder / name);
-        write_page(folder / name, parts(), page());
-        tables.limits = {};
-        servo = build_model(tables);
-        model = model_in_memory(tables, servo);
-        nodes.assign(servo.node.begin(), servo.node.end());
-        const ServoModes body_modes = build_modes(*read_modes(folder / name), tables, servo);
-        const haptable_modes modes = modes_in_memory(body_modes);
-        const std::optional<haptable_body> body = read_rigid_body(folder / name);
+)" + rest));
         Browser& browser = shared_browser();
         open(browser, url());
         browser.key("r");
@@ -510,21 +481,16 @@ mode_damping = 0.001
         // Free, it is drawn as the modes have it, and they go on to the other side.
         for (const char* side : {"<", ">"})
             EXPECT_TRUE(browser.wait_until(fmt::format("haptable.frame().swung[0] {} 0", side))) << side;
-        expect_viewers_surface(browser, tables, folder / name, kFloat, largest_block(tables), 0.0);
+        expect_viewers_surface(browser, tables(), folder / name, kFloat, largest_block(tables()), 0.0);
         browser.key("r");
-        ASSERT_TRUE(browser.wait_until("haptable.saved"));
-        const auto csv = browser.evaluate("haptable.saved.csv").get<std::string>();
-        write_file(folder / "felt.csv", csv);
-        replay({&model, nodes.data(), "jelly", nullptr, &modes, body ? &*body : nullptr}, folder / "felt.csv",
-               folder / "again.csv", true);
-        EXPECT_EQ(read_file(folder / "again.csv"), csv);
+        expect_the_hosts_record(browser);
         expect_quiet(browser);
     }
 }
 
 // A path of one finger is felt as in a scene with one; one of two is refused by a page of one.
 TEST_F(TouchPageOfTwo, ReplaysAPathOfOneFinger) {
-    const std::string path = numbers(stroke_path(tables, 5));
+    const std::string path = numbers(stroke_path(tables(), 5));
     Browser& browser = shared_browser();
     open(browser, url());
     browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`, 2); 0");
@@ -562,7 +528,7 @@ TEST_F(TouchPage, SaysThatThereIsNoWebGL) {
     Browser browser({"--disable-3d-apis"});
     open(browser, url());
     EXPECT_TRUE(browser.wait_until("document.body.innerText.includes('This browser gives no WebGL')"));
-    const std::string path = numbers(stroke_path(tables, 5));
+    const std::string path = numbers(stroke_path(tables(), 5));
     browser.evaluate("globalThis.file = Data.parse_csv(`" + path + "`); 0");
     EXPECT_EQ(browser.evaluate("haptable.replay(file, 0).then(done => done.csv)"), replayed(path));
 }
