@@ -125,9 +125,12 @@ $(IN_MODULES): private CXXFLAGS += -fPIC
 # Of other flags than what was precompiled.
 $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODULES): private precompiled =
 
-# The longest first, and the modules before them (CGAL's takes longer than any other file), so that no processor is idle
-# at the end.
-TESTS = $(patsubst %,$(BUILD)/%.o,$(shell ls -S $$(find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')))
+# A folder's tests are compiled in units of at most 1400 lines: the compiler reads their headers once.
+# Names of their unnamed namespaces are therefore one folder's.
+TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')
+TEST_UNITS := $(shell sh scripts/units.sh $(BUILD)/tests/units $(TEST_FILES))
+TESTS = $(TEST_UNITS:%=%.o)
+TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm)) $(BUILD)/lcm/haptable/channels.hpp
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-fit)
@@ -360,7 +363,7 @@ format: $(BUILD)/setup-lint.stamp
 # compile_commands.json: how each file is compiled, for editors and clang's tools; compiles nothing
 .PHONY: compile_commands.json
 compile_commands.json:
-	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/bin/haptable-keys $(BUILD)/tests/unit 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/bin/haptable-keys $(TEST_FILES:%=$(BUILD)/%.o) 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
 	@mv $@.beside $@
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
@@ -398,16 +401,23 @@ $(BUILD)/setup-%.stamp: scripts/setup.sh | $(BUILD)/setup.stamp
 	@mkdir -p $(@D) && touch $@
 
 $(filter $(BUILD)/host/mesh/cgal/%,$(IN_MODULES)) $(BUILD)/host/strokes/solid.cpp.o: | $(BUILD)/setup-surface.stamp
-$(TESTS): | $(BUILD)/setup-test.stamp $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
-$(TESTS): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
+$(TEST_OBJECTS): | $(BUILD)/setup-test.stamp $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
+$(TEST_OBJECTS): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precompiled.hpp.gch)
 # A fifth less of the compiler's time, and the tests' own loops are short.
-$(TESTS) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
+$(TEST_OBJECTS) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
 $(BUILD)/tests/precompiled.hpp.gch: | $(BUILD)/setup-test.stamp
 $(patsubst %,$(BUILD)/%.o,$(shell find host/bench -name '*.cpp')): | $(BUILD)/setup-bench.stamp
 
 $(BUILD)/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
 	$(say) C++ $<
 	@mkdir -p $(@D)
+	$(Q)$(COMPILE) -c $< -o $@
+
+$(TEST_UNITS) &: $(TEST_FILES) scripts/units.sh
+	@sh scripts/units.sh --write $(BUILD)/tests/units $(TEST_FILES) >/dev/null
+
+$(TESTS): %.o: % | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
+	$(say) C++ $<
 	$(Q)$(COMPILE) -c $< -o $@
 
 # Beside a copy, which the compiler reads where it does not take the other. Remade when a header that it holds is newer.

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
+#include <map>
 #include <numbers>
 
 #include "codegen/in_memory.hpp"
@@ -18,8 +20,6 @@ namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d to_vector(const std::array<float, 3>& x) { return {double(x[0]), double(x[1]), double(x[2])}; }
 
 bool always(int, int, int) { return true; }
 
@@ -45,6 +45,12 @@ Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson) {
 Scene mouse_scene(bool front_only) {
     Scene scene = read_scene("meshes/mouse.toml");
     if (front_only) scene.touch.push_back({std::array<double, 6>{-1, -1, -1, 0.03, 1, 1}, "", 1});
+    return scene;
+}
+
+Scene for_two(Scene scene, std::uintmax_t coupling_bytes) {
+    scene.contact.fingers = 2;
+    scene.tables.coupling_bytes = coupling_bytes;
     return scene;
 }
 
@@ -108,7 +114,7 @@ Cells torus_cells(int around, int across, double major, double minor) {
 
 ElasticBody::ElasticBody(Scene scene, ForceLaw force, double mask_radius_m) {
     scene.contact.force = force;
-    scene.contact.mask_radius_m = mask_radius_m;
+    scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
     load(scene);
 }
 
@@ -120,7 +126,7 @@ ElasticBody::ElasticBody(const Cells& cells, const std::string& name, ForceLaw f
     scene.mesh.file = write_tetgen(mesh.position_m, mesh.tet, folder_.path() / name);
     scene.material = {1e4, 0.3};
     scene.contact.force = force;
-    scene.contact.mask_radius_m = mask_radius_m;
+    scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
     for (const Vector3d& x : mesh.position_m) {  // a box around each held node: the cells are larger than its slack
         if (!cells.held(x)) continue;
         const double e = 1e-9;
@@ -168,7 +174,9 @@ const Eigen::MatrixXd& ElasticBody::compliance() const {
     return *compliance_;
 }
 
-Vector3d ElasticBody::corner(int patch, int c) const { return to_vector(servo_.vertex_m[vertex(patch, c)]); }
+Vector3d ElasticBody::corner(int patch, int c) const {
+    return Eigen::Vector3f(servo_.vertex_m[vertex(patch, c)].data()).cast<double>();
+}
 
 Vector3d ElasticBody::point(int patch, const Vector3d& alpha) const {
     return alpha[0] * corner(patch, 0) + alpha[1] * corner(patch, 1) + alpha[2] * corner(patch, 2);
@@ -231,6 +239,26 @@ int ElasticBody::patch_over(double x, double y, Vector3d& alpha) const {
         best = p;
     }
     return best;
+}
+
+const ElasticBody& body_of_modes(const std::string& name, ForceLaw force) {
+    static std::map<std::string, std::unique_ptr<ElasticBody>> made;
+    std::unique_ptr<ElasticBody>& one = made[name + word(force)];
+    if (!one && name == "cube") one = std::make_unique<ElasticBody>(cube_scene(5, 0.49), force, 0.012);
+    if (!one) one = std::make_unique<ElasticBody>(needle_cells(6, 0.06, 0.006), name, force, 0.004);
+    return *one;
+}
+
+std::string test_name(std::string words) {
+    std::replace_if(
+        words.begin(), words.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+    return words;
+}
+
+Vector3d random_alpha(std::mt19937& random) {
+    std::exponential_distribution<double> e;
+    const Vector3d a(e(random), e(random), e(random));
+    return a / a.sum();
 }
 
 haptable_contact contact_at(const ElasticBody& body, int patch, const Vector3d& alpha) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/SparseCore>
 #include <memory>
+#include <random>
 #include <string>
 
 #include "codegen/model.hpp"
@@ -17,12 +18,19 @@
 
 namespace haptable::test {
 
+inline constexpr auto kForces = every<ForceLaw>();
+inline constexpr double kTop_m = 0.03;  ///< of the paper's cube
+
 /// The paper's cube: its bottom held still. `top_only`: only the middle 22 mm of its top may be touched.
 Scene cube_scene(int nodes_per_side, double poisson, bool top_only = false);
 /// K of that cube's free nodes: n n (n - 1) of them, three rows each, N/m.
 Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson);
 /// The mouse; `front_only`: only where x < 30 mm.
 Scene mouse_scene(bool front_only = false);
+
+/// A scene for two fingers; the coupling of all pairs of places, where it has no fewer bytes.
+inline constexpr std::uintmax_t kAllPairs = 1'000'000'000;
+Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAllPairs);
 
 Cells sphere_cells(int n, double radius);                               // a ball, its lower cap held
 Cells l_cells(int n, double side);                                      // a cube without a quarter
@@ -33,7 +41,8 @@ Cells torus_cells(int around, int across, double major, double minor);  // lying
 
 class ElasticBody {
 public:
-    /// Runs precompute with this force; the god-object may be changed later.
+    /// Runs precompute with this force, and with the radius where it is the pressure mask's; the god-object may be
+    /// changed later.
     ElasticBody(Scene scene, ForceLaw force, double mask_radius_m = 0.0);
     ElasticBody(const Cells& cells, const std::string& name, ForceLaw force, double mask_radius_m = 0.0);
     ElasticBody(const ElasticBody&) = delete;
@@ -74,6 +83,15 @@ private:
     Scene scene_;
     mutable std::unique_ptr<Eigen::MatrixXd> compliance_;
 };
+
+/// The body of a mode's tests, "cube" or "needle", with the tables of one force; made once for all of a program's
+/// tests.
+const ElasticBody& body_of_modes(const std::string& name, ForceLaw force);
+/// A test's name of these words: only letters, digits and _ may be in it.
+std::string test_name(std::string words);
+
+/// Area coordinates, all of one probability.
+Eigen::Vector3d random_alpha(std::mt19937& random);
 
 /// A contact that stands at a point of a patch.
 haptable_contact contact_at(const ElasticBody& body, int patch, const Eigen::Vector3d& alpha);

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <cstring>
 
 #include "firmware/haptable_scene.h"
 #include "tests/shapes.hpp"
@@ -11,7 +13,14 @@
 
 namespace haptable::test {
 
+inline constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
+
 inline Eigen::Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
+
+template <std::size_t n>
+bool same_bits(const std::array<float, n>& a, const float* b) {
+    return std::memcmp(a.data(), b, sizeof a) == 0;
+}
 
 /// A point that the servo finds: coordinates, normals and area coordinates in float, about 16 roundings.
 inline Bound rounded(const TestModel& model) { return {.count = 16, .epsilon = kFloat, .size = model.size()}; }
@@ -48,6 +57,7 @@ public:
     }
 
     Eigen::Vector3d at() const { return to_vector(finger_m_); }  ///< as the servo saw it, m
+    const float* at_m() const { return finger_m_; }
     bool touches() const { return haptable_touches(out_.state) != 0; }
     Eigen::Vector3d god() const { return to_vector(out_.god_object_m); }  ///< m
     Eigen::Vector3d force() const { return to_vector(out_.force_n); }     ///< N

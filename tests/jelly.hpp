@@ -2,10 +2,16 @@
 // A jelly through the whole way, with its modes and what couples two fingers on it.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
 #include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 
 namespace haptable::test {
 
@@ -64,5 +70,27 @@ private:
     ServoModes body_modes_;
     ServoPair coupling_;
 };
+
+/// A force, a number each tick, swings about its last one by omega and falls off by exp(-decay t). A midpoint step is
+/// slow by (omega T)^2 / 12. By how much omega may be off, rad/s.
+inline double expect_ring(const std::vector<double>& force, double omega, double decay) {
+    const double last = force.back();
+    std::vector<double> crossing;  // upwards
+    for (std::size_t i = 1; i < 400; ++i)
+        if (force[i - 1] < last && force[i] >= last)
+            crossing.push_back(kTick_s * (double(i) - (force[i] - last) / (force[i] - force[i - 1])));
+    const double within = (std::pow(omega * kTick_s, 2.0) / 12.0 + 2e-3) * omega;
+    EXPECT_GT(crossing.size(), 3U);
+    if (crossing.size() < 2) return within;
+    const double period = (crossing.back() - crossing.front()) / double(crossing.size() - 1);
+    EXPECT_NEAR(2.0 * std::numbers::pi / period, omega, within);
+    const auto most = [&](std::size_t from) {
+        double size = 0.0;
+        for (std::size_t i = from; i < from + 60; ++i) size = std::max(size, std::abs(force[i] - last));
+        return size;
+    };
+    EXPECT_NEAR(std::log(most(0) / most(200)) / 0.2, decay, 0.1 * decay);
+    return within;
+}
 
 }  // namespace haptable::test

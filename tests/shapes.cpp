@@ -247,6 +247,11 @@ double TestModel::signed_solid_angle(const Vector3d& x) const {
     return sum;
 }
 
+Vector3d random_direction(std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    return Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
 Vector3d nearest_on_triangle(const Vector3d& x, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     std::vector<Vector3d> candidates{a, b, c};
     const auto edge = [&](const Vector3d& p, const Vector3d& q) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ private:
     ServoModel servo_;
     haptable_model model_{};
 };
+
+Eigen::Vector3d random_direction(std::mt19937& random);
 
 /// The nearest point of a triangle, in double, by trying its plane, edges and corners.
 Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& x, const Eigen::Vector3d& a, const Eigen::Vector3d& b,

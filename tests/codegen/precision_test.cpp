@@ -10,6 +10,7 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "host/body/mask.hpp"
+#include "tests/error_of.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -253,16 +254,11 @@ TEST(Precision, ABudgetThatIsTooSmallSaysWhatTakesTheRoomAndWhatWouldFit) {
     const TestModel ball(sphere_shape(3, 0.05));
     const auto tables = flash_tables(ball.servo());
     const std::size_t bytes = flash_bytes(ball.servo());
-    const auto said = [&](std::uintmax_t budget) -> std::string {
-        try {
-            require_flash(tables, ball.servo(), budget);
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "";
+    const auto said = [&](std::uintmax_t budget) {
+        return error_of([&] { require_flash(tables, ball.servo(), budget); });
     };
-    EXPECT_EQ(said(0), "");
-    EXPECT_EQ(said(bytes), "");
+    EXPECT_EQ(said(0), "no error");
+    EXPECT_EQ(said(bytes), "no error");
     EXPECT_NE(said(bytes - 1).find("precision = \"float16\" takes"), std::string::npos) << said(bytes - 1);
     EXPECT_NE(said(bytes / 4).find("patches would fit"), std::string::npos) << said(bytes / 4);
     EXPECT_NE(said(bytes / 4).find("box "), std::string::npos);

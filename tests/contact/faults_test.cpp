@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <optional>
 #include <random>
 #include <string>
 
@@ -15,7 +13,9 @@ extern "C" {
 #include "firmware/haptable_entry.h"
 #include "firmware/haptable_patch.h"
 }
+#include "host/link/finger_path.hpp"
 #include "host/scene/scene.hpp"
+#include "host/session/scene.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
@@ -31,6 +31,28 @@ void go(Finger& finger, const Vector3d& end) {
     const Vector3d begin = finger.at();
     const int ticks = std::max(1, int(std::ceil((end - begin).norm() / 1e-4)));
     for (int i = 1; i <= ticks; ++i) finger.to(begin + (end - begin) * i / ticks);
+}
+
+/// Numbers by lot.
+class Dice {
+public:
+    explicit Dice(unsigned seed) : engine_(seed) {}
+    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+    Vector3d around() { return Vector3d(between(-1, 1), between(-1, 1), between(-1, 1)); }
+    int below(std::size_t count) { return static_cast<int>(engine_() % count); }
+    int patch(const TestModel& model) { return below(model.servo().patch.size()); }
+
+private:
+    std::mt19937 engine_;
+};
+
+Vector3d middle(const TestModel& model, int patch) {
+    return (model.corner(patch, 0) + model.corner(patch, 1) + model.corner(patch, 2)) / 3.0;
+}
+
+Vector3d normal(const TestModel& model, int patch) {
+    const Vector3d a = model.corner(patch, 0);
+    return (model.corner(patch, 1) - a).cross(model.corner(patch, 2) - a).normalized();
 }
 
 /// A cube of 40 mm around the origin whose top and bottom are dented down and up to one point, the origin: its two
@@ -206,33 +228,27 @@ TEST(Faults, AFingerInsideKeepsItsContactNextToAVertex) {
     for (const Shape& shape : {l_shape(3, 0.03), torus_shape(16, 8, 0.03, 0.01)}) {
         const TestModel model(shape);
         const double tolerance = double(model.get()->tolerance_m);
-        std::mt19937 dice(11);
-        const auto between = [&](double low, double high) {
-            return std::uniform_real_distribution<double>(low, high)(dice);
-        };
+        Dice dice(11);
         int inside = 0;
         for (int trial = 0; trial < 20000; ++trial) {
-            const int patch = static_cast<int>(dice() % model.servo().patch.size()), c = static_cast<int>(dice() % 3);
+            const int patch = dice.patch(model), c = dice.below(3);
             const Vector3d v = model.corner(patch, c), a = model.corner(patch, (c + 1) % 3) - v,
                            b = model.corner(patch, (c + 2) % 3) - v;
-            const double far = between(0.0, 60.0) * tolerance, share = dice() % 2 == 0 ? 0.0 : between(0.0, 1.0);
+            const double far = dice.between(0.0, 60.0) * tolerance,
+                         share = dice.below(2) == 0 ? 0.0 : dice.between(0.0, 1.0);
             const Vector3d aside = (1.0 - share) * a.normalized() + share * b.normalized(), g = v + far * aside;
-            Vector3d x =
-                g + between(20.0, 300.0) * tolerance * Vector3d(between(-1, 1), between(-1, 1), between(-1, 1));
+            Vector3d x = g + dice.between(20.0, 300.0) * tolerance * dice.around();
             x = x.cast<float>().cast<double>();
             if (model.signed_solid_angle(x) < 6.0 || (model.nearest(x) - x).norm() < 4.0 * tolerance) continue;
             haptable_contact from{};
-            float finger_m[3];
             from.patch = static_cast<std::uint16_t>(patch);
             from.alpha[(c + 1) % 3] = static_cast<float>(far * (1.0 - share) / a.norm());
             from.alpha[(c + 2) % 3] = static_cast<float>(far * share / b.norm());
             from.alpha[c] = 1.0F - from.alpha[(c + 1) % 3] - from.alpha[(c + 2) % 3];
-            for (int axis = 0; axis < 3; ++axis) {
-                from.god_object_m[axis] = static_cast<float>(g[axis]);
-                finger_m[axis] = static_cast<float>(x[axis]);
-            }
+            for (int axis = 0; axis < 3; ++axis) from.god_object_m[axis] = static_cast<float>(g[axis]);
             haptable_servo servo{};
-            EXPECT_NE(haptable_surface_sight(model.get(), &servo, &from, finger_m), HAPTABLE_SIGHT_CLEAR)
+            EXPECT_NE(haptable_surface_sight(model.get(), &servo, &from, to_finger(x.data()).data()),
+                      HAPTABLE_SIGHT_CLEAR)
                 << shape.name << " trial " << trial;
             ++inside;
         }
@@ -271,21 +287,18 @@ TEST(Faults, AFingerStraightOverAVertexIsSeen) {
 TEST(Faults, AWayInThatBeginsOnAnEdgeIsFound) {
     for (const Shape& shape : {l_shape(3, 0.03), sphere_shape(2, 0.03), torus_shape(16, 8, 0.03, 0.01)}) {
         const TestModel model(shape);
-        std::mt19937 dice(7);
-        const auto between = [&](double low, double high) {
-            return std::uniform_real_distribution<double>(low, high)(dice);
-        };
+        Dice dice(7);
         int inside = 0;
         for (int trial = 0; trial < 3000; ++trial) {
-            const int patch = static_cast<int>(dice() % model.servo().patch.size()), c = static_cast<int>(dice() % 3);
-            const double share = between(0.0, 1.0);
+            const int patch = dice.patch(model), c = dice.below(3);
+            const double share = dice.between(0.0, 1.0);
             const Vector3d a = model.corner(patch, c), b = model.corner(patch, (c + 1) % 3),
                            o = model.corner(patch, (c + 2) % 3);
             const Vector3d on = a + share * (b - a), normal = (b - a).cross(o - a).normalized();
             Finger finger(model);
             finger.to(on + 1e-3 * normal);
             finger.to(on);
-            const Vector3d end = on + 2e-3 * Vector3d(between(-1, 1), between(-1, 1), between(-1, 1));
+            const Vector3d end = on + 2e-3 * dice.around();
             finger.to(end);
             if (model.signed_solid_angle(end) < 6.0 || (model.nearest(end) - end).norm() < 1e-4) continue;
             ASSERT_TRUE(finger.touches()) << shape.name << " trial " << trial;
@@ -303,40 +316,33 @@ haptable_contact on_surface(const TestModel& model, const Vector3d& x) {
     int best = 0;
     for (int p = 1; p < int(model.servo().patch.size()); ++p)
         if ((nearest(p) - x).norm() < (nearest(best) - x).norm()) best = p;
-    float x_m[3];
-    for (int axis = 0; axis < 3; ++axis) x_m[axis] = static_cast<float>(x[axis]);
     haptable_contact at{};
-    haptable_patch_nearest(model.get(), static_cast<std::uint16_t>(best), x_m, &at);
+    haptable_patch_nearest(model.get(), static_cast<std::uint16_t>(best), to_finger(x.data()).data(), &at);
     return at;
 }
 
 /// True where a finger that was last at the segment's end, and goes to x, enters.
 bool goes_in(const TestModel& model, const haptable_segment& segment, const Vector3d& x) {
-    float x_m[3];
-    for (int axis = 0; axis < 3; ++axis) x_m[axis] = static_cast<float>(x[axis]);
     haptable_servo servo{};
     servo.segment = segment;
     servo.segment.unfinished = 0;
     servo.segment.boxes = 0;
-    return haptable_surface_enter(model.get(), &servo, x_m) != 0;
+    return haptable_surface_enter(model.get(), &servo, to_finger(x.data()).data()) != 0;
 }
 
 // Rounded alone, the sides of a vertex's edges may contradict one another: then none of its patches is gone through.
 TEST(Faults, AWayInThroughAVertexIsFound) {
     for (const Shape& shape : {l_shape(3, 0.03), sphere_shape(3, 0.03), torus_shape(16, 8, 0.03, 0.01)}) {
         const TestModel model(shape);
-        std::mt19937 dice(3);
-        const auto between = [&](double low, double high) {
-            return std::uniform_real_distribution<double>(low, high)(dice);
-        };
+        Dice dice(3);
         int inside = 0;
         for (int trial = 0; trial < 20000; ++trial) {
-            const Vector3d v = model.corner(static_cast<int>(dice() % model.servo().patch.size()), trial % 3);
-            const Vector3d way(between(-1, 1), between(-1, 1), between(-1, 1));
+            const Vector3d v = model.corner(dice.patch(model), trial % 3);
+            const Vector3d way = dice.around();
             Finger finger(model);
-            finger.to(v - between(1e-4, 5e-3) * way);
+            finger.to(v - dice.between(1e-4, 5e-3) * way);
             const Vector3d begin = finger.at();
-            finger.to(v + between(1e-4, 5e-3) * way);
+            finger.to(v + dice.between(1e-4, 5e-3) * way);
             inside += finger.touches() ? 1 : 0;
             if (finger.touches() || model.signed_solid_angle(begin) > 6.0) continue;
             const double deep =
@@ -386,18 +392,15 @@ TEST(Faults, AContactThatBeginsIsLookedAt) {
          {torus_shape(40, 20, 0.03, 0.01), sphere_shape(3, 0.03), fanned_disk_shape(24, 0.03, 0.002)}) {
         const TestModel model(shape, -1e9, GodObject::kLeastEnergy);
         Finger finger(*model.get());
-        std::mt19937 dice(3);
-        const auto between = [&](double low, double high) {
-            return std::uniform_real_distribution<double>(low, high)(dice);
-        };
+        Dice dice(3);
         for (int way = 0; way < 20000; ++way) {
-            const int patch = static_cast<int>(dice() % model.servo().patch.size());
-            const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
-            const Vector3d n = (b - a).cross(c - a).normalized(), along = (b - a).normalized();
+            const int patch = dice.patch(model);
+            const Vector3d m = middle(model, patch), n = normal(model, patch);
+            const Vector3d along = (model.corner(patch, 1) - model.corner(patch, 0)).normalized();
             finger.begin();
-            finger.to((a + b + c) / 3.0 + 1e-4 * n - between(0, 3e-3) * along);
+            finger.to(m + 1e-4 * n - dice.between(0, 3e-3) * along);
             const std::uint32_t contacts = finger.counters().contacts;
-            finger.to((a + b + c) / 3.0 - between(0, 2e-3) * n + between(0, 5e-3) * along);
+            finger.to(m - dice.between(0, 2e-3) * n + dice.between(0, 5e-3) * along);
             if (!finger.touches() || finger.counters().contacts == contacts) continue;
             ++begun;
             if (!finger.servo().segment.unfinished) continue;
@@ -415,29 +418,24 @@ TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
         const TestModel model(shape, -1e9, GodObject::kLeastEnergy);
         const haptable_model rough = with_friction(model, 0.3F, 0.2F);
         Finger finger(rough);
-        std::mt19937 dice(5);
-        const auto between = [&](double low, double high) {
-            return std::uniform_real_distribution<double>(low, high)(dice);
-        };
+        Dice dice(5);
         Vector3d x = Vector3d::Zero();
         int held = 0;
         for (int tick = 0; tick < 40000; ++tick) {
             if (tick % 20 == 0) {  // in through a patch
-                const int patch = static_cast<int>(dice() % model.servo().patch.size());
-                const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
-                x = (a + b + c) / 3.0 + 1e-3 * (b - a).cross(c - a).normalized();
+                const int patch = dice.patch(model);
+                x = middle(model, patch) + 1e-3 * normal(model, patch);
                 finger.begin();
                 finger.to(x);
-                x -= 3e-3 * (b - a).cross(c - a).normalized();
+                x -= 3e-3 * normal(model, patch);
             }
             const haptable_contact before = finger.servo().contact;
             const std::uint32_t contacts = finger.counters().contacts;
             finger.to(x);
-            x += 3e-3 * Vector3d(between(-1, 1), between(-1, 1), between(-1, 1));
+            x += 3e-3 * dice.around();
             if (before.patch == HAPTABLE_NONE || !finger.touches() || finger.counters().contacts != contacts) continue;
-            float nodal[3][3], finger_m[3], force[3];
-            for (int axis = 0; axis < 3; ++axis) finger_m[axis] = static_cast<float>(finger.at()[axis]);
-            haptable_force_interpolated(model.get(), &before, finger_m, nodal, force);
+            float nodal[3][3], force[3];
+            haptable_force_interpolated(model.get(), &before, finger.at_m(), nodal, force);
             const double stored = -0.5 * to_vector(force).dot(finger.at() - to_vector(before.god_object_m));
             if (to_vector(force).norm() > 8.0) continue;  // cut
             EXPECT_LE(finger.energy(), 1.0001 * stored) << shape.name << " " << tick;
@@ -455,29 +453,23 @@ TEST(Faults, AHeldGodObjectDoesNotSeeTheFinger) {
             const TestModel model(shape, -1e9, god);
             const haptable_model rough = with_friction(model, 3.0F, 2.0F);
             Finger finger(rough);
-            std::mt19937 dice(9);
-            const auto between = [&](double low, double high) {
-                return std::uniform_real_distribution<double>(low, high)(dice);
-            };
+            Dice dice(9);
             Vector3d x = Vector3d::Zero();
             int held = 0;
             for (int tick = 0; tick < 60000; ++tick) {
                 if (tick % 10 == 0) {  // in through a patch
-                    const int patch = static_cast<int>(dice() % model.servo().patch.size());
-                    const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
-                    const Vector3d n = (b - a).cross(c - a).normalized();
+                    const int patch = dice.patch(model);
+                    const Vector3d n = 1e-3 * normal(model, patch);
                     finger.begin();
-                    finger.to((a + b + c) / 3.0 + 1e-3 * n);
-                    x = (a + b + c) / 3.0 - 1e-3 * n;
+                    finger.to(middle(model, patch) + n);
+                    x = middle(model, patch) - n;
                 }
                 finger.to(x);
-                x += 5e-3 * Vector3d(between(-1, 1), between(-1, 1), between(-1, 1));
+                x += 5e-3 * dice.around();
                 if (!finger.touches() || finger.servo().undecided_ticks > 0) continue;
-                float finger_m[3];
-                for (int axis = 0; axis < 3; ++axis) finger_m[axis] = static_cast<float>(finger.at()[axis]);
                 haptable_servo servo{};
                 const haptable_contact at = finger.servo().contact;
-                ASSERT_NE(haptable_surface_sight(&rough, &servo, &at, finger_m), HAPTABLE_SIGHT_CLEAR)
+                ASSERT_NE(haptable_surface_sight(&rough, &servo, &at, finger.at_m()), HAPTABLE_SIGHT_CLEAR)
                     << shape.name << " " << word(god) << " tick " << tick;
                 ++held;
             }
@@ -497,9 +489,8 @@ TEST(Faults, AFarTicksLoadIsThatOfItsPoint) {
             for (int tick = 0; tick * step < 0.019; ++tick) {
                 finger.to({depth * (1.0 + 0.3 * std::sin(0.7 * tick)), 0.011, 0.02 - step * tick});
                 ASSERT_TRUE(finger.touches());
-                float finger_m[3], nodal_n[3][3], force_n[3];
-                for (int axis = 0; axis < 3; ++axis) finger_m[axis] = static_cast<float>(finger.at()[axis]);
-                haptable_force_consistent(&model, &finger.servo().contact, finger_m, nodal_n, force_n);
+                float nodal_n[3][3], force_n[3];
+                haptable_force_consistent(&model, &finger.servo().contact, finger.at_m(), nodal_n, force_n);
                 if (to_vector(force_n).norm() > 8.0) continue;  // cut
                 const double size = to_vector(force_n).norm(), u = (finger.at() - finger.god()).norm();
                 const Bound position{.count = 8, .epsilon = kFloat, .condition = 0.03 / u, .size = size};
@@ -601,19 +592,6 @@ TEST(Faults, NoMoreIsHeldBackThanIsStored) {
 
 const std::filesystem::path kStrokes = "../shared/contact";
 
-std::vector<std::optional<Vector3d>> read_stroke(const std::filesystem::path& file) {
-    std::vector<std::optional<Vector3d>> stroke;
-    std::ifstream text(file);
-    std::string line;
-    std::getline(text, line);  // x,y,z
-    while (std::getline(text, line)) {
-        double x = NAN, y = NAN, z = NAN;
-        if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &x, &y, &z) != 3) break;
-        stroke.push_back(std::isfinite(x) ? std::optional<Vector3d>({x, y, z}) : std::nullopt);
-    }
-    return stroke;
-}
-
 /// The stroke of one fault, on its mesh and in its mode, tick by tick.
 template <typename Look>
 void replay(const std::string& fault, Look look) {
@@ -622,9 +600,9 @@ void replay(const std::string& fault, Look look) {
     const ElasticBody body(scene, scene.contact.force);
     Finger finger(body.model(scene.contact.god_object));
     int row = 0;
-    for (const auto& x : read_stroke(kStrokes / (fault + ".csv"))) {
-        if (x) {
-            finger.to(*x);
+    for (const auto& x : read_finger_path(kStrokes / (fault + ".csv"), Positions::any)) {
+        if (std::isfinite(x[0])) {
+            finger.to(Vector3d(x.data()));
             look(row, finger);
         } else {
             finger.begin();
@@ -634,12 +612,19 @@ void replay(const std::string& fault, Look look) {
     EXPECT_GT(row, 100);
 }
 
-TEST(RealStrokes, AFingerThatIsOutIsNotPulledBack) {
-    replay("stuck", [](int row, const Finger& finger) {
-        if (row > 90) {
-            ASSERT_FALSE(finger.touches()) << row;
-        }
-    });
+// A finger that is out is neither pulled back nor caught on a hinge, and one that is inside keeps its contact.
+TEST(RealStrokes, AFingerIsTouchedWhereItIsInside) {
+    struct Kept {
+        const char* fault;
+        int first, last;
+        bool touches;
+    };
+    for (const Kept& kept : {Kept{"stuck", 91, INT_MAX, false}, {"lost", 55, 89, true}, {"hinge", 105, INT_MAX, false}})
+        replay(kept.fault, [&](int row, const Finger& finger) {
+            if (row >= kept.first && row <= kept.last) {
+                ASSERT_EQ(finger.touches(), kept.touches) << kept.fault << " " << row;
+            }
+        });
 }
 
 TEST(RealStrokes, ANewContactNeverHoldsMoreThanTheOneLetGo) {
@@ -653,22 +638,6 @@ TEST(RealStrokes, ANewContactNeverHoldsMoreThanTheOneLetGo) {
         contacts = finger.counters().contacts;
         touched = finger.touches();
         before = finger.energy();
-    });
-}
-
-TEST(RealStrokes, AFingerInsideKeepsItsContact) {
-    replay("lost", [](int row, const Finger& finger) {
-        if (row >= 55 && row < 90) {
-            ASSERT_TRUE(finger.touches()) << row;
-        }
-    });
-}
-
-TEST(RealStrokes, AFingerInFreeAirIsNotCaughtOnAHinge) {
-    replay("hinge", [](int row, const Finger& finger) {
-        if (row >= 105) {
-            ASSERT_FALSE(finger.touches()) << row;
-        }
     });
 }
 

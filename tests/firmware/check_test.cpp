@@ -56,15 +56,15 @@ public:
 };
 
 /// Where a bit may be flipped without a table that seems longer than it is: tables and floats, not numbers of rows.
-struct Place {
+struct Flippable {
     unsigned char* at;
     std::uint32_t bytes;
 };
 
 /// counts: whether a field of so many bytes is a number of rows.
-std::vector<Place> places(const void* tables, haptable_span_fn* span,
-                          const std::function<bool(std::uint32_t)>& counts) {
-    std::vector<Place> found;
+std::vector<Flippable> places(const void* tables, haptable_span_fn* span,
+                              const std::function<bool(std::uint32_t)>& counts) {
+    std::vector<Flippable> found;
     for (std::uint32_t field = 0;; ++field) {
         const haptable_span of = span(tables, field);
         if (of.bytes == HAPTABLE_SPAN_END) return found;
@@ -74,10 +74,10 @@ std::vector<Place> places(const void* tables, haptable_span_fn* span,
 }
 
 /// Flips so many bits, one after another, by lot; each is to be found. Returns how many were.
-int found(Whole& whole, const std::vector<Place>& places, unsigned seed) {
+int found(Whole& whole, const std::vector<Flippable>& places, unsigned seed) {
     std::mt19937 random(seed);
     std::size_t all = 0;
-    for (const Place& place : places) all += place.bytes;
+    for (const Flippable& place : places) all += place.bytes;
     int found = 0;
     for (int flip = 0; flip < kFlips; ++flip) {
         std::size_t byte = std::uniform_int_distribution<std::size_t>(0, all - 1)(random), in = 0;
@@ -102,7 +102,7 @@ TEST(SceneCheck, NoticesEveryFlippedBitOfEveryPart) {
     // Numbers of rows are those of 16 bits; of the modes one of 8, of the compliance with its degree. The model's are
     // behind its other values.
     const auto of_compliance = [](std::uint32_t bytes) { return bytes <= 3; };
-    std::vector<Place> of_model = places(&whole.model, haptable_span_of_model, of_compliance);
+    std::vector<Flippable> of_model = places(&whole.model, haptable_span_of_model, of_compliance);
     of_model[0].bytes = offsetof(haptable_model, packed_count) - offsetof(haptable_model, max_force_n);
     const auto of_16_bits = [](std::uint32_t bytes) { return bytes <= 2; };
     EXPECT_EQ(found(whole, of_model, 1), kFlips);

@@ -16,17 +16,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Vector3d random_alpha(std::mt19937& random) {
-    std::exponential_distribution<double> e;
-    const Vector3d a(e(random), e(random), e(random));
-    return a / a.sum();
-}
-
-Vector3d random_vector(std::mt19937& random, double size) {
-    std::normal_distribution<double> normal;
-    return size * Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
-
 /// What one contact gives, in double.
 struct Pressed {
     Vector3d u, force, load;
@@ -60,7 +49,7 @@ double worst_gap(const ElasticBody& body, int points, int* lifted) {
     *lifted = 0;
     for (int i = 0; i < points; ++i) {
         const int patch = any(random);
-        const Pressed pressed = press(body, model, patch, random_alpha(random), random_vector(random, 0.001));
+        const Pressed pressed = press(body, model, patch, random_alpha(random), 0.001 * random_direction(random));
         const Matrix3d c = body.compliance_at(patch, pressed.alpha);
         const double gap = (c * pressed.load - pressed.u).norm() / pressed.u.norm();
         double fixed = 0.0;
@@ -226,7 +215,7 @@ double felt_n_per_m(Element element, double poisson, int nodes_per_side) {
 /// grids agreed within 0.1 %.
 constexpr std::pair<double, double> kTruth[] = {{0.3, 73.15}, {0.49, 85.25}, {0.4999, 86.17}};
 
-double error_of(Element element, double poisson, int nodes_per_side) {
+double relative_error(Element element, double poisson, int nodes_per_side) {
     for (const auto& [nu, truth] : kTruth)
         if (nu == poisson) return felt_n_per_m(element, poisson, nodes_per_side) / truth - 1.0;
     return HUGE_VAL;
@@ -234,21 +223,21 @@ double error_of(Element element, double poisson, int nodes_per_side) {
 
 TEST(Elements, AverageNodalPressureFeelsTheBodyItself) {
     const auto error = [](double poisson, int nodes) {
-        return std::abs(error_of(Element::kAverageNodalPressure, poisson, nodes));
+        return std::abs(relative_error(Element::kAverageNodalPressure, poisson, nodes));
     };
     EXPECT_LT(error(0.3, 13), 0.02);
     EXPECT_LT(error(0.3, 17), 0.02);
     EXPECT_LT(error(0.49, 13), 0.03);
     EXPECT_LT(error(0.4999, 13), 0.08);
-    EXPECT_GT(error_of(Element::kLinear, 0.49, 13), 0.15) << "linear tetrahedra lock";
-    EXPECT_GT(error_of(Element::kLinear, 0.4999, 13), 0.5);
+    EXPECT_GT(relative_error(Element::kLinear, 0.49, 13), 0.15) << "linear tetrahedra lock";
+    EXPECT_GT(relative_error(Element::kLinear, 0.4999, 13), 0.5);
 }
 
 // Corners 3.75 mm apart under a pad of 5 mm.
 TEST(Elements, QuadraticTetrahedraFeelTheBodyItselfOnACoarseMesh) {
-    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.49, 9)), 0.02);
-    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.4999, 9)), 0.03);
-    EXPECT_LT(std::abs(error_of(Element::kQuadratic, 0.3, 13)), 0.02);
+    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.49, 9)), 0.02);
+    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.4999, 9)), 0.03);
+    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.3, 13)), 0.02);
 }
 
 // The pressure under a mask of 5 mm is summed over nodes 2.5 mm apart and nearer: of second order.

@@ -28,12 +28,6 @@ std::vector<Shape> all_shapes() {
     return shapes;
 }
 
-Vector3d random_direction(std::mt19937& random) {
-    std::normal_distribution<double> normal;
-    Vector3d d(normal(random), normal(random), normal(random));
-    return d.normalized();
-}
-
 /// A smooth random way around and through the body, `step_m` a tick.
 class Wander {
 public:

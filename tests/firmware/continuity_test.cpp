@@ -64,13 +64,11 @@ Slide slide(const haptable_model& model, double depth_m, int ticks_per_ms = 1) {
     return result;
 }
 
-double radius_of(ForceLaw force, double radius_m) { return force == ForceLaw::kPressureMask ? radius_m : 0.0; }
-
 // The god-object has settled when a tick ends: had the servo ticked twenty times as often, the force would be the same.
 TEST(Continuity, NothingSettlesOverSeveralTicks) {
     for (const ForceLaw force : every<ForceLaw>())
         for (const GodObject god : every<GodObject>()) {
-            const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
+            const ElasticBody body(cube_scene(5, 0.3), force, 0.012);
             const Slide coarse = slide(body.model(god), 0.002), fine = slide(body.model(god), 0.002, 20);
             double worst = 0.0;
             for (std::size_t i = 0; i < coarse.force.size(); ++i)
@@ -86,7 +84,7 @@ TEST(Continuity, NothingSettlesOverSeveralTicks) {
 TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
     for (const ForceLaw force : every<ForceLaw>())
         for (const GodObject god : every<GodObject>()) {
-            const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.012));
+            const ElasticBody body(cube_scene(5, 0.3), force, 0.012);
             const haptable_model model = body.model(god);
             std::mt19937 random(3);
             std::uniform_real_distribution<float> over(0.004F, 0.026F), deep(0.0002F, 0.003F);
@@ -113,7 +111,7 @@ TEST(Continuity, AFingerAtRestFeelsTheSameBits) {
 // 1 mm deep on a mesh of 9 nodes a side and, for the mask, a radius of two edges; deeper and coarser: docs/CONTACT.md.
 TEST(Continuity, SlidingUnderTheNearestGodObjectIsSmooth) {
     for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kPressureMask}) {
-        const ElasticBody body(cube_scene(9, 0.3), force, radius_of(force, 0.0075));
+        const ElasticBody body(cube_scene(9, 0.3), force, 0.0075);
         const double worst = slide(body.model(GodObject::kNearest), 0.001).worst_tangential();
         printf("%-14s nearest: %.3f of k v dt a tick\n", word(force), worst);
         // The stiffness changes by less than half of itself over an edge.

@@ -20,19 +20,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr auto kForces = every<ForceLaw>();
-
-double radius_of(ForceLaw force, double radius_m) { return force == ForceLaw::kPressureMask ? radius_m : 0.0; }
-
-Vector3d random_alpha(std::mt19937& random) {
-    std::exponential_distribution<double> e;
-    const Vector3d a(e(random), e(random), e(random));
-    return a / a.sum();
-}
-
 TEST(LeastEnergy, SlopeAndCurvatureAreTheEnergysDerivatives) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.01));
+        const ElasticBody body(cube_scene(5, 0.3), force, 0.01);
         const ReferenceServo servo(body.model(GodObject::kLeastEnergy));
         std::mt19937 random(3);
         std::uniform_int_distribution<int> any(0, body.patches() - 1);
@@ -101,7 +91,7 @@ void expect_the_same(const ElasticBody& body, const haptable_contact& contact, c
 // Within patches, on edges and vertices, of free and of fixed nodes, the parts of an energy are those of all of it.
 TEST(LeastEnergy, WhatIsAskedForAloneIsTheSame) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.01));
+        const ElasticBody body(cube_scene(5, 0.3), force, 0.01);
         std::mt19937 random(4);
         std::uniform_int_distribution<int> any(0, body.patches() - 1);
         for (int i = 0; i < 300; ++i) {
@@ -204,13 +194,11 @@ void expect_passive(const ElasticBody& body, int count, double deep_m, double wi
 
 TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheCube) {
     for (double poisson : {0.3, 0.49})
-        for (const ForceLaw force : kForces)
-            expect_passive({cube_scene(5, poisson), force, radius_of(force, 0.008)}, 1000, 0.003, 0.006);
+        for (const ForceLaw force : kForces) expect_passive({cube_scene(5, poisson), force, 0.008}, 1000, 0.003, 0.006);
 }
 
 TEST(LeastEnergy, ClosedLoopsGiveNothingOnTheMouse) {
-    for (const ForceLaw force : kForces)
-        expect_passive({mouse_scene(true), force, radius_of(force, 0.006)}, 1000, 0.003, 0.006);
+    for (const ForceLaw force : kForces) expect_passive({mouse_scene(true), force, 0.006}, 1000, 0.003, 0.006);
 }
 
 // Around a vertex of more patches than a tick has steps the search leaves steps to go, or goes on at the next tick: it
@@ -261,7 +249,7 @@ TEST(LeastEnergy, FindsTheOneWayDownFromAVertexOfManyPatches) {
 // Wherever the finger is, no point of the surface around the god-object has less energy.
 TEST(LeastEnergy, TheGodObjectRestsAtAMinimum) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(cube_scene(5, 0.3), force, radius_of(force, 0.008));
+        const ElasticBody body(cube_scene(5, 0.3), force, 0.008);
         const haptable_model model = body.model(GodObject::kLeastEnergy);
         const ReferenceServo reference(model);
         Finger finger(unclamped(model));

@@ -27,7 +27,7 @@ bool same_bits(const float (&a)[n], const float (&b)[n]) {
 
 // ---- frames --------------------------------------------------------------------------------------------------------
 
-constexpr haptable_line_hello kAll{HAPTABLE_LINE_VERSION, 2, 3, HAPTABLE_LINE_FREE, 0x0123456789abcdef};
+constexpr haptable_line_hello kWhole{HAPTABLE_LINE_VERSION, 2, 3, HAPTABLE_LINE_FREE, 0x0123456789abcdef};
 
 Bytes hello_frame(std::uint32_t sequence, const haptable_line_hello& hello) {
     Bytes bytes(HAPTABLE_LINE_HELLO_BYTES);
@@ -88,12 +88,12 @@ Bytes some_frame(std::uint32_t sequence) {
 
 // Byte for byte as documented, with the CRCs that zlib's crc32 gives for these bytes.
 TEST(LineFrame, HasTheDocumentedBytes) {
-    EXPECT_EQ(hello_frame(7, kAll), (Bytes{0xA5, 0x5A, 12,   0,    10,   7,    0,    0,    0,    2,    2,    3,   1,
-                                           0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01, 0x14, 0x4B, 0x16, 0x9C}));
+    EXPECT_EQ(hello_frame(7, kWhole), (Bytes{0xA5, 0x5A, 12,   0,    10,   7,    0,    0,    0,    2,    2,    3,   1,
+                                             0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01, 0x14, 0x4B, 0x16, 0x9C}));
     haptable_line_state state{0x01020304, 2, {}};
     state.in[0] = {{1.0F, 0.0F, -2.0F}, HAPTABLE_BUTTON_GRAB, 1};
     state.in[1] = {{0.5F, 0.0F, 0.0F}, HAPTABLE_BUTTON_ACKNOWLEDGE, 1};
-    EXPECT_EQ(state_frame(7, kAll, state),
+    EXPECT_EQ(state_frame(7, kWhole, state),
               (Bytes{0xA5, 0x5A, 38, 0, 11, 7, 0, 0, 0, 4,    3, 2, 1, 3,    2,    0,    0,
                      0x80, 0x3F, 0,  0, 0,  0, 0, 0, 0, 0xC0, 2, 0, 0, 0,    0,    0,    0x00,
                      0x3F, 0,    0,  0, 0,  0, 0, 0, 0, 4,    0, 0, 0, 0x68, 0x08, 0xA3, 0x26}));

@@ -6,15 +6,13 @@
 #include <algorithm>
 #include <cstring>
 
-#include "codegen/body_modes.hpp"
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/session/scene_state.hpp"
-#include "host/tables/pair.hpp"
 #include "host/target/image.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
+#include "tests/bodies.hpp"
+#include "tests/firmware/on_target.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
@@ -22,53 +20,27 @@ namespace {
 
 /// A scene as `make images` leaves it, in memory.
 struct Built {
-    explicit Built(const std::string& name)
-        : folder(build_folder() / name), tables(read_tables(folder)), body(read_rigid_body(folder)) {
-        if (const auto files = read_pair(folder)) {
-            coupling = build_pair(*files, tables, servo);
-            pair = pair_in_memory(coupling, tables, model);
-        }
-        if (const auto files = read_modes(folder)) {
-            body_modes = build_modes(*files, tables, servo);
-            modes = modes_in_memory(body_modes);
-        }
-    }
-    SceneState state() const {
-        return {model, pair ? &*pair : nullptr, body ? &*body : nullptr, modes ? &*modes : nullptr};
-    }
-    std::size_t fingers() const { return pair ? 2 : 1; }
+    explicit Built(const std::string& name) : scene(TablesFolder(build_folder() / name)) {}
+    SceneState state() const { return {scene.model(), scene.pair(), scene.body(), scene.modes()}; }
+    std::size_t fingers() const { return scene.pair() != nullptr ? 2 : 1; }
     /// What a tick's motion costs at the most beside its fingers' steps.
     std::uint64_t moves() const {
-        std::uint64_t cost = body ? most_body_cost(body->point_count, fingers()) : 0;
-        if (modes) cost += pair ? most_modes_pair_cost(mode, modes->count) : most_modes_cost(mode, modes->count);
+        std::uint64_t cost = scene.body() != nullptr ? most_body_cost(scene.body()->point_count, fingers()) : 0;
+        if (const haptable_modes* modes = scene.modes())
+            cost += fingers() == 2 ? most_modes_pair_cost(mode, modes->count) : most_modes_cost(mode, modes->count);
         return cost;
     }
     /// The work of the fingers in the last tick, and at the most.
     std::uint64_t touching(SceneState& state) const {
-        return pair ? pair_cost(pair_cost_of(mode, fan), *state.pair())
-                    : cost(cost_of(mode, fan), state.servo(0).counters);
+        return fingers() == 2 ? pair_cost(pair_cost_of(mode, fan), *state.pair())
+                              : cost(cost_of(mode, fan), state.servo(0).counters);
     }
-    std::uint64_t most_touching() const { return pair ? most_pair_cost(mode, fan) : most_cost(mode, fan); }
+    std::uint64_t most_touching() const { return fingers() == 2 ? most_pair_cost(mode, fan) : most_cost(mode, fan); }
 
-    std::filesystem::path folder;
-    Tables tables;
-    ServoModel servo = build_model(tables);
-    haptable_model model = model_in_memory(tables, servo);
-    ServoPair coupling;
-    std::optional<haptable_pair_model> pair;
-    std::optional<haptable_body> body;
-    ServoModes body_modes;
-    std::optional<haptable_modes> modes;
-    Mode mode{tables.force, tables.god_object, "friction"};
-    std::uint64_t fan = most_patches_around_a_vertex(model);
+    LoadedScene scene;
+    Mode mode{scene.tables().force, scene.tables().god_object, "friction"};
+    std::uint64_t fan = most_patches_around_a_vertex(scene.model());
 };
-
-void forget_work(haptable_counters& of) { of.most_steps = of.most_held_steps = of.most_boxes = of.most_energies = 0; }
-
-template <std::size_t n>
-bool same_bits(const std::array<float, n>& got, const float* want) {
-    return std::memcmp(got.data(), want, sizeof got) == 0;
-}
 
 class MovingTarget : public testing::TestWithParam<const char*> {
 protected:
@@ -96,20 +68,15 @@ protected:
             }
             state.step(in, static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
             for (std::size_t f = 0; f < built.fingers(); ++f) {
-                const TargetTick::Finger& finger = got[i].finger[f];
-                ASSERT_EQ(finger.state, out[f].state) << "tick " << i << " finger " << f;
-                ASSERT_EQ(finger.patch, out[f].patch) << "tick " << i << " finger " << f;
-                ASSERT_TRUE(same_bits(finger.alpha, out[f].alpha)) << "tick " << i << " finger " << f;
-                ASSERT_TRUE(same_bits(finger.god_object_m, out[f].god_object_m)) << "tick " << i << " finger " << f;
-                ASSERT_TRUE(same_bits(finger.force_n, out[f].force_n)) << "tick " << i << " finger " << f;
+                ASSERT_TRUE(same(got[i].finger[f], out[f])) << "tick " << i << " finger " << f;
                 are_free &= out[f].state == HAPTABLE_FREE && state.servo(f).counters.most_boxes == 0;
             }
             if (const haptable_body_state* body = state.body()) {
                 ASSERT_TRUE(same_bits(got[i].position_m, body->position_m)) << "place, tick " << i;
                 ASSERT_TRUE(same_bits(got[i].turn, body->turn)) << "turn, tick " << i;
             }
-            if (built.modes) {
-                ASSERT_EQ(std::memcmp(got[i].q.data(), state.modes()->q, built.modes->count * sizeof(float)), 0) << i;
+            if (const haptable_modes* modes = built.scene.modes()) {
+                ASSERT_EQ(std::memcmp(got[i].q.data(), state.modes()->q, modes->count * sizeof(float)), 0) << i;
             }
             const std::uint64_t bound = built.touching(state) + moves;
             ASSERT_LE(got[i].instructions, bound) << "tick " << i;
@@ -175,17 +142,14 @@ TEST_P(MovingTarget, TwoFingersLiftACubeAndLetItFall) {
         std::vector<TargetTick> ticks;
         compare(scene, grasp_path(), ticks, state, built);
         if (IsSkipped() || HasFatalFailure()) return;
-        const auto [most_m, last_m] = heights_m(ticks, *built.body);
+        const auto [most_m, last_m] = heights_m(ticks, *built.scene.body());
         EXPECT_GT(most_m, 0.015F) << "they lifted it";
         EXPECT_LT(last_m, 0.005F) << "and let it fall";
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Targets, MovingTarget, testing::ValuesIn(kTargets), [](const auto& target) {
-    std::string name = target.param;
-    for (char& c : name) c = c == '-' ? '_' : c;
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Targets, MovingTarget, testing::ValuesIn(kTargets),
+                         [](const auto& target) { return test_name(target.param); });
 
 }  // namespace
 }  // namespace haptable::test

@@ -122,9 +122,9 @@ TEST(Release, GivesNothingOnRandomWays) {
 }
 
 /// A finger that is pressed 1 mm into a spring of `stiffness`, N/m, by release alone: motion_m a tick, upwards or down.
-class Pressed {
+class PressedSpring {
 public:
-    explicit Pressed(const haptable_model& model) : model_(model) {
+    explicit PressedSpring(const haptable_model& model) : model_(model) {
         haptable_servo_init(&servo_);
         servo_.contact.patch = 0;
     }
@@ -152,7 +152,7 @@ TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
     haptable_model model = *body.get();
     model.release_n = 0.01F;
     model.stiffness_limit_n_per_m = 1000.0F;
-    Pressed finger(model);
+    PressedSpring finger(model);
     for (int tick = 0; tick < 20; ++tick) finger.move(0.0, 0.1);  // whatever it began with is gone
     constexpr double kWay = 1e-6;
     const Bound rounded{.count = 64, .epsilon = kFloat, .size = 0.5};
@@ -232,7 +232,7 @@ haptable_model with_friction(haptable_model model) {
 // more.
 TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
     for (const ForceLaw force : every<ForceLaw>()) {
-        const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const ElasticBody body(cube_scene(5, 0.3), force, 0.01);
         haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
         haptable_room room{};
         haptable_servo& servo = room.fingers.servo[0];
@@ -404,7 +404,7 @@ TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
     for (const ForceLaw force : every<ForceLaw>()) {
         Scene scene = cube_scene(5, 0.49);
         scene.contact.auto_coupling = true;
-        const ElasticBody body(scene, force, force == ForceLaw::kPressureMask ? 0.008 : 0.0);
+        const ElasticBody body(scene, force, 0.008);
         const ServoStiffness& k = body.servo().stiffness;
         const double stable_n_per_m = 2 * 0.005 / 1e-3 + 2 * 0.04 / 5e-4;
         EXPECT_WITHIN(std::abs(k.stable_n_per_m - stable_n_per_m), .count = 8, .size = stable_n_per_m);

@@ -12,39 +12,30 @@
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
+#include "tests/firmware/on_target.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
 
-constexpr std::uintmax_t kAll = 1'000'000'000;
-
 /// All pairs of the cube's top, or the whole cube in clusters.
-Scene for_two(std::uintmax_t coupling_bytes) {
-    Scene scene = cube_scene(5, 0.3, coupling_bytes == kAll);
-    scene.contact.fingers = 2;
-    scene.tables.coupling_bytes = coupling_bytes;
-    return scene;
-}
-
 const ElasticBody& body(ForceLaw force, std::uintmax_t coupling_bytes) {
     static std::map<std::pair<ForceLaw, std::uintmax_t>, std::unique_ptr<ElasticBody>> made;
     auto& one = made[{force, coupling_bytes}];
     if (!one)
-        one = std::make_unique<ElasticBody>(
-            for_two(coupling_bytes), force,
-            force == ForceLaw::kPressureMask ? (coupling_bytes == kAll ? 0.012 : 0.01) : 0.0);
+        one = std::make_unique<ElasticBody>(for_two(cube_scene(5, 0.3, coupling_bytes == kAllPairs), coupling_bytes),
+                                            force, coupling_bytes == kAllPairs ? 0.012 : 0.01);
     return *one;
 }
 
-struct Case {
+struct PairCase {
     const char* target;
     Mode mode;
-    std::uintmax_t coupling_bytes = kAll;
+    std::uintmax_t coupling_bytes = kAllPairs;
 };
 
-std::vector<Case> cases() {
-    std::vector<Case> all;
+std::vector<PairCase> pair_cases() {
+    std::vector<PairCase> all;
     for (const Mode& mode : every_mode()) all.push_back({"cortex-m7", mode});
     for (const char* target : {"cortex-m4", "cortex-m33", "rv32"})
         for (const Mode& mode : {Mode{ForceLaw::kInterpolated, GodObject::kNearest, ""},
@@ -57,17 +48,15 @@ std::vector<Case> cases() {
     return all;
 }
 
-std::string name_of(const testing::TestParamInfo<Case>& info) {
+std::string name_of_pair(const testing::TestParamInfo<PairCase>& info) {
     std::string name = std::string(info.param.target) + " " + info.param.mode.name();
-    if (info.param.coupling_bytes != kAll) name += " in clusters";
-    for (char& c : name)
-        if (c == ' ' || c == '-') c = '_';
-    return name;
+    if (info.param.coupling_bytes != kAllPairs) name += " in clusters";
+    return test_name(name);
 }
 
-class PairOnTarget : public testing::TestWithParam<Case> {};
+class PairOnTarget : public testing::TestWithParam<PairCase> {};
 
-INSTANTIATE_TEST_SUITE_P(Modes, PairOnTarget, testing::ValuesIn(cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Modes, PairOnTarget, testing::ValuesIn(pair_cases()), name_of_pair);
 
 // At 168 MHz; docs/COSTS.md says which modes need a faster part.
 TEST(PairBound, OfTheNearestGodObjectIsUnderNineTenthsOfAMillisecond) {
@@ -79,15 +68,15 @@ TEST(PairBound, OfTheNearestGodObjectIsUnderNineTenthsOfAMillisecond) {
 }
 
 TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
-    const Case& one = GetParam();
+    const PairCase& one = GetParam();
     const TargetImage image(build_folder(), "cube", one.target);
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
     const ElasticBody& touched = body(one.mode.force, one.coupling_bytes);
     const haptable_model model = in_mode(touched.model(), one.mode);
     Tables tables = touched.tables();
-    const ServoPair servo = build_pair(touched.pair(), tables, touched.servo());
-    const haptable_pair_model pair_model = pair_in_memory(servo, tables, model);
-    ASSERT_EQ(pair_model.place_count > 0, one.coupling_bytes != kAll);
+    const ServoPair coupling = build_pair(touched.pair(), tables, touched.servo());
+    const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
+    ASSERT_EQ(pair_model.place_count > 0, one.coupling_bytes != kAllPairs);
     const auto path_m = hard_path_of_two(tables, 30);
     const std::vector<TargetTick> ticks = image.measure({model, &pair_model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
@@ -100,35 +89,27 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     double most = 0.0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out[2];
-        for (haptable_servo& one_servo : pair.servo) {
-            haptable_counters& tick = one_servo.counters;
-            tick.most_steps = tick.most_held_steps = tick.most_boxes = tick.most_energies = 0;
-        }
+        for (haptable_servo& servo : pair.servo) forget_work(servo.counters);
         haptable_pair_step(&pair_model, &pair, &path_m[i][0], &path_m[i][3], std::uint32_t(i * 1000), out);
-        for (std::size_t f = 0; f < 2; ++f) {
-            const TargetTick::Finger& got = ticks[i].finger[f];
-            ASSERT_EQ(got.state, out[f].state) << "tick " << i << " finger " << f;
-            ASSERT_EQ(std::memcmp(got.alpha.data(), out[f].alpha, sizeof out[f].alpha), 0) << "tick " << i;
-            ASSERT_EQ(std::memcmp(got.god_object_m.data(), out[f].god_object_m, sizeof out[f].god_object_m), 0);
-            ASSERT_EQ(std::memcmp(got.force_n.data(), out[f].force_n, sizeof out[f].force_n), 0) << "tick " << i;
-        }
+        for (std::size_t f = 0; f < 2; ++f)
+            ASSERT_TRUE(same(ticks[i].finger[f], out[f])) << "tick " << i << " finger " << f;
         EXPECT_LE(pair.evaluations, HAPTABLE_PAIR_EVALUATIONS);
         EXPECT_LE(pair.looks, HAPTABLE_PAIR_LOOKS);
-        if (one.coupling_bytes == kAll) {
+        if (one.coupling_bytes == kAllPairs) {
             most = std::max(most, double(ticks[i].instructions) / double(pair_cost(each, pair)));
             EXPECT_LE(ticks[i].instructions, pair_cost(each, pair)) << "tick " << i;
             EXPECT_LT(ticks[i].instructions, most_pair_cost(one.mode, fan)) << "tick " << i;
         }
-        if (one.coupling_bytes != kAll) most = std::max(most, double(ticks[i].instructions));
+        if (one.coupling_bytes != kAllPairs) most = std::max(most, double(ticks[i].instructions));
         both += haptable_touches(out[0].state) != 0 && haptable_touches(out[1].state) != 0;
         all += ticks[i].instructions;
     }
     EXPECT_GT(both, path_m.size() / 4);
     // One couples both contacts once a tick; with the rows of its controls for nobody it would take an eighth more.
-    if (one.mode.name() == "interpolated nearest" && one.coupling_bytes == kAll) {
+    if (one.mode.name() == "interpolated nearest" && one.coupling_bytes == kAllPairs) {
         EXPECT_LT(all / path_m.size(), std::string(one.target) == "rv32" ? 4900U : 4300U);
     }
-    RecordProperty(one.coupling_bytes == kAll ? "of its bound" : "instructions", std::to_string(most));
+    RecordProperty(one.coupling_bytes == kAllPairs ? "of its bound" : "instructions", std::to_string(most));
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "host/session/servo/replay.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
+#include "tests/error_of.hpp"
 #include "tests/finger.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -31,15 +32,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Vector6d = Eigen::Vector<double, 6>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-constexpr auto kForces = every<ForceLaw>();
-constexpr std::uintmax_t kAll = 1'000'000'000;
-
-Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAll) {
-    scene.contact.fingers = 2;
-    scene.tables.coupling_bytes = coupling_bytes;
-    return scene;
-}
 
 /// A body for two, with what its servo holds.
 class Pair {
@@ -100,12 +92,6 @@ private:
     haptable_pair& state_ = room_.fingers;
     std::uint32_t time_us_ = 0;
 };
-
-Vector3d random_alpha(std::mt19937& random) {
-    std::exponential_distribution<double> e;
-    const Vector3d a(e(random), e(random), e(random));
-    return a / a.sum();
-}
 
 /// C between two places by L from solves, as docs/MOVING.md has it.
 class Direct {
@@ -250,7 +236,7 @@ int random_pairs(int in_the_suite) {
 
 TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheCube) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
         const Errors errors = compare_forces(body, force, random_pairs(10000));
         RecordProperty(std::string("worst, ") + word(force), std::to_string(1e6 * errors.worst) + "e-6");
         EXPECT_LT(errors.worst, 1e-5) << force;
@@ -263,7 +249,7 @@ TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheMouse) {
     const int pairs = random_pairs(1000);
     for (const ForceLaw force : kForces) {
         if (force != ForceLaw::kInterpolated && pairs <= 1000) continue;
-        const ElasticBody body(for_two(mouse_scene(true)), force, force == ForceLaw::kPressureMask ? 0.004 : 0.0);
+        const ElasticBody body(for_two(mouse_scene(true)), force, 0.004);
         const Errors errors = compare_forces(body, force, pairs);
         RecordProperty(std::string("worst, ") + word(force), std::to_string(1e6 * errors.worst) + "e-6");
         EXPECT_LT(errors.worst, 1e-5) << force;
@@ -353,7 +339,7 @@ haptable_pair_view told_of(const Pair& pair, const ElasticBody& body, int patch,
 
 TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
         Pair pair(body, GodObject::kLeastEnergy);
         std::mt19937 random(3);
         std::uniform_int_distribution<int> any(0, body.patches() - 1);
@@ -422,7 +408,7 @@ TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
 }
 
 /// Both fingers in, and around a closed path each.
-struct Loops {
+struct PairLoops {
     double worst = -1.0;  ///< most given over most stored
     int loops = 0;
     int followed = 0, reused = 0;  ///< ticks that both rested together; of these, by the curvature of a tick before
@@ -430,11 +416,11 @@ struct Loops {
 };
 
 /// Each finger on an ellipse of its own in a plane at a depth, after it came in along the normal.
-Loops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m, int ticks) {
+PairLoops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m, int ticks) {
     Pair pair(body, GodObject::kLeastEnergy);
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
-    Loops result;
+    PairLoops result;
     while (result.loops < loops) {
         Vector3d x[2], n[2], along[2], beside[2];
         double phase[2], deep[2];
@@ -490,8 +476,8 @@ Loops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m
 
 TEST(Pair, ClosedLoopsOfBothGiveNoEnergy) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
-        const Loops loops = run_loops(body, 12, 0.003, 0.004, 12800);
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
+        const PairLoops loops = run_loops(body, 12, 0.003, 0.004, 12800);
         EXPECT_LT(loops.worst, 1e-3) << force;
     }
 }
@@ -499,8 +485,8 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergy) {
 // 500 ticks around an ellipse of at most 25 mm: a hand's speed. Both god-objects of a tick rest together.
 TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
-        const Loops loops = run_loops(body, 24, 0.003, 0.004, 500);
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
+        const PairLoops loops = run_loops(body, 24, 0.003, 0.004, 500);
         EXPECT_LT(loops.worst, 1e-3) << force;
         EXPECT_GT(loops.reused, loops.followed / 2) << force;
         EXPECT_LE(loops.most, HAPTABLE_PAIR_REUSED) << force;
@@ -510,7 +496,7 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
 /// Both slide 1 mm deep over several patches of a cube's top, 50 um a tick. Of the ticks with both in contact, the part
 /// in which neither took more than so many steps of the energy by itself.
 double followed_part(ForceLaw force, double friction, unsigned most) {
-    const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
     Pair pair(body, GodObject::kLeastEnergy, friction);
     int ticks = 0, followed = 0;
     for (int i = 0; i < 400; ++i) {
@@ -586,7 +572,7 @@ TEST(Pair, EachFingerLetsGoOnItsOwn) {
 
 TEST(Pair, FingersThatMeetStayWellPosed) {
     for (const ForceLaw force : kForces) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
         Pair pair(body, GodObject::kNearest);
         Vector3d alpha;
         const int patch = body.patch_over(0.0161, 0.0131, alpha);
@@ -636,8 +622,7 @@ TEST(Pair, ForcesOfClustersAreWithinAHundredthOfDirectSolves) {
     constexpr std::pair<ForceLaw, std::uintmax_t> kBytes[] = {
         {ForceLaw::kInterpolated, 40'000}, {ForceLaw::kConsistent, 50'000}, {ForceLaw::kPressureMask, 70'000}};
     for (const auto& [force, bytes] : kBytes) {
-        const ElasticBody body(for_two(cube_scene(5, 0.3), bytes), force,
-                               force == ForceLaw::kPressureMask ? 0.01 : 0.0);
+        const ElasticBody body(for_two(cube_scene(5, 0.3), bytes), force, 0.01);
         const PairTables few = body.pair();
         ASSERT_FALSE(few.is_exact());
         EXPECT_EQ(few.clusters.load_begin.empty(), force != ForceLaw::kPressureMask);
@@ -692,15 +677,6 @@ std::string two_strokes() {
     return text;
 }
 
-std::string error_of(const std::function<void()>& act) {
-    try {
-        act();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "none";
-}
-
 TEST(Pair, AReplayOfTwoGivesWhatTheServoGivesAndIsAPathAgain) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     Pair pair(body, GodObject::kLeastEnergy);
@@ -734,7 +710,7 @@ TEST(Pair, PathsAndScenesOfTwoAreRefusedWithTheirLine) {
         write_file(file, text);
         return error_of([&] { read_finger_ticks(file, Positions::finite); });
     };
-    EXPECT_EQ(path_error("x,y,z,x2,y2,z2\n0,0,0,1,1,1\n"), "none");
+    EXPECT_EQ(path_error("x,y,z,x2,y2,z2\n0,0,0,1,1,1\n"), "no error");
     EXPECT_NE(path_error("x,y,z,x2,y2,z2\n0,0,0,1,1\n").find(":2: "), std::string::npos);
     EXPECT_NE(path_error("x,y,z,x2,y2,z2\n0,0,0,1,nan,1\n").find(":2: "), std::string::npos);
     EXPECT_NE(path_error("x,y,z,x2\n").find("x,y,z,x2,y2,z2"), std::string::npos);
@@ -745,12 +721,13 @@ TEST(Pair, PathsAndScenesOfTwoAreRefusedWithTheirLine) {
         write_file(scene, good + more);
         return error_of([&] { read_scene(scene); });
     };
-    EXPECT_EQ(scene_error("[contact]\nfingers = 2\n[tables]\ncoupling_bytes = 1000\n"), "none");
+    EXPECT_EQ(scene_error("[contact]\nfingers = 2\n[tables]\ncoupling_bytes = 1000\n"), "no error");
     EXPECT_NE(scene_error("[contact]\nfingers = 3\n").find(":10: contact.fingers"), std::string::npos);
     EXPECT_NE(scene_error("[tables]\ncoupling_bytes = 1000\n").find(":10: tables.coupling_bytes"), std::string::npos);
     EXPECT_NE(scene_error("[contact]\nfingers = 2\n[tables]\ncoupling_bytes = 0\n").find(":12: "), std::string::npos);
-    EXPECT_EQ(scene_error("[contact]\nfingers = 2\nforce = \"consistent\"\n[tables]\nprecision = \"int16\"\n"), "none");
-    EXPECT_EQ(scene_error("[contact]\nfingers = 2\n[[relaxation]]\nshare = 0.3\ntime = 1.0\n"), "none");
+    EXPECT_EQ(scene_error("[contact]\nfingers = 2\nforce = \"consistent\"\n[tables]\nprecision = \"int16\"\n"),
+              "no error");
+    EXPECT_EQ(scene_error("[contact]\nfingers = 2\n[[relaxation]]\nshare = 0.3\ntime = 1.0\n"), "no error");
 }
 
 TEST(Pair, TheCheckOfTheTablesCoversTheCoupling) {

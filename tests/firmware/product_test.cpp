@@ -8,10 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "codegen/body_modes.hpp"
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
-#include "codegen/rigid_body.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/session/scene_state.hpp"
 #include "tests/bodies.hpp"
@@ -95,33 +92,19 @@ protected:
     Combination() {
         Progress quiet(true);
         precompute(scene_of(GetParam()), folder_.path(), quiet);
-        tables_ = read_tables(folder_.path());
-        body_ = read_rigid_body(folder_.path());
+        files_.emplace(read_scene_files(TablesFolder(folder_.path())));
     }
 
     /// Two fingers on the top beside its middle, 1.2 mm in, or one.
     Felt feel(const Chosen& chosen) const {
-        Tables tables = tables_;
-        tables.precision = chosen.precision;
-        tables.god_object = chosen.god_object;
-        tables.limits = {};
-        tables.limits.check = true;
-        if (chosen.relaxes) tables.relaxation = {{kShare, kTime_s}};
-        const ServoModel servo = build_model(tables);
-        const haptable_model model = model_in_memory(tables, servo);
-        std::optional<ServoPair> coupling;
-        std::optional<haptable_pair_model> pair;
-        if (GetParam().fingers == 2) {
-            coupling = build_pair(*read_pair(folder_.path()), tables, servo);
-            pair = pair_in_memory(*coupling, tables, model);
-        }
-        std::optional<ServoModes> body_modes;
-        std::optional<haptable_modes> modes;
-        if (GetParam().rings) {
-            body_modes = build_modes(*read_modes(folder_.path()), tables, servo);
-            modes = modes_in_memory(*body_modes);
-        }
-        SceneState state(model, pair ? &*pair : nullptr, body_ ? &*body_ : nullptr, modes ? &*modes : nullptr);
+        SceneFiles files = *files_;
+        files.tables.precision = chosen.precision;
+        files.tables.god_object = chosen.god_object;
+        files.tables.limits = {};
+        files.tables.limits.check = true;
+        if (chosen.relaxes) files.tables.relaxation = {{kShare, kTime_s}};
+        const LoadedScene scene(std::move(files));
+        SceneState state(scene.model(), scene.pair(), scene.body(), scene.modes());
         state.check(HAPTABLE_CHECK_ALL);
         return press(state);
     }
@@ -160,15 +143,11 @@ private:
     }
 
     TemporaryFolder folder_;
-    Tables tables_;
-    std::optional<haptable_body> body_;
+    std::optional<SceneFiles> files_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()), [](const auto& of) {
-    std::string name = name_of(of.param);
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()),
+                         [](const auto& of) { return test_name(name_of(of.param)); });
 
 TEST_P(Combination, PressesHoldsAndLetsGo) {
     int run = 0;

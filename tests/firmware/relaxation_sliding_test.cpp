@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US, kRadius_m = 0.005, kDepth_m = 0.002, kTop_m = 0.03;
+constexpr double kRadius_m = 0.005, kDepth_m = 0.002;
 
 /// K(t) = g(t) K on the nodes of the surface, exactly: e = K u are the loads that would deform the body so at once, and
 /// of a tick in which they go straight, f = rest e + sum share_k h_k with h_k <- h_k + rise_k de - fall_k h_k. What a
@@ -140,11 +140,11 @@ double loop(const haptable_model& model, int ticks, bool backwards) {
     return given_j;
 }
 
-struct Loops {
+struct RelaxedLoops {
     double least_uj = 0.0, nearest_uj = 0.0;  ///< the most that one of both senses gave
 };
 
-Loops loops_of(const ElasticBody& body, double time_s, int ticks) {
+RelaxedLoops loops_of(const ElasticBody& body, double time_s, int ticks) {
     Tables tables = body.tables();
     tables.relaxation = {{0.3, time_s}, {0.3, 5.0 * time_s}};
     tables.limits = {};
@@ -161,7 +161,7 @@ Loops loops_of(const ElasticBody& body, double time_s, int ticks) {
 TEST(SlidingOverARelaxingBody, LoopsWithLeastEnergyGiveNothing) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
     for (const double time_s : {1e-3, 0.03, 0.3, 3.0, 1000.0}) {
-        const Loops loops = loops_of(body, time_s, 2000);
+        const RelaxedLoops loops = loops_of(body, time_s, 2000);
         printf("time %g s: at most %.3g uJ\n", time_s, loops.least_uj);
         EXPECT_LT(loops.least_uj, 0.0);
         if (time_s < 0.01) {
@@ -175,7 +175,7 @@ TEST(SlidingOverARelaxingBody, NorDoThoseOfConsistentAndMaskForces) {
     const ElasticBody mask(cube_scene(5, 0.3), ForceLaw::kPressureMask, 0.012);
     for (const ElasticBody* body : {&consistent, &mask})
         for (const double time_s : {1e-3, 0.3, 1000.0}) {
-            const Loops loops = loops_of(*body, time_s, 1000);
+            const RelaxedLoops loops = loops_of(*body, time_s, 1000);
             printf("%s, time %g s: at most %.3g uJ, nearest %.3g uJ\n", word(body->tables().force), time_s,
                    loops.least_uj, loops.nearest_uj);
             EXPECT_LT(loops.least_uj, 0.0);

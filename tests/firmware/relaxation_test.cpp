@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US, kSpring = 500.0, kTop_m = 0.03;
+constexpr double kSpring = 500.0;
 
 /// A model that relaxes by these terms, and what it remembers.
 class Relaxing {

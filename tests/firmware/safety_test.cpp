@@ -17,8 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 1e-3;
-
 /// A box's model with limits, and a finger on it.
 class Guarded {
 public:

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -15,8 +16,6 @@ namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d to_vector(const float x[3]) { return {double(x[0]), double(x[1]), double(x[2])}; }
 
 class ServoTest : public testing::Test {
 protected:

@@ -17,7 +17,8 @@
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
-#include "tests/finger.hpp"
+#include "tests/bodies.hpp"
+#include "tests/firmware/on_target.hpp"
 #include "tests/process.hpp"
 
 namespace haptable::test {
@@ -50,22 +51,15 @@ haptable_servo checked(const haptable_model& model) {
     return servo;
 }
 
-std::string name_of(const testing::TestParamInfo<Place>& info) {
-    std::string name = std::get<0>(info.param) + "_" + std::get<1>(info.param);
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
+std::string name_of_place(const testing::TestParamInfo<Place>& info) {
+    return test_name(std::get<0>(info.param) + "_" + std::get<1>(info.param));
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Target,
                          testing::Combine(testing::Values(std::string("cube"), std::string("mouse")),
                                           testing::ValuesIn(std::vector<std::string>(kTargets.begin(),
                                                                                      kTargets.end()))),
-                         name_of);
-
-template <std::size_t n>
-bool same_bits(const std::array<float, n>& a, const float* b) {
-    return std::memcmp(a.data(), b, sizeof a) == 0;
-}
+                         name_of_place);
 
 // Contact, edges, corners, misses, what is not a position or not to be believed, and the scene's limits on the force.
 TEST_P(Target, GivesTheBitsOfTheHost) {
@@ -83,12 +77,7 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     for (std::size_t i = 0; i < path_m.size(); ++i) {
         haptable_output out;
         haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-        const TargetTick::Finger& got = ticks[i].finger[0];
-        ASSERT_EQ(got.state, out.state) << "tick " << i;
-        ASSERT_EQ(got.patch, out.patch) << "tick " << i;
-        ASSERT_TRUE(same_bits(got.alpha, out.alpha)) << "tick " << i;
-        ASSERT_TRUE(same_bits(got.god_object_m, out.god_object_m)) << "tick " << i;
-        ASSERT_TRUE(same_bits(got.force_n, out.force_n)) << "tick " << i;
+        ASSERT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
     }
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
     EXPECT_EQ(servo.counters.rejected_positions, 3U);
@@ -201,18 +190,14 @@ TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
     const haptable_model model = model_in_memory(host_tables, built);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(paper, fan), slide = cost_of(paper, fan, 1);
-    haptable_room room{};
-    haptable_servo& servo = room.fingers.servo[0];
-    haptable_servo_init(&servo);
+    HostTicks host(model, path_m);
     std::uint64_t worst = 0;
     std::uint32_t most_steps = 0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
-        const bool was_in_contact = haptable_touches(servo.state) != 0;
-        servo.counters.most_steps = servo.counters.most_boxes = 0;
-        haptable_output out;
-        haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-        ASSERT_LE(ticks[i].instructions, cost(each, servo.counters)) << "tick " << i;
-        most_steps = std::max(most_steps, servo.counters.most_steps);
+        const bool was_in_contact = haptable_touches(host.servo.state) != 0;
+        const haptable_output out = host.step(i);
+        ASSERT_LE(ticks[i].instructions, cost(each, host.servo.counters)) << "tick " << i;
+        most_steps = std::max(most_steps, host.servo.counters.most_steps);
         if (was_in_contact && haptable_touches(out.state) != 0) worst = std::max(worst, ticks[i].instructions);
     }
     const std::uint32_t limit = MOST_STEPS;
@@ -243,45 +228,6 @@ TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
     EXPECT_LE(counts.jump.worst, limit(r.jump_worst));
     EXPECT_LT(counts.sliding.median, 1500U);
     EXPECT_LT(counts.sliding.worst, 12000U);
-}
-
-// Relaxing, of either god-object and force, and let go and pressed again on the dent: the host's bits; and what each
-// term adds.
-TEST_P(Target, ARelaxingBodyHasTheHostsBitsAndCostsLittleATerm) {
-    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-    Tables host_tables = tables();
-    host_tables.limits = {};
-    const auto path_m = stroke_path(host_tables, 40);
-    const auto median = [&](std::size_t terms, bool friction) {
-        host_tables.relaxation.clear();
-        for (std::size_t k = 0; k < terms; ++k)
-            host_tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
-        host_tables.static_friction = host_tables.kinetic_friction = friction ? 0.3 : 0.0;
-        const ServoModel built = build_model(host_tables);
-        const haptable_model model = model_in_memory(host_tables, built);
-        const std::vector<TargetTick> ticks = TargetImage(build_folder(), "cube", target).measure({model}, path_m);
-        haptable_room room{};
-        haptable_servo& servo = room.fingers.servo[0];
-        haptable_servo_init(&servo);
-        std::size_t behind = 0;
-        for (std::size_t i = 0; i < path_m.size(); ++i) {
-            haptable_output out;
-            haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-            EXPECT_TRUE(same_bits(ticks[i].finger[0].force_n, out.force_n)) << "tick " << i;
-            if (testing::Test::HasFailure()) break;
-            behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
-        }
-        EXPECT_EQ(behind > 10U, terms > 0) << "a dent is left";
-        return count_ticks(path_m, ticks).sliding.median;
-    };
-    const std::uint64_t none = median(0, false), one = median(1, false), eight = median(8, false);
-    const std::uint64_t rough_one = median(1, true), rough_eight = median(8, true);
-    RecordProperty("relaxation", scene + " " + target + " " + std::to_string(none) + " " + std::to_string(one) + " " +
-                                     std::to_string(eight) + " held " + std::to_string(rough_one) + " " +
-                                     std::to_string(rough_eight));
-    EXPECT_LE(eight, one + 7 * 60);
-    EXPECT_LE(rough_eight, rough_one + 7 * 60);
-    EXPECT_LE(one, none + 400);
 }
 
 // What the scene's limits, all but grab and ramp, add to a tick: they do not know the body.

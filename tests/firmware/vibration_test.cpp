@@ -19,20 +19,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick = 0.001;
-
 /// What a session needs of a jelly; body: null where it is held.
-struct Parts {
-    Parts(const Jelly& jelly, GodObject god_object, double friction)
+struct JellyParts {
+    JellyParts(const Jelly& jelly, GodObject god_object, double friction)
         : model(jelly.model(god_object, friction)), modes(jelly.modes()) {}
     haptable_model model;
     haptable_modes modes;
 };
 
 /// A jelly and one finger.
-struct Session : Parts, SceneSession {
+struct Session : JellyParts, SceneSession {
     Session(const Jelly& jelly, GodObject god_object, double friction = 0.0, const haptable_body* body = nullptr)
-        : Parts(jelly, god_object, friction), SceneSession(model, nullptr, body, &modes) {}
+        : JellyParts(jelly, god_object, friction), SceneSession(model, nullptr, body, &modes) {}
     haptable_modes_state& swung() { return *state.modes(); }
     const haptable_past& past() const { return state.account().past[0]; }
 };
@@ -90,7 +88,7 @@ TEST(Modes, AForceAfterASlideComesToTheStaticOne) {
             };
             EXPECT_GT(off(), 0.01) << "it swings";
             for (int tick = 0; tick < 1000; ++tick) session.step(end);
-            EXPECT_LT(off(), 0.01) << "at " << step_m / kTick << " m/s";
+            EXPECT_LT(off(), 0.01) << "at " << step_m / kTick_s << " m/s";
         }
 }
 
@@ -109,7 +107,7 @@ void expect_closed_form(double young_pa, int ticks) {
     double largest = 0.0;
     for (int tick = 1; tick <= ticks; ++tick) {
         session.step(kOnTop + Vector3d(0, 0, 0.006));
-        const double t = kTick * tick;
+        const double t = kTick_s * tick;
         for (int k = 0; k < 8; ++k) {
             const double omega = ringing.files().omega_rad_per_s[std::size_t(k)], zeta = 0.05;
             const double damped = omega * std::sqrt(1.0 - zeta * zeta);
@@ -147,7 +145,6 @@ TEST(Modes, AFingerThatStaysFeelsTheRing) {
         force.push_back(session.force().x());
     }
     ASSERT_TRUE(session.touches());
-    const double last = force.back();
     const double omega = ringing.files().omega_rad_per_s[0], zeta = 0.05;
     float nodal[3][3], s_phi[3];
     haptable_contact contact = session.contact();
@@ -158,19 +155,7 @@ TEST(Modes, AFingerThatStaysFeelsTheRing) {
     session.model.force(&session.model, &contact, at, nodal, s_phi);
     const double held = -1e3 * to_vector(s_phi).dot(to_vector(phi));
     const double wanted = std::sqrt(omega * omega * (1.0 - zeta * zeta) + held);
-    std::vector<double> crossing;  // upwards, through what it comes to
-    for (std::size_t i = 1; i < 400; ++i)
-        if (force[i - 1] < last && force[i] >= last)
-            crossing.push_back(kTick * (double(i) - (force[i] - last) / (force[i] - force[i - 1])));
-    ASSERT_GT(crossing.size(), 3U);
-    const double period = (crossing.back() - crossing.front()) / double(crossing.size() - 1);
-    EXPECT_NEAR(2.0 * std::numbers::pi / period, wanted, (std::pow(wanted * kTick, 2.0) / 12.0 + 2e-3) * wanted);
-    const auto most = [&](std::size_t from) {
-        double size = 0.0;
-        for (std::size_t i = from; i < from + 60; ++i) size = std::max(size, std::abs(force[i] - last));
-        return size;
-    };
-    EXPECT_NEAR(std::log(most(0) / most(200)) / 0.2, zeta * omega, 0.1 * zeta * omega);
+    expect_ring(force, wanted, zeta * omega);
 }
 
 // A finger that friction holds goes to and fro by 10 um a tick: modes and contact gain what it gives, f . dx, and
@@ -202,7 +187,7 @@ TEST(Modes, GainWhatTheHandGave) {
     // Energies are floats of some ten terms; damping takes 2 zeta omega of the swing's share in a tick.
     const double held = double(session.state.account().stored_j);
     const double omega = ringing.files().omega_rad_per_s.back();
-    EXPECT_WITHIN(worst, .count = 16, .epsilon = kFloat, .size = held * (1.0 + 2e-4 * omega * kTick / kFloat / 16.0));
+    EXPECT_WITHIN(worst, .count = 16, .epsilon = kFloat, .size = held * (1.0 + 2e-4 * omega * kTick_s / kFloat / 16.0));
     EXPECT_LT(worst, 0.1 * wall) << "so that the wall's part is seen";
 }
 

@@ -64,10 +64,8 @@ INSTANTIATE_TEST_SUITE_P(Modes, HardFinger,
                          testing::Combine(testing::ValuesIn(every<ForceLaw>()),
                                           testing::Values(GodObject::kNearest, GodObject::kLeastEnergy)),
                          [](const auto& mode) {
-                             std::string name =
-                                 std::string(word(std::get<0>(mode.param))) + "_" + word(std::get<1>(mode.param));
-                             std::replace(name.begin(), name.end(), '-', '_');
-                             return name;
+                             return test_name(std::string(word(std::get<0>(mode.param))) + " " +
+                                              word(std::get<1>(mode.param)));
                          });
 
 // Whether a point of the surface is inside is a matter of rounding; the force there is not: a finger on the surface is

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kShared = "../shared/meshes";
+const fs::path kMeshes = "../shared/meshes";
 
 struct Known {
     const char* file;
@@ -200,8 +200,8 @@ class WholeMesh : public testing::TestWithParam<Known> {};
 
 TEST_P(WholeMesh, HasTheCountsOfItsOwners) {
     const Known& known = GetParam();
-    if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
-    const Audit audit = audit_mesh(read_mesh(kShared / known.file, ReadOptions{1.0, true, {}}));
+    if (!fs::exists(kMeshes / known.file)) GTEST_SKIP() << "no " << kMeshes / known.file;
+    const Audit audit = audit_mesh(read_mesh(kMeshes / known.file, ReadOptions{1.0, true, {}}));
     EXPECT_EQ(audit.nodes, known.nodes);
     EXPECT_EQ(audit.unused_nodes, known.unused);
     EXPECT_EQ(audit.tets, known.tets);
@@ -245,11 +245,11 @@ class WholePrecompute : public testing::TestWithParam<Known> {};
 /// Sound ones through the whole precompute, the tenth with the lowest z held.
 TEST_P(WholePrecompute, TakesIt) {
     const Known& known = GetParam();
-    if (!fs::exists(kShared / known.file)) GTEST_SKIP() << "no " << kShared / known.file;
+    if (!fs::exists(kMeshes / known.file)) GTEST_SKIP() << "no " << kMeshes / known.file;
     Scene scene;
     scene.file = "whole.toml";
     scene.name = "whole";
-    scene.mesh.file = kShared / known.file;
+    scene.mesh.file = kMeshes / known.file;
     scene.mesh.linearize = true;
     scene.mesh.scale_m = 0.1 / known.box[0];
     scene.material = {1e4, 0.3};
@@ -279,8 +279,8 @@ INSTANTIATE_TEST_SUITE_P(Shared, WholePrecompute, testing::ValuesIn(not_large())
 
 TEST(WholeMeshes, SecondOrderIsTakenOnlyWhenAsked) {
     for (const char* file : {"sphere_p2_1310.msh", "bracket_56786_unused.vtu"}) {
-        if (!fs::exists(kShared / file)) GTEST_SKIP() << "no " << kShared / file;
-        const std::string said = error_of([&] { read_mesh(kShared / file, 1.0); });
+        if (!fs::exists(kMeshes / file)) GTEST_SKIP() << "no " << kMeshes / file;
+        const std::string said = error_of([&] { read_mesh(kMeshes / file, 1.0); });
         EXPECT_NE(said.find("linearize = true"), std::string::npos) << said;
     }
 }
@@ -294,8 +294,8 @@ struct KnownSurface {
 class WholeSurface : public testing::TestWithParam<KnownSurface> {};
 
 TEST_P(WholeSurface, IsCountedWhereItCannotBeTaken) {
-    if (!fs::exists(kShared / GetParam().file)) GTEST_SKIP() << "no " << kShared / GetParam().file;
-    const std::string said = error_of([&] { read_mesh(kShared / GetParam().file, 1.0); });
+    if (!fs::exists(kMeshes / GetParam().file)) GTEST_SKIP() << "no " << kMeshes / GetParam().file;
+    const std::string said = error_of([&] { read_mesh(kMeshes / GetParam().file, 1.0); });
     EXPECT_NE(said.find(GetParam().says), std::string::npos) << said;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -82,16 +83,22 @@ inline std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
-/// The numbers of a CSV file, [rows][columns], without its header.
-inline std::vector<std::vector<double>> read_rows(const std::filesystem::path& file) {
-    std::vector<std::vector<double>> rows;
+/// The numbers of a CSV file's row, by its header's names.
+using Row = std::map<std::string, double>;
+inline std::vector<Row> read_rows(const std::filesystem::path& file) {
+    std::vector<Row> rows;
     const std::vector<std::string> lines = lines_of(read_file(file));
     for (std::size_t i = 1; i < lines.size(); ++i) {
-        std::istringstream in(lines[i]);
+        std::istringstream names(lines[0]), cells(lines[i]);
         rows.emplace_back();
-        for (std::string cell; std::getline(in, cell, ',');) rows.back().push_back(std::stod(cell));
+        for (std::string name, cell; std::getline(names, name, ',') && std::getline(cells, cell, ',');)
+            rows.back()[name] = std::stod(cell);
     }
     return rows;
+}
+/// force_x, force_y, force_z of "force_", in their order.
+inline Eigen::Vector3d xyz_of(const Row& row, const std::string& name = "") {
+    return {row.at(name + "x"), row.at(name + "y"), row.at(name + "z")};
 }
 
 /// The finger's path in a servo's CSV, as a replay reads it: the same digits.

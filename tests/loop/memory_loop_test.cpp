@@ -44,10 +44,10 @@ TEST_F(MemoryLoop, TouchesSlidesAndLeaves) {
     const auto rows = read_rows(folder / "servo_a.csv");
     ASSERT_EQ(rows.size(), static_cast<std::size_t>(report.ticks));
     int touched = 0;
-    for (std::size_t i = 1; i < rows.size(); ++i) touched += rows[i][4] > rows[i - 1][4] ? 1 : 0;
+    for (std::size_t i = 1; i < rows.size(); ++i) touched += rows[i].at("contact") > rows[i - 1].at("contact") ? 1 : 0;
     EXPECT_EQ(touched, 3);
-    EXPECT_EQ(rows.front()[4], 0.0);
-    EXPECT_EQ(rows.back()[4], 0.0);
+    EXPECT_EQ(rows.front().at("contact"), 0.0);
+    EXPECT_EQ(rows.back().at("contact"), 0.0);
 }
 
 // The two sides saw the same: positions of the device, forces of the servo.
@@ -56,11 +56,9 @@ TEST_F(MemoryLoop, BothRecordsAgree) {
     const auto servo = read_rows(folder / "servo_a.csv"), device = read_rows(folder / "device_a.csv");
     ASSERT_EQ(servo.size(), device.size());
     for (std::size_t i = 0; i < servo.size(); ++i) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            EXPECT_EQ(static_cast<float>(servo[i][1 + a]), static_cast<float>(device[i][1 + a]));
-            EXPECT_EQ(static_cast<float>(servo[i][14 + a]), static_cast<float>(device[i][10 + a]));
-        }
-        EXPECT_EQ(device[i][13], static_cast<double>(i));
+        for (const char* of : {"", "force_"})
+            EXPECT_EQ(xyz_of(servo[i], of).cast<float>(), xyz_of(device[i], of).cast<float>());
+        EXPECT_EQ(device[i].at("answered_tick"), static_cast<double>(i));
     }
 }
 

@@ -34,7 +34,7 @@ struct Built {
 };
 
 Tables cube_tables() {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     return read_tables(folder.path());
 }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Two fingers of one body over memq://: the servo asked by hand, and with a device of two hands.
+// Two fingers of one body over memq://: the servo asked by hand, here and behind a line, and with a device of two
+// hands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <optional>
 
+#include "host/session/bridge/line_stepper.hpp"
 #include "host/device/session.hpp"
 #include "host/device/simulated_driver.hpp"
 #include "host/link/log_writer.hpp"
@@ -14,6 +18,7 @@
 #include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
 #include "tests/finger.hpp"
+#include "tests/host/session/bridge/fake_target.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
@@ -33,11 +38,28 @@ const SoftPair& soft_pair() {
 /// Two sides of the top, and how deep.
 Vector3d place(std::size_t finger, double depth_m) { return {finger == 0 ? 0.0102 : 0.0197, 0.0143, 0.03 - depth_m}; }
 
-/// Real time that stands still but where a test lets it go on.
-class TwoFingers : public testing::Test {
+/// A servo at the other end of a line.
+struct Behind {
+    explicit Behind(const ServoScene& scene) : line(pipes.line(), scene), target(scene, pipes) {}
+    Pipes pipes;
+    SerialTarget line;
+    FakeTarget<Pipes> target;
+};
+
+/// A session whose ticks are computed in this process, or behind a line. Real time stands still but where a test lets
+/// it go on.
+class SessionOfTwo : public testing::Test {
 protected:
-    TwoFingers() {
-        time.also([this] { return session.watch_at(); }, [this](Clock::time_point now) { session.watch(now); });
+    SessionOfTwo(bool is_behind_a_line, const ServoScene& of) : scene(of) {
+        if (is_behind_a_line) behind.emplace(scene);
+        if (behind) stepper = std::make_unique<LineStepper>(behind->line, LineOptions{});
+        if (!behind) stepper = std::make_unique<LocalStepper>(scene);
+        session.emplace(*stepper, connection, &*record, [this](const std::string& line) { told.push_back(line); });
+        time.also([this] { return session->watch_at(); },
+                  [this](Clock::time_point now) {
+                      session->watch(now);
+                      exchange();
+                  });
         for (std::size_t finger = 0; finger < kFingers; ++finger) {
             connection.subscribe<servo_force>(
                 channel_of<servo_force>(finger),
@@ -48,6 +70,7 @@ protected:
         }
         connection.subscribe<servo_status>(channel_of<servo_status>(),
                                            [this](const servo_status& m, std::int64_t) { status_ = m; });
+        session->take_answers();  // a target's hello
     }
 
     static device_state state(std::size_t finger, std::int64_t seq, double depth_m, std::int8_t mode) {
@@ -57,9 +80,15 @@ protected:
         std::copy_n(place(finger, depth_m).data(), 3, state.position_m);
         return state;
     }
+    void exchange() {
+        if (behind && answers_by_itself) behind->target.answer();
+        session->take_answers();
+        handle_all(connection);
+    }
     void send(std::size_t finger, const device_state& state) {
         connection.publish(channel_of<device_state>(finger), state);
         handle_all(connection);
+        exchange();
     }
     void lockstep(std::size_t finger, std::int64_t seq, double depth_m) {
         send(finger, state(finger, seq, depth_m, device_state::SIMULATED));
@@ -67,42 +96,64 @@ protected:
     void real(std::size_t finger, std::int64_t seq, double depth_m) {
         send(finger, state(finger, seq, depth_m, device_state::REAL_TIME));
     }
+    /// A session that always has something due is an error, not a test for ever.
     void wait(milliseconds ms) {
         const Clock::time_point until = time.now() + ms;
-        while (time.now() < until) time.leap(until);
-        handle_all(connection);
+        for (int leaps = 0; time.now() < until; ++leaps) {
+            if (leaps > 10 + 10 * ms.count()) throw std::runtime_error("the session's work is never done");
+            time.leap(until);
+        }
+        exchange();
     }
     /// Both a millimetre deep, in real time, a tick ago: the next states are 20.
     void press_both() {
         for (std::int64_t seq = 0; seq < 20; ++seq) {
-            const double depth_m = 1e-4 * static_cast<double>(seq - 9);
-            real(0, seq, depth_m);
-            real(1, seq, depth_m);
+            for (std::size_t finger = 0; finger < kFingers; ++finger)
+                real(finger, seq, 1e-4 * static_cast<double>(seq - 9));
             wait(milliseconds(1));
         }
         ASSERT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
         ASSERT_EQ(forces[1].back().servo_state, HAPTABLE_CONTACT);
     }
     std::int64_t status(const std::string& name) {
-        session.publish_status();
+        session->publish_status();
         handle_all(connection);
         const auto found = std::find(status_.name.begin(), status_.name.end(), name);
         if (found != status_.name.end()) return status_.value[static_cast<std::size_t>(found - status_.name.begin())];
         ADD_FAILURE() << "no counter is called " << name;
         return -1;
     }
+    /// The host's servo writes the same bytes of the same path.
+    void expect_the_hosts_record() {
+        record->finish();
+        replay(scene, folder / "record.csv", folder / "host.csv", true);
+        EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "record.csv"));
+    }
 
+    const ServoScene scene;
+    WorkFolder folder;
     SimulatedTime time;
     Connection connection{"memq://"};
+    std::optional<Behind> behind;
+    bool answers_by_itself = true;
+    std::optional<ServoRecord> record{std::in_place, scene, folder / "record.csv"};
     std::vector<std::string> told;
-    LocalStepper stepper{soft_pair().scene()};
-    Session session{stepper, connection, nullptr, [this](const std::string& line) { told.push_back(line); }};
+    std::unique_ptr<Stepper> stepper;
+    std::optional<Session> session;
     std::array<std::vector<servo_force>, kFingers> forces;
     std::array<std::vector<contact>, kFingers> contacts;
     servo_status status_;
 };
 
-TEST_F(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
+constexpr auto name_of_place = [](const testing::TestParamInfo<bool>& of) { return of.param ? "Line" : "Process"; };
+
+class TwoFingers : public SessionOfTwo, public testing::WithParamInterface<bool> {
+protected:
+    TwoFingers() : SessionOfTwo(GetParam(), soft_pair().scene()) {}
+};
+INSTANTIATE_TEST_SUITE_P(Behind, TwoFingers, testing::Bool(), name_of_place);
+
+TEST_P(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
     const ServoScene one = soft_pair().scene_of_one();
     haptable_servo servo;
     haptable_servo_init(&servo);
@@ -122,7 +173,7 @@ TEST_F(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
 }
 
 // In lockstep a tick is both states, and its forces are those of the pair, each on its own channel.
-TEST_F(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
+TEST_P(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
     lockstep(0, 0, -0.001);
     lockstep(1, 0, -0.001);
     haptable_room room{};
@@ -151,9 +202,33 @@ TEST_F(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
     EXPECT_EQ(contacts[1].back().finger_m[0], place(1, 0.0)[0]);
     EXPECT_EQ(status("contact_ticks"), status("contact_ticks_2"));
     EXPECT_GT(status("energy_most_stored_nj_2"), 1000);
+    expect_the_hosts_record();
 }
 
-TEST_F(TwoFingers, OneIsFeltByTheOther) {
+TEST_P(TwoFingers, WhoComesLaterIsTakenInWhoeverAsksFirst) {
+    for (std::int64_t seq = 0; seq < 5; ++seq) lockstep(0, seq, 1e-4 * static_cast<double>(seq - 10));
+    EXPECT_TRUE(forces[1].empty());
+    lockstep(1, 0, -0.001);
+    ASSERT_EQ(forces[1].size(), 1U);
+    for (std::int64_t seq = 5; seq < 60; ++seq) {
+        const std::size_t first = static_cast<std::size_t>(seq % 2);
+        const double depth_m = 1e-4 * static_cast<double>(seq - 10);
+        lockstep(first, seq, depth_m);
+        ASSERT_EQ(forces[first].back().seq, first == 1 && seq == 5 ? 0 : seq - 1) << "it waits for the other";
+        lockstep(1 - first, seq, depth_m);
+        for (std::size_t finger = 0; finger < kFingers; ++finger) {
+            ASSERT_EQ(forces[finger].back().seq, seq);
+            EXPECT_EQ(forces[finger].back().utime, forces[0].back().utime);
+            EXPECT_EQ(contacts[finger].back().seq, seq);
+        }
+    }
+    EXPECT_GT(forces[1].back().force_n[2], 0.0);
+    EXPECT_EQ(status("ticks_2"), 56);
+    EXPECT_EQ(status("contact_ticks"), status("contact_ticks_2"));
+    expect_the_hosts_record();
+}
+
+TEST_P(TwoFingers, OneIsFeltByTheOther) {
     press_both();
     const double before_n = forces[1].back().force_n[2];
     for (std::int64_t seq = 20; seq < 40; ++seq) {
@@ -167,16 +242,19 @@ TEST_F(TwoFingers, OneIsFeltByTheOther) {
 
 // ---- one is late, or silent ---------------------------------------------------------------------------------------
 
-TEST_F(TwoFingers, AStateWaitsAMillisecondForTheOthersAndNotAgain) {
+TEST_P(TwoFingers, AStateWaitsAMillisecondForTheOthersAndNotAgain) {
     press_both();
     const std::size_t before = forces[0].size();
     real(0, 20, 0.0011);
     EXPECT_EQ(forces[0].size(), before) << "it waits";
-    EXPECT_EQ(session.watch_at(), time.now() + kTick);
+    EXPECT_EQ(session->watch_at(), time.now() + kTick);
     wait(milliseconds(1));
     ASSERT_EQ(forces[0].size(), before + 1);
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
     EXPECT_EQ(forces[1].size(), before) << "who did not ask has no answer";
+    if (behind) {
+        EXPECT_EQ(behind->target.output(1).state, HAPTABLE_CONTACT) << "it is where it was";
+    }
     real(0, 21, 0.0011);
     EXPECT_EQ(forces[0].size(), before + 2) << "nobody waits again for who was late";
     real(1, 22, 0.001);
@@ -187,7 +265,7 @@ TEST_F(TwoFingers, AStateWaitsAMillisecondForTheOthersAndNotAgain) {
     EXPECT_EQ(status("lost_states_2"), 2);
 }
 
-TEST_F(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
+TEST_P(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
     press_both();
     const double both_n = forces[0].back().force_n[2];
     const std::size_t answers = forces[1].size();
@@ -203,14 +281,18 @@ TEST_F(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
     EXPECT_EQ(forces[0].back().seq, 44);
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
     EXPECT_GT(forces[0].back().force_n[2], 1.02 * both_n) << "nothing takes the surface away any more";
-    EXPECT_EQ(status("silences"), 0);
-    EXPECT_EQ(status("silences_2"), 1);
+    if (behind) {
+        EXPECT_EQ(behind->target.output(1).state, HAPTABLE_SILENT);
+    } else {
+        EXPECT_EQ(status("silences"), 0);
+        EXPECT_EQ(status("silences_2"), 1);
+    }
     ASSERT_EQ(told.size(), 1U);
     EXPECT_NE(told[0].find("finger 2: contact dropped after a silence of 20 ms"), std::string::npos) << told[0];
 }
 
 // It begins anew: inside, where nobody saw it come, it feels nothing; the first goes on in its contact.
-TEST_F(TwoFingers, ADeviceThatRestartsInheritsNoContact) {
+TEST_P(TwoFingers, ADeviceThatRestartsInheritsNoContact) {
     press_both();
     for (std::int64_t seq = 20; seq < 45; ++seq) {
         real(0, seq, 0.001);
@@ -227,7 +309,7 @@ TEST_F(TwoFingers, ADeviceThatRestartsInheritsNoContact) {
 }
 
 // In lockstep time stands still: only a device that is gone for a second of real time is not waited for.
-TEST_F(TwoFingers, InLockstepADeviceThatIsGoneIsReleased) {
+TEST_P(TwoFingers, InLockstepADeviceThatIsGoneIsReleased) {
     lockstep(0, 0, -0.001);
     lockstep(1, 0, -0.001);
     for (std::int64_t seq = 1; seq < 30; ++seq)
@@ -245,14 +327,14 @@ TEST_F(TwoFingers, InLockstepADeviceThatIsGoneIsReleased) {
 
 // ---- who does not belong here -------------------------------------------------------------------------------------
 
-TEST_F(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
+TEST_P(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
     press_both();
     const std::size_t answers = forces[1].size();
     for (std::int64_t seq = 20; seq < 25; ++seq) {
         device_state theirs = state(1, seq, 0.001, device_state::REAL_TIME);
         theirs.session = 5;
         send(1, theirs);
-        session.publish_status();
+        session->publish_status();
     }
     ASSERT_EQ(forces[1].size(), answers + 5);
     EXPECT_EQ(forces[1].back().session, 5);
@@ -264,7 +346,7 @@ TEST_F(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
     EXPECT_NE(told[0].find("finger 2: a second device"), std::string::npos) << told[0];
 }
 
-TEST_F(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
+TEST_P(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
     press_both();
     const std::size_t answers = forces[1].size();
     wait(milliseconds(25));
@@ -274,24 +356,68 @@ TEST_F(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
     EXPECT_EQ(status("odd_states_2"), 1);
 }
 
-TEST(TwoFingersOfOne, AFingerThatTheSceneHasNotIsToldAndNotAnswered) {
-    Connection connection("memq://");
-    std::vector<std::string> told;
-    LocalStepper stepper(soft_pair().scene_of_one());
-    Session session(stepper, connection, nullptr, [&](const std::string& line) { told.push_back(line); });
-    int answers = 0;
-    for (std::size_t finger = 0; finger < kFingers; ++finger)
-        connection.subscribe<servo_force>(channel_of<servo_force>(finger),
-                                          [&](const servo_force&, std::int64_t) { ++answers; });
+class TwoFingersOfOne : public SessionOfTwo, public testing::WithParamInterface<bool> {
+protected:
+    TwoFingersOfOne() : SessionOfTwo(GetParam(), soft_pair().scene_of_one()) {}
+};
+INSTANTIATE_TEST_SUITE_P(Behind, TwoFingersOfOne, testing::Bool(), name_of_place);
+
+TEST_P(TwoFingersOfOne, AFingerThatTheSceneHasNotIsToldAndNotAnswered) {
     for (int twice = 0; twice < 2; ++twice) {
-        connection.publish(channel_of<device_state>(1), simulated_state(twice, 1000 * twice));
-        handle_all(connection);
-        session.publish_status();
+        send(1, simulated_state(twice, 1000 * twice));
+        session->publish_status();
     }
-    EXPECT_EQ(answers, 0);
-    EXPECT_EQ(session.link_report().absent_finger_states, 2);
+    EXPECT_TRUE(forces[0].empty() && forces[1].empty());
+    EXPECT_EQ(session->link_report().absent_finger_states, 2);
     ASSERT_EQ(told.size(), 1U);
     EXPECT_NE(told[0].find("fingers = 2"), std::string::npos) << told[0];
+}
+
+// ---- of a line alone ----------------------------------------------------------------------------------------------
+
+class TwoBehindALine : public SessionOfTwo {
+protected:
+    TwoBehindALine() : SessionOfTwo(true, soft_pair().scene()) {}
+    FakeTarget<Pipes>& target() { return behind->target; }
+    /// An answer that is lost on its way.
+    void lose_an_answer(std::int64_t seq, std::int8_t mode) {
+        answers_by_itself = false;
+        for (std::size_t finger = 0; finger < kFingers; ++finger) send(finger, state(finger, seq, 0.0011, mode));
+        EXPECT_EQ(target().answer(true), 1);
+        exchange();
+        EXPECT_EQ(forces[0].back().seq, seq - 1);
+    }
+};
+
+TEST_F(TwoBehindALine, InRealTimeAForceThatIsLostIsOvertaken) {
+    press_both();
+    const std::uint32_t ticks = target().counters(0).ticks;
+    const std::size_t answers = forces[0].size();
+    lose_an_answer(20, device_state::REAL_TIME);
+    real(0, 21, 0.0011);
+    real(1, 21, 0.0011);
+    session->watch(Clock::now() + milliseconds(10));  // longer than the answer is waited for
+    EXPECT_EQ(target().answer(), 1);
+    exchange();
+    EXPECT_EQ(forces[0].size(), answers + 1);
+    EXPECT_EQ(forces[1].back().seq, 21);
+    EXPECT_EQ(target().counters(0).ticks, ticks + 2);
+    EXPECT_EQ(status("lost_answers"), 1);
+    EXPECT_EQ(status("lost_answers_2"), 1);
+}
+
+TEST_F(TwoBehindALine, InLockstepATickIsSentAgainUntilItIsAnswered) {
+    lockstep(0, 0, -0.001);
+    lockstep(1, 0, -0.001);
+    const std::uint32_t ticks = target().counters(0).ticks;
+    lose_an_answer(1, device_state::SIMULATED);
+    wait(milliseconds(50));
+    EXPECT_EQ(target().answer(), 1);
+    exchange();
+    EXPECT_EQ(forces[0].back().seq, 1);
+    EXPECT_EQ(forces[1].back().seq, 1);
+    EXPECT_EQ(target().counters(0).ticks, ticks + 1);
+    EXPECT_EQ(status("resent_frames"), 1);
 }
 
 // ---- two hands, their log and their record ------------------------------------------------------------------------
@@ -432,8 +558,8 @@ TEST_F(TwoHands, ABodyThatNothingHoldsMovesOnceATick) {
     // A force on each side, and the cube between them.
     double most_n[2] = {0.0, 0.0};
     for (const auto& row : rows) {
-        most_n[0] = std::max(most_n[0], -row[14]);
-        most_n[1] = std::max(most_n[1], row[14 + 19]);
+        most_n[0] = std::max(most_n[0], -row.at("force_x"));
+        most_n[1] = std::max(most_n[1], row.at("force_x2"));
     }
     EXPECT_GT(most_n[0], 0.05);
     EXPECT_GT(most_n[1], 0.05);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <random>
 
+#include "tests/bodies.hpp"
 #include "tests/hand.hpp"
 #include "tests/moving/adapter.hpp"
 #include "tests/moving/bodies.hpp"
@@ -19,7 +20,6 @@ namespace {
 using Eigen::Vector3d;
 using Fingers = std::array<Vector3d, 2>;
 
-constexpr auto kForces = every<ForceLaw>();
 constexpr std::size_t kBodies = 9;
 
 const Shaped& body_of(std::size_t body) {

@@ -20,8 +20,7 @@
 namespace haptable::test {
 namespace {
 
-constexpr auto kForces = every<ForceLaw>();
-constexpr std::size_t kBodies = 8, kMouse = 7;  // the mouse under one finger: its coupling takes minutes to compute
+constexpr std::size_t kRinging = 8, kMouse = 7;  // the mouse under one finger: its coupling takes minutes to compute
 
 Scene ringing_scene(std::size_t body, bool is_free, ForceLaw force, const std::filesystem::path& folder) {
     static const std::array<Shaped, 7> shaped{block(), plate(), rod(), ball(), ring(), lump(), noisy_scan()};
@@ -148,11 +147,11 @@ TEST(RingingRange, EndsMakeNoMoreThanAWallDoes) {
     }
 }
 
-constexpr std::array<const char*, kBodies> kNames{"block", "plate", "rod", "ball", "ring", "lump", "scan", "mouse"};
+constexpr std::array<const char*, kRinging> kNames{"block", "plate", "rod", "ball", "ring", "lump", "scan", "mouse"};
 std::vector<Ringer> every_ringer() {
     std::vector<Ringer> all;
     for (const bool is_free : {false, true})
-        for (std::size_t body = 0; body < kBodies; ++body) all.push_back({body, is_free});
+        for (std::size_t body = 0; body < kRinging; ++body) all.push_back({body, is_free});
     return all;
 }
 std::string name_of(const testing::TestParamInfo<Ringer>& info) {

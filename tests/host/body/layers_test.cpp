@@ -23,6 +23,7 @@
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/precompute/selection.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
@@ -32,12 +33,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kSide_m = 0.03;
-constexpr Element kElements[] = {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
-
-Selection box(double x0, double y0, double z0, double x1, double y1, double z1) {
-    return {std::array<double, 6>{x0, y0, z0, x1, y1, z1}, "", 1};
-}
+using test::box, test::kElements, test::kSide_m;
 const Selection kTop = box(-1, -1, 0.999 * kSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
 
 /// A cube that nothing holds; without lateral strain it is a bundle of springs.

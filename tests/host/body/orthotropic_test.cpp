@@ -10,6 +10,7 @@
 #include "host/body/assembly.hpp"
 #include "host/precompute/identity.hpp"
 #include "tests/conditioning.hpp"
+#include "tests/host/precompute/selection.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -20,8 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSide_m = 0.03;
-constexpr Element kElements[] = {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
+using test::kElements, test::kSide_m;
 // A tendon-like law, and one that hardly changes its volume.
 const Orthotropic kTendon{{5e4, 1e4, 4e3}, {0.4, 0.3, 0.25}, {6e3, 5e3, 2e3}};
 const Orthotropic kFull{{2e4, 1e4, 1e4}, {0.499, 0.499, 0.745}, {6e3, 6e3, 2.9e3}};

@@ -10,16 +10,13 @@
 #include "host/body/assembly.hpp"
 #include "host/mesh/shells.hpp"
 #include "tests/conditioning.hpp"
+#include "tests/host/precompute/selection.hpp"
 
 namespace haptable {
 
 namespace {
 
-constexpr double kSide_m = 0.03;
-
-Selection box(double x0, double y0, double z0, double x1, double y1, double z1) {
-    return {std::array<double, 6>{x0, y0, z0, x1, y1, z1}, "", 1};
-}
+using test::box, test::kSide_m;
 
 /// A cube that is fixed at its bottom; without lateral strain it is a bundle of springs.
 Scene column_scene(int nodes_per_side) {

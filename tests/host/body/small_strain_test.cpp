@@ -10,6 +10,7 @@
 #include "host/body/assembly.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/middles.hpp"
+#include "tests/bodies.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/tolerance.hpp"
 
@@ -31,20 +32,11 @@ private:
     Eigen::LLT<MatrixXd> factor_;
 };
 
-Scene cube_scene() {
-    Scene scene;
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = 5;
-    scene.material = {1e4, 0.4};
-    scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
-    return scene;
-}
-
 /// The paper's cube, a finger on a node of its top that is not in the middle.
 class SmallStrainCube : public ::testing::Test {
 protected:
     SmallStrainCube()
-        : scene_(cube_scene()),
+        : scene_(test::cube_scene(5, 0.4)),
           body_(make_body(scene_, make_cube(5, 0.03))),
           solver_(assemble_free(scene_, body_).matrix()),
           material_(materials_of(scene_, body_)) {}
@@ -135,7 +127,7 @@ TEST(SmallStrain, DepthIsTheLeastWhereTheForceIsOff) {
 class SmallStrainOf : public ::testing::TestWithParam<Element> {};
 
 TEST_P(SmallStrainOf, DepthScalesWithTheBodyAlone) {
-    Scene scene = cube_scene();
+    Scene scene = test::cube_scene(5, 0.4);
     scene.mesh.element = GetParam();
     const auto depth = [&](double side, double young) {
         scene.material.young_pa = young;

@@ -9,17 +9,13 @@
 
 #include "host/base/error.hpp"
 #include "host/device/faulty_lane.hpp"
+#include "tests/error_of.hpp"
 
 namespace haptable::test {
 namespace {
 
 std::string complaint_about(const std::string& text) {
-    try {
-        parse_faults(text);
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "";
+    return error_of([&] { parse_faults(text); });
 }
 
 TEST(FaultPlans, AreReadWithTheirUnits) {
@@ -42,7 +38,7 @@ TEST(FaultPlans, ComplaintsNameThePartAndWhatMayStandThere) {
     EXPECT_EQ(complaint_about("jump=0.1:5ms"), "--fault: \"jump=0.1:5ms\": give a length with m, mm or um, as in 25mm");
     EXPECT_NE(complaint_about("loss=0.1").find("there are drop, double, reorder, corrupt, delay"), std::string::npos);
     for (const char* bad : {"", "drop=", "drop=nan", "delay=-1ms", "delay=1e999s", "drop=0.1,", "stuck=0.1:"})
-        EXPECT_NE(complaint_about(bad), "") << bad;
+        EXPECT_NE(complaint_about(bad), "no error") << bad;
 }
 
 TEST(FaultPlans, AsTextAreReadBack) {

@@ -15,16 +15,16 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRadPerDegree = std::numbers::pi / 180.0;
 // A central difference over 1e-6: rounding over the step, and its square.
 constexpr double kDifference = 1e-8;
 
 TEST(FiveBar, EndsOnTheMiddleLineForAnglesThatMirror) {
     const FiveBar linkage;  // both motors in one place
-    const double half_m = 0.07 * std::cos(60.0 * kDegree);
-    const auto end = linkage.end_m(Vector2d(120.0, 60.0) * kDegree);
+    const double half_m = 0.07 * std::cos(60.0 * kRadPerDegree);
+    const auto end = linkage.end_m(Vector2d(120.0, 60.0) * kRadPerDegree);
     ASSERT_TRUE(end);
-    const Vector2d exact(0.0, 0.07 * std::sin(60.0 * kDegree) + std::sqrt(0.09 * 0.09 - half_m * half_m));
+    const Vector2d exact(0.0, 0.07 * std::sin(60.0 * kRadPerDegree) + std::sqrt(0.09 * 0.09 - half_m * half_m));
     EXPECT_WITHIN((*end - exact).norm(), .count = 64, .size = 0.2);
 }
 
@@ -32,7 +32,7 @@ TEST(FiveBar, KeepsTheLengthsOfItsArms) {
     const FiveBar linkage{0.07, 0.09, 0.038};
     for (double first = 90.0; first <= 200.0; first += 7.0)
         for (double second = -20.0; second <= 90.0; second += 7.0) {
-            const Vector2d angle = Vector2d(first, second) * kDegree;
+            const Vector2d angle = Vector2d(first, second) * kRadPerDegree;
             const auto end = linkage.end_m(angle);
             if (!end) continue;
             for (const int motor : {0, 1}) {
@@ -41,15 +41,15 @@ TEST(FiveBar, KeepsTheLengthsOfItsArms) {
                     << first << " " << second;
             }
         }
-    EXPECT_FALSE((FiveBar{0.07, 0.03, 0.038}.end_m(Vector2d(180.0, 0.0) * kDegree)));
-    EXPECT_FALSE((FiveBar{0.07, 0.03, 0.038}.jacobian(Vector2d(180.0, 0.0) * kDegree)));
+    EXPECT_FALSE((FiveBar{0.07, 0.03, 0.038}.end_m(Vector2d(180.0, 0.0) * kRadPerDegree)));
+    EXPECT_FALSE((FiveBar{0.07, 0.03, 0.038}.jacobian(Vector2d(180.0, 0.0) * kRadPerDegree)));
     EXPECT_FALSE(linkage.end_m(Vector2d::Constant(std::numeric_limits<double>::quiet_NaN())));
 }
 
 TEST(FiveBar, TheJacobianIsThatOfDifferences) {
     const FiveBar linkage{0.07, 0.09, 0.038};
     for (const Vector2d& degrees : {Vector2d(168.0, 12.0), Vector2d(120.0, 30.0), Vector2d(150.0, 80.0)}) {
-        const Vector2d angle = degrees * kDegree;
+        const Vector2d angle = degrees * kRadPerDegree;
         const auto jacobian = linkage.jacobian(angle);
         ASSERT_TRUE(jacobian);
         for (const int motor : {0, 1}) {

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 1e-3;
+constexpr double kRing_s = 1e-3;
 // Of the search, and of a cycle that the sampling deforms: (w T)^2 of w = sqrt(K/m), here below 0.3.
 constexpr double kSearched = 0.01, kDeformed = 0.1;
 
@@ -44,7 +44,7 @@ RingingLoop alone(const Device& device) {
 // K = b / (T/2 + d) (Gil et al. 2009).
 TEST(Ringing, OfDampingAloneBeginsAtColgateAndSchenkelsBound) {
     for (const double delay_s : {0.0, 1e-3, 2e-3}) {
-        const double bound = 0.05 / (kTick_s / 2.0 + delay_s);
+        const double bound = 0.05 / (kRing_s / 2.0 + delay_s);
         const double measured = ringing_stiffness(alone(plain(0.05, 0.0, delay_s)));
         EXPECT_WITHIN(std::abs(measured / bound - 1.0), .epsilon = kSearched + kDeformed) << delay_s;
     }
@@ -55,7 +55,7 @@ TEST(Ringing, WithCoulombFrictionBeginsWhereACycleGivesMoreThanItTakes) {
     for (const double speed_m_s : {0.1, 0.5}) {
         RingingLoop loop = alone(plain(0.005, 0.04, 1e-3));
         loop.speed_m_s = speed_m_s;
-        const double exact = (0.005 + 4.0 * 0.04 / (std::numbers::pi * speed_m_s)) / (1.5 * kTick_s);
+        const double exact = (0.005 + 4.0 * 0.04 / (std::numbers::pi * speed_m_s)) / (1.5 * kRing_s);
         EXPECT_WITHIN(std::abs(ringing_stiffness(loop) / exact - 1.0), .epsilon = kSearched + kDeformed) << speed_m_s;
     }
 }
@@ -123,7 +123,7 @@ double speed_after_two_seconds(double stiffness_n_per_m) {
     record.finish();
     double most = 0.0;
     const auto rows = read_rows(folder / "device.csv");
-    for (std::size_t i = 1500; i < rows.size(); ++i) most = std::max(most, std::abs(rows[i][4]));
+    for (std::size_t i = 1500; i < rows.size(); ++i) most = std::max(most, std::abs(rows[i].at("velocity_x")));
     return most;
 }
 

@@ -263,8 +263,8 @@ TEST_F(DeviceSessionTest, RealTimeDropsAStaleForce) {
     ASSERT_EQ(rows.size(), 60U);
     EXPECT_EQ(report.silences, 1);
     EXPECT_GE(report.missed, 49);
-    EXPECT_EQ(rows[0][10], 1.0);
-    for (std::size_t tick = 11 + 21; tick < rows.size(); ++tick) EXPECT_EQ(rows[tick][10], 0.0) << tick;
+    EXPECT_EQ(rows[0].at("force_x"), 1.0);
+    for (std::size_t tick = 11 + 21; tick < rows.size(); ++tick) EXPECT_EQ(rows[tick].at("force_x"), 0.0) << tick;
 }
 
 // Answers that are 30 ms under way are no answers: no force, and the report tells their age.
@@ -287,7 +287,7 @@ TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfMoreThan20Ms) {
     EXPECT_EQ(report.contact_ticks, 0);
     EXPECT_GE(report.latency.max_us(), 30'000.0);
     EXPECT_GE(report.silences, 1);
-    for (const auto& row : read_rows(folder / "device.csv")) EXPECT_EQ(row[10], 0.0);
+    for (const auto& row : read_rows(folder / "device.csv")) EXPECT_EQ(row.at("force_x"), 0.0);
 }
 
 // After silence the servo begins without contact: what it said before of the one that was is over.
@@ -358,11 +358,11 @@ TEST_F(DeviceSessionTest, ADeviceOfAnotherFrameMeetsTheSameWall) {
     EXPECT_WITHIN(std::abs(report.largest_force_n - 1.2), .epsilon = 0.05);
     const auto rows = read_rows(folder / "device.csv");
     ASSERT_EQ(rows.size(), 800U);
-    EXPECT_WITHIN(std::abs(rows[0][3] - 0.04), .epsilon = Device().encoder_step_m) << "the path is the body's";
+    EXPECT_WITHIN(std::abs(rows[0].at("z") - 0.04), .epsilon = Device().encoder_step_m) << "the path is the body's";
     const auto& deep = rows[400];
-    EXPECT_WITHIN(std::abs(deep[12] - 2.0 * 300.0 * (0.03 - deep[3])), .count = 64, .size = 1.2)
+    EXPECT_WITHIN(std::abs(deep.at("force_z") - 2.0 * 300.0 * (0.03 - deep.at("z"))), .count = 64, .size = 1.2)
         << "the motors' force in the body's axes, of the finger in the body's coordinates";
-    EXPECT_WITHIN(std::abs(deep[10]) + std::abs(deep[11]), .count = 64, .size = 1.2);
+    EXPECT_WITHIN(std::abs(deep.at("force_x")) + std::abs(deep.at("force_y")), .count = 64, .size = 1.2);
 }
 
 // Held down on the wall, the clutch pressed for 0.15 s while the hand goes on: no step of the finger, of the force no
@@ -385,13 +385,14 @@ TEST_F(DeviceSessionTest, TheClutchBringsTheForceDownAndBackWithoutAStep) {
     const auto rows = read_rows(folder / "device.csv");
     // From the clutch on until the ramp is whole again; the tick in which it is whole does not count.
     EXPECT_EQ(report.clutched_ticks, 150 + 49);
-    EXPECT_GT(rows[349][12], 0.5);
-    EXPECT_EQ(rows[420][12], 0.0);
+    EXPECT_GT(rows[349].at("force_z"), 0.5);
+    EXPECT_EQ(rows[420].at("force_z"), 0.0);
     for (std::size_t i = 1; i < rows.size(); ++i) {
-        EXPECT_LT(std::abs(rows[i][3] - rows[i - 1][3]), 1.5e-4) << "the peak of a movement at 50 mm/s, " << i;
-        EXPECT_LT(std::abs(rows[i][12] - rows[i - 1][12]), 0.7 / 50.0 + 300.0 * 1.5e-4) << i;
+        EXPECT_LT(std::abs(rows[i].at("z") - rows[i - 1].at("z")), 1.5e-4)
+            << "the peak of a movement at 50 mm/s, " << i;
+        EXPECT_LT(std::abs(rows[i].at("force_z") - rows[i - 1].at("force_z")), 0.7 / 50.0 + 300.0 * 1.5e-4) << i;
     }
-    EXPECT_EQ(rows[360][3], rows[499][3]) << "the finger stays";
+    EXPECT_EQ(rows[360].at("z"), rows[499].at("z")) << "the finger stays";
     EXPECT_EQ(states[460].velocity_m_s[2], 0.0);
 }
 

@@ -27,11 +27,11 @@ Touchable part_of(const Shape& shape, const Inside& inside) {
     return body;
 }
 
-constexpr Bound kPlace{.count = 32, .size = 0.1};  // positions of up to 0.1 m
+constexpr Bound kTouched{.count = 32, .size = 0.1};  // positions of up to 0.1 m
 
 TEST(Touchable, TheTopIsPressedStraightDown) {
     const TouchPlace place = top_of(touchable(box_shape(3, Vector3d(0.03, 0.06, 0.1))));
-    EXPECT_WITHIN((place.at_m - Vector3d(0.015, 0.03, 0.1)).norm(), kPlace);
+    EXPECT_WITHIN((place.at_m - Vector3d(0.015, 0.03, 0.1)).norm(), kTouched);
     EXPECT_EQ(place.direction, Vector3d(0.0, 0.0, -1.0));
     EXPECT_TRUE(place.is_under_top);
 }
@@ -39,7 +39,7 @@ TEST(Touchable, TheTopIsPressedStraightDown) {
 // Under the top's centre of a cavity's box there are an inner floor too and the outer bottom: the highest counts.
 TEST(Touchable, OfSeveralSurfacesUnderTheTopTheHighestIsTaken) {
     const TouchPlace place = top_of(touchable(hollow_shape(5, 0.05)));
-    EXPECT_WITHIN(std::abs(place.at_m.z() - 0.05), kPlace);
+    EXPECT_WITHIN(std::abs(place.at_m.z() - 0.05), kTouched);
 }
 
 // A ring's middle is empty: its inner rim is nearest, and is pressed along its own inner normal.
@@ -60,8 +60,8 @@ TEST(Touchable, WhereTheMiddleIsEmptyTheNearestPointIsPressedInwards) {
 TEST(Touchable, OnlyTheTouchablePartCounts) {
     const Shape box = box_shape(4, Vector3d(0.04, 0.04, 0.04));
     const TouchPlace place = top_of(part_of(box, [](const Vector3d& x) { return x.x() < 1e-9 && x.z() < 0.0301; }));
-    EXPECT_WITHIN((place.at_m - Vector3d(0.0, 0.02, 0.03)).norm(), kPlace);
-    EXPECT_WITHIN((place.direction - Vector3d::UnitX()).norm(), kPlace);
+    EXPECT_WITHIN((place.at_m - Vector3d(0.0, 0.02, 0.03)).norm(), kTouched);
+    EXPECT_WITHIN((place.direction - Vector3d::UnitX()).norm(), kTouched);
 }
 
 TEST(Touchable, IsReadFromTheTablesAndSaysWhereItIs) {

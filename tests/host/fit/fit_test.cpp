@@ -14,6 +14,7 @@
 #include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
 #include "tests/bodies.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -200,14 +201,9 @@ TEST(Fit, TheStiffnessOfABodyThatRingsIsThatOfTheWhole) {
 
 TEST(Fit, ARecordThatIsNoneIsAnErrorAtItsLine) {
     const TemporaryFolder folder;
-    const auto error_of = [&](const std::string& text) -> std::string {
+    const auto error_of = [&](const std::string& text) {
         write_file(folder.path() / "press.csv", text);
-        try {
-            read_force_record(folder.path() / "press.csv");
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "none";
+        return test::error_of([&] { read_force_record(folder.path() / "press.csv"); });
     };
     EXPECT_NE(error_of("t,d,f\n").find("press.csv:1: the header must be time_s,depth_m,force_n"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0,0\n0,1,1\n").find(":3: its time does not ascend"),
@@ -216,7 +212,7 @@ TEST(Fit, ARecordThatIsNoneIsAnErrorAtItsLine) {
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0\n").find(":2: must be"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0.1,-1\n").find("no force above 0"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,-0.1,1\n").find("no depth above 0"), std::string::npos);
-    EXPECT_EQ(error_of("time_s,depth_m,force_n\r\n0,0,0\r\n0.5,1e-3,2\r\n"), "none");
+    EXPECT_EQ(error_of("time_s,depth_m,force_n\r\n0,0,0\r\n0.5,1e-3,2\r\n"), "no error");
 }
 
 // What comes after the body has let go says nothing of it.

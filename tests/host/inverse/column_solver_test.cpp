@@ -17,7 +17,7 @@ namespace {
 using Nodes = std::vector<std::int32_t>;
 
 /// A cube with its bottom fixed: 8 x 8 x 7 unknown nodes, enough for three groups of columns.
-class Columns : public testing::Test {
+class SolvedColumns : public testing::Test {
 protected:
     static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(8, 0.49); }
     static Nodes every(std::int32_t step, std::int32_t first = 0) {
@@ -47,17 +47,17 @@ protected:
     Progress progress_{true};
 };
 
-constexpr double kStored = 8.0;                       // one rounding, to float32, of entries of about the size of L_ii
+constexpr double kRounded = 8.0;                      // one rounding, to float32, of entries of about the size of L_ii
 const double kSolved = 8.0 * std::sqrt(3.0 * 448.0);  // forwards and backwards in float, over that many unknowns
 
-TEST_F(Columns, OfAllNodesAtAllRows) { expect_columns(every(1), every(1), kStored); }
-TEST_F(Columns, OfSomeNodesAtMoreRows) { expect_columns(every(3), every(1), kStored); }
-TEST_F(Columns, OfMoreNodesThanRows) { expect_columns(every(1), every(5), kStored); }
-TEST_F(Columns, OfNodesThatAreNoRows) { expect_columns(every(2), every(2, 1), kStored); }
-TEST_F(Columns, OfOneNode) { expect_columns({200}, every(1), kStored); }
-TEST_F(Columns, InFloatWithItsRounding) { expect_columns(every(1), every(1), kSolved, Precision::kFloat); }
+TEST_F(SolvedColumns, OfAllNodesAtAllRows) { expect_columns(every(1), every(1), kRounded); }
+TEST_F(SolvedColumns, OfSomeNodesAtMoreRows) { expect_columns(every(3), every(1), kRounded); }
+TEST_F(SolvedColumns, OfMoreNodesThanRows) { expect_columns(every(1), every(5), kRounded); }
+TEST_F(SolvedColumns, OfNodesThatAreNoRows) { expect_columns(every(2), every(2, 1), kRounded); }
+TEST_F(SolvedColumns, OfOneNode) { expect_columns({200}, every(1), kRounded); }
+TEST_F(SolvedColumns, InFloatWithItsRounding) { expect_columns(every(1), every(1), kSolved, Precision::kFloat); }
 
-TEST_F(Columns, FewerRowsCostFewerOperations) {
+TEST_F(SolvedColumns, FewerRowsCostFewerOperations) {
     const auto flops = [&](const Nodes& node, const Nodes& row) {
         return ColumnSolver(factor_.supernodes(), node, row).flops();
     };

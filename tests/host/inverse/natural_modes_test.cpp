@@ -24,7 +24,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kAsked = 1e-6;  // relative, against the dense eigenproblem
+constexpr double kEigen = 1e-6;  // relative, against the dense eigenproblem
 constexpr double kDensity = 1000.0;
 constexpr int kModes = 8;
 
@@ -85,18 +85,18 @@ TEST_P(ModesOf, AreThoseOfTheDenseEigenproblem) {
     const Index rigid = GetParam().is_free ? 6 : 0;
     for (Index k = 0; k < kModes; ++k) {
         const double wanted = std::sqrt(omega2[rigid + k]);
-        EXPECT_WITHIN(std::abs(ringing.modes().omega_rad_per_s[k] - wanted), .epsilon = kAsked, .size = wanted)
+        EXPECT_WITHIN(std::abs(ringing.modes().omega_rad_per_s[k] - wanted), .epsilon = kEigen, .size = wanted)
             << "mode " << k;
     }
     const MatrixXd& phi = ringing.modes().shape;
-    EXPECT_LT((phi.transpose() * (ringing.mass * phi) - MatrixXd::Identity(kModes, kModes)).norm(), kAsked);
+    EXPECT_LT((phi.transpose() * (ringing.mass * phi) - MatrixXd::Identity(kModes, kModes)).norm(), kEigen);
     for (Index k = 0; k < kModes; ++k) {
         const double omega = ringing.modes().omega_rad_per_s[k];
         const VectorXd inertia = omega * omega * (ringing.mass * phi.col(k));
-        EXPECT_LT((ringing.k * phi.col(k) - inertia).norm(), kAsked * inertia.norm()) << "mode " << k;
+        EXPECT_LT((ringing.k * phi.col(k) - inertia).norm(), kEigen * inertia.norm()) << "mode " << k;
     }
     if (!GetParam().is_free) return;
-    EXPECT_LT((ringing.rigid.momentum.transpose() * phi).norm(), kAsked * ringing.rigid.momentum.norm());
+    EXPECT_LT((ringing.rigid.momentum.transpose() * phi).norm(), kEigen * ringing.rigid.momentum.norm());
 }
 
 // What the modes come to under a load that is held, and the rest: L f. And the rest is orthogonal to the modes.
@@ -110,13 +110,13 @@ TEST_P(ModesOf, WithTheRestAreTheStaticBody) {
     const MatrixXd& phi = ringing.modes().shape;
     const VectorXd soft = ringing.modes().omega_rad_per_s.cwiseAbs2().cwiseInverse();
     const MatrixXd moved = phi * soft.asDiagonal() * (phi.transpose() * load);
-    EXPECT_LT((rest + moved - u).norm(), kAsked * u.norm());
+    EXPECT_LT((rest + moved - u).norm(), kEigen * u.norm());
     EXPECT_LT((phi.transpose() * (ringing.mass * rest)).norm(),
-              kAsked * std::sqrt(ringing.rigid.mass_kg + 0.027) * u.norm());
+              kEigen * std::sqrt(ringing.rigid.mass_kg + 0.027) * u.norm());
     EXPECT_GT(moved.norm(), 0.1 * u.norm()) << "the modes are a part of it";
     MatrixXd balanced = load;
     ringing.rest->balance(balanced);
-    EXPECT_LT((ringing.k * rest - balanced).norm(), kAsked * load.norm());
+    EXPECT_LT((ringing.k * rest - balanced).norm(), kEigen * load.norm());
     Progress quiet(true);
     const std::vector<NodePair> pairs{{0, 0}, {5, 9}, {9, 5}, {30, 2}};
     const auto part = [](const MatrixXd& of, const NodePair& p) {
@@ -127,7 +127,7 @@ TEST_P(ModesOf, WithTheRestAreTheStaticBody) {
     ringing.rest->solve(MatrixXd::Identity(load.rows(), load.rows()), l);
     const double size = part(l, pairs.front()).norm();
     for (std::size_t p = 0; p < pairs.size(); ++p)
-        EXPECT_LT((blocks.l_ij[p] - part(l, pairs[p])).norm(), kAsked * size);
+        EXPECT_LT((blocks.l_ij[p] - part(l, pairs[p])).norm(), kEigen * size);
 }
 
 INSTANTIATE_TEST_SUITE_P(Elements, ModesOf,

@@ -61,7 +61,7 @@ TEST(LibraryNull, IsAnErrorEverywhere) {
 }
 
 TEST(LibraryNull, IsAnErrorForWhatAnObjectNeedsBeside) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     haptable_object* const object = haptable_object_load(folder.path().c_str(), 0);
     ASSERT_NE(object, nullptr) << haptable_library_error();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -18,12 +19,7 @@ protected:
         return read_finger_path(folder / "path.csv", allowed);
     }
     std::string error_of(const std::string& text, Positions allowed = Positions::any) {
-        try {
-            read(text, allowed);
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "none";
+        return test::error_of([&] { read(text, allowed); });
     }
     void expect_error_at(const std::string& text, int line, Positions allowed = Positions::any) {
         const std::string place = (folder / "path.csv").string() + ":" + std::to_string(line) + ": ";

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
@@ -33,14 +34,13 @@ TEST(TextFile, LeavesNothingUnlessKept) {
 // Whatever ends the session: what was added is there.
 TEST(TextFile, KeptItSurvivesAnException) {
     const WorkFolder folder;
-    try {
+    error_of([&] {
         TextFile file(folder / "a.csv");
         file.add("header\n");
         file.keep();
         file.add("one\n");
         throw Error("the cable was pulled out");
-    } catch (const Error&) {
-    }
+    });
     EXPECT_EQ(read_file(folder / "a.csv"), "header\none\n");
     EXPECT_EQ(folder.file_count(), 1U);
 }

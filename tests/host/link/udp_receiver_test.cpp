@@ -18,6 +18,7 @@
 #include "host/base/error.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
+#include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
 namespace {
@@ -81,11 +82,7 @@ std::optional<std::string> next(UdpReceiver& receiver, int wait_ms = 2000) {
 class UdpReceiverTest : public testing::Test {
 protected:
     void SetUp() override {
-        try {
-            const Connection connection(url_of(port_of(0)));
-        } catch (const Error& error) {
-            GTEST_SKIP() << error.what();
-        }
+        if (const std::string why = why_no_lcm(url_of(port_of(0))); !why.empty()) GTEST_SKIP() << why;
     }
 };
 

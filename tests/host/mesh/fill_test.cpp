@@ -13,6 +13,7 @@
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/surface.hpp"
+#include "tests/error_of.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -76,13 +77,8 @@ protected:
         write_file(folder_.path() / name, text);
         return read_mesh(folder_.path() / name, ReadOptions{1.0, false, target});
     }
-    std::string error_of(const Shape& shape) {
-        try {
-            fill(to_off(shape), "a.off", {0.2, 0, false});
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "no error";
+    std::string error_of(const Shape& shape, const FillTarget& target = {0.2, 0, false}) {
+        return test::error_of([&] { fill(to_off(shape), "a.off", target); });
     }
     const TemporaryFolder folder_;
 };
@@ -231,13 +227,8 @@ Shape bottle(double neck) {
 TEST_F(Fill, ACavityThatTheSurfaceLacksIsAnError) {
     const Audit open = audit_mesh(fill(to_off(bottle(0.2)), "a.off", {0.1, 0}));
     EXPECT_EQ(open.cavities, 0U);
-    try {
-        fill(to_off(bottle(0.01)), "a.off", {0.3, 0});
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("it encloses 1 cavities, and its surface 0"), std::string::npos)
-            << error.what();
-    }
+    const std::string said = error_of(bottle(0.01), {0.3, 0});
+    EXPECT_NE(said.find("it encloses 1 cavities, and its surface 0"), std::string::npos) << said;
 }
 
 TEST_F(Fill, TrianglesInsideOutAreTurned) {
@@ -356,12 +347,7 @@ TEST_F(Fill, SmoothBodiesAreAllFilled) {
 
 TEST_F(Fill, ASheetBoundsNoBody) {
     Shape sheet{"sheet", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
-    try {
-        fill(to_off(sheet), "a.off", {0.0, 500});
-        FAIL() << "no error";
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("bounds no body"), std::string::npos) << error.what();
-    }
+    EXPECT_NE(error_of(sheet, {0.0, 500}).find("bounds no body"), std::string::npos);
 }
 
 /// Other people's surfaces: with holes, inside out, or whole. Volumes: by the divergence theorem of those that are

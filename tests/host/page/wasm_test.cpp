@@ -38,18 +38,9 @@ struct PageTick {
 
 std::filesystem::path module() { return build_folder() / "lib" / "page" / "servo.wasm"; }
 
-std::string missing() {
+std::string missing_servo() {
     if (!std::filesystem::exists(module())) return "no " + module().string() + ": make test makes it";
     return Browser::missing();
-}
-
-const ElasticBody& body(const std::string& name, ForceLaw force) {
-    static std::map<std::string, std::unique_ptr<ElasticBody>> made;
-    std::unique_ptr<ElasticBody>& one = made[name + word(force)];
-    const double radius_m = force != ForceLaw::kPressureMask ? 0.0 : name == "cube" ? 0.012 : 0.004;
-    if (!one && name == "cube") one = std::make_unique<ElasticBody>(cube_scene(5, 0.49), force, radius_m);
-    if (!one) one = std::make_unique<ElasticBody>(needle_cells(6, 0.06, 0.006), name, force, radius_m);
-    return *one;
 }
 
 /// One browser for all tests, with the module in it and two words to use it.
@@ -125,19 +116,14 @@ std::vector<std::array<float, 3>> long_path(const Tables& tables) {
 
 class ModeInBrowser : public testing::TestWithParam<Mode> {};
 
-std::string name_of(const testing::TestParamInfo<Mode>& info) {
-    std::string name = info.param.name();
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
-    return name;
-}
+std::string name_of(const testing::TestParamInfo<Mode>& info) { return test_name(info.param.name()); }
 
 INSTANTIATE_TEST_SUITE_P(Modes, ModeInBrowser, testing::ValuesIn(every_mode()), name_of);
 
 TEST_P(ModeInBrowser, GivesTheHostsBits) {
-    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    if (const std::string why = missing_servo(); !why.empty()) GTEST_SKIP() << why;
     for (const char* name : {"cube", "needle"}) {
-        const ElasticBody& touched = body(name, GetParam().force);
+        const ElasticBody& touched = body_of_modes(name, GetParam().force);
         const haptable_model model = in_mode(touched.model(), GetParam());
         const auto path_m = long_path(touched.tables());
         ASSERT_GE(2 * path_m.size(), kTicks);
@@ -157,10 +143,10 @@ TEST_P(ModeInBrowser, GivesTheHostsBits) {
 
 // Blocks in 16 bits are unpacked there too.
 TEST(PackedInBrowser, GivesTheHostsBits) {
-    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    if (const std::string why = missing_servo(); !why.empty()) GTEST_SKIP() << why;
     for (const ForceLaw force : every<ForceLaw>())
         for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
-            Tables tables = body("cube", force).tables();
+            Tables tables = body_of_modes("cube", force).tables();
             tables.precision = precision;
             const ServoModel servo_model = build_model(tables);
             const haptable_model model = model_in_memory(tables, servo_model);
@@ -216,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, BothInBrowser, testing::Bool(),
                          [](const auto& free) { return free.param ? "Free" : "Held"; });
 
 TEST_P(BothInBrowser, GiveTheHostsBits) {
-    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
+    if (const std::string why = missing_servo(); !why.empty()) GTEST_SKIP() << why;
     constexpr std::uint32_t kAway = 0x80000000U;
     const SoftPair two(0.5);
     ServoScene scene = two.scene();
@@ -261,8 +247,8 @@ TEST_P(BothInBrowser, GiveTheHostsBits) {
 
 // Bytes that are no model: cut, or naming a function that there is not.
 TEST(ModelInBrowser, IsRefusedWhereItIsDamaged) {
-    if (const std::string why = missing(); !why.empty()) GTEST_SKIP() << why;
-    haptable_model model = body("cube", ForceLaw::kInterpolated).model();
+    if (const std::string why = missing_servo(); !why.empty()) GTEST_SKIP() << why;
+    haptable_model model = body_of_modes("cube", ForceLaw::kInterpolated).model();
     const std::string whole = model_bytes(model);
     const auto opens = [](const std::string& bytes) {
         return browser()

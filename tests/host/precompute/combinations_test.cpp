@@ -10,9 +10,11 @@
 #include "host/body/gravity.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/precompute/precompute.hpp"
+#include "tests/bodies.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
+#include "tests/host/precompute/selection.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -134,19 +136,16 @@ TEST_P(CombinationsAgain, WhatIsUnchangedIsKeptAndWhatIsNotIsComputed) {
 std::string name_of(const testing::TestParamInfo<Combination>& info) {
     const auto& [element, law, force] = info.param;
     constexpr const char* kLaw[] = {"isotropic", "orthotropic", "fibre", "rings"};
-    std::string name = std::string(word(element)) + "_" + kLaw[static_cast<int>(law)] + "_" + word(force);
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
+    return test_name(std::string(word(element)) + "_" + kLaw[static_cast<int>(law)] + "_" + word(force));
 }
 
-const auto kElements = testing::Values(Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic);
 INSTANTIATE_TEST_SUITE_P(All, Combinations,
-                         testing::Combine(kElements,
+                         testing::Combine(testing::ValuesIn(kElements),
                                           testing::Values(Law::kIsotropic, Law::kOrthotropic, Law::kFibre, Law::kRings),
                                           testing::ValuesIn(every<ForceLaw>())),
                          name_of);
 INSTANTIATE_TEST_SUITE_P(Some, CombinationsAgain,
-                         testing::Combine(kElements, testing::Values(Law::kOrthotropic),
+                         testing::Combine(testing::ValuesIn(kElements), testing::Values(Law::kOrthotropic),
                                           testing::Values(ForceLaw::kInterpolated)),
                          name_of);
 

@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::int64_t kServo = 3, kHash = 1;
+constexpr std::int64_t kServo = 3, kTables = 1;
 
 class StateGateTest : public testing::Test {
 protected:
@@ -25,7 +25,7 @@ protected:
     }
 
     std::int8_t mode = device_state::REAL_TIME;
-    StateGate gate{kServo, kHash};
+    StateGate gate{kServo, kTables};
     const Clock::time_point begin = Clock::now();
 };
 

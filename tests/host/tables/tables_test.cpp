@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TablesFolder : public testing::Test {
+class TablesFiles : public testing::Test {
 protected:
-    TablesFolder() {
+    TablesFiles() {
         Scene scene;
         scene.file = "a/block.toml";
         scene.name = "block";
@@ -56,7 +56,7 @@ protected:
     Body body_;
 };
 
-TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
+TEST_F(TablesFiles, WhatPrecomputeWroteIsRead) {
     const Tables tables = read_tables(folder_);
     EXPECT_EQ(tables.options.text("device.handedness"), "right");  // that no member has
     EXPECT_EQ(tables.name, "block");
@@ -74,7 +74,7 @@ TEST_F(TablesFolder, WhatPrecomputeWroteIsRead) {
             EXPECT_EQ(tables.position[i][c], body_.mesh.position_m[i][static_cast<int>(c)]);
 }
 
-TEST_F(TablesFolder, MissingAndDamagedFilesAreNamed) {
+TEST_F(TablesFiles, MissingAndDamagedFilesAreNamed) {
     for (const char* file : {"tables.json", "options.json", "position.npy", "surface.npy", "patch.npy", "node_id.npy",
                              "stiffness.npy", "row_id.npy"}) {
         expect_error_with(file, [](const fs::path& path) { fs::remove(path); });
@@ -85,7 +85,7 @@ TEST_F(TablesFolder, MissingAndDamagedFilesAreNamed) {
     }
 }
 
-TEST_F(TablesFolder, FilesThatDoNotFitEachOtherAreNamed) {
+TEST_F(TablesFiles, FilesThatDoNotFitEachOtherAreNamed) {
     expect_error_with("patch.npy", [](const fs::path& path) {
         write_npy<std::int32_t>(path, {1, 3}, std::vector<std::int32_t>{0, 1, 27});
     });
@@ -116,7 +116,7 @@ std::function<void(const fs::path&)> with(const std::string& key, const std::str
 }
 
 // An object that pulls the finger in, and limits that limit nothing.
-TEST_F(TablesFolder, AnObjectThatWouldPullIsRefused) {
+TEST_F(TablesFiles, AnObjectThatWouldPullIsRefused) {
     const auto times = [](double factor) {
         return [factor](const fs::path& path) {
             Array<double> blocks = read_npy<double>(path);

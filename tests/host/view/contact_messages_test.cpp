@@ -13,7 +13,9 @@
 #include "host/base/file.hpp"
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
+#include "tests/loop/helpers.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -65,15 +67,10 @@ protected:
     }
 
     std::string error_of(const FrameChoice& choice = {}) const {
-        try {
-            read_contact_log(log_, *loads_, choice);
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "no error";
+        return test::error_of([&] { read_contact_log(log_, *loads_, choice); });
     }
 
-    TestFolder folder_;
+    TemporaryFolder folder_;
     std::filesystem::path log_ = folder_.path() / "session.log";
     Tables tables_;
     std::unique_ptr<ContactLoads> loads_;
@@ -254,11 +251,8 @@ TEST_F(ViewContactMessages, ALogOfAnEarlierVersionIsRefused) {
 class Live : public ViewContactMessages {
 protected:
     void SetUp() override {
-        try {
-            sender = std::make_unique<Connection>(url);
-        } catch (const Error& error) {
-            GTEST_SKIP() << "no multicast here: " << error.what();
-        }
+        if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << "no multicast here: " << why;
+        sender = std::make_unique<Connection>(url);
         setenv("LCM_DEFAULT_URL", url.c_str(), 1);
     }
     void TearDown() override { unsetenv("LCM_DEFAULT_URL"); }

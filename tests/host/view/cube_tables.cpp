@@ -2,13 +2,11 @@
 #include "tests/host/view/cube_tables.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <stdexcept>
 #include <vector>
 
 #include "host/base/file.hpp"
@@ -86,14 +84,6 @@ std::vector<std::int32_t> touchable(const CubeSurface& cube, const CubeOptions& 
 }
 
 }  // namespace
-
-TestFolder::TestFolder() {
-    std::string form = (std::filesystem::temp_directory_path() / "haptable-test-XXXXXX").string();
-    if (mkdtemp(form.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = form;
-}
-
-TestFolder::~TestFolder() { std::filesystem::remove_all(path_); }
 
 Matrix3d cube_compliance(const Vector3d& to, const Vector3d& from) {
     constexpr double kShear_pa = 2000.0, kPoisson = 0.4, kRound_m = 0.004, kDepth_m = 0.012;

@@ -7,21 +7,9 @@
 #include <string>
 
 #include "host/tables/tables.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
-
-/// A folder in the temporary directory that goes away with its owner.
-class TestFolder {
-public:
-    TestFolder();
-    ~TestFolder();
-    TestFolder(const TestFolder&) = delete;
-    TestFolder& operator=(const TestFolder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
 
 struct CubeOptions {
     int nodes_per_side = 5;

@@ -61,7 +61,7 @@ protected:
             << loads.size() << " loads";
     }
 
-    TestFolder folder_;
+    TemporaryFolder folder_;
     Tables tables_;
 };
 
@@ -129,7 +129,7 @@ TEST_F(ViewDeformation, UsesNoHeap) {
 }
 
 TEST(ViewDeformationErrors, SaysHowToGetColumns) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path(), {.columns = "none"});
     const Tables tables = read_tables(folder.path());
     const std::string said = error_of([&] { const Deformation deformation(tables, folder.path()); });
@@ -137,7 +137,7 @@ TEST(ViewDeformationErrors, SaysHowToGetColumns) {
 }
 
 TEST(ViewDeformationErrors, RefusesColumnsOfOtherTables) {
-    const TestFolder folder, other;
+    const TemporaryFolder folder, other;
     write_cube_tables(folder.path());
     write_cube_tables(other.path(), {.nodes_per_side = 4});
     const Tables tables = read_tables(folder.path());

@@ -34,7 +34,7 @@ Image grey(int width, int height) {
 }
 
 TEST(ViewOutput, AFolderHoldsTheFramesOfThisRunOnly) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     const fs::path out = folder.path() / "new" / "pictures";
     for (const int frames : {5, 3}) {
         Output output(out, 8, 8, 33.0);
@@ -48,14 +48,14 @@ TEST(ViewOutput, AFolderHoldsTheFramesOfThisRunOnly) {
 }
 
 TEST(ViewOutput, AFolderOfOthersIsRefused) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_file(folder.path() / "frame_000000.png", "the user's");
     EXPECT_THROW(Output(folder.path(), 8, 8, 33.0), Error);
     EXPECT_EQ(names(folder.path()), std::set<std::string>{"frame_000000.png"});
 }
 
 TEST(ViewOutput, WhatIsBrokenOffLeavesNothingAndSaysSo) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     const fs::path out = folder.path() / "pictures", old = folder.path() / "old";
     {
         Output earlier(old, 8, 8, 33.0);
@@ -77,7 +77,7 @@ TEST(ViewOutput, WhatIsBrokenOffLeavesNothingAndSaysSo) {
 }
 
 TEST(ViewOutput, APngHoldsOnePicture) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     Output output(folder.path() / "a.png", 8, 8, 33.0);
     output.add(grey(8, 8));
     EXPECT_THROW(output.add(grey(8, 8)), Error);
@@ -86,7 +86,7 @@ TEST(ViewOutput, APngHoldsOnePicture) {
 }
 
 TEST(ViewOutput, ANewFolderWithoutPicturesGoesAgain) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     { const Output output(folder.path() / "live", 8, 8, 33.0); }
     EXPECT_TRUE(names(folder.path()).empty());
     { const Output output(folder.path(), 8, 8, 33.0); }  // one that was there stays
@@ -94,14 +94,14 @@ TEST(ViewOutput, ANewFolderWithoutPicturesGoesAgain) {
 }
 
 TEST(ViewOutput, ErrorsOfTheWriterArrive) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     Output output(folder.path() / "gone" / "a.png", 8, 8, 33.0);  // there is no such folder
     output.add(grey(8, 8));
     EXPECT_THROW(output.close(), Error);
 }
 
 TEST(ViewOutput, RefusesSuffixesThatItCannotWrite) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     EXPECT_THROW(Output(folder.path() / "a.jpg", 8, 8, 33.0), Error);
     EXPECT_TRUE(names(folder.path()).empty());
 }
@@ -128,7 +128,7 @@ void write_script(const fs::path& path, const std::string& script) {
 }
 
 TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     const OnlyPath path(folder.path());
     const std::string said = error_of([&] { const Film film(folder.path() / "a.mp4", 8, 8, 33.0); });
     EXPECT_NE(said.find("apt-get install ffmpeg"), std::string::npos) << said;
@@ -136,7 +136,7 @@ TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
 }
 
 TEST(ViewFilm, HandsEveryPixelToFfmpegAndRenamesTheFilm) {
-    const TestFolder folder, programs;
+    const TemporaryFolder folder, programs;
     write_script(programs.path() / "ffmpeg", "exec /bin/cat >\"$out\"\n");
     const OnlyPath path(programs.path());
     Film film(folder.path() / "a.mp4", 20, 10, 33.0);
@@ -147,7 +147,7 @@ TEST(ViewFilm, HandsEveryPixelToFfmpegAndRenamesTheFilm) {
 }
 
 TEST(ViewFilm, LeavesNothingWhenFfmpegFailsOrTheFilmIsNotClosed) {
-    const TestFolder folder, programs;
+    const TemporaryFolder folder, programs;
     const OnlyPath path(programs.path());
     write_script(programs.path() / "ffmpeg", "/bin/cat >\"$out\"; echo no such codec >&2; exit 3\n");
     const std::string said = error_of([&] {
@@ -197,7 +197,7 @@ std::vector<double> numbers(const std::string& text, const std::string& name) {
 }
 
 TEST(ViewVtu, IsWellFormedAndHoldsTheDeformedSurface) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     const Tables tables = read_tables(folder.path());
     DrawnSurface surface(tables);
@@ -233,7 +233,7 @@ TEST(ViewVtu, IsWellFormedAndHoldsTheDeformedSurface) {
 }
 
 TEST(ViewVtu, ASeriesHasItsTimes) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path() / "tables");
     const DrawnSurface surface(read_tables(folder.path() / "tables"));
     OwnFolder out(folder.path() / "series", kPictures);

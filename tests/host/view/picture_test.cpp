@@ -78,7 +78,7 @@ protected:
     }
 
     static constexpr std::int32_t kTop = 112;  // the middle of the top of 5 x 5 x 5 nodes
-    TestFolder folder_;
+    TemporaryFolder folder_;
     Tables tables_;
 };
 
@@ -609,7 +609,7 @@ TEST(ViewAnnotate, StepsAreRoundNumbers) {
 }
 
 TEST(ViewPng, IsReadBackAsItWas) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     Image image{7, 5, {}};
     for (std::uint32_t k = 0; k < 35; ++k) image.pixel.push_back(k * 0x00070301U & 0x00FFFFFFU);
     const std::filesystem::path path = folder.path() / "a.png";

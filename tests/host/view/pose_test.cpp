@@ -29,7 +29,7 @@ TEST(ViewPose, TurnsAboutTheCentreOfMass) {
 }
 
 TEST(ViewPose, MovesTheDrawnSurfaceAndItsNormals) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     const Tables tables = read_tables(folder.path());
     DrawnSurface surface(tables);
@@ -48,7 +48,7 @@ TEST(ViewPose, MovesTheDrawnSurfaceAndItsNormals) {
 
 // Loads are those of the dent in the body's frame: the same press, wherever the body is.
 TEST(ViewPose, OfACsvIsThatOfItsLastColumns) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     const Tables tables = read_tables(folder.path());
     const ContactLoads loads(tables);
@@ -76,7 +76,7 @@ TEST(ViewPose, OfACsvIsThatOfItsLastColumns) {
 
 // A second finger is drawn, and its load is the reaction of what it feels, in the body's frame.
 TEST(ViewPose, ACsvOfTwoFingersLoadsBoth) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path());
     const Tables tables = read_tables(folder.path());
     const ContactLoads loads(tables);

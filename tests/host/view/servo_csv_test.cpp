@@ -52,7 +52,7 @@ protected:
         EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     }
 
-    TestFolder folder_;
+    TemporaryFolder folder_;
     std::filesystem::path csv_ = folder_.path() / "servo.csv";
     Tables tables_;
     std::unique_ptr<ContactLoads> loads_;

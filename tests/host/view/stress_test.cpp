@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/precompute/precompute.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -165,15 +166,10 @@ TEST_F(ViewStressOfTables, OfRegionsIsTheirOwnMaterials) {
 TEST_F(ViewStressOfTables, SaysWhatIsInTheWay) {
     const auto error = [&](const std::string& more) {
         const Tables t = tables(more);
-        try {
-            const SurfaceStress stress(t, folder_.path() / "a", DrawnSurface(t));
-        } catch (const Error& e) {
-            return std::string(e.what());
-        }
-        return std::string();
+        return error_of([&] { SurfaceStress(t, folder_.path() / "a", DrawnSurface(t)); });
     };
     EXPECT_NE(error("").find("columns = \"all\""), std::string::npos);
-    EXPECT_EQ(error("[tables]\ncolumns = \"all\"\n"), "");
+    EXPECT_EQ(error("[tables]\ncolumns = \"all\"\n"), "no error");
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3f;
 
 Tables cube_tables(const CubeOptions& options = {}) {
-    const TestFolder folder;
+    const TemporaryFolder folder;
     write_cube_tables(folder.path(), options);
     return read_tables(folder.path());
 }

@@ -46,7 +46,7 @@ protected:
         ticks.take(load);
     }
 
-    TestFolder folder;
+    TemporaryFolder folder;
     Tables tables = (write_cube_tables(folder.path() / "cube"), read_tables(folder.path() / "cube"));
     ServoModel servo = build_model(tables);
     haptable_model model = model_in_memory(tables, servo);

@@ -39,8 +39,8 @@ TEST_F(FreeBodySession, AReplayHasItsPose) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const double t = 0.001 * static_cast<double>(k), fallen = 0.5 * 9.81 * t * t;
         ASSERT_EQ(rows[k].size(), 27U);
-        EXPECT_NEAR(rows[k][22], 0.015 - fallen, 1e-4 * fallen + 1e-8);
-        EXPECT_EQ(rows[k][23], 1.0);
+        EXPECT_NEAR(rows[k].at("body_z"), 0.015 - fallen, 1e-4 * fallen + 1e-8);
+        EXPECT_EQ(rows[k].at("turn_w"), 1.0);
     }
 }
 
@@ -53,10 +53,10 @@ TEST_F(FreeBodySession, TheFingerMeetsItWhereItIs) {
     replay(scene(), folder / "in.csv", folder / "out.csv", true);
     const auto rows = read_rows(folder / "out.csv");
     double most_n = 0.0;
-    for (const auto& row : rows) most_n = std::max(most_n, row[16]);
+    for (const auto& row : rows) most_n = std::max(most_n, row.at("force_z"));
     EXPECT_GT(most_n, 0.0);
     // Where it was the finger would be 7 mm deep; the body has gone on before it.
-    EXPECT_LT(rows.back()[22], 0.015 - 0.004);
+    EXPECT_LT(rows.back().at("body_z"), 0.015 - 0.004);
 }
 
 TEST_F(FreeBodySession, EachAnswerIsFollowedByItsPose) {

@@ -40,9 +40,11 @@ std::string stroke() {
     return text;
 }
 
-bool same_bits(float a, double b) {
-    const auto narrow = static_cast<float>(b);
-    return std::memcmp(&a, &narrow, sizeof a) == 0;
+constexpr const char* kNode[] = {"node_i", "node_j", "node_k"};
+
+bool same_floats(const Eigen::Vector3d& read, const float given[3]) {
+    const Eigen::Vector3f narrow = read.cast<float>();
+    return std::memcmp(narrow.data(), given, 3 * sizeof given[0]) == 0;
 }
 
 // Every number of the CSV reads back as the very float of the servo.
@@ -54,20 +56,19 @@ TEST_F(ReplayTest, WritesWhatTheServoGives) {
     haptable_servo servo;
     haptable_servo_init(&servo);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        const std::array<float, 3> finger = to_finger(in[i].data());
+        const std::array<float, 3> finger = to_finger(xyz_of(in[i]).data());
         haptable_output out;
         haptable_servo_step(box.scene().model, &servo, finger.data(), static_cast<std::uint32_t>(i * 1000), &out);
-        const std::vector<double>& row = rows[i];
+        const Row& row = rows[i];
         ASSERT_EQ(row.size(), 20U);
-        EXPECT_EQ(row[0], static_cast<double>(i));
-        EXPECT_EQ(row[4], out.state == HAPTABLE_CONTACT ? 1.0 : 0.0);
-        for (std::size_t a = 0; a < 3; ++a) {
-            EXPECT_TRUE(same_bits(finger[a], row[1 + a]));
-            EXPECT_EQ(row[5 + a], mesh_node(box.scene(), out, a));
-            EXPECT_TRUE(same_bits(out.alpha[a], row[8 + a]));
-            EXPECT_TRUE(same_bits(out.god_object_m[a], row[11 + a]));
-            EXPECT_TRUE(same_bits(out.force_n[a], row[14 + a]));
-        }
+        EXPECT_EQ(row.at("tick"), static_cast<double>(i));
+        EXPECT_EQ(row.at("contact"), out.state == HAPTABLE_CONTACT ? 1.0 : 0.0);
+        for (const auto& [name, floats] : {std::pair<const char*, const float*>{"", finger.data()},
+                                           {"god_", out.god_object_m},
+                                           {"force_", out.force_n}})
+            EXPECT_TRUE(same_floats(xyz_of(row, name), floats)) << name;
+        EXPECT_TRUE(same_floats({row.at("alpha_i"), row.at("alpha_j"), row.at("alpha_k")}, out.alpha));
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(row.at(kNode[c]), mesh_node(box.scene(), out, c));
     }
     EXPECT_EQ(report.counters.ticks, 300U);
     EXPECT_GT(report.counters.contact_ticks, 150U);
@@ -79,17 +80,19 @@ TEST_F(ReplayTest, WritesWhatTheServoGives) {
 TEST_F(ReplayTest, NamesTheNodesOfTheMesh) {
     run(stroke());
     for (const auto& row : read_rows(folder / "out.csv")) {
-        if (row[4] == 0.0) {
-            for (int a = 5; a < 11; ++a) EXPECT_EQ(row[static_cast<std::size_t>(a)], a < 8 ? -1.0 : 0.0);
-            for (std::size_t a = 0; a < 3; ++a) EXPECT_EQ(row[11 + a], row[1 + a]);
+        const Eigen::Vector3d alpha(row.at("alpha_i"), row.at("alpha_j"), row.at("alpha_k"));
+        if (row.at("contact") == 0.0) {
+            for (const char* node : kNode) EXPECT_EQ(row.at(node), -1.0);
+            EXPECT_EQ(alpha, Eigen::Vector3d::Zero());
+            EXPECT_EQ(xyz_of(row, "god_"), xyz_of(row));
             continue;
         }
-        for (std::size_t a = 0; a < 3; ++a) {
-            double god = 0.0;
-            for (std::size_t c = 0; c < 3; ++c)
-                god += row[8 + c] * box.model().tables().position[static_cast<std::size_t>(row[5 + c])][a];
-            EXPECT_WITHIN(std::abs(god - row[11 + a]), rounded(box.model()));
+        Eigen::Vector3d god = -xyz_of(row, "god_");
+        for (int c = 0; c < 3; ++c) {
+            const auto& corner = box.model().tables().position[static_cast<std::size_t>(row.at(kNode[c]))];
+            god += alpha[c] * Eigen::Vector3d(corner.data());
         }
+        EXPECT_WITHIN(god.cwiseAbs().maxCoeff(), rounded(box.model()));
     }
 }
 
@@ -97,7 +100,7 @@ TEST_F(ReplayTest, RecordsTheButtons) {
     run("x,y,z,buttons\n0,0,0.031,0\n0,0,0.031,2\n0,0,0.031,6\n");
     const auto rows = read_rows(folder / "out.csv");
     ASSERT_EQ(rows.size(), 3U);
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[i].at(17), (std::array{0.0, 2.0, 6.0})[i]);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[i].at("buttons"), (std::array{0.0, 2.0, 6.0})[i]);
 }
 
 TEST_F(ReplayTest, MakesTheSameBytesTwice) {

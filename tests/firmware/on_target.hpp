@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A tick of an emulated microcontroller beside the host's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "host/target/image.hpp"
+#include "tests/finger.hpp"
+
+namespace haptable::test {
+
+/// The work of the last tick is not that of the next one.
+inline void forget_work(haptable_counters& of) {
+    of.most_steps = of.most_held_steps = of.most_boxes = of.most_energies = 0;
+}
+
+/// State, patch and the bits of what is felt.
+inline bool same(const TargetTick::Finger& got, const haptable_output& host) {
+    return got.state == host.state && got.patch == host.patch && same_bits(got.alpha, host.alpha) &&
+           same_bits(got.god_object_m, host.god_object_m) && same_bits(got.force_n, host.force_n);
+}
+
+/// The host's servo over a path, a tick after the other, its work counted alone.
+class HostTicks {
+public:
+    HostTicks(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m)
+        : model_(model), path_m_(path_m) {
+        haptable_servo_init(&servo);
+    }
+    haptable_output step(std::size_t i) {
+        forget_work(servo.counters);
+        haptable_output out;
+        haptable_servo_step(&model_, &servo, path_m_[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
+        return out;
+    }
+
+private:
+    const haptable_model& model_;
+    const std::vector<std::array<float, 3>>& path_m_;
+    haptable_room room_{};
+
+public:
+    haptable_servo& servo = room_.fingers.servo[0];
+};
+
+}  // namespace haptable::test
