@@ -59,7 +59,7 @@ static int goes_through(const struct haptable_model* model, uint16_t patch, cons
 }
 
 /* 1 where the patch is one of those that the segment leaves. */
-static int is_left(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch) {
+HAPTABLE_CALLED int is_left(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch) {
     const uint16_t* v = model->patch[patch];
     int i;
     if (segment->left[0] == HAPTABLE_NONE) return 0;
@@ -299,7 +299,7 @@ static void enter_leaf(const struct haptable_model* model, uint16_t first, const
 
 /* Searches the segment with what is left of the boxes that the tick has: depth first, so that one index is all that a
  * search which goes on later has to keep. */
-static void search(const struct haptable_model* model, struct haptable_segment* segment) {
+HAPTABLE_CALLED void search(const struct haptable_model* model, struct haptable_segment* segment) {
     uint16_t box = segment->box;
     struct grid_axis grid[3];
     struct clearance clear = {0.0f, 0.0f, 0.0f};

@@ -32,7 +32,6 @@
 #define vec_dot haptable_vec_dot
 #define vec_inverse_root haptable_vec_inverse_root
 #define vec_length2 haptable_vec_length2
-#define vec_scale haptable_vec_scale
 #define vec_sub haptable_vec_sub
 #define vec_symmetric_product haptable_vec_symmetric_product
 #define vec_zero haptable_vec_zero
@@ -106,7 +105,7 @@ HAPTABLE_INLINE void vec_add_scaled(float s, const float a[3], float out[3]) {
 }
 
 /* a *= s */
-HAPTABLE_INLINE void vec_scale(float s, float a[3]) {
+static inline void vec_scale(float s, float a[3]) {
     int i;
     HAPTABLE_UNROLLED
     for (i = 0; i < 3; ++i) a[i] *= s;

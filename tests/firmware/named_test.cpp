@@ -6,6 +6,8 @@
 #include <set>
 
 #include "firmware/haptable_scene.h"
+#include "host/base/child.hpp"
+#include "host/base/shell.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/target/linked.hpp"
 #include "tests/bodies.hpp"
@@ -85,6 +87,38 @@ protected:
 /// A list for the shell: what the linker is offered, but files with one of these words in their names.
 std::string offered_without(const std::string& words) {
     return words.empty() ? "haptable_*.o" : "$(ls haptable_*.o | grep -vE '" + words + "')";
+}
+
+/// Bytes of code of the paper's mode with these tables, as `make firmware TARGET=cortex-m4 TARGET_OPT=-Os` counts them.
+std::size_t smallest_code(const fs::path& tables, const fs::path& work) {
+    const std::string command = "build=" + build_folder().string() + " tables=" + tables.string() +
+                                " work=" + work.string() + R"(; mkdir -p $work/port
+        options=$(cat $build/cube/firmware/cortex-m4/options)
+        compile="$(echo "${options%% -MMD*}" | sed 's/ -O2 / -Os /') -I$tables"
+        for file in firmware/haptable_{check,contact,crc,entry,force,force_interpolated,limit,patch,plausible}.c \
+            firmware/haptable_{scene,scene_one,servo,side}.c \
+            firmware/port/{haptable_cortex_m,haptable_semihosting,haptable_memory,haptable_ticks,replay}.c; do
+            object=${file#firmware/}; $compile -c $file -o $work/${object%.c}.o || exit 1
+        done
+        $compile -c $tables/model.c -o $work/model.o &&
+        arm-none-eabi-gcc ${options##* -MP} -Wl,-Map=$work/replay.map -o $work/replay.elf $work/port/*.o $work/*.o -lgcc &&
+        CROSS=arm-none-eabi- sh scripts/size.sh $work replay | awk '/code of the servo/ { print $5 }')";
+    const auto ran = run_shell("bash -c " + shell_quoted(command));
+    return ran.status == 0 && !ran.out.empty() ? std::stoul(ran.out) : 0;
+}
+
+TEST_F(NamedByAScene, ThePapersModeIsSmall) {
+    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
+    Progress progress(true);
+    Scene scene = cube_scene(5, 0.49);
+    scene.tables.columns = ColumnRows::kNone;
+    precompute(scene, folder.path() / "without", progress);
+    const std::size_t without = smallest_code(folder.path() / "without", folder.path() / "work");
+    const std::size_t with = smallest_code(build_folder() / "cube", folder.path() / "work");
+    EXPECT_GT(without, 0U) << "it compiles";
+    EXPECT_LE(without, 9000U);
+    EXPECT_GT(with, without + 1000U) << "limits and check";
+    EXPECT_LE(with, 11000U);
 }
 
 // The image of the paper's mode is the same when all else is not even there to be linked.
