@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
  *
  * x_kl = sum_i w_ki y_il,   y_il = sum_j A_ij v_jl
- * A_ij = s_i s_j step core_ij;   or y_il = s_i U_i t_l^T,   t_l = step core z_l,   z_l = sum_j v_jl s_j U_j^T
+ * A_ij = s_i s_j step core_ij;   or y_il = s_i U_i t_l^T,   t_l = sum step core z_l,   z_l = sum_j v_jl s_j U_j^T
  *
  * What couples two places in clusters (a uniform block low rank form): near clusters have a block for each pair, far
- * ones a core between bases that each cluster has once for all the others. All columns l of a patch at once: so each
- * number of the tables is read once.
+ * ones a core between bases that each cluster has once for all the others. What a place loads of its clusters' bases is
+ * found once, and what they do to another cluster is summed there before it goes to that one's places.
  */
 #include "haptable_pair_terms.h"
 
@@ -57,210 +57,203 @@ static int end_of_run(const struct loads* loads, int i) {
     return i;
 }
 
-/* Numbers of a row of all columns, three each. */
-#define WIDE (3 * HAPTABLE_PAIR_CONTROLS)
+/* So many clusters of the loaded place are projected at once; more of them take another round. */
+#define RUNS 16
 
-/* Two clusters, and the places of each that are asked for. */
-struct two {
-    const struct haptable_pair_model* tables;
-    const struct loads* at;
-    const struct loads* of;
-    const float* weight; /* one column: of `of`'s controls; NULL: a column for each of them */
-    int columns;
-    int at_begin, at_end, of_begin, of_end;
-    float v[HAPTABLE_PAIR_CLUSTER][HAPTABLE_PAIR_CONTROLS]; /* of the run of `of`, by columns that it loads */
-    int loaded;                                             /* columns that the run loads */
-    int column[HAPTABLE_PAIR_CONTROLS];                     /* which: times 3 */
-    int is_transposed;                                      /* 1: `at` has the earlier cluster */
-    const int8_t* core;
-    float step;
+/* The places of a patch that are of one cluster, and what they load of its basis. */
+struct run {
+    uint32_t cluster;
+    int begin;
+    int end;
+    float z[HAPTABLE_PAIR_RANK][3]; /* sum_j v_j s_j U_j^T */
 };
 
-/* v of a place of `of` */
-static float column_of(const struct two* two, int j, int column) {
-    float v = 0.0f;
-    int c;
-    if (!two->weight) return share_of(two->of, j, column);
-    for (c = 0; c < pair_count(two->tables->law); ++c) v += two->weight[c] * share_of(two->of, j, c);
-    return v;
-}
+/* What the loaded place is: v_j s_j of its places, and a round of its clusters. */
+struct loaded {
+    const struct haptable_pair_model* tables;
+    const struct loads* of;
+    float v[HAPTABLE_PAIR_PLACES];
+    int runs;
+    struct run run[RUNS];
+};
 
-/* The loads of the run of `of`, of the columns that have any there. */
-static void load_run(struct two* two) {
-    int l;
+static void scale_loads(const float weight[], struct loaded* from) {
+    const int count = pair_count(from->tables->law);
     int j;
-    two->loaded = 0;
-    for (l = 0; l < two->columns; ++l) {
-        int any = 0;
-        for (j = two->of_begin; j < two->of_end; ++j) {
-            const float v = column_of(two, j, l);
-            two->v[j - two->of_begin][two->loaded] = v;
-            if (v != 0.0f) any = 1;
-        }
-        if (any) two->column[two->loaded++] = 3 * l;
+    int c;
+    for (j = 0; j < from->of->count; ++j) {
+        float v = 0.0f;
+        for (c = 0; c < count; ++c) v += weight[c] * share_of(from->of, j, c);
+        from->v[j] = v * from->tables->scale[from->of->place[j]];
     }
 }
+
+/* The next clusters, from place j on. Returns the place that follows them. */
+static int project(struct loaded* from, int j) {
+    const struct haptable_pair_model* tables = from->tables;
+    int r;
+    for (from->runs = 0; from->runs < RUNS && j < from->of->count; ++from->runs) {
+        struct run* run = &from->run[from->runs];
+        run->cluster = cluster_of(from->of->place[j]);
+        run->begin = j;
+        run->end = end_of_run(from->of, j);
+        for (r = 0; r < tables->rank; ++r) vec_zero(run->z[r]);
+        for (; j < run->end; ++j) {
+            const int16_t(*u)[3] = &tables->basis[(size_t)from->of->place[j] * tables->rank];
+            for (r = 0; r < tables->rank; ++r) {
+                run->z[r][0] += from->v[j] * (float)u[r][0];
+                run->z[r][1] += from->v[j] * (float)u[r][1];
+                run->z[r][2] += from->v[j] * (float)u[r][2];
+            }
+        }
+    }
+    return j;
+}
+
+/* A core of two clusters as one of them has it: where its rows and columns stand. */
+struct core {
+    const int8_t* first;
+    float step;
+    size_t row;
+    size_t column;
+    int is_transposed; /* 1: the other one has the rows of blocks */
+};
 
 /* y += w core */
-static inline void add_steps(float w, const int8_t core[9], int is_transposed, int column, float (*y)[WIDE]) {
+static inline void add_steps(float w, const int8_t core[9], int is_transposed, float y[9]) {
     int a;
     for (a = 0; a < 3; ++a) {
-        float* row = &y[a][column];
-        row[0] += w * (float)core[is_transposed ? a : 3 * a];
-        row[1] += w * (float)core[is_transposed ? 3 + a : 3 * a + 1];
-        row[2] += w * (float)core[is_transposed ? 6 + a : 3 * a + 2];
+        y[3 * a] += w * (float)core[is_transposed ? a : 3 * a];
+        y[3 * a + 1] += w * (float)core[is_transposed ? 3 + a : 3 * a + 1];
+        y[3 * a + 2] += w * (float)core[is_transposed ? 6 + a : 3 * a + 2];
     }
 }
 
-/* y_i += sum_j v_j s_i s_j step core_ij */
-static void add_dense(const struct two* two, int is_twice, float (*y)[3][WIDE]) {
-    const float* scale = two->tables->scale;
+/* y_i += sum_j v_j s_j step core_ij of the places of a run. */
+static void add_dense(const struct loaded* from, const struct run* run, const struct core* core, int is_twice,
+                      const uint16_t place[], int places, float (*y)[9]) {
+    const size_t bytes = is_twice ? 18u : 9u;
     int i;
     int j;
-    int n;
-    for (i = two->at_begin; i < two->at_end; ++i)
-        for (j = two->of_begin; j < two->of_end; ++j) {
-            const uint16_t k = two->at->place[i];
-            const uint16_t l = two->of->place[j];
-            const size_t row = (two->is_transposed ? l : k) % HAPTABLE_PAIR_CLUSTER;
-            const size_t column = (two->is_transposed ? k : l) % HAPTABLE_PAIR_CLUSTER;
-            const int8_t* core = two->core + (is_twice ? 18u : 9u) * (HAPTABLE_PAIR_CLUSTER * row + column);
-            for (n = 0; n < two->loaded; ++n) {
-                const float w = two->v[j - two->of_begin][n] * scale[k] * scale[l] * two->step;
-                if (w == 0.0f) continue;
-                add_steps(w, core, two->is_transposed, two->column[n], y[i - two->at_begin]);
-                if (is_twice)
-                    add_steps(w * (1.0f / 254.0f), core + 9, two->is_transposed, two->column[n], y[i - two->at_begin]);
-            }
-        }
-}
-
-/* z = sum_j v_j s_j U_j^T over a run */
-static void project(const struct two* two, int rank, float (*z)[WIDE]) {
-    const struct haptable_pair_model* tables = two->tables;
-    int j;
-    int n;
-    int r;
-    for (r = 0; r < rank; ++r)
-        for (n = 0; n < two->loaded; ++n) vec_zero(&z[r][3 * n]);
-    for (j = two->of_begin; j < two->of_end; ++j) {
-        const uint16_t l = two->of->place[j];
-        const int16_t(*u)[3] = &tables->basis[(size_t)l * tables->rank];
-        for (n = 0; n < two->loaded; ++n) {
-            const float w = two->v[j - two->of_begin][n] * tables->scale[l];
+    for (i = 0; i < places; ++i)
+        for (j = run->begin; j < run->end; ++j) {
+            const size_t k = place[i] % HAPTABLE_PAIR_CLUSTER;
+            const size_t l = from->of->place[j] % HAPTABLE_PAIR_CLUSTER;
+            const int8_t* steps = core->first + bytes * (core->row * k + core->column * l);
+            const float w = from->v[j] * core->step;
             if (w == 0.0f) continue;
-            for (r = 0; r < rank; ++r) {
-                z[r][3 * n] += w * (float)u[r][0];
-                z[r][3 * n + 1] += w * (float)u[r][1];
-                z[r][3 * n + 2] += w * (float)u[r][2];
-            }
+            add_steps(w, steps, core->is_transposed, y[i]);
+            if (is_twice) add_steps(w * (1.0f / 254.0f), steps + 9, core->is_transposed, y[i]);
         }
-    }
 }
 
-/* y_i += s_i U_i t^T, t = step core z: a row of t at a time */
-static void add_low_rank(const struct two* two, int rank, float (*z)[WIDE], float (*y)[3][WIDE]) {
-    const struct haptable_pair_model* tables = two->tables;
+/* t += step core z */
+static void add_low_rank(const struct run* run, const struct core* core, int rank, float (*t)[3]) {
     int r;
     int b;
-    int i;
-    int a;
-    int n;
     for (r = 0; r < rank; ++r) {
-        float t[WIDE];
-        for (n = 0; n < two->loaded; ++n) vec_zero(&t[3 * n]);
-        for (b = 0; b < rank; ++b) {
-            const float by = two->step * (float)two->core[two->is_transposed ? rank * b + r : rank * r + b];
-            for (n = 0; n < two->loaded; ++n) vec_add_scaled(by, &z[b][3 * n], &t[3 * n]);
+        const int8_t* steps = core->first + core->row * (size_t)r;
+        float sum[3] = {0.0f, 0.0f, 0.0f};
+        for (b = 0; b < rank; ++b, steps += core->column) {
+            const float by = (float)*steps;
+            sum[0] += by * run->z[b][0];
+            sum[1] += by * run->z[b][1];
+            sum[2] += by * run->z[b][2];
         }
-        for (i = two->at_begin; i < two->at_end; ++i) {
-            const uint16_t k = two->at->place[i];
-            const int16_t* u = tables->basis[(size_t)k * tables->rank + (size_t)r];
-            for (a = 0; a < 3; ++a) {
-                const float by = tables->scale[k] * (float)u[a];
-                float* row = y[i - two->at_begin][a];
-                for (n = 0; n < two->loaded; ++n) vec_add_scaled(by, &t[3 * n], &row[two->column[n]]);
-            }
-        }
+        vec_add_scaled(core->step, sum, t[r]);
     }
 }
 
-/* Between a run of each: y += A v. */
-static void add_core(struct two* two, float (*y)[3][WIDE]) {
-    const struct haptable_pair_model* tables = two->tables;
-    const uint32_t at = cluster_of(two->at->place[two->at_begin]);
-    const uint32_t of = cluster_of(two->of->place[two->of_begin]);
-    const uint32_t core = at >= of ? at * (at + 1u) / 2u + of : of * (of + 1u) / 2u + at;
-    const int form = tables->core_form[core];
-    if (form == 0) return;
-    two->is_transposed = at < of;
-    two->core = &tables->core[tables->core_begin[core]];
-    two->step = tables->core_step[core];
-    load_run(two);
-    if (form >= HAPTABLE_PAIR_DENSE) {
-        add_dense(two, form == HAPTABLE_PAIR_TWICE, y);
-    } else {
-        float z[HAPTABLE_PAIR_RANK][WIDE];
-        project(two, form, z);
-        add_low_rank(two, form, z, y);
-    }
-}
-
-/* x_kl += sum_i w_ki y_il over a run */
-static void gather_run(const struct two* two, float (*y)[3][WIDE], float (*x)[9]) {
-    const int count = pair_count(two->tables->law);
-    int i;
-    int k;
-    int l;
-    for (k = 0; k < count; ++k, x += two->columns)
-        for (i = two->at_begin; i < two->at_end; ++i) {
-            const float share = share_of(two->at, i, k);
-            if (share == 0.0f) continue;
-            for (l = 0; l < two->columns; ++l) {
-                float(*from)[WIDE] = y[i - two->at_begin];
-                vec_add_scaled(share, &from[0][3 * l], &x[l][0]);
-                vec_add_scaled(share, &from[1][3 * l], &x[l][3]);
-                vec_add_scaled(share, &from[2][3 * l], &x[l][6]);
-            }
-        }
-}
-
-/* x: rows of so many columns for each control of `first`. */
-static void couple(const struct haptable_pair_model* tables, uint16_t first, uint16_t second, const float weight[],
-                   float (*x)[9]) {
-    const int count = pair_count(tables->law);
-    struct loads at;
-    struct loads of;
-    struct two two;
+/* y_i = sum_j A_ij v_j of places of one cluster, without s_i. */
+static void respond(const struct loaded* from, const uint16_t place[], int places, float (*y)[9]) {
+    const struct haptable_pair_model* tables = from->tables;
+    const uint32_t at = cluster_of(place[0]);
+    float t[HAPTABLE_PAIR_RANK][3];
+    int most = 0;
     int i;
     int a;
-    see_loads(tables, first, &at);
-    see_loads(tables, second, &of);
-    two.tables = tables;
-    two.at = &at;
-    two.of = &of;
-    two.weight = weight;
-    two.columns = weight ? 1 : count;
-    for (i = 0; i < count * two.columns; ++i)
-        for (a = 0; a < 9; ++a) x[i][a] = 0.0f;
-    for (two.at_begin = 0; two.at_begin < at.count; two.at_begin = two.at_end) {
-        float y[HAPTABLE_PAIR_CLUSTER][3][WIDE];
-        two.at_end = end_of_run(&at, two.at_begin);
-        for (i = 0; i < two.at_end - two.at_begin; ++i)
-            for (a = 0; a < 3 * WIDE; ++a) y[i][a / WIDE][a % WIDE] = 0.0f;
-        for (two.of_begin = 0; two.of_begin < of.count; two.of_begin = two.of_end) {
-            two.of_end = end_of_run(&of, two.of_begin);
-            add_core(&two, y);
+    int r;
+    for (i = 0; i < places; ++i)
+        for (a = 0; a < 9; ++a) y[i][a] = 0.0f;
+    for (r = 0; r < HAPTABLE_PAIR_RANK; ++r) vec_zero(t[r]);
+    for (r = 0; r < from->runs; ++r) {
+        const struct run* run = &from->run[r];
+        const uint32_t of = run->cluster;
+        const uint32_t at_core = at >= of ? at * (at + 1u) / 2u + of : of * (of + 1u) / 2u + at;
+        const int form = tables->core_form[at_core];
+        const size_t size = form >= HAPTABLE_PAIR_DENSE ? HAPTABLE_PAIR_CLUSTER : (size_t)form;
+        struct core core;
+        if (form == 0) continue;
+        core.first = &tables->core[tables->core_begin[at_core]];
+        core.step = tables->core_step[at_core];
+        core.is_transposed = at < of;
+        core.row = at < of ? 1u : size;
+        core.column = at < of ? size : 1u;
+        if (form >= HAPTABLE_PAIR_DENSE) {
+            add_dense(from, run, &core, form == HAPTABLE_PAIR_TWICE, place, places, y);
+        } else {
+            add_low_rank(run, &core, form, t);
+            if (form > most) most = form;
         }
-        gather_run(&two, y, x);
+    }
+    for (i = 0; i < places; ++i)
+        for (r = 0; r < most; ++r) {
+            const int16_t* u = tables->basis[(size_t)place[i] * tables->rank + (size_t)r];
+            vec_add_scaled((float)u[0], t[r], &y[i][0]);
+            vec_add_scaled((float)u[1], t[r], &y[i][3]);
+            vec_add_scaled((float)u[2], t[r], &y[i][6]);
+        }
+}
+
+/* x: a row for each control of `first`, each `next` after the one before. */
+static void couple(const struct haptable_pair_model* tables, const struct loads* at, const struct loads* of,
+                   const float weight[], float (*x)[9], int next) {
+    const int count = pair_count(tables->law);
+    struct loaded from;
+    int j = 0;
+    int k;
+    from.tables = tables;
+    from.of = of;
+    scale_loads(weight, &from);
+    for (k = 0; k < count; ++k) {
+        int a;
+        for (a = 0; a < 9; ++a) x[k * next][a] = 0.0f;
+    }
+    while (j < of->count) {
+        int begin;
+        int end;
+        j = project(&from, j);
+        for (begin = 0; begin < at->count; begin = end) {
+            float y[HAPTABLE_PAIR_CLUSTER][9];
+            int i;
+            end = end_of_run(at, begin);
+            respond(&from, &at->place[begin], end - begin, y);
+            for (i = begin; i < end; ++i)
+                for (k = 0; k < count; ++k)
+                    mat_add(tables->scale[at->place[i]] * share_of(at, i, k), y[i - begin], x[k * next]);
+        }
     }
 }
 
 void haptable_pair_cross_clusters(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
-    couple(view->tables, patch, view->place.patch, view->place.weight, x);
+    struct loads at;
+    struct loads of;
+    see_loads(view->tables, patch, &at);
+    see_loads(view->tables, view->place.patch, &of);
+    couple(view->tables, &at, &of, view->place.weight, x, 1);
 }
 
 void haptable_pair_blocks_clusters(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                    float (*block)[9]) {
-    couple(tables, first, second, 0, block);
+    const int count = pair_count(tables->law);
+    struct loads at;
+    struct loads of;
+    int l;
+    see_loads(tables, first, &at);
+    see_loads(tables, second, &of);
+    for (l = 0; l < count; ++l) {
+        float weight[HAPTABLE_PAIR_CONTROLS] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        weight[l] = 1.0f;
+        couple(tables, &at, &of, weight, block + l, count);
+    }
 }

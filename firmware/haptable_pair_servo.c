@@ -117,7 +117,7 @@ static void couple(const struct haptable_pair_model* tables, struct haptable_pai
 static void moved_by_other(const struct haptable_pair_model* tables, const struct haptable_pair* pair, int finger,
                            const struct coupled* both, float moved_m[3]) {
     float pressed[3];
-    pair_pressed(&pair->view[finger], finger, both->x, pressed);
+    haptable_pair_pressed(&pair->view[finger], finger, both->x, pressed);
     if (tables->law->is_stiffness)
         vec_symmetric_product(pair->view[1 - finger].m, pressed, moved_m);
     else

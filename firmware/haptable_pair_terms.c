@@ -52,8 +52,7 @@ void haptable_pair_load_of(const struct haptable_pair_law* law, const float a[6]
         vec_copy(v, load_n);
 }
 
-/* ---- what a finger is told of the other ----------------------------------------------------------------------------
- */
+/* ---- what a finger is told of the other ------------------------------------------------------------------------- */
 
 void haptable_pair_tell(struct haptable_pair_view* view, const struct haptable_contact* contact,
                         const struct haptable_pair_own* own) {
@@ -115,8 +114,7 @@ static inline const struct haptable_pair_rows* rows_of(const struct haptable_pai
     return &rows[1];
 }
 
-/* ---- how two places are coupled ------------------------------------------------------------------------------------
- */
+/* ---- how two places are coupled --------------------------------------------------------------------------------- */
 
 /* Of fingers that meet: share = 1 - HAPTABLE_PAIR_MEETING near^2, with its derivatives by this one's coordinates. */
 static void put_share_slopes(const struct haptable_pair_view* view, const float apart_m[3], float e[2][3],
@@ -161,15 +159,15 @@ void haptable_pair_cross(const struct haptable_pair_view* view, const struct hap
 /* sum_k w_k sum_l w_l C_kl, a row at a time, which stays in registers. */
 static inline void sum_rows(int count, const float first[], const float second[], const float (*block)[9], float x[9]) {
     float sum[9];
-    int k;
-    for (k = 0; k < count; ++k) {
+    int k = 0;
+    do {
         float row[9];
         pair_sum_blocks(count, second, block[k * count], 9, row);
         if (k == 0)
             mat_scale(first[0], row, sum);
         else
             mat_add(first[k], row, sum);
-    }
+    } while (++k < count);
     mat_copy(sum, x);
 }
 
@@ -184,6 +182,13 @@ void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struc
     else
         sum_rows(HAPTABLE_PAIR_CONTROLS, link.weight, view->place.weight, (const float(*)[9])net->block, x);
     if (link.share < 1.0f) mat_scale(link.share, x, x);
+}
+
+void haptable_pair_pressed(const struct haptable_pair_view* view, int finger, const float x[9], float pressed[3]) {
+    if (finger == 0)
+        mat_product(x, view->alone, pressed);
+    else
+        mat_transposed_product(x, view->alone, pressed);
 }
 
 /* A share of X, as the solve took it. */
@@ -262,8 +267,7 @@ void haptable_pair_vary(const struct pair_link* link, const float v[3], const fl
     vec_sub(slope->second_j, bend_j, slope->second_j);
 }
 
-/* ---- the solve -----------------------------------------------------------------------------------------------------
- */
+/* ---- the solve -------------------------------------------------------------------------------------------------- */
 
 /* How much is left of each finger's compliance by itself, at the least: the mean of A_1^-1 N, which is that of
  * A_2^-1 N_2 too. */
@@ -313,8 +317,7 @@ float haptable_pair_solve(const struct haptable_pair_view* view, const struct ha
     return share;
 }
 
-/* ---- which fingers touch -------------------------------------------------------------------------------------------
- */
+/* ---- which fingers touch ---------------------------------------------------------------------------------------- */
 
 /* Of u . s: less of it is rounding, where both load one node next to fixed ones and q = 0. */
 #define NO_DENT 0x1p-16f
@@ -347,7 +350,7 @@ void haptable_pair_touch(const struct haptable_pair* pair, const struct haptable
         float dented;
         float least;
         haptable_pair_inwards(&pair->view[f], at[f], x_m[f], u);
-        pair_pressed(&pair->view[f], f, x, t);
+        haptable_pair_pressed(&pair->view[f], f, x, t);
         vec_sub(own[f]->s, t, t);
         vec_copy(u, w);
         if (tables->law->is_stiffness) vec_symmetric_product(other->m, u, w); /* q = A^-1 t */
@@ -363,8 +366,7 @@ void haptable_pair_touch(const struct haptable_pair* pair, const struct haptable
     }
 }
 
-/* ---- the force -----------------------------------------------------------------------------------------------------
- */
+/* ---- the force -------------------------------------------------------------------------------------------------- */
 
 void haptable_pair_force(const struct haptable_model* model, const struct haptable_contact* contact,
                          const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
@@ -395,8 +397,7 @@ void haptable_pair_force(const struct haptable_model* model, const struct haptab
     vec_sub(force_n, load_n, force_n);
 }
 
-/* ---- the energy ----------------------------------------------------------------------------------------------------
- */
+/* ---- the energy ------------------------------------------------------------------------------------------------- */
 
 /* y_p . A^-1 y_q, and how v changes, z. */
 static void put_gauss_newton(const struct haptable_pair_view* view, const struct pair_system* system,

@@ -45,8 +45,7 @@ static inline void pair_sum_blocks(int count, const float w[], const float* x, s
 /* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
 void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]);
 
-/* ---- what a finger is told of the other ---------------------------------------------------------------------------
- */
+/* ---- what a finger is told of the other ------------------------------------------------------------------------- */
 
 /* Where a contact's dent ends. It begins where the finger met the surface, as the other had raised it. */
 static inline void pair_felt(const struct haptable_pair_view* view, const float x_m[3], float felt_m[3]) {
@@ -72,8 +71,7 @@ const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_
 void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             uint16_t patch);
 
-/* ---- how two places are coupled -----------------------------------------------------------------------------------
- */
+/* ---- how two places are coupled --------------------------------------------------------------------------------- */
 
 /* X, and how it changes with a finger's alpha_1, alpha_2, b. */
 struct pair_link {
@@ -105,12 +103,7 @@ void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struc
                                  const struct haptable_contact* first, float x[9]);
 
 /* X v of a finger, X being the first's, where the other presses alone. */
-static inline void pair_pressed(const struct haptable_pair_view* view, int finger, const float x[9], float pressed[3]) {
-    if (finger == 0)
-        mat_product(x, view->alone, pressed);
-    else
-        mat_transposed_product(x, view->alone, pressed);
-}
+void haptable_pair_pressed(const struct haptable_pair_view* view, int finger, const float x[9], float pressed[3]);
 
 /* v . X_b v_other, by q_k = v . x_k v_other of the controls. */
 static inline void pair_coupled_slope(int count, const struct pair_link* link, const float q[], float coupled_j[2]) {
@@ -132,8 +125,7 @@ struct pair_varied {
 void haptable_pair_vary(const struct pair_link* link, const float v[3], const float other[3],
                         struct haptable_pair_slope* slope, struct pair_varied* varied);
 
-/* ---- the solve ----------------------------------------------------------------------------------------------------
- */
+/* ---- the solve -------------------------------------------------------------------------------------------------- */
 
 /* Of both places; the first is the finger's that is asked. */
 struct pair_system {
