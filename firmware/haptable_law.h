@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * A v = s, load f of v: a force law at one of two places, without the other
+ * A v = s, load f of v: a force law at one of two contacts, uncoupled from the other
  */
 #ifndef HAPTABLE_LAW_H
 #define HAPTABLE_LAW_H
@@ -11,23 +11,23 @@
 extern "C" {
 #endif
 
-/* The most controls of a patch: its vertices and, under a mask, its edges. */
+/* Maximum number of controls of a patch: its 3 vertices and, under a mask, its 3 edges. */
 #define HAPTABLE_PAIR_CONTROLS 6
 
-/* A place of its own, without the other: A v = s, load f of v. Of the consistent and the mask's force A = C, s = u,
- * f = v; of the interpolated one A = S, s = S u, f = S v, so that what couples is S_a L_ab S_b. */
+/* Terms of one contact, uncoupled: A v = s with the load f. Consistent force and mask: A = C, s = u, f = v.
+ * Interpolated force: A = S, s = S u, f = S v, and two contacts are coupled by S_a L_ab S_b. */
 struct haptable_pair_own {
     float a[6];
     float s[3];
 };
 
-/* Where a net of less degree has its blocks: in another net, or in `room`. */
+/* Control blocks of a polynomial of lower degree: in another net, or in `room`. */
 struct reduced {
     const float* block[6];
     float room[6][6];
 };
 
-/* A finger's place with what its slope is made of. */
+/* A contact with what its derivatives are computed from. */
 struct haptable_pair_point {
     struct haptable_pair_own own;
     float u[3];
@@ -35,10 +35,10 @@ struct haptable_pair_point {
     struct reduced net; /* of a compliance, that of degree 2; the three S_a of a stiffness */
     float linear[3][6]; /* of a compliance, the net of degree 1 */
     uint8_t lifted;     /* 1: A's diagonal is lifted, as fixed vertices ask for it */
-    uint8_t steps;      /* 1: the lift may begin or end here, and with it the load's slope steps */
+    uint8_t steps;      /* 1: the lift may begin or end here, where the load's derivative is discontinuous */
 };
 
-/* How a place of its own changes with alpha_1, alpha_2, v being given. */
+/* Derivatives of one contact's terms by alpha_1 and alpha_2 at fixed v. */
 struct haptable_pair_slope {
     float y[2][3];     /* s_b - A_b v */
     float first_j[2];  /* s_b . v - 1/2 v . A_b v */
@@ -56,7 +56,7 @@ typedef void haptable_pair_slope_fn(const struct haptable_model* model, const st
                                     struct haptable_pair_point* point, const float v[3],
                                     struct haptable_pair_slope* slope);
 
-/* A force law for two. */
+/* A force law of two fingers. */
 struct haptable_pair_law {
     uint8_t controls;     /* of a patch: 3, or 6 */
     uint8_t is_stiffness; /* 1: A is a stiffness */
@@ -70,7 +70,7 @@ extern const struct haptable_pair_law haptable_pair_pressure_mask;
 extern const struct haptable_pair_law haptable_pair_consistent_packed;
 extern const struct haptable_pair_law haptable_pair_pressure_mask_packed;
 
-/* What the least energy needs besides. */
+/* What god_object_least_energy needs besides: a contact's terms, then their derivatives. */
 struct haptable_pair_bend {
     haptable_pair_open_fn* open;
     haptable_pair_slope_fn* slope;
@@ -82,12 +82,12 @@ extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
 extern const struct haptable_pair_bend haptable_pair_bend_consistent_packed;
 extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask_packed;
 
-/* What the laws of a compliance share, however its blocks are stored. */
+/* Functions of all compliance laws, with float32 and with packed blocks. */
 haptable_pair_slope_fn haptable_pair_slope_consistent;
 haptable_pair_slope_fn haptable_pair_slope_mask;
 haptable_pair_load_fn haptable_pair_load_of_compliance;
 
-/* All force laws for two, by what they are called behind haptable_pair_. */
+/* Force laws of two fingers: their identifiers after haptable_pair_. */
 #define HAPTABLE_PAIR_LAWS(X) \
     X(interpolated)           \
     X(consistent)             \

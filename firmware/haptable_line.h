@@ -17,42 +17,42 @@
 extern "C" {
 #endif
 
-/* Both ends trust each other only through this number. Version 1 had a type for each combination and no hello. */
+/* Version of the protocol: both ends must have the same. */
 #define HAPTABLE_LINE_VERSION 2
 
-/* Types of frames. Version 1 had 1 to 9. */
+/* Frame types. */
 #define HAPTABLE_LINE_HELLO 10  /* either way: struct haptable_line_hello; a host's asks for the target's */
 #define HAPTABLE_LINE_STATE 11  /* to the servo: struct haptable_line_state */
 #define HAPTABLE_LINE_ANSWER 12 /* from the servo: struct haptable_line_answer; its sequence is the state's */
 
 /* Bits of a hello's flags. */
 enum haptable_line_flag {
-    HAPTABLE_LINE_FREE = 1,           /* nothing holds the body: an answer says where it is */
+    HAPTABLE_LINE_FREE = 1,           /* free body: an answer holds its pose */
     HAPTABLE_LINE_GRABS = 2,          /* HAPTABLE_BUTTON_GRAB holds on to the surface */
-    HAPTABLE_LINE_OTHER_VERSION = 128 /* the target heard a host of another version, and answers none of its ticks */
+    HAPTABLE_LINE_OTHER_VERSION = 128 /* the host's version differs: the target answers none of its ticks */
 };
 
-/* What an end of the line is. Of another version only `version` has a meaning. */
+/* Description of one end. If its version differs, the other members are undefined. */
 struct haptable_line_hello {
     uint8_t version; /* HAPTABLE_LINE_VERSION */
     uint8_t fingers; /* 1 or 2 */
-    uint8_t modes;   /* <= HAPTABLE_MODES; 0: the body follows at once */
+    uint8_t modes;   /* <= HAPTABLE_MODES; 0: quasi-static */
     uint8_t flags;   /* enum haptable_line_flag */
     uint64_t hash;   /* of the model's tables */
 };
 
-/* The fingers of a tick. */
+/* Input of a tick. */
 struct haptable_line_state {
     uint32_t time_us; /* wraps */
-    uint8_t begins;   /* bits: fingers that begin anew, without the contact that they had */
+    uint8_t begins;   /* a bit for each finger that is reset and loses its contact */
     struct haptable_input in[HAPTABLE_FINGERS];
 };
 
-/* What a tick gives. */
+/* Output of a tick. */
 struct haptable_line_answer {
-    struct haptable_output out[HAPTABLE_FINGERS]; /* all but `patch`; along world axes the force alone */
-    struct haptable_body_pose pose;               /* at the tick's begin: contacts are in its frame */
-    float q[HAPTABLE_MODES];                      /* at its end */
+    struct haptable_output out[HAPTABLE_FINGERS]; /* without `patch`; in body axes but for the force */
+    struct haptable_body_pose pose;               /* at the start of the tick: the frame of the contacts */
+    float q[HAPTABLE_MODES];                      /* at the end of the tick */
 };
 
 /* A whole frame. The payload points into the reader's bytes and is valid until the next one. */
@@ -73,7 +73,7 @@ void haptable_line_reader_init(uint8_t* byte, uint16_t room, struct haptable_lin
  * inside it is not lost. cost: at most reader->room searches of one CRC each, on average a byte of a CRC. */
 int haptable_line_read(struct haptable_line_reader* reader, uint8_t byte, struct haptable_line_frame* frame);
 
-/* What a scene says of itself. */
+/* Writes the description of a scene. */
 void haptable_line_describe(const struct haptable_scene* scene, struct haptable_line_hello* hello);
 
 /* 1 when the frame is one of that kind, of the scene that hello describes; then the last argument holds it. Of a hello

@@ -37,31 +37,31 @@ extern "C" {
  * says how many boxes a segment of HAPTABLE_FAST_SEGMENT_M may visit at the most. */
 #define HAPTABLE_TICK_BOXES 192
 
-/* Where the limits above leave it open for this many ticks in a row whether the finger is inside, its contact is given
- * up, and counted (given_up): its force falls to zero over HAPTABLE_FADE_TICKS, or comes up again as it fell where
- * that is found out meanwhile. */
+/* If these limits keep the test of inside or outside unfinished for this many consecutive ticks, the contact is given
+ * up and counted (given_up): its force fades to zero over HAPTABLE_FADE_TICKS, and in again if the test ends meanwhile.
+ */
 #define HAPTABLE_UNDECIDED_TICKS 20
 #define HAPTABLE_FADE_TICKS 20
 
-/* A finger at 5 m/s comes this far in a tick; a hand moves no faster. */
+/* Displacement of a finger in a tick at 5 m/s; a hand moves no faster. */
 #define HAPTABLE_FAST_SEGMENT_M 0.005f
 
 /* The most steps of a tick of the least-energy god-object, but for the last trial's: the energy with all derivatives is
  * two, its gradient alone one. One that needs more stays where it is and goes on at the next tick. */
 #define HAPTABLE_ENERGY_STEPS 14
 
-/* After a position that no finger reaches in time, so many plausible ones in a row until they are believed again. */
+/* Consecutive plausible positions that are required after an implausible one. */
 #define HAPTABLE_GOOD_TICKS 20
 
-/* Each such position counts for so many ticks, one of which every plausible position takes away; where more than
- * HAPTABLE_DISTRUST_LIMIT are left, the fourth within a second, the sensor is at fault. */
+/* An implausible position adds HAPTABLE_DISTRUST_TICKS to a counter, a plausible one takes 1 off; above
+ * HAPTABLE_DISTRUST_LIMIT, at the fourth within a second, the sensor is faulty. */
 #define HAPTABLE_DISTRUST_TICKS 300
 #define HAPTABLE_DISTRUST_LIMIT 1000
 
-/* So many patches a tick are looked at for the one that is nearest to a finger which may be inside (resume). */
+/* Patches that resume tests in a tick for the one nearest to the finger. */
 #define HAPTABLE_SEEK_PATCHES 8
 
-/* The most terms by which a body relaxes. */
+/* Maximum number of relaxation terms. */
 #define HAPTABLE_TERMS 8
 
 /* One box of the spatial index, in grid steps from grid_origin_m. The boxes stand in depth-first order: the
@@ -184,8 +184,8 @@ typedef void haptable_unpack_fn(const struct haptable_model* model, uint32_t blo
 typedef void haptable_force_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float nodal_force_n[3][3], float force_n[3]);
 
-/* The stored elastic energy of a contact, and how it changes as the god-object moves over the patch while the finger
- * stays: derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2. */
+/* Stored elastic energy of a contact and its derivatives by alpha_1 and alpha_2, with alpha_0 = 1 - alpha_1 - alpha_2,
+ * at a fixed finger position. */
 struct haptable_energy {
     float energy_j;              /* E = 1/2 u^T S u */
     float load_n[3];             /* S u, on the body */
@@ -195,9 +195,8 @@ struct haptable_energy {
     float load_gradient_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the gradient by the finger */
 };
 
-/* What is asked for: all of it; the gradient alone on another patch that has the same point, whose load is known; the
- * energy, the load and the gradient, without what is of second order; or the energy and the load alone. A function may
- * give all of it for the last two. */
+/* Requested members. ALL: every one. GRADIENT: the gradient alone, at the same point on another patch, the load being
+ * known. SLOPE: energy, load and gradient. LOAD: energy and load. For SLOPE and LOAD a function may write every one. */
 enum haptable_energy_terms {
     HAPTABLE_ENERGY_ALL,
     HAPTABLE_ENERGY_GRADIENT,
@@ -209,12 +208,13 @@ typedef void haptable_energy_fn(const struct haptable_model* model, const struct
                                 const float finger_m[3], enum haptable_energy_terms terms,
                                 struct haptable_energy* energy);
 
-/* Changes the force of a tick after it was made and cut to max_force_n: motion_m is the finger's since the last tick.
+/* Changes a tick's force after it was clamped to max_force_n. motion_m: displacement of the finger since the last tick.
  */
 typedef void haptable_finish_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]);
 
-/* Whether a position may be believed, elapsed_us after the one before: 1, or 0, counted; then it is servo->finger_m. */
+/* Returns 1 if a position is plausible elapsed_us after servo->finger_m; else counts it, makes it servo->finger_m and
+ * returns 0. */
 typedef int haptable_plausible_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                   const float finger_m[3], uint32_t elapsed_us);
 
@@ -224,18 +224,18 @@ typedef void haptable_limit_fn(const struct haptable_model* model, struct haptab
 
 struct haptable_output;
 
-/* What time makes of the contact's force, or of the dent that it left: changes out. before: out holds the elastic
+/* Applies relaxation to the contact's force, or to the dent that it left: changes out. before: out holds the elastic
  * force, or none, not clamped. */
 typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                struct haptable_output* out);
 
-/* Keeps a tick's force below the body's, by servo->gain: changes out. */
+/* Scales a tick's force by servo->gain: changes out. */
 typedef void haptable_gain_fn(const struct haptable_model* model, struct haptable_servo* servo,
                               struct haptable_output* out);
 
 struct haptable_scene;
 
-/* Goes on with the check of all tables of a scene, which the first servo holds. servo: of each finger. */
+/* Continues the CRC check of all tables of a scene; the first servo holds its progress. servo: of each finger. */
 typedef void haptable_check_fn(const struct haptable_scene* scene, struct haptable_servo* servo, uint32_t bytes);
 
 /* The tables of one object, and how it is touched. Written by codegen by field name; const, so that they stay in flash.
@@ -332,7 +332,7 @@ struct haptable_segment {
     uint8_t unfinished; /* 1: the next tick goes on with it */
 };
 
-/* How far the check of the tables has come. */
+/* Progress of the CRC check of the tables. */
 struct haptable_table_check {
     uint32_t crc;    /* of what was taken of the part */
     uint32_t byte;   /* of the field, that comes next */
@@ -386,8 +386,8 @@ struct haptable_relaxed_term {
     float lost[3];   /* what rounding left of it */
 };
 
-/* What a relaxing body remembers of a finger, behind its servo where a model names `relax`: haptable_relaxed_of. Where
- * positions pause, it is forgotten. */
+/* Relaxation state of a finger, behind its servo if a model names `relax`: haptable_relaxed_of. Reset if positions
+ * pause. */
 struct haptable_relaxed {
     uint32_t tick;    /* of the servo's counters: the last */
     uint32_t time_us; /* of that tick */
@@ -408,8 +408,8 @@ struct haptable_relaxed {
     struct haptable_relaxed_term term[HAPTABLE_TERMS];
 };
 
-/* What friction remembers of a finger, behind its servo where a model names it: haptable_freed_of. Where a tick had no
- * contact with friction, it is forgotten. */
+/* Friction state of a finger, behind its servo if a model names it: haptable_freed_of. Reset by a tick without
+ * frictional contact. */
 struct haptable_freed {
     uint32_t tick;              /* of the servo's counters: the last */
     uint32_t contacts;          /* of its counters: the contact that this is of */
@@ -417,7 +417,7 @@ struct haptable_freed {
     struct haptable_contact at; /* where the god-object would be without friction */
 };
 
-/* What is behind the servos of a state. before: the model names `relax`; friction. */
+/* State behind the servos. before: the model names `relax`; friction. */
 static inline struct haptable_relaxed* haptable_relaxed_of(const struct haptable_model* model,
                                                            struct haptable_servo* servo) {
     unsigned char* const state = (unsigned char*)(servo - servo->finger);
@@ -429,10 +429,10 @@ static inline struct haptable_freed* haptable_freed_of(const struct haptable_mod
     return (struct haptable_freed*)(state + model->freed_at) + servo->finger;
 }
 
-/* Makes a servo that has no contact and knows no finger. */
+/* Initialises a servo: no contact, no known finger position. */
 void haptable_servo_init(struct haptable_servo* servo);
 
-/* The same where all bytes of its state are 0. */
+/* The same for a state of zeros. */
 void haptable_servo_begin(struct haptable_servo* servo);
 
 /* The buttons of the next tick, to be called before it by who has any: bits of enum haptable_button, all others 0. They

@@ -46,8 +46,7 @@ struct both {
     int is_reused;   /* 1: that one told the step */
 };
 
-/* ---- where they are free to move -----------------------------------------------------------------------------------
- */
+/* ---- where they are free to move -------------------------------------------------------------------------------- */
 
 static void put_along(int from, int to, float along[2]) {
     along[0] = (float)(to == 1) - (float)(from == 1);
@@ -91,8 +90,7 @@ static void keep_free(const struct place* here, float* one, float* two) {
     *two = 0.0f;
 }
 
-/* ---- Newton's step -------------------------------------------------------------------------------------------------
- */
+/* ---- Newton's step ---------------------------------------------------------------------------------------------- */
 
 /* Less than this part of a pivot is its rounding. */
 #define PIVOT_ROUNDING 1e-5f
@@ -170,8 +168,7 @@ static void solve(const struct place place[HAPTABLE_FINGERS], float (*h)[COORDIN
     }
 }
 
-/* ---- an evaluation -------------------------------------------------------------------------------------------------
- */
+/* ---- an evaluation ---------------------------------------------------------------------------------------------- */
 
 /* v of both, and the energy, of places whose own terms are known. Returns 0 where N is lifted. */
 static int solve_places(struct both* both) {
@@ -289,8 +286,7 @@ static void put_slopes(struct both* both, float mixed_j[HAPTABLE_PAIR_CONTROLS][
     }
 }
 
-/* ---- steps ---------------------------------------------------------------------------------------------------------
- */
+/* ---- steps ------------------------------------------------------------------------------------------------------ */
 
 /* Newton's step may be this much of a patch where it ends a tick: its own error is of the order of its square. One
  * finger's is held to less (HAPTABLE_CORRECTION): of two an evaluation is dear, and loops give no more with this. */
@@ -507,8 +503,7 @@ static int evaluate(struct both* both, float most_j) {
     return step(both);
 }
 
-/* ---- a tick --------------------------------------------------------------------------------------------------------
- */
+/* ---- a tick ----------------------------------------------------------------------------------------------------- */
 
 /* Where a step of one is foreseen to lead: over an edge to the point of the patch there that is nearest to its end. */
 static void predict_place(const struct haptable_model* model, const float d[2], struct place* here) {

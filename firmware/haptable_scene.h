@@ -22,54 +22,55 @@
 extern "C" {
 #endif
 
-/* A finger as the last tick of a body that moves left it; body coordinates but for hand_m. */
+/* A finger at the end of a moving body's last tick, in body coordinates but for hand_m. */
 struct haptable_past {
     float hand_m[3]; /* world coordinates */
     float finger_m[3];
     float load_n[3];  /* on the body since then: the force on the hand with its sign turned */
-    uint8_t is_known; /* 0: there was none */
+    uint8_t is_known; /* 0: no finger in that tick */
 };
 
-/* The energy of contacts and modes, and what they made that nothing has paid for. */
+/* Energy balance of contacts and modes. */
 struct haptable_account {
     float stored_j; /* in contacts and modes */
-    float owed_j;   /* > 0: forces are the less for it; < 0: what hands have paid and nothing has used */
+    float
+        owed_j; /* > 0: generated and not yet paid by the hands, so forces are reduced; < 0: paid by them in advance */
     struct haptable_past past[HAPTABLE_FINGERS];
 };
 
 struct haptable_scene;
 
-/* A tick of all contacts, x_m in body coordinates as the modes have left the surface. */
+/* One tick of all contacts. x_m: finger positions in body coordinates, less the displacement of the modes. */
 typedef void haptable_contacts_fn(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                                   const float x_m[][3], uint32_t now_us, struct haptable_output out[]);
 
-/* A tick of the scene, as haptable_step: of contacts alone, or of a body that moves under them. */
+/* One tick of the scene, as haptable_step: contacts alone, or with a moving body. */
 typedef void haptable_step_fn(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                               uint32_t now_us, struct haptable_output out[]);
 
-/* Fingers that are not known. */
+/* Initialises the fingers: no known position. */
 typedef void haptable_init_fn(const struct haptable_scene* scene, void* state);
 
-/* The compliance of the contacts that there are, as the forces were given: rows and columns of a[][], its lower half,
- * and bits that say which fingers press. 1 on the diagonal of the others. */
+/* Writes the contacts' compliance, m/N, under the forces that were output to the lower half of a[][]: three rows a
+ * finger, the identity for a finger that does not press. Returns a bit for each finger that presses. */
 typedef unsigned haptable_rows_fn(const struct haptable_scene* scene, void* state, const struct haptable_past past[],
                                   float (*a)[HAPTABLE_ROWS]);
 
-/* A part of a scene's tables, for the check. */
+/* Tables of one part of a scene, for the CRC check. */
 struct haptable_part {
     const void* tables; /* NULL: the scene has none */
     haptable_span_fn* span;
     uint32_t crc;
 };
 
-/* The parts beside the model: 1 what couples two fingers, 2 the rigid body, 3 the modes. */
+/* Parts beside the model: 1 coupling of two fingers, 2 rigid body, 3 modes. */
 typedef struct haptable_part haptable_part_fn(const struct haptable_scene* scene, uint32_t number);
 
 struct haptable_scene {
     const struct haptable_model* model;
-    const struct haptable_pair_model* pair; /* what couples two fingers; NULL: there is one */
-    const struct haptable_body* body;       /* NULL: it is held */
-    const struct haptable_modes* modes;     /* NULL: it follows at once */
+    const struct haptable_pair_model* pair; /* coupling of two fingers; NULL: one finger */
+    const struct haptable_body* body;       /* NULL: a held body */
+    const struct haptable_modes* modes;     /* NULL: quasi-static */
     haptable_init_fn* init;                 /* haptable_init_one, haptable_init_two */
     haptable_contacts_fn* contacts;         /* haptable_contact_of_one, haptable_contacts_of_two */
     haptable_step_fn* step;                 /* haptable_step_one, of two haptable_step_held; haptable_moving */
@@ -95,7 +96,7 @@ haptable_step_fn haptable_step_held;
 haptable_step_fn haptable_moving;
 haptable_part_fn haptable_part_of;
 
-/* Who is there in a tick and what is pressed; who is not is released, as after silence. */
+/* Takes the fingers' presence and buttons of a tick; an absent finger is reset as after silence. */
 void haptable_scene_begin(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                           uint32_t now_us, struct haptable_output out[]);
 
@@ -117,21 +118,21 @@ static inline struct haptable_account* haptable_scene_account(const struct hapta
     return (struct haptable_account*)((unsigned char*)state + scene->account_at);
 }
 
-/* How a state begins where its model was made at run time: what codegen lays out by what a scene names. */
+/* State layout of a model that was made at run time; of a generated scene codegen writes a layout of what it names. */
 struct haptable_room {
     struct haptable_pair fingers;
     struct haptable_freed freed[HAPTABLE_FINGERS];
     struct haptable_relaxed relaxed[HAPTABLE_FINGERS];
 };
 
-/* Says so to the model. */
+/* Writes the offsets of that layout to the model. */
 static inline void haptable_lay_out(struct haptable_model* model) {
     model->freed_at = (uint32_t)offsetof(struct haptable_room, freed);
     model->relaxed_at = (uint32_t)offsetof(struct haptable_room, relaxed);
 }
 
-/* A scene of tables that are known at run time, and how its state is laid out; pair, body, modes: NULL where it has
- * none. It links every part. before: haptable_lay_out of the model. */
+/* Makes a scene of tables that are known at run time and lays out its state; pair, body, modes: NULL if it has none.
+ * Links every part. before: haptable_lay_out of the model. */
 void haptable_scene_make(const struct haptable_model* model, const struct haptable_pair_model* pair,
                          const struct haptable_body* body, const struct haptable_modes* modes,
                          struct haptable_scene* scene);
