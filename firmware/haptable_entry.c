@@ -59,7 +59,8 @@ static int goes_through(const struct haptable_model* model, uint16_t patch, cons
 }
 
 /* 1 where the patch is one of those that the segment leaves. */
-HAPTABLE_CALLED int is_left(const struct haptable_model* model, const struct haptable_segment* segment, uint16_t patch) {
+HAPTABLE_CALLED int is_left(const struct haptable_model* model, const struct haptable_segment* segment,
+                            uint16_t patch) {
     const uint16_t* v = model->patch[patch];
     int i;
     if (segment->left[0] == HAPTABLE_NONE) return 0;
