@@ -7,11 +7,29 @@ packages of lab/requirements.txt, which ``sh scripts/setup.sh lab`` installs fro
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
 from pathlib import Path
+from typing import Any
 
 
 class LabError(Exception):
     """What a person mends: names the file, the topic or the figure, and says what to do."""
+
+
+def output_of(*command: object, **environment: str) -> str:
+    """What a command prints; what it says beside, on standard error, is passed on. Raises LabError where it fails."""
+    ended = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True, check=False,
+                           env={**os.environ, **environment})
+    if ended.returncode != 0:
+        raise LabError(f"{command[0]}: ended with status {ended.returncode}")
+    return ended.stdout
+
+
+def told(program: Path, *options: object) -> Any:
+    """The JSON that a program prints."""
+    return json.loads(output_of(program, *options))
 
 
 def own(folder: Path, holds: str) -> None:

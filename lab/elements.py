@@ -17,7 +17,7 @@ from lab.error import ELEMENTS
 from lab.numbers import Topics, number, seconds
 from lab.reference import Array, Bricks, Footprint, Mesh, Solid, graded
 from lab.scenes import Scene
-from lab.specimens import (PLACES, Place, cells, cube_body, cube_scene, mesh_of, mesh_places, read_vtu, reference,
+from lab.specimens import (PLACES, Place, cells, cube_body, cube_scene, mesh_of, mesh_places, reference,
                            specimens, spiral, truth_of, write_tetgen)
 
 _DEPTH = 1e-4  # m: on the patch that the place lies on

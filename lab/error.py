@@ -6,7 +6,6 @@ Ours is measured by the product's own programs and library; the body is docs/num
 from __future__ import annotations
 
 import json
-import subprocess
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from lab import LabError, binding, scenes
+from lab import LabError, binding, scenes, told
 from lab.cholmod import one_thread
 from lab.numbers import Topics, error_of, number, read_numbers, seconds, write_topics
 from lab.reference import Array, Footprint, Indices, Mesh, Tetrahedra, shares_on
@@ -42,13 +41,9 @@ def time_ticks(build: Path, folders: Sequence[Path], depth: float, ticks: int, r
                every: bool = False) -> list[dict[str, Any]]:
     """CPU time of a tick of each folder's servo, sliding round a circle; every: in each precision and god-object. Keys:
     precision, god_object, bytes (of the tables), tick_s (a list, all in turn)."""
-    ended = subprocess.run([str(build / "bin/haptable-bench-ticks"), *map(str, folders), "--depth", str(depth),
-                            "--ticks",
-                            str(ticks), "--repetitions", str(repetitions), *(["--every"] if every else [])],
-                           stdout=subprocess.PIPE, text=True, check=False)
-    if ended.returncode != 0:
-        raise LabError(f"haptable-bench-ticks: ended with status {ended.returncode}")
-    timed: list[dict[str, Any]] = json.loads(ended.stdout)
+    timed: list[dict[str, Any]] = told(
+        build / "bin/haptable-bench-ticks", *folders, "--depth", depth, "--ticks", ticks, "--repetitions", repetitions,
+        *(["--every"] if every else []))
     return timed
 
 

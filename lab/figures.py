@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from lab import LabError, contact, drawings, own, plots
+from lab import LabError, contact, drawings, output_of, own, plots
 from lab.figure import Figure
 from lab.numbers import read_numbers
 from lab.plots import force_size
@@ -60,11 +59,7 @@ class Studio:
 
     def run(self, *command: object, **more: str) -> str:
         """Standard output. Raises LabError where the command fails."""
-        ended = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True, check=False,
-                               env={**os.environ, "BUILD": str(self.build), **more})
-        if ended.returncode != 0:
-            raise LabError(f"{command[0]}: ended with status {ended.returncode}")
-        return ended.stdout
+        return output_of(*command, BUILD=str(self.build), **more)
 
     def put(self, name: str) -> None:
         """The picture in work/, now that it is whole."""

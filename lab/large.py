@@ -5,7 +5,6 @@ everything built. Each part writes PART.json into build/report."""
 from __future__ import annotations
 
 import json
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, own
+from lab import LabError, output_of, own
 from lab.numbers import Topics, error_of, number, read_numbers, write_file, write_topics
 
 _COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
@@ -90,14 +89,8 @@ class Runs:
             program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe",
                        "-n",
                        str(ranks), f"{program[0]}-mpi"]
-        _call(*program, *options, str(scene), "-o", str(into), "--force", "--quiet")
+        output_of(*program, *options, str(scene), "-o", str(into), "--force", "--quiet")
         self.done.append((name, into))
-
-
-def _call(*command: str) -> None:
-    ended = subprocess.run(command, check=False)
-    if ended.returncode != 0:
-        raise LabError(f"{command[0]}: ended with status {ended.returncode}")
 
 
 def _large(runs: Runs) -> str:

@@ -4,28 +4,18 @@ devices, the inversion. `make bench` calls each."""
 
 from __future__ import annotations
 
-import json
-import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import LabError, binding
+from lab import binding, told
 from lab.contact import Bodies, contact_cube, mouse
 from lab.error import FORCES
 from lab.numbers import Topics, count, error_of, number, seconds, to_markdown, write_topics
 
 Cells = list[Any]
-
-
-def told(program: Path, *options: str) -> Any:
-    """The JSON that a program prints; what it says beside is passed on."""
-    ended = subprocess.run([str(program), *options], stdout=subprocess.PIPE, check=False)
-    if ended.returncode != 0:
-        raise LabError(f"{program}: ended with status {ended.returncode}")
-    return json.loads(ended.stdout)
 
 
 def three(value: float | None) -> Any:
@@ -94,7 +84,7 @@ def speed_tables(raw: dict[str, Any]) -> dict[str, Any]:
 def speed(build: Path, out: Path, repetitions: int) -> None:
     write_topics(out,
                  speed_tables(told(build / "bin/haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build",
-                                        str(build), "--repetitions", str(repetitions))))
+                                        build, "--repetitions", repetitions)))
 
 
 # ---- ticks beside proxies ------------------------------------------------------------------------------------------
@@ -129,8 +119,8 @@ def beside_tables(cube: dict[str, list[float]], mouse_: dict[str, list[float]]) 
 def beside(build: Path, out: Path, rounds: int) -> None:
     bodies = Bodies(build, binding.load(build))
     write_topics(out, beside_tables(*(told(
-        build / "bin/haptable-contact", *(str(bodies.folder(scene, force, radius)) for force in FORCES), "--rounds",
-        str(rounds)) for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
+        build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES), "--rounds", rounds)
+        for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------
@@ -269,13 +259,14 @@ def instruction_tables(raw: list[dict[str, Any]]) -> Topics:
                          number(worst / _MILLISECOND, f"{100 * worst / _MILLISECOND:.1f} %")])
         cycles += [[f"{scene['name']}, {target}", *map(count, of["cycles"])] for target, of in scene["targets"].items()
                    if "cycles" in of]
-    topics: Topics = {"instructions": {"columns": ["tick", *raw[0]["targets"], "worst, of 1 ms at 168 MHz"], "rows": rows}}
+    topics: Topics = {"instructions": {"columns": ["tick", *raw[0]["targets"], "worst, of 1 ms at 168 MHz"],
+                                       "rows": rows}}
     return {**topics, **({"cycles": {"columns": ["sliding", "median", "worst"], "rows": cycles}} if cycles else {})}
 
 
 def instructions(build: Path, folders: list[Path], out: Path | None) -> None:
     """Prints the tables, or writes them to `out`."""
-    topics = instruction_tables(told(build / "bin/haptable-count", *map(str, folders)))
+    topics = instruction_tables(told(build / "bin/haptable-count", *folders))
     if out:
         write_topics(out, topics, "make instructions")
     else:

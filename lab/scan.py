@@ -62,7 +62,8 @@ def noisy(x: Array, patches: Indices, share: float) -> Array:
     # A number in [0, 1) of 64 bits of MT19937, the low 32 first, as C++'s uniform_real_distribution has it.
     low, high = np.random.RandomState(1)._bit_generator.random_raw(2 * len(nodes)).reshape(-1, 2).T.astype(float)
     by = share * (2.0 * (low + 2.0**32 * high) / 2.0**64 - 1.0)
-    moved[nodes] += (by * shortest[nodes])[:, None] * normals[nodes] / np.linalg.norm(normals[nodes], axis=1, keepdims=True)
+    moved[nodes] += (by * shortest[nodes])[:, None] * normals[nodes] / np.linalg.norm(normals[nodes], axis=1,
+                                                                                      keepdims=True)
     return moved
 
 
@@ -79,7 +80,8 @@ def filling(mesh: Mesh, folder: Path, build: Path, nodes: int = NODES) -> Topics
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scan.off").write_text(to_off(noisy(mesh.x, patches, NOISE), patches), encoding="utf-8")
     low, high = mesh.x.min(0), mesh.x.max(0)
-    base = [*(low - (high - low)).tolist(), *(high[:2] + (high - low)[:2]).tolist(), float(low[2] + 0.1 * (high - low)[2])]
+    base = [*(low - (high - low)).tolist(), *(high[:2] + (high - low)[:2]).tolist(),
+            float(low[2] + 0.1 * (high - low)[2])]
     summary = scenes.precompute({
         "name": "scanned", "mesh": {"file": str((folder / "scan.off").resolve()), "node_count": nodes},
         "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": base}], "tables": {"columns": "none"}},

@@ -4,23 +4,14 @@ this when images and pages' parts are made."""
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
 from pathlib import Path
 from typing import Any
 
-from lab import LabError, scenes
+from lab import LabError, output_of, scenes
 from lab.numbers import count, error_of, number, write_topics
 
 TARGETS = ("cortex-m4", "cortex-m7", "cortex-m33", "rv32")
-
-
-def _output(*command: str, **environment: str) -> str:
-    ended = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False, env={**os.environ, **environment})
-    if ended.returncode != 0:
-        raise LabError(f"{' '.join(command)}: ended with status {ended.returncode}")
-    return ended.stdout
 
 
 # ---- the servo -----------------------------------------------------------------------------------------------------
@@ -62,10 +53,10 @@ def stacks(build: Path) -> dict[str, Any]:
         scenes.precompute(scene, folder / "tables", build)
         for target in TARGETS:
             cross = "riscv64-unknown-elf-" if target == "rv32" else "arm-none-eabi-"
-            _output(f"{cross}gcc", "-c", "-ffreestanding", "-Ifirmware", str(folder / "tables/model.c"), "-o",
-                    str(folder / "model.o"))
-            found = _output("python3", "scripts/stack.py", str(build / "cube/firmware" / target),
-                            str(folder / "model.o"), CROSS=cross)
+            output_of(f"{cross}gcc", "-c", "-ffreestanding", "-Ifirmware", folder / "tables/model.c", "-o",
+                      folder / "model.o")
+            found = output_of("python3", "scripts/stack.py", build / "cube/firmware" / target, folder / "model.o",
+                              CROSS=cross)
             for entry, stack in (line.split() for line in found.splitlines()):
                 if int(stack) > 0 and (entry == "haptable_step" or what == "the paper's mode"):
                     rows.setdefault(f"{entry}, {what}", []).append(count(int(stack)))
@@ -79,7 +70,7 @@ def page(build: Path, tables: Path) -> dict[str, Any]:
     """What the page of a folder of tables holds."""
     file = build / "report/page.html"
     file.parent.mkdir(parents=True, exist_ok=True)
-    _output(str(build / "bin/haptable-view"), str(tables), "--page", str(file), "--quiet")
+    output_of(build / "bin/haptable-view", tables, "--page", file, "--quiet")
     text = file.read_text(encoding="utf-8")
     file.unlink()
 

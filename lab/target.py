@@ -4,8 +4,6 @@ bench` calls this when images are made."""
 
 from __future__ import annotations
 
-import json
-import subprocess
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -14,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, scenes
+from lab import LabError, scenes, told
 from lab.error import FORCES
 from lab.numbers import Topics, count, number, seconds, write_topics
 from lab.scenes import Scene
@@ -31,11 +29,7 @@ BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/n
 
 def count_ticks(build: Path, folder: Path, *options: str) -> Any:
     """What haptable-bench-target tells of a folder."""
-    ended = subprocess.run([str(build / "bin/haptable-bench-target"), str(folder), "--build", str(build), *options],
-                           stdout=subprocess.PIPE, text=True, check=False)
-    if ended.returncode != 0:
-        raise LabError(f"haptable-bench-target {folder}: ended with status {ended.returncode}")
-    return json.loads(ended.stdout)
+    return told(build / "bin/haptable-bench-target", folder, "--build", build, *options)
 
 
 def quantile(values: Sequence[int], fraction: float) -> int:
