@@ -194,7 +194,7 @@ test-fuzz: $(TYPES)
 lab: $(BUILD)/lab/site/ready
 $(BUILD)/lab/site/ready: lab/references.txt | $(BUILD)/setup-lab.stamp
 	@$(LAB_PYTHON) -m venv $(BUILD)/lab/venv && \
-	$(BUILD)/lab/venv/bin/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(@D) -r $< && \
+	$(BUILD)/lab/venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(@D) -r $< && \
 	touch $@ || { echo "lab: pip could not install $< (does this machine reach pypi.org?)" >&2; exit 1; }
 
 test-mpi:

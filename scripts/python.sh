@@ -12,8 +12,8 @@ wheels="setuptools>=68 wheel cffi>=1.16 numpy>=1.22 nbclient ipykernel platformi
 [ -x "$folder/bin/pip" ] || python3 -m venv "$folder"
 {
     # shellcheck disable=SC2086 # lists of packages
-    "$folder/bin/pip" install --quiet --disable-pip-version-check $packages &&
-        "$folder/bin/pip" wheel --quiet --disable-pip-version-check --wheel-dir "$folder/wheels" $wheels
+    "$folder/bin/python" -m pip install --quiet --disable-pip-version-check $packages &&
+        "$folder/bin/python" -m pip wheel --quiet --disable-pip-version-check --wheel-dir "$folder/wheels" $wheels
 } || {
     echo "python: pip could not install $packages $wheels into $folder (does this machine reach pypi.org?)" >&2
     exit 1

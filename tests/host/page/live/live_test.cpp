@@ -194,7 +194,9 @@ TEST_F(LivePage, ItsPointerIsTheDeviceAndASecondPageLooks) {
     EXPECT_EQ(second.evaluate("haptable.live().yours"), false);
 
     press(*first);
-    ASSERT_TRUE(first->wait_until("haptable.frame().contact && haptable.frame().force[2] > 1e-3")) << link(*first);
+    ASSERT_TRUE(first->wait_until("haptable.frame().contact && haptable.frame().force[2] > 1e-3"))
+        << link(*first) << "; goal " << first->evaluate("haptable.live().goals[0]") << ", finger "
+        << first->evaluate("[...haptable.frame().finger]") << ", state " << first->evaluate("haptable.frame().state");
     EXPECT_TRUE(first->wait_until("haptable.frame().displacement.some(u => u < -1e-4)"));
     EXPECT_TRUE(says(*first, "your pointer is the device")) << link(*first);
     EXPECT_TRUE(second.wait_until("haptable.frame().contact && haptable.frame().force[2] > 1e-3"));
