@@ -60,12 +60,13 @@ def test_builds_a_servo_with_the_bits_of_the_source_trees(shell, need):
 
 
 def test_has_as_many_files_as_the_page_says(root):
-    """docs/INSTALL.md says how much is installed: within a twentieth."""
+    """docs/INSTALL.md says how much is installed in a bare Debian: files within a twentieth; bytes, which are a linker's
+    and a compiler's besides, within a tenth."""
     said = re.search(r"\| `make install`, all built: (\d+) files \| ([\d.]+) MB", (ROOT / "docs/INSTALL.md").read_text())
     files = files_of(root)
     megabytes = 1e-6 * sum(file.stat().st_size for file in files if not file.is_symlink())
     assert len(files) == pytest.approx(int(said[1]), rel=0.05), "write it into docs/numbers.json"
-    assert megabytes == pytest.approx(float(said[2]), rel=0.05), "write it into docs/numbers.json"
+    assert megabytes == pytest.approx(float(said[2]), rel=0.1), "write it into docs/numbers.json"
 
 
 def test_finds_its_modules_and_the_parts_of_a_page(shell):
