@@ -33,8 +33,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-using test::box, test::kElements, test::kSide_m;
-const Selection kTop = box(-1, -1, 0.999 * kSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
+using test::box, test::kElements, test::kCubeSide_m;
+const Selection kTop = box(-1, -1, 0.999 * kCubeSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
 
 /// A cube that nothing holds; without lateral strain it is a bundle of springs.
 Scene block(Element element, double poisson = 0.0) {
@@ -43,7 +43,7 @@ Scene block(Element element, double poisson = 0.0) {
     scene.name = "block";
     scene.mesh.generate = "cube";
     scene.mesh.nodes_per_side = 4;
-    scene.mesh.side_m = kSide_m;
+    scene.mesh.side_m = kCubeSide_m;
     scene.mesh.element = element;
     scene.material = {1e4, poisson};
     return scene;
@@ -70,7 +70,7 @@ Eigen::VectorXd on_top(const Body& body, const Vector3d& traction_pa) {
     const auto& x = body.mesh.position_m;
     const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
         const Vector3d &a = x[std::size_t(corner[0])], &b = x[std::size_t(corner[1])], &c = x[std::size_t(corner[2])];
-        if (std::min({a.z(), b.z(), c.z()}) < 0.999 * kSide_m) return;
+        if (std::min({a.z(), b.z(), c.z()}) < 0.999 * kCubeSide_m) return;
         for (int k = 0; k < 3; ++k)
             force.segment<3>(3 * loaded[k]) += 0.5 * (b - a).cross(c - a).norm() / 3.0 * traction_pa;
     };
@@ -101,16 +101,18 @@ TEST(Membrane, UnderALoadInItsPlaneItPullsAtItsRimAsPlaneStressDoes) {
         for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
             const Vector3d& x = body.mesh.position_m[i];
             const Vector3d force = f.segment<3>(3 * static_cast<Index>(i));
-            const bool in_x = x.x() > 1e-9 && x.x()<kSide_m - 1e-9, in_y = x.y()> 1e-9 && x.y() < kSide_m - 1e-9;
-            if (x.z() < kSide_m - 1e-9 || (in_x && in_y)) inner = std::max(inner, force.norm());
+            const bool in_x = x.x() > 1e-9 && x.x() < kCubeSide_m - 1e-9;
+            const bool in_y = x.y() > 1e-9 && x.y() < kCubeSide_m - 1e-9;
+            if (x.z() < kCubeSide_m - 1e-9 || (in_x && in_y)) inner = std::max(inner, force.norm());
             inner = std::max(inner, std::abs(force.z()));
             // Half of the strip's force stands at each of its two rims.
-            if (x.x() > kSide_m - 1e-9 && in_y) right += force;
-            if (x.y() > kSide_m - 1e-9 && in_x) back += force;
+            if (x.x() > kCubeSide_m - 1e-9 && in_y) right += force;
+            if (x.y() > kCubeSide_m - 1e-9 && in_x) back += force;
         }
         EXPECT_WITHIN(inner, .count = 64, .size = size) << word(element);
         // A rim's inner nodes carry 2 of 3 cells of the edge; with middles the corners keep a sixth of a cell each.
-        const double length = element == Element::kQuadratic ? kSide_m * (1.0 - 1.0 / 9.0) : kSide_m * 2.0 / 3.0;
+        const double length =
+            element == Element::kQuadratic ? kCubeSide_m * (1.0 - 1.0 / 9.0) : kCubeSide_m * 2.0 / 3.0;
         EXPECT_WITHIN((right - length * Vector3d(nxx, nxy, 0)).norm(), .count = 64, .size = size) << word(element);
         EXPECT_WITHIN((back - length * Vector3d(nxy, nyy, 0)).norm(), .count = 64, .size = size) << word(element);
     }
@@ -181,8 +183,8 @@ TEST(Bed, ABlockSinksByItsLoadOverTheBedAndNothingElseHoldsIt) {
             test::assembled(k) * displace(body, [](const Vector3d&) { return Vector3d(1, 0, 0); });
         double sum = 0.0;
         for (Index i = 0; i < f.size(); i += 3) sum += f[i];
-        EXPECT_WITHIN(sum / (tangential * kSide_m * kSide_m) - 1.0, .count = 64, .condition = 100);
-        EXPECT_WITHIN(1.0 - sum / (tangential * kSide_m * kSide_m), .count = 64, .condition = 100);
+        EXPECT_WITHIN(sum / (tangential * kCubeSide_m * kCubeSide_m) - 1.0, .count = 64, .condition = 100);
+        EXPECT_WITHIN(1.0 - sum / (tangential * kCubeSide_m * kCubeSide_m), .count = 64, .condition = 100);
     }
 }
 
@@ -251,7 +253,7 @@ TEST(Gravity, ABarHangsAsItsWeightSays) {
                 ++count;
             }
         for (const Vector3d& u : sag) lowest = std::min(lowest, u.z());
-        const double expected = -1100.0 * 9.81 * kSide_m * kSide_m / 2e4;
+        const double expected = -1100.0 * 9.81 * kCubeSide_m * kCubeSide_m / 2e4;
         const double cell = 1.0 / 6.0;
         EXPECT_NEAR(mean / count / expected, 1.0, element == Element::kQuadratic ? cell * cell * cell : cell * cell);
         EXPECT_LE(std::abs(lowest / expected), 1.0 + cell);
@@ -260,7 +262,7 @@ TEST(Gravity, ABarHangsAsItsWeightSays) {
         const std::vector<double> density(body.mesh.tet.size(), 1100.0);
         const Eigen::Matrix3Xd f = weight_of(element_mesh(scene, body, laws), density, {0, 0, -9.81});
         weight = f.row(2).sum();
-        EXPECT_WITHIN(std::abs(weight / (-1100.0 * 9.81 * std::pow(kSide_m, 3)) - 1.0),
+        EXPECT_WITHIN(std::abs(weight / (-1100.0 * 9.81 * std::pow(kCubeSide_m, 3)) - 1.0),
                       .count = 8.0 * std::sqrt(static_cast<double>(body.mesh.tet.size())));
     }
 }
@@ -287,8 +289,8 @@ TEST(Gravity, GeometricStiffnessIsTheWorkOfStressOnASecondDisplacement) {
             Eigen::Matrix3d tension = Eigen::Matrix3d::Zero();
             tension.topLeftCorner<2, 2>() =
                 1e2 / (1.0 - 0.09) * (0.7 * in_plane + 0.3 * in_plane.trace() * Eigen::Matrix2d::Identity());
-            const double expected = (stress * (second.transpose() * second)).trace() * std::pow(kSide_m, 3) +
-                                    (tension * (second.transpose() * second)).trace() * kSide_m * kSide_m;
+            const double expected = (stress * (second.transpose() * second)).trace() * std::pow(kCubeSide_m, 3) +
+                                    (tension * (second.transpose() * second)).trace() * kCubeSide_m * kCubeSide_m;
             const double size = v.cwiseAbs().dot(k.cwiseAbs() * v.cwiseAbs());
             EXPECT_WITHIN(std::abs(v.dot(k * v) - expected), .count = 256, .condition = 1.0 / (1.0 - 2.0 * poisson),
                           .size = size)
@@ -375,7 +377,7 @@ TEST_F(GravityRun, WithoutPrestressTheStiffnessIsTheSameBitsAndTheSurfaceSags) {
     EXPECT_NE(json_text(summary("weighed")["warnings"]).find("write prestress = true"), std::string::npos);
     // Again with another touch region: what an earlier run left is taken, with its sag.
     scene.gravity = gravity;
-    scene.touch = {box(-1, -1, -1, 1, 1, 0.5 * kSide_m)};
+    scene.touch = {box(-1, -1, -1, 1, 1, 0.5 * kCubeSide_m)};
     EXPECT_TRUE(run(scene, "weighed").reused.all);
     EXPECT_EQ(summary("weighed")["gravity"], facts);
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "weighed/sag.npy"));

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-using test::kElements, test::kSide_m;
+using test::kElements, test::kCubeSide_m;
 // A tendon-like law, and one that hardly changes its volume.
 const Orthotropic kTendon{{5e4, 1e4, 4e3}, {0.4, 0.3, 0.25}, {6e3, 5e3, 2e3}};
 const Orthotropic kFull{{2e4, 1e4, 1e4}, {0.499, 0.499, 0.745}, {6e3, 6e3, 2.9e3}};
@@ -33,7 +33,7 @@ Scene bar(const Orthotropic& law, const Matrix3d& axes, Element element) {
     scene.name = "bar";
     scene.mesh.generate = "cube";
     scene.mesh.nodes_per_side = 4;
-    scene.mesh.side_m = kSide_m;
+    scene.mesh.side_m = kCubeSide_m;
     scene.mesh.element = element;
     scene.material = like(law);
     for (std::size_t k = 0; k < 2; ++k)
@@ -142,7 +142,7 @@ TEST(Orthotropic, LayersInSeriesAddTheirCompliancesAndInParallelTheirStiffnesses
         for (int across : {0, 2}) {  // the layers' normal; pulled along z
             Scene scene = bar(hard, Matrix3d::Identity(), element);
             Selection half{std::array<double, 6>{-1, -1, -1, 1, 1, 1}, "", 1};
-            (*half.box_m)[std::size_t(across) + 3] = kSide_m / 3.0;
+            (*half.box_m)[std::size_t(across) + 3] = kCubeSide_m / 3.0;
             scene.regions.push_back({half, bar(soft, Matrix3d::Identity(), element).material});
             const Body body = make_body(scene, make_mesh(scene.mesh));
             const Eigen::SparseMatrix<double> k = test::assembled(assemble_free(scene, body));
@@ -152,13 +152,13 @@ TEST(Orthotropic, LayersInSeriesAddTheirCompliancesAndInParallelTheirStiffnesses
             Eigen::VectorXd u = Eigen::VectorXd::Zero(k.rows());
             double force = 0.0;
             for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
-                const double z = body.mesh.position_m[i].z(), in_soft = std::min(z, kSide_m / 3.0);
+                const double z = body.mesh.position_m[i].z(), in_soft = std::min(z, kCubeSide_m / 3.0);
                 u[3 * static_cast<Eigen::Index>(i) + 2] = soft_strain * in_soft + hard_strain * (z - in_soft);
             }
             const Eigen::VectorXd f = k * u;
             for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-                if (body.mesh.position_m[i].z() > 0.999 * kSide_m) force += f[3 * static_cast<Eigen::Index>(i) + 2];
-            const double area = kSide_m * kSide_m;
+                if (body.mesh.position_m[i].z() > 0.999 * kCubeSide_m) force += f[3 * static_cast<Eigen::Index>(i) + 2];
+            const double area = kCubeSide_m * kCubeSide_m;
             const double expected = across == 2 ? pull_pa * area : hard_strain * area * (4e3 / 3.0 + 2.0 * 3e4 / 3.0);
             EXPECT_WITHIN(force / expected - 1.0, .count = 64, .condition = 10) << word(element) << ", " << across;
             EXPECT_WITHIN(1.0 - force / expected, .count = 64, .condition = 10) << word(element) << ", " << across;

@@ -16,7 +16,7 @@ namespace haptable {
 
 namespace {
 
-using test::box, test::kSide_m;
+using test::box, test::kCubeSide_m;
 
 /// A cube that is fixed at its bottom; without lateral strain it is a bundle of springs.
 Scene column_scene(int nodes_per_side) {
@@ -25,7 +25,7 @@ Scene column_scene(int nodes_per_side) {
     scene.name = "column";
     scene.mesh.generate = "cube";
     scene.mesh.nodes_per_side = nodes_per_side;
-    scene.mesh.side_m = kSide_m;
+    scene.mesh.side_m = kCubeSide_m;
     scene.material = {1e4, 0.0};
     scene.fixed.push_back(box(-1, -1, -1, 1, 1, 1e-9));
     return scene;
@@ -36,7 +36,7 @@ Eigen::VectorXd top_pressure(const Body& body, double pressure_pa) {
     Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(body.free_node.size()));
     const auto at = [&](std::int32_t i) { return body.mesh.position_m[static_cast<std::size_t>(i)]; };
     for (const Patch& p : body.surface.patch) {
-        if (std::any_of(p.begin(), p.end(), [&](auto i) { return at(i).z() < kSide_m * 0.999; })) continue;
+        if (std::any_of(p.begin(), p.end(), [&](auto i) { return at(i).z() < kCubeSide_m * 0.999; })) continue;
         const double area_m2 = 0.5 * (at(p[1]) - at(p[0])).cross(at(p[2]) - at(p[0])).norm();
         for (std::int32_t i : p)
             force[3 * body.unknown[static_cast<std::size_t>(i)] + 2] -= pressure_pa * area_m2 / 3.0;
@@ -46,7 +46,7 @@ Eigen::VectorXd top_pressure(const Body& body, double pressure_pa) {
 
 TEST(Region, LayersAreSpringsInSeries) {
     Scene scene = column_scene(5);
-    const double quarter = kSide_m / 4;
+    const double quarter = kCubeSide_m / 4;
     scene.regions.push_back({box(-1, -1, 0, 1, 1, quarter), {5e4, 0.0}});
     scene.regions.push_back({box(-1, -1, 2 * quarter, 1, 1, 3 * quarter), {2e3, 0.0}});
     const Body body = make_body(scene, make_mesh(scene.mesh));
@@ -56,7 +56,7 @@ TEST(Region, LayersAreSpringsInSeries) {
     const double expected_m = -100.0 * quarter * (1 / 5e4 + 1 / 1e4 + 1 / 2e3 + 1 / 1e4);
     int tops = 0;
     for (std::int32_t i : body.free_surface_node) {
-        if (body.mesh.position_m[static_cast<std::size_t>(i)].z() < kSide_m * 0.999) continue;
+        if (body.mesh.position_m[static_cast<std::size_t>(i)].z() < kCubeSide_m * 0.999) continue;
         const double moved_m = u[3 * body.unknown[static_cast<std::size_t>(i)] + 2];
         EXPECT_WITHIN(std::abs(moved_m / expected_m - 1.0), test::inverse_bound(k));
         ++tops;
@@ -93,12 +93,12 @@ TetMesh hollow_cube() {
     MeshSource source;
     source.generate = "cube";
     source.nodes_per_side = 6;
-    source.side_m = kSide_m;
+    source.side_m = kCubeSide_m;
     TetMesh mesh = make_mesh(source);
     const auto is_middle = [&](const Tet& tet) {
         Eigen::Vector3d centre = Eigen::Vector3d::Zero();
         for (std::int32_t i : tet) centre += 0.25 * mesh.position_m[static_cast<std::size_t>(i)];
-        return (centre.array() > 0.4 * kSide_m).all() && (centre.array() < 0.6 * kSide_m).all();
+        return (centre.array() > 0.4 * kCubeSide_m).all() && (centre.array() < 0.6 * kCubeSide_m).all();
     };
     std::erase_if(mesh.tet, is_middle);
     return mesh;

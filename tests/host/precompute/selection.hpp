@@ -6,7 +6,7 @@
 
 namespace haptable::test {
 
-inline constexpr double kSide_m = 0.03;
+inline constexpr double kCubeSide_m = 0.03;
 inline constexpr Element kElements[] = {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
 
 inline Selection box(double x0, double y0, double z0, double x1, double y1, double z1) {
