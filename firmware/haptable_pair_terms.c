@@ -177,7 +177,7 @@ void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struc
     const struct haptable_pair_net* net = haptable_pair_net_of(tables, &pair->net, first->patch, view->place.patch);
     struct pair_link link;
     haptable_pair_link(view, first, 0, 0, &link);
-    if (pair_count(tables->law) == 3)
+    if (pair_count(link.law) == 3)
         sum_rows(3, link.weight, view->place.weight, (const float(*)[9])net->block, x);
     else
         sum_rows(HAPTABLE_PAIR_CONTROLS, link.weight, view->place.weight, (const float(*)[9])net->block, x);

@@ -8,12 +8,12 @@
 #include <memory>
 #include <optional>
 
-#include "host/session/bridge/line_stepper.hpp"
 #include "host/device/session.hpp"
 #include "host/device/simulated_driver.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/run/recorder.hpp"
 #include "host/run/timeline.hpp"
+#include "host/session/bridge/line_stepper.hpp"
 #include "host/session/local_stepper.hpp"
 #include "host/session/servo/replay.hpp"
 #include "host/session/session.hpp"
