@@ -586,5 +586,9 @@ endif
 include firmware/firmware.mk
 include packaging/install.mk
 
+# A source that has moved, which the .d of an older build names: what was made of it is made anew.
+host/%.cpp: ;
+codegen/%.cpp: ;
+
 # What compilers wrote, but not in the folders that are builds of their own.
 -include $(shell find $(BUILD) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)
