@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/session/energy.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -43,7 +45,7 @@ void ForceReport::note(const std::array<float, 3>& finger_m, const haptable_outp
 
 void ForceReport::add_to(SummaryLines& summary, const std::string& suffix) const {
     summary.add("largest_force_n" + suffix, largest_force_n);
-    for (const auto& [name, energy_j] : energy.by_name()) summary.add(name + "_j" + suffix, energy_j);
+    for (const auto& [name, energy_j] : energy.by_name()) summary.add(fmt::format("{}_j{}", name, suffix), energy_j);
 }
 
 }  // namespace haptable

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/session/status.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace haptable {
@@ -22,7 +24,7 @@ void Status::operator()(std::string name, std::int64_t value) {
 
 void Status::add(const ForceReport& forces, const std::string& suffix) {
     for (const auto& [name, energy_j] : forces.energy.by_name())
-        (*this)(name + "_nj" + suffix, std::llround(energy_j * 1e9));
+        (*this)(fmt::format("{}_nj{}", name, suffix), std::llround(energy_j * 1e9));
 }
 
 void Status::publish(Connection& connection) {

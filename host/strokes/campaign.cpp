@@ -175,8 +175,7 @@ private:
         const StrokeMaker maker(body.servo());
         const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
         const std::string what = mesh.name + ", " + mode.name();
-        const Tally tally =
-            run_strokes(touched, maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
+        Tally tally = run_strokes(touched, maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
         done_ += each_;
         write_examples(mesh, mode, touched, maker, seed, tally);
         write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);

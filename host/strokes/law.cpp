@@ -138,7 +138,7 @@ double Law::lift(const SurfacePoint& g, const Matrix3d& c) const {
 }
 
 Matrix3d Law::stiffness(const SurfacePoint& g) const {
-    const Matrix3d p = polynomial(g);
+    Matrix3d p = polynomial(g);
     if (degree_ == 1) return p;
     return (p + lift(g, p) * Matrix3d::Identity()).inverse();
 }

@@ -97,7 +97,7 @@ std::uint64_t TablesFolder::tables_hash() const { return content_->tables_hash; 
 bool TablesFolder::has(const std::string& name) const { return content_->hash.contains(name); }
 
 fs::path TablesFolder::file(const std::string& name) const {
-    const fs::path path = content_->path / name;
+    fs::path path = content_->path / name;
     const auto hash = content_->hash.find(name);
     if (hash == content_->hash.end()) fail(name, "is missing: tables.json does not name it");
     const std::lock_guard guard(content_->lock);
