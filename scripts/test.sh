@@ -55,7 +55,7 @@ awk -v times="$times" '
     { ms = $1 in took ? took[$1] : $1 ~ /[.]py$/ ? 1e6 : $2 > 40 ? 1e5 : 999; print ms, $1, $2, $3 }' "$jobs/all" |
     sort -rn | awk -v folder="$jobs" '
     function job(number) { return sprintf("%s/%03d", folder, number) }
-    $2 ~ /[.]py$/ { print $2 >job(++last); next }
+    $2 ~ /[.]py$/ { print $2 >job(++last); few = 0; next } # no suite joins its job
     $4 { print $2 "*" >job(0); next }
     $1 >= 1000 { print $2 "*" >job(++last); next }
     { if (!few || few + $3 > 40) { last++; few = 0 } few += $3; print $2 "*" >job(last) }'
@@ -96,6 +96,9 @@ for job in $(find "$jobs" -type f -name '[0-9]*' -not -name '*.*' | sort); do
         echo "the test program ended with status $ended in: $(sed -n 's/^\[ RUN *\] //p' "$job.log" | tail -n 1) of $(cat "$job")"
         failed=$((failed + 1))
     }
+done
+for file in $(grep '[.]py$' "$jobs/all"); do
+    grep -q "\] $file::" "$log" || { echo "$file: none of its tests ran" && failed=$((failed + 1)) status=1; }
 done
 # Each reason once, with its count. ../shared has meshes of other people, which no clone has.
 sed -n '/: Skipped$/{n;p;}' "$log" | sed 's|^no "\{0,1\}\.\./shared.*|no ../shared|' | sort | uniq -c | sort -rn |
