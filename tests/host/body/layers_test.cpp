@@ -23,7 +23,7 @@
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
-#include "tests/host/precompute/selection.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
@@ -37,17 +37,7 @@ using test::box, test::kElements, test::kCubeSide_m;
 const Selection kTop = box(-1, -1, 0.999 * kCubeSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
 
 /// A cube that nothing holds; without lateral strain it is a bundle of springs.
-Scene block(Element element, double poisson = 0.0) {
-    Scene scene;
-    scene.file = "block.toml";
-    scene.name = "block";
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = 4;
-    scene.mesh.side_m = kCubeSide_m;
-    scene.mesh.element = element;
-    scene.material = {1e4, poisson};
-    return scene;
-}
+Scene block(Element element, double poisson = 0.0) { return test::cube_of("block", 4, {1e4, poisson}, element); }
 
 Body body_of(const Scene& scene) { return make_body(scene, make_mesh(scene.mesh)); }
 

@@ -10,7 +10,7 @@
 #include "host/body/assembly.hpp"
 #include "host/precompute/identity.hpp"
 #include "tests/conditioning.hpp"
-#include "tests/host/precompute/selection.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -28,14 +28,7 @@ const Orthotropic kFull{{2e4, 1e4, 1e4}, {0.499, 0.499, 0.745}, {6e3, 6e3, 2.9e3
 
 /// A cube that nothing holds, of one law with its directions 1 and 2.
 Scene bar(const Orthotropic& law, const Matrix3d& axes, Element element) {
-    Scene scene;
-    scene.file = "bar.toml";
-    scene.name = "bar";
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = 4;
-    scene.mesh.side_m = kCubeSide_m;
-    scene.mesh.element = element;
-    scene.material = like(law);
+    Scene scene = test::cube_of("bar", 4, like(law), element);
     for (std::size_t k = 0; k < 2; ++k)
         Vector3d::Map(scene.material.orthotropic->axes.direction[k].data()) = axes.col(static_cast<int>(k));
     return scene;

@@ -10,7 +10,7 @@
 #include "host/body/assembly.hpp"
 #include "host/mesh/shells.hpp"
 #include "tests/conditioning.hpp"
-#include "tests/host/precompute/selection.hpp"
+#include "tests/host/body/cubes.hpp"
 
 namespace haptable {
 
@@ -20,13 +20,7 @@ using test::box, test::kCubeSide_m;
 
 /// A cube that is fixed at its bottom; without lateral strain it is a bundle of springs.
 Scene column_scene(int nodes_per_side) {
-    Scene scene;
-    scene.file = "column.toml";
-    scene.name = "column";
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = nodes_per_side;
-    scene.mesh.side_m = kCubeSide_m;
-    scene.material = {1e4, 0.0};
+    Scene scene = test::cube_of("column", nodes_per_side, {1e4, 0.0});
     scene.fixed.push_back(box(-1, -1, -1, 1, 1, 1e-9));
     return scene;
 }

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -174,22 +175,17 @@ TEST_F(PairFiles, HoldWhatPatchesLoad) {
 }
 
 TEST_F(PairFiles, ThatDoNotFitAreRefused) {
-    PairTables damaged = tables_;
-    damaged.clusters.place[7] = 100;
-    write_pair(damaged, folder_);
-    expect_refused("coupling_place.npy");
-    damaged = tables_;
-    damaged.clusters.core.pop_back();
-    write_pair(damaged, folder_);
-    expect_refused("coupling_core.npy");
-    damaged = tables_;
-    *std::find(damaged.clusters.form.begin(), damaged.clusters.form.end(), 0) = 13;
-    write_pair(damaged, folder_);
-    expect_refused("coupling_form.npy");
-    damaged = tables_;
-    damaged.clusters.step.pop_back();
-    write_pair(damaged, folder_);
-    expect_refused("coupling_step.npy");
+    const auto expect_refused_with = [&](const std::string& file, const std::function<void(PairClusters&)>& damage) {
+        PairTables damaged = tables_;
+        damage(damaged.clusters);
+        write_pair(damaged, folder_);
+        expect_refused(file);
+    };
+    expect_refused_with("coupling_place.npy", [](PairClusters& of) { of.place[7] = 100; });
+    expect_refused_with("coupling_core.npy", [](PairClusters& of) { of.core.pop_back(); });
+    expect_refused_with("coupling_form.npy",
+                        [](PairClusters& of) { *std::find(of.form.begin(), of.form.end(), 0) = 13; });
+    expect_refused_with("coupling_step.npy", [](PairClusters& of) { of.step.pop_back(); });
     write_pair(tables_, folder_);
     tell(R"({"pair": {"meeting_m": 1, "controls": 100, "rank": 3}})");  // of an earlier one
     expect_refused("tables.json");

@@ -14,7 +14,7 @@
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
-#include "tests/host/precompute/selection.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -40,14 +40,7 @@ using Combination = std::tuple<Element, Law, ForceLaw>;
 
 Scene scene_of(const Combination& combination) {
     const auto& [element, law, force] = combination;
-    Scene scene;
-    scene.file = "cube.toml";
-    scene.name = "cube";
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = 3;
-    scene.mesh.side_m = 0.03;
-    scene.mesh.element = element;
-    scene.material = material_of(law);
+    Scene scene = test::cube_of("cube", 3, material_of(law), element);
     scene.regions = {{box(-1, 0.015), law == Law::kIsotropic ? Material{3e4, 0.3} : Material{1e4, 0.45}, 900.0}};
     scene.membranes = {{box(0.0299, 1), 1e-4, 1e6, 0.3}};
     scene.beds = {{box(-1, 1e-9), 2e6, 7e5}};

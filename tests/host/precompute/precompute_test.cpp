@@ -24,6 +24,7 @@
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -35,13 +36,8 @@ using Matrix = Eigen::MatrixXd;
 
 /// The paper's cube, its bottom fixed.
 Scene cube_scene(int nodes_per_side = 5, double side_m = 0.03) {
-    Scene scene;
-    scene.file = "cube.toml";
-    scene.name = "cube";
-    scene.mesh.generate = "cube";
-    scene.mesh.nodes_per_side = nodes_per_side;
+    Scene scene = test::cube_of("cube", nodes_per_side, {1e4, 0.49});
     scene.mesh.side_m = side_m;
-    scene.material = {1e4, 0.49};
     scene.fixed.push_back({std::array<double, 6>{-1e4, -1e4, -1e4, 1e4, 1e4, 1e-9 * side_m}, "", 9});
     return scene;
 }

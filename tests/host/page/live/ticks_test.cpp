@@ -45,6 +45,26 @@ protected:
         ticks.take(force);
         ticks.take(load);
     }
+    /// Three ticks of a body that moves; of where it is, which `change` makes another in each, the first says nothing.
+    template <typename Message, typename Change>
+    void take_moving(LiveTicks& moving, Message& where, const Change& change) const {
+        where.servo = 7;
+        where.model_hash = hash;
+        moving.take(force(0));
+        moving.take(load(0));
+        EXPECT_TRUE(moving.ticks().empty());
+        EXPECT_EQ(moving.lost(), 1);
+        for (std::int64_t seq = 1; seq < 3; ++seq) {
+            where.utime = seq;
+            change(static_cast<double>(seq));
+            moving.take(force(seq));
+            moving.take(where);
+            contact its = load(seq);
+            its.utime = seq;
+            moving.take(its);
+        }
+        EXPECT_EQ(moving.ticks().size(), 2U);
+    }
 
     TemporaryFolder folder;
     Tables tables = (write_cube_tables(folder.path() / "cube"), read_tables(folder.path() / "cube"));
@@ -139,23 +159,8 @@ TEST_F(LiveTicksTest, JoinTheFingersOfATick) {
 TEST_F(LiveTicksTest, KnowWhereAFreeBodyIs) {
     LiveTicks moving(tables, servo, model.hash, 1, true);
     body_pose pose{};
-    pose.servo = 7;
-    pose.model_hash = hash;
     pose.turn[0] = 1.0;
-    moving.take(force(0));
-    moving.take(load(0));
-    EXPECT_TRUE(moving.ticks().empty());
-    EXPECT_EQ(moving.lost(), 1);
-    for (std::int64_t seq = 1; seq < 3; ++seq) {
-        pose.utime = seq;
-        pose.centre_m[2] = 0.25 * static_cast<double>(seq);
-        moving.take(force(seq));
-        moving.take(pose);
-        contact its = load(seq);
-        its.utime = seq;
-        moving.take(its);
-    }
-    EXPECT_EQ(moving.ticks().size(), 2U);
+    take_moving(moving, pose, [&](double seq) { pose.centre_m[2] = 0.25 * seq; });
     ASSERT_EQ(moving.poses().size(), 2U);
     EXPECT_EQ(moving.poses()[1].centre_m[2], 0.5F);
     pose.turn[1] = std::numeric_limits<double>::infinity();
@@ -170,23 +175,8 @@ TEST_F(LiveTicksTest, KnowWhereAFreeBodyIs) {
 TEST_F(LiveTicksTest, KnowHowFarABodyHasSwung) {
     LiveTicks ringing(tables, servo, model.hash, 1, false, 2);
     body_modes modes{};
-    modes.servo = 7;
-    modes.model_hash = hash;
     modes.count = 2;
-    ringing.take(force(0));
-    ringing.take(load(0));
-    EXPECT_TRUE(ringing.ticks().empty());
-    EXPECT_EQ(ringing.lost(), 1);
-    for (std::int64_t seq = 1; seq < 3; ++seq) {
-        modes.utime = seq;
-        modes.swung[1] = 0.25F * static_cast<float>(seq);
-        ringing.take(force(seq));
-        ringing.take(modes);
-        contact its = load(seq);
-        its.utime = seq;
-        ringing.take(its);
-    }
-    EXPECT_EQ(ringing.ticks().size(), 2U);
+    take_moving(ringing, modes, [&](double seq) { modes.swung[1] = 0.25F * static_cast<float>(seq); });
     EXPECT_EQ(ringing.swings(), (std::vector<float>{0.0F, 0.25F, 0.0F, 0.5F}));
     modes.swung[0] = std::numeric_limits<float>::quiet_NaN();
     ringing.take(modes);
