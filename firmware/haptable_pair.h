@@ -65,9 +65,10 @@ typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, u
                                      float (*block)[9]);
 
 /* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
- * they rest but the one gives no force, pair->touches says so. */
+ * they rest but the one gives no force, pair->touches says so. is_late: 1 where each has moved in this tick already,
+ * and looked at its finger: they rest only where both surely press. */
 typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                                    const float* const finger_m[HAPTABLE_FINGERS]);
+                                    const float* const finger_m[HAPTABLE_FINGERS], int is_late);
 
 /* Rows of tables. */
 typedef float haptable_float9[9];

@@ -350,7 +350,7 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
         for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
             if (pair->servo[finger].finger_known)
                 vec_sub(finger_m[finger], pair->servo[finger].finger_m, motion_m[finger]);
-        if (tables->settle(tables, pair, finger_m)) {
+        if (tables->settle(tables, pair, finger_m, 0)) {
             look_both(pair, finger_m);
             return;
         }
@@ -369,7 +369,7 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
     }
     if (left) solve_pair(tables, pair);
     if (is_left(pair, 0) || is_left(pair, 1)) return;
-    (void)tables->settle(tables, pair, finger_m); /* as the first rested, the other had not moved */
+    (void)tables->settle(tables, pair, finger_m, 1); /* as the first rested, the other had not moved */
     if (is_left(pair, 0) || is_left(pair, 1)) leave_behind(tables, pair);
 }
 

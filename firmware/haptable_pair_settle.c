@@ -561,9 +561,8 @@ static int may_rest(const struct haptable_pair* pair, int f) {
 
 /* cost: at most the evaluations and the looks that the tick has left. */
 int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptable_pair* pair,
-                         const float* const finger_m[HAPTABLE_FINGERS]) {
-    const int is_first = pair->evaluations == 0 && !pair->view[0].is_solved;
-    const int most = is_first ? HAPTABLE_PAIR_EVALUATIONS - 2 : HAPTABLE_PAIR_EVALUATIONS;
+                         const float* const finger_m[HAPTABLE_FINGERS], int is_late) {
+    const int most = is_late ? HAPTABLE_PAIR_EVALUATIONS : HAPTABLE_PAIR_EVALUATIONS - 2;
     struct both both;
     float most_j = HAPTABLE_MOST;
     int rests = 0;
@@ -571,7 +570,7 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     both.tables = tables;
     both.pair = pair;
     both.x_m = finger_m;
-    both.is_late = !is_first;
+    both.is_late = is_late;
     both.is_foreseen = both.is_reused = 0;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both.place[f];

@@ -28,6 +28,8 @@ constexpr double kEnergy = 1e-3;
 constexpr double kFloat = 0x1p-24;
 // Roundings: of a sum of area coordinates; of what a tick changes a momentum by.
 constexpr double kSumOfAreas = 4.0, kImpulse = 16.0;
+// Of a smaller force a float has no square: whether it counts is rounding.
+constexpr double kNoForce_n = 1e-18;
 // The arccosine that weighs normals at vertices is good to 7e-5; 3 of them for the two legs and the sum.
 constexpr double kCone = 1e-3;
 
@@ -553,7 +555,9 @@ private:
             size += impulse.norm();
             turning += (felt.at_m.norm() + before.centre_m.norm() + arm.norm()) * impulse.norm();
         }
-        if (!(linear.norm() <= kImpulse * kFloat * size) || !(angular.norm() <= kImpulse * kFloat * turning))
+        const double none = kTick_s * kNoForce_n;
+        if (!(linear.norm() <= kImpulse * kFloat * size + none) ||
+            !(angular.norm() <= kImpulse * kFloat * turning + none * touched_.solid.reach_m()))
             finger_[0]->fault(Fault::kMomentum);
     }
 

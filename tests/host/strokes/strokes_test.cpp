@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "host/base/file.hpp"
+#include "host/mesh/cube.hpp"
+#include "host/mesh/write_tetgen.hpp"
 #include "host/strokes/report.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -12,6 +14,7 @@ namespace haptable::test {
 namespace {
 
 namespace fs = std::filesystem;
+using Eigen::Vector3d;
 
 // All but kBrake, which is by design (docs/STROKES.md).
 constexpr std::array kKept{Fault::kOutside, Fault::kLost, Fault::kForce,  Fault::kArea, Fault::kLaw,
@@ -72,6 +75,32 @@ TEST(Strokes, OfTwoAreNeitherLostNorThrough) {
         if (mode.force == ForceLaw::kConsistent && mode.fingers == 2 && mode.body == BodyKind{} && !mode.friction)
             modes.push_back(mode);
     expect_promises_kept({"meshes/cube-consistent.toml"}, {"cube-consistent"}, modes, 300);
+}
+
+// Its lower edges are sharp. In stroke 61 the first finger meets the surface in the tick in which the other comes out
+// over such an edge.
+TEST(Strokes, OfTwoComeOutOverASharpEdge) {
+    const TemporaryFolder folder;
+    TetMesh mesh = make_cube(3, 0.04);
+    for (Vector3d& x : mesh.position_m) {
+        const double narrower = 1.0 - 20.0 * x.z();
+        x = {narrower * (x.x() - 0.02), narrower * (x.y() - 0.02), 0.5 * x.z()};
+    }
+    write_tetgen(mesh.position_m, mesh.tet, folder.path() / "frustum");
+    const TouchMode mode{ForceLaw::kInterpolated, GodObject::kLeastEnergy, false, 2, {true, false}};
+    expect_promises_kept({folder.path()}, {"frustum"}, {mode}, 400);
+}
+
+// Stroke 1993 gives a force of 2e-23 N.
+TEST(Strokes, OfAForceThatHasNoSquareAreNoFault) {
+    const TemporaryFolder folder;
+    const StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"torus"}, 50'000, folder.path());
+    const TouchMode mode{ForceLaw::kInterpolated, GodObject::kLeastEnergy, false, 2, {true, false}};
+    Progress progress(true);
+    const StrokedBody body(in_mode(meshes.taken.at(0).scene, mode), folder.path() / "tables", progress);
+    const StrokedModel model(body, in_mode(meshes.taken.at(0).scene, mode).contact);
+    const Touched touched = model.touched();
+    EXPECT_TRUE(judge(touched, make_stroke(touched, StrokeMaker(body.servo()), 1, 1993)).is_clean());
 }
 
 TEST(Strokes, OverOtherPeoplesMeshesKeepWhatContactPromises) {
