@@ -47,8 +47,7 @@ struct haptable_span haptable_span_of_model(const void* tables, uint32_t field) 
 
 uint32_t haptable_crc_of(const void* tables, haptable_span_fn* span_of) {
     uint32_t remainder = HAPTABLE_CRC_BEGIN;
-    uint32_t field;
-    for (field = 0;; ++field) {
+    for (uint32_t field = 0;; ++field) {
         const struct haptable_span span = span_of(tables, field);
         if (span.bytes == HAPTABLE_SPAN_END) return ~remainder;
         remainder = haptable_crc(remainder, (const uint8_t*)span.at, span.bytes);
@@ -86,9 +85,8 @@ static int end_part(const struct haptable_scene* scene, const struct haptable_pa
 
 /* All parts are taken. */
 static void end_check(const struct haptable_scene* scene, struct haptable_servo* servo) {
-    int finger;
     servo->check.verdict = servo->check.damaged ? CHECK_DAMAGED : CHECK_WELL;
-    for (finger = 0; finger < haptable_scene_fingers(scene) && servo->check.damaged; ++finger)
+    for (int finger = 0; finger < haptable_scene_fingers(scene) && servo->check.damaged; ++finger)
         haptable_fault(&servo[finger], HAPTABLE_FAULT_TABLES);
     haptable_check_begin(&servo->check);
 }
@@ -99,7 +97,6 @@ void haptable_check_crc(const struct haptable_scene* scene, struct haptable_serv
     while (bytes > 0u) {
         struct haptable_part part = {scene->model, haptable_span_of_model, scene->model->crc};
         struct haptable_span span = {0, HAPTABLE_SPAN_END};
-        uint32_t count;
         if (check->part > 0u) part = scene->part(scene, check->part);
         if (part.tables) span = part.span(part.tables, check->field);
         if (span.bytes == HAPTABLE_SPAN_END) {
@@ -107,7 +104,7 @@ void haptable_check_crc(const struct haptable_scene* scene, struct haptable_serv
             end_check(scene, servo);
             break;
         }
-        count = span.bytes - check->byte < bytes ? span.bytes - check->byte : bytes;
+        const uint32_t count = span.bytes - check->byte < bytes ? span.bytes - check->byte : bytes;
         check->crc = ~haptable_crc(~check->crc, (const uint8_t*)span.at + check->byte, count);
         check->byte += count;
         bytes -= count;

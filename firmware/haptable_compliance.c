@@ -14,10 +14,9 @@ void haptable_compliance_solve(const struct haptable_model* model, const struct 
 
 void haptable_compliance_distribute(const float load_n[3], const struct haptable_contact* contact,
                                     float nodal_force_n[3][3], float force_n[3]) {
-    int corner;
     vec_zero(force_n);
     vec_add_scaled(-1.0f, load_n, force_n);
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         vec_zero(nodal_force_n[corner]);
         vec_add_scaled(contact->alpha[corner], load_n, nodal_force_n[corner]);
     }

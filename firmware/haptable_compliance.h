@@ -29,8 +29,7 @@ struct haptable_compliance_form {
 /* The fraction of alpha on fixed vertices. */
 static inline float fixed_fraction(const struct haptable_model* model, const struct haptable_contact* contact) {
     float fraction = 0.0f;
-    int corner;
-    for (corner = 0; corner < 3; ++corner)
+    for (int corner = 0; corner < 3; ++corner)
         if (model->patch[contact->patch][corner] >= model->free_count) fraction += contact->alpha[corner];
     return fraction;
 }
@@ -42,12 +41,10 @@ static inline float missing_of(const struct haptable_model* model, float fractio
 
 /* Lifts C's diagonal by what it lacks. Returns 1 where it did. */
 static inline int lift(const struct haptable_model* model, float fraction, float c[6]) {
-    float missing;
-    int i;
     if (fraction <= 0.0f) return 0;
-    missing = missing_of(model, fraction, c);
+    const float missing = missing_of(model, fraction, c);
     if (missing <= 0.0f) return 0;
-    for (i = 0; i < 3; ++i) c[i] += missing;
+    for (int i = 0; i < 3; ++i) c[i] += missing;
     return 1;
 }
 

@@ -50,9 +50,8 @@ static int step_along_edge(const struct haptable_model* model, int* corner, cons
     do {
         const uint16_t other = vertex_after(model, fan.patch, fan.corner);
         struct edge edge;
-        float nearer2;
         edge_to(model, other, at_m, to_x, &edge);
-        nearer2 = 2.0f * edge.rise - edge.length2;
+        const float nearer2 = 2.0f * edge.rise - edge.length2;
         ++*steps;
         if (nearer2 <= most || edge.rise <= 2.0f * edge.length2) continue;
         most = nearer2;
@@ -80,9 +79,8 @@ struct leaving {
 static void try_patch(const struct haptable_model* model, uint16_t patch, const float x_m[3], struct leaving* leaving,
                       struct haptable_contact* contact) {
     struct haptable_contact next;
-    float gap;
     haptable_patch_nearest(model, patch, x_m, &next);
-    gap = gap2(next.god_object_m, x_m);
+    const float gap = gap2(next.god_object_m, x_m);
     if (!is_move(model, leaving->at_m, &next) || (leaving->moved && gap >= leaving->gap2)) return;
     leaving->gap2 = gap;
     leaving->moved = 1;
@@ -106,8 +104,7 @@ static int cross_vertex(const struct haptable_model* model, int corner, const fl
     float to_x[3];
     vec_sub(x_m, at_m, to_x);
     do {
-        struct edge one;
-        struct edge two;
+        struct edge one, two;
         edge_to(model, vertex_after(model, fan.patch, fan.corner), at_m, to_x, &one);
         edge_to(model, vertex_before(model, fan.patch, fan.corner), at_m, to_x, &two);
         *steps += STEPS_OF_TWO_EDGES;
@@ -158,9 +155,8 @@ int haptable_contact_slide(const struct haptable_model* model, const float x_m[3
 
 static int slide_on(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3],
                     struct haptable_contact* contact, int* steps) {
-    int rests;
     if (servo->slide_patch != HAPTABLE_NONE) contact->patch = servo->slide_patch;
-    rests = slide(model, x_m, contact, steps);
+    const int rests = slide(model, x_m, contact, steps);
     servo->slide_patch = rests ? HAPTABLE_NONE : contact->patch;
     if (!rests) ++servo->counters.walk_limits;
     if ((uint32_t)*steps > servo->counters.most_steps) servo->counters.most_steps = (uint32_t)*steps;
@@ -186,9 +182,8 @@ static void let_go(const struct haptable_model* model, struct haptable_servo* se
 }
 
 enum haptable_sight haptable_contact_look_on(const struct haptable_model* model, struct haptable_servo* servo) {
-    enum haptable_sight sight;
     if (servo->contact.patch == HAPTABLE_NONE || !servo->segment.unfinished) return HAPTABLE_SIGHT_INSIDE;
-    sight = haptable_segment_search(model, servo);
+    const enum haptable_sight sight = haptable_segment_search(model, servo);
     if (sight == HAPTABLE_SIGHT_CLEAR) let_go(model, servo);
     if (sight == HAPTABLE_SIGHT_BLOCKED) servo->undecided_ticks = 0;
     return sight;
@@ -223,12 +218,10 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
     struct haptable_contact* contact = &servo->contact;
     const enum haptable_sight earlier = haptable_contact_look_on(model, servo);
     int steps = 0;
-    int slides;
-    for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
+    for (int slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         enum haptable_sight sight = HAPTABLE_SIGHT_UNFINISHED;
-        int rests;
         if (contact->patch == HAPTABLE_NONE && !haptable_surface_enter(model, servo, x_m)) return;
-        rests = slide_on(model, servo, x_m, contact, &steps);
+        const int rests = slide_on(model, servo, x_m, contact, &steps);
         if (earlier != HAPTABLE_SIGHT_UNFINISHED) sight = haptable_surface_sight(model, servo, contact, x_m);
         if (!rests && sight != HAPTABLE_SIGHT_CLEAR) sight = HAPTABLE_SIGHT_UNFINISHED;
         if (haptable_contact_decide(model, servo, sight)) return;
@@ -240,8 +233,7 @@ void haptable_god_object_nearest(const struct haptable_model* model, struct hapt
 
 const struct haptable_contact* haptable_freed_contact(const struct haptable_model* model,
                                                       struct haptable_servo* servo) {
-    const struct haptable_freed* freed;
     if (!model->frictionless || servo->contact.patch == HAPTABLE_NONE) return 0;
-    freed = haptable_freed_of(model, servo);
+    const struct haptable_freed* freed = haptable_freed_of(model, servo);
     return servo->counters.ticks - freed->tick == 1u && servo->counters.contacts == freed->contacts ? &freed->at : 0;
 }

@@ -11,8 +11,7 @@
 void haptable_column_float32(const struct haptable_deformation* deformation, uint16_t vertex, const float force_n[3],
                              float (*displacement_m)[3]) {
     const float(*block)[9] = &deformation->column_m_per_n[(size_t)vertex * deformation->row_count];
-    uint16_t row;
-    for (row = 0; row < deformation->row_count; ++row) {
+    for (uint16_t row = 0; row < deformation->row_count; ++row) {
         displacement_m[row][0] += vec_dot(&block[row][0], force_n);
         displacement_m[row][1] += vec_dot(&block[row][3], force_n);
         displacement_m[row][2] += vec_dot(&block[row][6], force_n);
@@ -27,10 +26,9 @@ void haptable_column_int16(const struct haptable_deformation* deformation, uint1
                            float (*displacement_m)[3]) {
     const int16_t(*block)[9] = &deformation->packed[(size_t)vertex * deformation->row_count];
     float scaled[3];
-    uint16_t row;
     vec_zero(scaled);
     vec_add_scaled(deformation->packed_scale_m_per_n[vertex], force_n, scaled);
-    for (row = 0; row < deformation->row_count; ++row) {
+    for (uint16_t row = 0; row < deformation->row_count; ++row) {
         displacement_m[row][0] += packed_dot(&block[row][0], scaled);
         displacement_m[row][1] += packed_dot(&block[row][3], scaled);
         displacement_m[row][2] += packed_dot(&block[row][6], scaled);
@@ -39,10 +37,8 @@ void haptable_column_int16(const struct haptable_deformation* deformation, uint1
 
 void haptable_deform(const struct haptable_deformation* deformation, const struct haptable_output* out,
                      float (*displacement_m)[3]) {
-    uint16_t row;
-    int corner;
-    for (row = 0; row < deformation->row_count; ++row) vec_zero(displacement_m[row]);
-    for (corner = 0; corner < 3; ++corner)
+    for (uint16_t row = 0; row < deformation->row_count; ++row) vec_zero(displacement_m[row]);
+    for (int corner = 0; corner < 3; ++corner)
         if (out->vertex[corner] < deformation->free_count)
             deformation->add(deformation, out->vertex[corner], out->nodal_force_n[corner], displacement_m);
 }

@@ -10,18 +10,16 @@
 
 /* sum alpha_a S_a */
 static void stiffness_at(const struct haptable_model* model, const struct haptable_contact* contact, float s[6]) {
-    int corner;
-    int i;
-    for (i = 0; i < 6; ++i) s[i] = 0.0f;
-    for (corner = 0; corner < 3; ++corner) {
+    for (int i = 0; i < 6; ++i) s[i] = 0.0f;
+    for (int corner = 0; corner < 3; ++corner) {
         const uint16_t vertex = model->patch[contact->patch][corner];
         const float alpha = contact->alpha[corner];
         if (vertex < model->free_count) {
             float room[6];
             const float* block = block_of(model, vertex, room);
-            for (i = 0; i < 6; ++i) s[i] += alpha * block[i];
+            for (int i = 0; i < 6; ++i) s[i] += alpha * block[i];
         } else {
-            for (i = 0; i < 3; ++i) s[i] += alpha * model->rigid_stiffness_n_per_m;
+            for (int i = 0; i < 3; ++i) s[i] += alpha * model->rigid_stiffness_n_per_m;
         }
     }
 }
@@ -29,9 +27,8 @@ static void stiffness_at(const struct haptable_model* model, const struct haptab
 /* S u, and in f what S_a u (a = 1, 2) is over S_0 u. */
 static void load_at(const struct haptable_model* model, const struct haptable_contact* contact, const float u[3],
                     float (*f)[3], float load_n[3]) {
-    int a;
     vec_zero(load_n);
-    for (a = 0; a < 3; ++a) {
+    for (int a = 0; a < 3; ++a) {
         block_product(model, model->patch[contact->patch][a], u, f[a]);
         vec_add_scaled(contact->alpha[a], f[a], load_n);
     }
@@ -41,11 +38,9 @@ static void load_at(const struct haptable_model* model, const struct haptable_co
 
 static void put_second_order(const struct haptable_model* model, const struct haptable_contact* contact, float (*e)[3],
                              float (*f)[3], struct haptable_energy* energy) {
-    float s[6];
-    float s_e[2][3];
-    int b;
+    float s[6], s_e[2][3];
     stiffness_at(model, contact, s);
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         vec_symmetric_product(s, e[b], s_e[b]);
         vec_sub(f[b + 1], s_e[b], energy->load_gradient_n[b]);
     }
@@ -60,15 +55,11 @@ static void put_second_order(const struct haptable_model* model, const struct ha
 void haptable_energy_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
                                   const float finger_m[3], enum haptable_energy_terms terms,
                                   struct haptable_energy* energy) {
-    float u[3];
-    float f[3][3];
-    float e[2][3];
-    float normal[3];
-    int b;
+    float u[3], f[3][3], e[2][3], normal[3];
     vec_sub(finger_m, contact->god_object_m, u);
     load_at(model, contact, u, f, energy->load_n);
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     patch_frame(model, contact->patch, e[0], e[1], normal);
-    for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
+    for (int b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], energy->load_n) + 0.5f * vec_dot(u, f[b + 1]);
     if (terms == HAPTABLE_ENERGY_ALL) put_second_order(model, contact, e, f, energy);
 }

@@ -48,9 +48,8 @@ static inline void see_vertex(const struct view* view, const float vertex_m[3], 
 static int goes_through(const struct haptable_model* model, uint16_t patch, const struct view* view,
                         const float from_m[3]) {
     float seen[3][2];
-    int i;
-    for (i = 0; i < 3; ++i) see_vertex(view, vertex_of(model, patch, i), from_m, seen[i]);
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) see_vertex(view, vertex_of(model, patch, i), from_m, seen[i]);
+    for (int i = 0; i < 3; ++i) {
         const float* a = seen[i];
         const float* b = seen[next_corner(i)];
         if (view->turn * (a[0] * b[1] - a[1] * b[0]) > 0.0f) return 0;
@@ -62,9 +61,8 @@ static int goes_through(const struct haptable_model* model, uint16_t patch, cons
 HAPTABLE_CALLED int is_left(const struct haptable_model* model, const struct haptable_segment* segment,
                             uint16_t patch) {
     const uint16_t* v = model->patch[patch];
-    int i;
     if (segment->left[0] == HAPTABLE_NONE) return 0;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const uint16_t left = segment->left[i];
         if (left != v[0] && left != v[1] && left != v[2]) return 0;
     }
@@ -126,11 +124,9 @@ static int begins_on(const struct haptable_model* model, const struct haptable_s
 /* 1 when the segment crosses the patch from outside to inside. */
 static int enters(const struct haptable_model* model, uint16_t patch, const struct haptable_segment* segment,
                   const struct view* view, const struct over_patch* over) {
-    float near2;
-    float start2;
     if (over->end >= 0.0f || over->end >= over->start) return 0;
-    near2 = vec_length2(over->normal);
-    start2 = in_tolerance2(model, over->start);
+    const float near2 = vec_length2(over->normal);
+    const float start2 = in_tolerance2(model, over->start);
     return may_enter(model, segment, patch, over, start2, near2) &&
            (goes_through(model, patch, view, segment->from_m) || begins_on(model, segment, patch, start2, near2));
 }
@@ -144,8 +140,7 @@ struct grid_axis {
 
 static void to_grid(const struct haptable_model* model, const struct haptable_segment* segment,
                     struct grid_axis grid[3]) {
-    int axis;
-    for (axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis) {
         const float a = (segment->from_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
         const float b = (segment->to_m[axis] - model->grid_origin_m[axis]) * model->grid_per_m;
         grid[axis].middle = 0.5f * (a + b);
@@ -157,17 +152,15 @@ static void to_grid(const struct haptable_model* model, const struct haptable_se
 /* Separating axes of a segment and a box: the box's three, then the three that are square to both. Codegen made the
  * boxes at least two steps too large on every side, which covers the rounding here. */
 static int meets_box(const struct grid_axis grid[3], const struct haptable_box* box) {
-    float offset[3];
-    float half[3];
-    int i;
+    float offset[3], half[3];
     int j = 1;
     int k = 2;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         half[i] = 0.5f * ((float)box->high[i] - (float)box->low[i]);
         offset[i] = grid[i].middle - (float)box->low[i] - half[i];
         if (vec_magnitude(offset[i]) > half[i] + grid[i].size) return 0;
     }
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const float distance = vec_magnitude(offset[j] * grid[k].half - offset[k] * grid[j].half);
         if (distance > half[j] * grid[k].size + half[k] * grid[j].size + grid[j].size + grid[k].size) return 0;
         j = k;
@@ -203,8 +196,7 @@ static void begin_clearance(const struct haptable_model* model, const struct hap
 static void limit_by_box(const struct grid_axis grid[3], const struct haptable_box* box, struct clearance* clear) {
     const float enough = clear->radius * clear->steps;
     float gap = 0.0f;
-    int i;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const float under = (float)box->low[i] - grid[i].middle - grid[i].size;
         const float over = grid[i].middle - grid[i].size - (float)box->high[i];
         if (under > gap) gap = under;
@@ -218,8 +210,7 @@ static void limit_by_box(const struct grid_axis grid[3], const struct haptable_b
 /* How far x is from the box of a patch along the axis where that is farthest; from corner 0, with these edges there. */
 static float gap_to_patch(const float edge1[3], const float edge2[3], const float x[3]) {
     float gap = 0.0f;
-    int i;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const float least = edge1[i] < edge2[i] ? edge1[i] : edge2[i];
         const float most = edge1[i] < edge2[i] ? edge2[i] : edge1[i];
         const float under = (least < 0.0f ? least : 0.0f) - x[i];
@@ -239,10 +230,9 @@ static float gap_to_patch(const float edge1[3], const float edge2[3], const floa
 static void limit_by_patch(const struct haptable_model* model, const struct over_patch* over, struct clearance* clear) {
     const float area2 = vec_length2(over->normal);
     float height = vec_magnitude(over->end) / model->tolerance_m;
-    float far_away;
     if (area2 <= SINE_OF_PLANE * SINE_OF_PLANE * vec_length2(over->edge1) * vec_length2(over->edge2)) height = 0.0f;
     if (height * height > clear->radius * clear->radius * area2) return;
-    far_away = gap_to_patch(over->edge1, over->edge2, over->end_m) / model->tolerance_m;
+    float far_away = gap_to_patch(over->edge1, over->edge2, over->end_m) / model->tolerance_m;
     if (far_away >= clear->radius) return;
     height *= haptable_side_inverse_length(over->normal);
     if (far_away < height) far_away = height;
@@ -257,9 +247,8 @@ static void limit_by_patch(const struct haptable_model* model, const struct over
 /* Keeps the clearance of a search that met nothing: one that found a patch has none. */
 static void keep_clearance(const struct haptable_model* model, const struct clearance* clear,
                            struct haptable_segment* segment) {
-    float radius_m;
     if (clear->radius <= 0.0f || segment->unfinished) return;
-    radius_m = CLEAR_SHARE * clear->radius * model->tolerance_m - CLEAR_STEPS / model->grid_per_m;
+    const float radius_m = CLEAR_SHARE * clear->radius * model->tolerance_m - CLEAR_STEPS / model->grid_per_m;
     if (radius_m <= 0.0f) return;
     vec_copy(segment->to_m, segment->from_m);
     segment->fraction = -radius_m;
@@ -282,8 +271,7 @@ static int is_clear(const struct haptable_segment* segment, const float x_m[3]) 
  * none, its patches limit the clearance. */
 static void enter_leaf(const struct haptable_model* model, uint16_t first, const struct view* view,
                        struct haptable_segment* segment, struct clearance* clear) {
-    uint16_t patch;
-    for (patch = first; patch < model->patch_count && patch < first + HAPTABLE_LEAF; ++patch) {
+    for (uint16_t patch = first; patch < model->patch_count && patch < first + HAPTABLE_LEAF; ++patch) {
         struct over_patch over;
         measure_heights(model, patch, segment, &over);
         if (enters(model, patch, segment, view, &over)) {
@@ -342,22 +330,19 @@ static void leave(const struct haptable_model* model, const struct haptable_cont
                   struct haptable_segment* segment) {
     const uint16_t* v = model->patch[from->patch];
     const int on = from->alpha[0] > 0.0f ? 0 : (from->alpha[1] > 0.0f ? 1 : 2);
-    int corner;
-    for (corner = 0; corner < 3; ++corner) segment->left[corner] = v[from->alpha[corner] > 0.0f ? corner : on];
+    for (int corner = 0; corner < 3; ++corner) segment->left[corner] = v[from->alpha[corner] > 0.0f ? corner : on];
 }
 
 void haptable_segment_step_back(const struct haptable_model* model, struct haptable_segment* segment) {
     float along[3];
-    float back;
     vec_sub(segment->to_m, segment->from_m, along);
-    back = model->tolerance_m * haptable_side_inverse_length(along);
+    const float back = model->tolerance_m * haptable_side_inverse_length(along);
     vec_add_scaled(back < 0.5f ? -back : -0.5f, along, segment->to_m);
 }
 
 void haptable_segment_entry(const struct haptable_model* model, const struct haptable_segment* segment,
                             struct haptable_contact* contact) {
-    float entry[3];
-    float along[3];
+    float entry[3], along[3];
     vec_copy(segment->from_m, entry);
     vec_sub(segment->to_m, segment->from_m, along);
     vec_add_scaled(segment->fraction, along, entry);
@@ -406,9 +391,8 @@ static int begin_on(const struct haptable_model* model, const struct haptable_co
     begin(from_m, x_m, segment);
     if (side == HAPTABLE_SIDE_ALONG) {
         float outward[3];
-        float scale;
         haptable_side_outward(model, at, outward);
-        scale = model->tolerance_m * haptable_side_inverse_length(outward);
+        const float scale = model->tolerance_m * haptable_side_inverse_length(outward);
         vec_add_scaled(scale, outward, segment->from_m);
         vec_add_scaled(scale, outward, segment->to_m);
     }
@@ -425,13 +409,11 @@ static int begin_beside(const struct haptable_model* model, const struct haptabl
     int corner;
     const float left_out = haptable_patch_feature(at->alpha, &corner) == ON_VERTEX ? LEFT_OUT_AT_VERTEX : LEFT_OUT;
     const float out = left_out * model->tolerance_m * haptable_side_inverse_length(u);
-    enum haptable_side side;
-    float begin_m[3];
-    float from_border[3];
+    float begin_m[3], from_border[3];
     vec_copy(from->god_object_m, begin_m);
     vec_add_scaled(out < 0.5f ? out : 0.5f, u, begin_m);
     vec_sub(begin_m, at->god_object_m, from_border);
-    side = haptable_side_of(model, at, from_border);
+    const enum haptable_side side = haptable_side_of(model, at, from_border);
     if (!begin_on(model, at, side, begin_m, x_m, segment)) return 0;
     segment->is_beside = 1;
     return 1;

@@ -23,16 +23,14 @@ static void compliance_of_point(const struct haptable_model* model, const struct
     const float* a = contact->alpha;
     const float w[6] = {a[0] * a[0],        a[1] * a[1],        a[2] * a[2],
                         2.0f * a[1] * a[2], 2.0f * a[2] * a[0], 2.0f * a[0] * a[1]};
-    int i;
-    for (i = 0; i < 6; ++i)
+    for (int i = 0; i < 6; ++i)
         c[i] = w[0] * table->vertex[v[0]][i] + w[1] * table->vertex[v[1]][i] + w[2] * table->vertex[v[2]][i] +
                w[3] * table->edge[e[0]][i] + w[4] * table->edge[e[1]][i] + w[5] * table->edge[e[2]][i];
 }
 
 void haptable_force_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
                                const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
-    float load_n[3];
-    float c[6];
+    float load_n[3], c[6];
     compliance_of_point(model, contact, c);
     haptable_compliance_solve(model, contact, finger_m, c, load_n);
     haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);

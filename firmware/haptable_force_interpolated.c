@@ -9,11 +9,10 @@
 void haptable_force_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
                                  const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
     float u[3];
-    int corner;
     vec_sub(finger_m, contact->god_object_m, u);
     vec_zero(force_n);
     HAPTABLE_UNROLLED
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         float f[3]; /* eq. 9: the force if this node alone were displaced by u */
         block_product(model, model->patch[contact->patch][corner], u, f);
         vec_zero(nodal_force_n[corner]);

@@ -23,8 +23,7 @@ struct load {
 static void outward_at(const struct haptable_model* model, const struct haptable_contact* contact,
                        const struct load* held, float normal[3]) {
     const float* alpha = contact->alpha;
-    float edge1[3];
-    float edge2[3];
+    float edge1[3], edge2[3];
     if (alpha[0] == 0.0f || alpha[1] == 0.0f || alpha[2] == 0.0f) {
         if (held && gap2(held->at_m, contact->god_object_m) == 0.0f)
             vec_copy(held->normal, normal);
@@ -41,11 +40,10 @@ static void split(const struct haptable_model* model, const struct haptable_cont
                   const struct load* held, struct load* load) {
     const float* load_n = contact->load_n;
     float u[3];
-    float pressed;
     outward_at(model, contact, held, load->normal);
     vec_copy(contact->god_object_m, load->at_m);
     vec_sub(x_m, contact->god_object_m, u);
-    pressed = -vec_dot(load->normal, load_n);
+    const float pressed = -vec_dot(load->normal, load_n);
     load->energy_j = 0.5f * vec_dot(u, load_n);
     load->along2 = vec_length2(load_n) * vec_length2(load->normal) - pressed * pressed;
     load->pressed2 = pressed > 0.0f ? pressed * pressed : 0.0f;
@@ -54,8 +52,7 @@ static void split(const struct haptable_model* model, const struct haptable_cont
 /* after: contact->load_n is its load. */
 static void take_load_of_force(const struct haptable_model* model, struct haptable_contact* contact,
                                const float x_m[3]) {
-    float nodal_n[3][3];
-    float force_n[3];
+    float nodal_n[3][3], force_n[3];
     model->force(model, contact, x_m, nodal_n, force_n);
     vec_zero(contact->load_n);
     vec_add_scaled(-1.0f, force_n, contact->load_n);
@@ -102,13 +99,12 @@ struct slip_path {
 static int seen_from(const struct haptable_model* model, const struct haptable_contact* point, uint16_t patch,
                      float alpha[3]) {
     const uint16_t* v = model->patch[point->patch];
-    int corner;
     if (patch == point->patch) {
         vec_copy(point->alpha, alpha);
         return 1;
     }
     vec_zero(alpha);
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         const int there = corner_of(model, patch, v[corner]);
         if (point->alpha[corner] == 0.0f) continue;
         if (model->patch[patch][there] != v[corner]) return 0;
@@ -138,17 +134,15 @@ static int between(const struct haptable_model* model, const struct slip_path* p
     int steps = 0;
     *contact = *path->held;
     if (path->patch != HAPTABLE_NONE) {
-        int corner;
         contact->patch = path->patch;
-        for (corner = 0; corner < 3; ++corner)
+        for (int corner = 0; corner < 3; ++corner)
             contact->alpha[corner] =
                 vec_clamp01(path->from[corner] + fraction * (path->to[corner] - path->from[corner]));
         haptable_patch_complete(contact->alpha);
         place(model, contact);
     } else {
         const float* held_m = path->held->god_object_m;
-        float along[3];
-        float aim[3];
+        float along[3], aim[3];
         vec_sub(path->freed->god_object_m, held_m, along);
         vec_copy(held_m, aim);
         vec_add_scaled(fraction, along, aim);
@@ -233,13 +227,12 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
     int is_asked = 0;
     int rests = 1;
     int steps = 0;
-    int tries;
     if (!(line.far_tangent2 < goal2_of(mu))) {
         rests = may_rest_freed(model, &freed->at, held_load, x_m, &line);
         is_asked = 1;
     }
     find_path(model, held, &freed->at, &path);
-    for (tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
+    for (int tries = 0; tries < SLIP_TRIES && steps < HELD_STEPS; ++tries) {
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
@@ -293,7 +286,6 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
                                   const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
     const uint32_t contacts = servo->counters.contacts;
-    struct haptable_contact held;
     struct load held_load;
     if (contact->patch == HAPTABLE_NONE) {
         free_contact(model, servo, x_m);
@@ -302,7 +294,7 @@ void haptable_god_object_friction(const struct haptable_model* model, struct hap
         return;
     }
     take_load(model, contact, x_m);
-    held = *contact;
+    const struct haptable_contact held = *contact;
     free_contact(model, servo, x_m);
     contact->slips = 0;
     if (contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;

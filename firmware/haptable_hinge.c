@@ -26,8 +26,7 @@ static int is_at(const struct haptable_model* model, uint16_t hinge, uint16_t ve
 /* The patch's ring at the vertex whose entries begin at `first`. */
 static uint16_t ring_of(const struct haptable_model* model, uint16_t first, uint16_t patch) {
     const uint16_t vertex = model->hinge[first].vertex;
-    uint16_t i;
-    for (i = first; is_at(model, i, vertex); ++i)
+    for (uint16_t i = first; is_at(model, i, vertex); ++i)
         if (model->hinge[i].patch == patch) return model->hinge[i].ring;
     return HAPTABLE_NONE;
 }
@@ -36,10 +35,9 @@ static uint16_t ring_of(const struct haptable_model* model, uint16_t first, uint
  * ring of `begin`. before: both patches have the vertex. */
 static uint16_t next_ring(const struct haptable_model* model, uint16_t vertex, uint16_t patch, uint16_t begin) {
     const uint16_t first = first_at(model, vertex);
-    uint16_t ring;
     uint16_t i;
     if (!is_at(model, first, vertex)) return HAPTABLE_NONE;
-    ring = ring_of(model, first, patch);
+    const uint16_t ring = ring_of(model, first, patch);
     for (i = first; is_at(model, i, vertex) && model->hinge[i].ring <= ring; ++i) {
     }
     if (!is_at(model, i, vertex)) i = first; /* the circle closes */
@@ -56,8 +54,7 @@ static uint16_t next_across(const struct haptable_model* model, uint16_t patch, 
     const uint16_t other = vertex_before(model, patch, corner);
     const uint16_t neighbour = model->neighbour[patch][corner];
     int is_after = last == neighbour;
-    uint16_t i;
-    for (i = first_at(model, vertex); is_at(model, i, vertex); ++i) {
+    for (uint16_t i = first_at(model, vertex); is_at(model, i, vertex); ++i) {
         const uint16_t next = model->hinge[i].patch;
         if (next == patch || next == neighbour || !has_vertex(model, next, other)) continue;
         if (is_after) return next;
@@ -74,10 +71,9 @@ static struct fan fan_at(const struct haptable_model* model, struct fan fan, uin
 
 static struct fan turned(const struct haptable_model* model, struct fan fan) {
     if (!fan.clockwise && fan_turn(model, &fan) == HAPTABLE_NONE) {
-        uint16_t next;
         fan = fan_at(model, fan, fan.first);
         fan.clockwise = 1;
-        next = fan_turn(model, &fan);
+        const uint16_t next = fan_turn(model, &fan);
         if (next != HAPTABLE_NONE) return fan_at(model, fan, next);
     }
     fan.first = next_ring(model, fan.vertex, fan.first, fan.begin);

@@ -16,9 +16,8 @@ static float gain_within(float r, const float force_n[3], const float before_n[3
     const float force2 = vec_length2(force_n);
     const float before2 = vec_length2(before_n);
     const float along = vec_dot(force_n, before_n);
-    float across2;
     if (along <= 0.0f) return r / root(force2);
-    across2 = force2 - along * (along / before2); /* of what is left of F without its part along B */
+    const float across2 = force2 - along * (along / before2); /* of what is left of F without its part along B */
     if (across2 * before2 * before2 >= r * r * along * along) return r / root(across2);
     /* beyond the end of B: |gain F - B| = r */
     return (along + root(force2 * r * r - across2 * before2)) / force2;
@@ -27,12 +26,10 @@ static float gain_within(float r, const float force_n[3], const float before_n[3
 void haptable_limit_rate(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3]) {
     const float r = model->rate_n;
     float change[3];
-    float gain;
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) change[i] = servo->gain * force_n[i] - servo->given_n[i];
+    for (int i = 0; i < 3; ++i) change[i] = servo->gain * force_n[i] - servo->given_n[i];
     if (vec_length2(change) <= r * r) return; /* most ticks */
-    gain = gain_within(r, force_n, servo->given_n);
+    const float gain = gain_within(r, force_n, servo->given_n);
     if (gain >= servo->gain) return;
     servo->gain = gain;
     ++servo->counters.rate_limits;
@@ -40,12 +37,10 @@ void haptable_limit_rate(const struct haptable_model* model, struct haptable_ser
 
 void haptable_limit_mean(const struct haptable_model* model, struct haptable_servo* servo, const float force_n[3]) {
     const float limit2 = model->mean_limit_n2;
-    float most2;
-    float force2;
     servo->mean_n2 += model->mean_share * (vec_length2(servo->given_n) - servo->mean_n2);
     if (servo->mean_n2 <= 0.5f * limit2) return; /* most ticks */
-    most2 = limit2 + (limit2 - servo->mean_n2) * model->mean_slope;
-    force2 = vec_length2(force_n);
+    const float most2 = limit2 + (limit2 - servo->mean_n2) * model->mean_slope;
+    const float force2 = vec_length2(force_n);
     if (servo->gain * servo->gain * force2 <= most2) return;
     servo->gain = root(most2 / force2);
     ++servo->counters.mean_limits;

@@ -20,8 +20,7 @@ struct walk {
 
 static uint32_t walk_bits(struct walk* walk, uint32_t bits, uint32_t bytes) {
     uint32_t read = 0;
-    uint32_t i;
-    for (i = 0; i < bytes; ++i, ++walk->at) {
+    for (uint32_t i = 0; i < bytes; ++i, ++walk->at) {
         if (!walk->is_read) *walk->at = (uint8_t)(bits >> (8u * i));
         read |= (uint32_t)*walk->at << (8u * i);
     }
@@ -35,8 +34,7 @@ static void walk_half(struct walk* walk, uint16_t* value) { *value = (uint16_t)w
 static void walk_word(struct walk* walk, uint32_t* value) { *value = walk_bits(walk, *value, 4); }
 
 static void walk_floats(struct walk* walk, float* values, uint32_t count) {
-    uint32_t i;
-    for (i = 0; i < count; ++i) {
+    for (uint32_t i = 0; i < count; ++i) {
         union {
             float value;
             uint32_t bits;
@@ -61,13 +59,12 @@ static void walk_hello(struct walk* walk, struct haptable_line_hello* hello) {
 
 static void walk_state(struct walk* walk, const struct haptable_line_hello* hello, struct haptable_line_state* state) {
     uint8_t there = 0;
-    int f;
-    for (f = 0; f < hello->fingers; ++f)
+    for (int f = 0; f < hello->fingers; ++f)
         if (state->in[f].is_there) there |= (uint8_t)(1u << f);
     walk_word(walk, &state->time_us);
     walk_byte(walk, &there);
     walk_byte(walk, &state->begins);
-    for (f = 0; f < hello->fingers; ++f) {
+    for (int f = 0; f < hello->fingers; ++f) {
         state->in[f].is_there = (uint8_t)(there >> f & 1u);
         walk_floats(walk, state->in[f].finger_m, 3);
         walk_word(walk, &state->in[f].buttons);
@@ -75,14 +72,13 @@ static void walk_state(struct walk* walk, const struct haptable_line_hello* hell
 }
 
 static void walk_output(struct walk* walk, struct haptable_output* out) {
-    int corner;
     walk_byte(walk, &out->state);
     walk_byte(walk, &out->faults);
-    for (corner = 0; corner < 3; ++corner) walk_half(walk, &out->vertex[corner]);
+    for (int corner = 0; corner < 3; ++corner) walk_half(walk, &out->vertex[corner]);
     walk_floats(walk, out->force_n, 3);
     walk_floats(walk, out->god_object_m, 3);
     walk_floats(walk, out->alpha, 3);
-    for (corner = 0; corner < 3; ++corner) walk_floats(walk, out->nodal_force_n[corner], 3);
+    for (int corner = 0; corner < 3; ++corner) walk_floats(walk, out->nodal_force_n[corner], 3);
 }
 
 static void walk_pose(struct walk* walk, struct haptable_body_pose* pose) {
@@ -95,8 +91,7 @@ static void walk_pose(struct walk* walk, struct haptable_body_pose* pose) {
 
 static void walk_answer(struct walk* walk, const struct haptable_line_hello* hello,
                         struct haptable_line_answer* answer) {
-    int f;
-    for (f = 0; f < hello->fingers; ++f) walk_output(walk, &answer->out[f]);
+    for (int f = 0; f < hello->fingers; ++f) walk_output(walk, &answer->out[f]);
     if ((hello->flags & HAPTABLE_LINE_FREE) != 0u) walk_pose(walk, &answer->pose);
     walk_floats(walk, answer->q, hello->modes);
 }
@@ -176,12 +171,11 @@ int haptable_line_take_answer(const struct haptable_line_frame* frame, const str
     static const struct haptable_line_answer none = {0};
     struct walk walk = {frame->payload, 1};
     const int is_free = (hello->flags & HAPTABLE_LINE_FREE) != 0u;
-    int f;
     if (frame->type != HAPTABLE_LINE_ANSWER) return 0;
     if (frame->length != HAPTABLE_LINE_ANSWER_PAYLOAD(hello->fingers, is_free, hello->modes)) return 0;
     *answer = none;
     walk_answer(&walk, hello, answer);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) answer->out[f].patch = HAPTABLE_NONE;
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) answer->out[f].patch = HAPTABLE_NONE;
     return 1;
 }
 
@@ -197,9 +191,8 @@ void haptable_line_reader_init(uint8_t* byte, uint16_t room, struct haptable_lin
 
 /* Forgets the first bytes: there are few, and this happens once a frame or once a byte of garbage. */
 static void drop(struct haptable_line_reader* reader, uint32_t bytes) {
-    uint32_t i;
     reader->count = (uint16_t)(reader->count - bytes);
-    for (i = 0; i < reader->count; ++i) reader->byte[i] = reader->byte[i + bytes];
+    for (uint32_t i = 0; i < reader->count; ++i) reader->byte[i] = reader->byte[i + bytes];
 }
 
 static uint32_t whole_frame(const struct haptable_line_reader* reader) {
@@ -209,11 +202,10 @@ static uint32_t whole_frame(const struct haptable_line_reader* reader) {
 /* What the bytes so far are: the begin of a frame (0), a whole frame (1), or neither (-1). */
 static int judge(const struct haptable_line_reader* reader) {
     uint8_t* byte = reader->byte;
-    uint32_t whole;
     if (reader->count > 0 && byte[0] != SYNC_0) return -1;
     if (reader->count > 1 && byte[1] != SYNC_1) return -1;
     if (reader->count < 4) return 0;
-    whole = whole_frame(reader);
+    const uint32_t whole = whole_frame(reader);
     if (whole > reader->room) return -1;
     if (reader->count < whole) return 0;
     return crc_of(byte + 2, whole - 2u - TAIL) == word_at(byte + whole - TAIL, 4) ? 1 : -1;
@@ -268,15 +260,13 @@ const uint8_t* haptable_line_begin(const struct haptable_scene* scene, struct ha
 }
 
 static void copy(const float* from, float* to, int count) {
-    int i;
-    for (i = 0; i < count; ++i) to[i] = from[i];
+    for (int i = 0; i < count; ++i) to[i] = from[i];
 }
 
 /* A gap in time drops the contacts, as silence does. */
 static void tick(const struct haptable_scene* scene, void* servos, const struct haptable_line_state* state,
                  struct haptable_line_answer* answer) {
-    int f;
-    for (f = 0; f < haptable_scene_fingers(scene); ++f) {
+    for (int f = 0; f < haptable_scene_fingers(scene); ++f) {
         struct haptable_servo* servo = haptable_scene_servo(servos, f);
         if ((state->begins >> f & 1u) != 0u)
             (void)haptable_servo_watch(servo, servo->position_us + HAPTABLE_SILENCE_US, &answer->out[f]);
@@ -289,8 +279,7 @@ static void tick(const struct haptable_scene* scene, void* servos, const struct 
 const uint8_t* haptable_line(const struct haptable_scene* scene, void* state, struct haptable_line_end* line,
                              uint8_t byte, uint32_t* count) {
     struct haptable_line_frame frame;
-    struct haptable_line_hello own;
-    struct haptable_line_hello host;
+    struct haptable_line_hello own, host;
     struct haptable_line_state fingers;
     *count = 0;
     if (!haptable_line_read(&line->reader, byte, &frame)) return 0;

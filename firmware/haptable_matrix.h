@@ -22,15 +22,13 @@ struct sym_factored {
 
 static inline struct sym_factored sym_factor(const float c[6]) {
     struct sym_factored f;
-    float d1;
-    float d2;
     f.inverse[0] = 1.0f / c[0];
     f.l10 = c[3] * f.inverse[0];
     f.l20 = c[5] * f.inverse[0];
-    d1 = c[1] - f.l10 * c[3];
+    const float d1 = c[1] - f.l10 * c[3];
     f.inverse[1] = 1.0f / d1;
     f.l21 = (c[4] - f.l20 * c[3]) * f.inverse[1];
-    d2 = c[2] - f.l20 * c[5] - f.l21 * f.l21 * d1;
+    const float d2 = c[2] - f.l20 * c[5] - f.l21 * f.l21 * d1;
     f.inverse[2] = 1.0f / d2;
     return f;
 }

@@ -17,9 +17,8 @@ float haptable_brake_of(const struct haptable_model* model, float given_j, float
 void haptable_passivity_control(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]) {
     const float motion2 = vec_length2(motion_m);
-    float brake;
     servo->given_j += vec_dot(servo->given_n, motion_m);
-    brake = haptable_brake_of(model, servo->given_j, motion2);
+    float brake = haptable_brake_of(model, servo->given_j, motion2);
     if (!(brake > 0.0f)) return;
     if (brake * brake * motion2 > model->max_force_n * model->max_force_n)
         brake = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);

@@ -24,19 +24,15 @@ struct on_border {
 static void nearest_on_edge(const struct haptable_model* model, uint16_t patch, int corner, const float x_m[3],
                             struct on_border* best) {
     const float* from = model->vertex_m[vertex_after(model, patch, corner)];
-    float along[3];
-    float to_x[3];
-    float length2;
-    float fraction;
-    float gap2_here;
+    float along[3], to_x[3];
     vec_sub(model->vertex_m[vertex_before(model, patch, corner)], from, along);
     vec_sub(x_m, from, to_x);
-    length2 = vec_length2(along);
-    fraction = length2 > 0.0f ? vec_dot(to_x, along) / length2 : 0.0f;
+    const float length2 = vec_length2(along);
+    float fraction = length2 > 0.0f ? vec_dot(to_x, along) / length2 : 0.0f;
     if (fraction < ON_BORDER) fraction = 0.0f;
     if (fraction > 1.0f - ON_BORDER) fraction = 1.0f;
     vec_add_scaled(-fraction, along, to_x);
-    gap2_here = vec_length2(to_x);
+    const float gap2_here = vec_length2(to_x);
     if (gap2_here >= best->gap2) return;
     best->corner = corner;
     best->fraction = fraction;
@@ -54,16 +50,11 @@ static void put_on_border(const struct on_border* best, float alpha[3]) {
  * digits on thin patches, where the determinant of the edges' dot products loses them.
  * A patch without area gives three negative numbers. */
 static void area_coordinates(const struct haptable_model* model, uint16_t patch, const float x_m[3], float alpha[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float to_x[3];
-    float across[3];
-    float area2;
+    float edge1[3], edge2[3], normal[3], to_x[3], across[3];
     patch_frame(model, patch, edge1, edge2, normal);
     vec_sub(x_m, vertex_of(model, patch, 0), to_x);
     vec_cross(normal, to_x, across);
-    area2 = vec_length2(normal);
+    const float area2 = vec_length2(normal);
     alpha[0] = alpha[1] = alpha[2] = -1.0f;
     if (!(area2 > 0.0f)) return;
     alpha[1] = vec_dot(across, edge2) / area2;
@@ -76,11 +67,10 @@ void haptable_patch_nearest(const struct haptable_model* model, uint16_t patch, 
                             struct haptable_contact* nearest) {
     struct on_border best = {0, 0.0f, 0.0f, HAPTABLE_MOST};
     float* alpha = nearest->alpha;
-    int corner;
     area_coordinates(model, patch, x_m, alpha);
     nearest->patch = patch;
     HAPTABLE_UNROLLED
-    for (corner = 0; corner < 3; ++corner)
+    for (int corner = 0; corner < 3; ++corner)
         if (!(alpha[corner] >= ON_BORDER)) nearest_on_edge(model, patch, corner, x_m, &best);
     if (best.gap2 < HAPTABLE_MOST) put_on_border(&best, alpha);
     place(model, nearest);
@@ -91,13 +81,11 @@ void haptable_patch_onto_border(const struct haptable_model* model, struct hapta
     const float vertex_m = HAPTABLE_VERTEX_REACH * model->tolerance_m;
     struct on_border best = {0, 0.0f, 0.0f, HAPTABLE_MOST};
     const int is_thin = haptable_patch_is_thin(model, point->patch);
-    float rest;
-    int corner;
-    for (corner = 0; corner < 3; ++corner)
+    for (int corner = 0; corner < 3; ++corner)
         if (is_thin || point->alpha[corner] < HAPTABLE_NEAR_BORDER)
             nearest_on_edge(model, point->patch, corner, point->god_object_m, &best);
     if (best.gap2 > edge_m * edge_m) return;
-    rest = 1.0f - best.fraction;
+    const float rest = 1.0f - best.fraction;
     if (best.fraction * best.fraction * best.length2 <= vertex_m * vertex_m) best.fraction = 0.0f;
     if (rest * rest * best.length2 <= vertex_m * vertex_m) best.fraction = 1.0f;
     put_on_border(&best, point->alpha);

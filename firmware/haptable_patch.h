@@ -46,9 +46,8 @@ static inline int haptable_patch_is_thin(const struct haptable_model* model, uin
 
 /* 1 where area coordinates leave it open whether a point is out of reach of every edge. */
 static inline int haptable_patch_is_on_rim(const float alpha[3]) {
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i)
         if (alpha[i] < HAPTABLE_NEAR_BORDER) return 1;
     return 0;
 }
@@ -84,14 +83,13 @@ static inline void haptable_patch_complete(float alpha[3]) {
 static inline float haptable_patch_move(const struct haptable_model* model, const struct haptable_contact* from,
                                         const float d[3], float t, struct haptable_contact* to) {
     int ends = -1;
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (from->alpha[c] + t * d[c] <= 0.0f && d[c] < 0.0f && from->alpha[c] > 0.0f) {
             t = from->alpha[c] / -d[c];
             ends = c;
         }
     *to = *from;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         to->alpha[c] = from->alpha[c] == 0.0f && d[c] <= 0.0f ? 0.0f : vec_clamp01(from->alpha[c] + t * d[c]);
         if (c == ends) to->alpha[c] = 0.0f;
     }

@@ -41,9 +41,8 @@ static int judge(const struct haptable_model* model, struct haptable_servo* serv
 int haptable_plausible_motion(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
                               uint32_t elapsed_us) {
     float motion[3];
-    float motion2;
     vec_sub(finger_m, servo->finger_m, motion);
-    motion2 = vec_length2(motion);
+    const float motion2 = vec_length2(motion);
     if (motion2 <= model->max_motion_m * model->max_motion_m && servo->distrust_ticks == 0) return 1; /* most ticks */
     return judge(model, servo, finger_m, motion2, elapsed_us);
 }

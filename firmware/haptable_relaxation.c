@@ -37,11 +37,10 @@ struct haptable_relaxed* haptable_relaxation_meet(const struct haptable_model* m
 }
 
 void haptable_relaxation_note(struct haptable_relaxed* relaxed, const struct haptable_output* out) {
-    int corner;
     relaxed->pressed = relaxed->dent;
     vec_copy(out->alpha, relaxed->alpha);
     vec_copy(out->god_object_m, relaxed->god_object_m);
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         relaxed->vertex[corner] = out->vertex[corner];
         vec_copy(out->nodal_force_n[corner], relaxed->nodal_force_n[corner]);
     }
@@ -51,13 +50,11 @@ void haptable_relaxation_note(struct haptable_relaxed* relaxed, const struct hap
 static void advance(const struct haptable_model* model, struct haptable_relaxed* relaxed, float change) {
     float branches = 0.0f;
     float fall = 0.0f;
-    int k;
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         const float* term = model->term[k];
         float* branch = relaxed->term[k].branch;
-        float part;
         haptable_relaxation_go(term, change, branch, relaxed->term[k].lost);
-        part = term[TERM_SHARE] * *branch;
+        const float part = term[TERM_SHARE] * *branch;
         branches += part;
         fall += term[TERM_FALL] * part;
     }
@@ -69,7 +66,6 @@ static void advance(const struct haptable_model* model, struct haptable_relaxed*
  * stores less than it did. */
 static void move_dent(const struct haptable_model* model, struct haptable_relaxed* relaxed, float away) {
     const float left = 1.0f - away;
-    int k;
     if (!(left > 0.0f)) {
         forget(relaxed);
         return;
@@ -78,7 +74,7 @@ static void move_dent(const struct haptable_model* model, struct haptable_relaxe
     relaxed->dent_lost *= left;
     relaxed->branches *= left;
     relaxed->fall *= left;
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         relaxed->term[k].branch[0] *= left;
         relaxed->term[k].lost[0] *= left;
     }
@@ -86,22 +82,19 @@ static void move_dent(const struct haptable_model* model, struct haptable_relaxe
 
 static float distance(const float a[3], const float b[3]) {
     float gap[3];
-    float gap2;
     vec_sub(a, b, gap);
-    gap2 = vec_length2(gap);
+    const float gap2 = vec_length2(gap);
     return gap2 > HAPTABLE_ROOT_LEAST ? gap2 * vec_inverse_root(gap2) : 0.0f;
 }
 
 static void scale_loads(float by, struct haptable_output* out) {
-    int corner;
-    for (corner = 0; corner < 3; ++corner) vec_scale(by, out->nodal_force_n[corner]);
+    for (int corner = 0; corner < 3; ++corner) vec_scale(by, out->nodal_force_n[corner]);
 }
 
 /* The loads of the dent that the finger left. */
 static void put_dent(const struct haptable_relaxed* relaxed, struct haptable_output* out) {
-    int corner;
     vec_copy(relaxed->alpha, out->alpha);
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         out->vertex[corner] = relaxed->vertex[corner];
         vec_copy(relaxed->nodal_force_n[corner], out->nodal_force_n[corner]);
     }
@@ -135,7 +128,6 @@ void haptable_relaxation_slide(const struct haptable_model* model, const struct 
     const uint8_t touches = out->patch != HAPTABLE_NONE;
     float size = 0.0f;
     float inverse = 0.0f;
-    float left;
     if (touches) {
         float u[3];
         vec_sub(servo->finger_m, out->god_object_m, u);
@@ -144,7 +136,7 @@ void haptable_relaxation_slide(const struct haptable_model* model, const struct 
             move_dent(model, relaxed, distance(out->god_object_m, relaxed->god_object_m) / model->relaxation_reach_m);
     }
     relaxed->touches = touches;
-    left = relaxed->stress - relaxed->fall;
+    const float left = relaxed->stress - relaxed->fall;
     if (touches && left + model->tick_share * (size - relaxed->dent) > 0.0f) {
         press_on(model, relaxed, size, inverse, out);
         return;

@@ -11,10 +11,9 @@
 #include "haptable_vector.h"
 
 static void sum_up(const struct haptable_model* model, struct haptable_relaxed* relaxed) {
-    int k;
     relaxed->branches = 0.0f;
     relaxed->fall = 0.0f;
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         const float part = model->term[k][TERM_SHARE] * relaxed->term[k].branch[0];
         relaxed->branches += part;
         relaxed->fall += model->term[k][TERM_FALL] * part;
@@ -25,10 +24,9 @@ static void sum_up(const struct haptable_model* model, struct haptable_relaxed* 
 /* r_k = h_k . u / s */
 static void end_hold(const struct haptable_model* model, struct haptable_relaxed* relaxed) {
     float inverse;
-    int k;
     relaxed->dent = haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), &inverse);
     relaxed->dent_lost = 0.0f;
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         struct haptable_relaxed_term* term = &relaxed->term[k];
         const float along = inverse * vec_dot(term->branch, relaxed->offset_m);
         vec_zero(term->branch);
@@ -42,9 +40,8 @@ static void end_hold(const struct haptable_model* model, struct haptable_relaxed
 /* h_k = r_k f / s */
 static void begin_hold(const struct haptable_model* model, struct haptable_relaxed* relaxed) {
     float inverse;
-    int k;
     (void)haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), &inverse);
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         struct haptable_relaxed_term* term = &relaxed->term[k];
         const float along = inverse * term->branch[0];
         vec_zero(term->branch);
@@ -57,14 +54,12 @@ static void begin_hold(const struct haptable_model* model, struct haptable_relax
 static void hold(const struct haptable_model* model, struct haptable_relaxed* relaxed, const float load_n[3],
                  float force_n[3]) {
     float change[3];
-    int k;
-    int c;
     vec_sub(load_n, relaxed->load_n, change);
     vec_zero(force_n);
     vec_add_scaled(-model->rest_share, load_n, force_n);
-    for (k = 0; k < model->term_count; ++k) {
+    for (int k = 0; k < model->term_count; ++k) {
         struct haptable_relaxed_term* term = &relaxed->term[k];
-        for (c = 0; c < 3; ++c) haptable_relaxation_go(model->term[k], change[c], &term->branch[c], &term->lost[c]);
+        for (int c = 0; c < 3; ++c) haptable_relaxation_go(model->term[k], change[c], &term->branch[c], &term->lost[c]);
         vec_add_scaled(-model->term[k][TERM_SHARE], term->branch, force_n);
     }
 }

@@ -18,11 +18,9 @@ static float shown_stiffness2(const struct haptable_model* model, struct haptabl
                               const float force_n[3]) {
     const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
     float u[3];
-    float u2;
-    float force2;
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    u2 = vec_length2(u);
-    force2 = vec_length2(force_n);
+    const float u2 = vec_length2(u);
+    float force2 = vec_length2(force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
     if (model->relax) {
         const float dent = haptable_relaxed_of(model, servo)->dent;
@@ -59,10 +57,9 @@ static void hold_back(float contact_j, float most_j, const float motion_m[3], st
     const float motion2 = vec_length2(motion_m);
     const float before = vec_dot(servo->released_n, motion_m);
     float kept = before < most_j ? before : most_j;
-    float given;
     if (!(motion2 > 0.0f)) return;
     servo->owed_j = servo->owed_j + kept > 0.0f ? servo->owed_j + kept : 0.0f;
-    given = contact_j + kept;
+    const float given = contact_j + kept;
     if (kept <= 0.0f && given > 0.0f && servo->owed_j > 0.0f) {
         const float paid = given < servo->owed_j ? given : servo->owed_j;
         servo->owed_j -= paid;
@@ -75,9 +72,8 @@ static void hold_back(float contact_j, float most_j, const float motion_m[3], st
  * it pays is known to first order only. Nothing at a first contact: its force comes at once. */
 static float most_owed(const struct haptable_servo* servo, int is_first, const float force_n[3], float contact_j) {
     float u[3];
-    float left_j;
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    left_j = -0.5f * vec_dot(force_n, u) - servo->owed_j;
+    const float left_j = -0.5f * vec_dot(force_n, u) - servo->owed_j;
     if (is_first || contact_j >= 0.0f || left_j <= 0.0f) return 0.0f;
     return -contact_j < left_j ? -contact_j : left_j;
 }
@@ -85,18 +81,16 @@ static float most_owed(const struct haptable_servo* servo, int is_first, const f
 void haptable_release_slew(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
                            float force_n[3]) {
     const int is_free = servo->contact.patch == HAPTABLE_NONE;
-    int is_first;
     float change[3];
     float held[3]; /* the contact's force over the motion */
-    float contact_j;
-    float most_j;
+    float contact_j, most_j;
     if (!servo->felt_known) {
         vec_zero(servo->felt_n);
         vec_zero(servo->released_n);
         servo->owed_j = 0.0f;
         servo->felt_known = 1;
     }
-    is_first = vec_length2(servo->felt_n) == 0.0f;
+    const int is_first = vec_length2(servo->felt_n) == 0.0f;
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
     vec_copy(force_n, held);

@@ -19,9 +19,8 @@ static void begin(struct haptable_servo* servo) {
 
 static void try_patch(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
     struct haptable_contact nearest;
-    float distance2;
     haptable_patch_nearest(model, servo->seek_patch, x_m, &nearest);
-    distance2 = gap2(nearest.god_object_m, x_m);
+    const float distance2 = gap2(nearest.god_object_m, x_m);
     if (distance2 < servo->nearest_m2) {
         servo->nearest_m2 = distance2;
         servo->nearest_patch = servo->seek_patch;
@@ -52,7 +51,6 @@ static void end(const struct haptable_model* model, struct haptable_servo* servo
 
 /* cost: HAPTABLE_SEEK_PATCHES nearest points, for patch_count / HAPTABLE_SEEK_PATCHES ticks; then one of a side. */
 void haptable_resume_ramp(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3]) {
-    int patches;
     if (servo->contact.patch != HAPTABLE_NONE) {
         servo->seek_patch = HAPTABLE_NONE;
         if (servo->gain < 1.0f) servo->gain = vec_clamp01(servo->gain + model->resume_gain);
@@ -60,7 +58,7 @@ void haptable_resume_ramp(const struct haptable_model* model, struct haptable_se
     }
     if (!servo->finger_known) begin(servo);
     if (servo->seek_patch == HAPTABLE_NONE) return;
-    for (patches = 0; patches < HAPTABLE_SEEK_PATCHES && servo->seek_patch < model->patch_count; ++patches)
+    for (int patches = 0; patches < HAPTABLE_SEEK_PATCHES && servo->seek_patch < model->patch_count; ++patches)
         try_patch(model, servo, x_m);
     if (servo->seek_patch >= model->patch_count) end(model, servo, x_m);
 }

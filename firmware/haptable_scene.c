@@ -8,8 +8,7 @@
 
 void haptable_init(const struct haptable_scene* scene, void* state) {
     unsigned char* byte = (unsigned char*)state;
-    uint32_t i;
-    for (i = 0; i < scene->bytes; ++i) byte[i] = 0;
+    for (uint32_t i = 0; i < scene->bytes; ++i) byte[i] = 0;
     scene->init(scene, state);
     if (scene->rigid) scene->rigid->init(scene->body, haptable_scene_body(scene, state));
     if (scene->ringing) scene->ringing->init(haptable_scene_modes(scene, state));
@@ -22,8 +21,7 @@ static void release(struct haptable_servo* servo, struct haptable_output* out) {
 
 void haptable_scene_begin(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                           uint32_t now_us, struct haptable_output out[]) {
-    int finger;
-    for (finger = 0; finger < haptable_scene_fingers(scene); ++finger) {
+    for (int finger = 0; finger < haptable_scene_fingers(scene); ++finger) {
         struct haptable_servo* servo = haptable_scene_servo(state, finger);
         if (in[finger].is_there) {
             (void)haptable_servo_watch(servo, now_us, &out[finger]);
@@ -42,17 +40,15 @@ void haptable_step(const struct haptable_scene* scene, void* state, const struct
 void haptable_step_held(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                         uint32_t now_us, struct haptable_output out[]) {
     float x_m[HAPTABLE_FINGERS][3];
-    int finger;
     haptable_scene_begin(scene, state, in, now_us, out);
-    for (finger = 0; finger < haptable_scene_fingers(scene); ++finger) vec_copy(in[finger].finger_m, x_m[finger]);
+    for (int finger = 0; finger < haptable_scene_fingers(scene); ++finger) vec_copy(in[finger].finger_m, x_m[finger]);
     scene->contacts(scene, state, in, (const float(*)[3])x_m, now_us, out);
 }
 
 unsigned haptable_watch(const struct haptable_scene* scene, void* state, uint32_t now_us,
                         struct haptable_output out[]) {
     unsigned silent = 0;
-    int finger;
-    for (finger = 0; finger < haptable_scene_fingers(scene); ++finger)
+    for (int finger = 0; finger < haptable_scene_fingers(scene); ++finger)
         if (haptable_servo_watch(haptable_scene_servo(state, finger), now_us, &out[finger])) silent |= 1u << finger;
     return silent;
 }
@@ -70,8 +66,7 @@ static const void* part_at(const void* state, uint32_t byte) { return (const uns
 
 void haptable_pose_of(const struct haptable_scene* scene, const void* state, struct haptable_body_pose* pose) {
     const struct haptable_body_state* body = (const struct haptable_body_state*)part_at(state, scene->body_at);
-    int i;
-    for (i = 0; i < 4; ++i) pose->turn[i] = body->turn[i];
+    for (int i = 0; i < 4; ++i) pose->turn[i] = body->turn[i];
     vec_copy(body->position_m, pose->position_m);
     vec_copy(body->velocity_m_per_s, pose->velocity_m_per_s);
     vec_copy(body->spin_rad_per_s, pose->spin_rad_per_s);

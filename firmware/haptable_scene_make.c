@@ -19,14 +19,11 @@ static int has_sharp_corner(const float edge1[3], const float edge2[3], const fl
 }
 
 void haptable_model_surface(struct haptable_model* model) {
-    uint16_t patch;
     model->hinges = model->hinge_count > 0u ? &haptable_hinges_of_table : 0;
     model->slivers = 0;
-    for (patch = 0; patch < model->patch_count; ++patch) {
+    for (uint16_t patch = 0; patch < model->patch_count; ++patch) {
         const uint16_t* across = model->neighbour[patch];
-        float edge1[3];
-        float edge2[3];
-        float normal[3];
+        float edge1[3], edge2[3], normal[3];
         if (across[0] == HAPTABLE_NONE || across[1] == HAPTABLE_NONE || across[2] == HAPTABLE_NONE)
             model->hinges = &haptable_hinges_of_table;
         patch_frame(model, patch, edge1, edge2, normal);

@@ -68,11 +68,9 @@ static void add_vertex_normals(const struct haptable_model* model, uint16_t patc
     int patches = 0;
     do {
         struct haptable_seen seen;
-        int i;
         see(model, &fan, at_m, thin_m, &seen);
-        for (i = 0; i < seen.pieces; ++i) {
-            float one[3];
-            float two[3];
+        for (int i = 0; i < seen.pieces; ++i) {
+            float one[3], two[3];
             vec_sub(model->vertex_m[seen.end[i]], at_m, one);
             vec_sub(model->vertex_m[seen.end[i + 1]], at_m, two);
             add_weighted_normal(one, two, sum);
@@ -93,9 +91,7 @@ void haptable_side_outward(const struct haptable_model* model, const struct hapt
     }
     if (feature == ON_EDGE) across = across_begin(model, patch, corner);
     while (patch != HAPTABLE_NONE) {
-        float edge1[3];
-        float edge2[3];
-        float area[3];
+        float edge1[3], edge2[3], area[3];
         patch_frame(model, patch, edge1, edge2, area);
         vec_add_scaled(
             feature == INSIDE ? 1.0f / (model->tolerance_m * model->tolerance_m) : haptable_side_inverse_length(area),
@@ -118,16 +114,11 @@ struct around_edge {
 static void add_patch(const struct haptable_model* model, uint16_t patch, uint16_t a, uint16_t b, const float u[3],
                       const float across[3], struct around_edge* edge) {
     const int runs_along = corner_of(model, patch, b) == next_corner(corner_of(model, patch, a));
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float scale;
-    float over;
-    float inwards;
+    float edge1[3], edge2[3], normal[3];
     patch_frame(model, patch, edge1, edge2, normal);
-    scale = haptable_side_inverse_length(normal);
-    over = scale * vec_dot(normal, u);
-    inwards = scale * vec_dot(normal, across); /* (n x (b - a)) . u: n x (b - a) leads into the patch */
+    const float scale = haptable_side_inverse_length(normal);
+    const float over = scale * vec_dot(normal, u);
+    float inwards = scale * vec_dot(normal, across); /* (n x (b - a)) . u: n x (b - a) leads into the patch */
     if (!runs_along) inwards = -inwards;
     edge->sum += over;
     if (inwards <= edge->nearest) return;
@@ -153,8 +144,7 @@ static enum haptable_side side_of_edge(const struct haptable_model* model, uint1
     const uint16_t a = vertex_after(model, patch, corner);
     const uint16_t b = vertex_before(model, patch, corner);
     struct around_edge edge = {0.0f, 0.0f, 0.0f};
-    float along[3];
-    float across[3];
+    float along[3], across[3];
     vec_sub(model->vertex_m[b], model->vertex_m[a], along);
     vec_cross(along, u, across);
     while (patch != HAPTABLE_NONE) {
@@ -193,10 +183,9 @@ static void note_patch(const struct haptable_model* model, const struct fan* fan
     const float* at_m = model->vertex_m[fan->vertex];
     struct haptable_seen seen;
     struct edge edge[3];
-    int i;
     see(model, fan, at_m, thin_m, &seen);
     edge_to(model, seen.end[0], at_m, u, &edge[0]);
-    for (i = 0; i < seen.pieces; ++i) {
+    for (int i = 0; i < seen.pieces; ++i) {
         const struct edge* one = &edge[i];
         const struct edge* two = &edge[i + 1];
         float normal[3];

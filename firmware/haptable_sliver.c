@@ -7,9 +7,7 @@
 #include "haptable_surface.h"
 
 static int is_thin(const struct haptable_model* model, uint16_t patch) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
+    float edge1[3], edge2[3], normal[3];
     patch_frame(model, patch, edge1, edge2, normal);
     return haptable_patch_has_thin_frame(model, edge1, edge2, normal);
 }
@@ -17,9 +15,7 @@ static int is_thin(const struct haptable_model* model, uint16_t patch) {
 static void see_beyond(const struct haptable_model* model, const struct fan* fan, const float at_m[3], float thin_m,
                        struct haptable_seen* seen) {
     const uint16_t across = model->neighbour[fan->patch][fan->corner];
-    float one[3];
-    float two[3];
-    float normal[3];
+    float one[3], two[3], normal[3];
     vec_sub(model->vertex_m[seen->end[0]], at_m, one);
     vec_sub(model->vertex_m[seen->end[1]], at_m, two);
     if (vec_dot(one, two) >= 0.0f) return; /* most patches: the vertex's foot is not between */
@@ -40,9 +36,8 @@ static void along_edge(const struct haptable_model* model, uint16_t patch, int c
     const float* a = model->vertex_m[vertex];
     const int at = corner_of(model, patch, vertex);
     float along[3];
-    float far_away;
     vec_sub(vertex_of(model, patch, 3 - at - corner), a, along);
-    far_away = ALONG_EDGE * thin_m * haptable_side_inverse_length(along);
+    const float far_away = ALONG_EDGE * thin_m * haptable_side_inverse_length(along);
     vec_copy(a, at_m);
     vec_add_scaled(far_away < 0.5f ? far_away : 0.5f, along, at_m);
 }
@@ -52,8 +47,7 @@ static void along_edge(const struct haptable_model* model, uint16_t patch, int c
 
 static void beyond(const struct haptable_model* model, uint16_t* patch, uint16_t end[2], const float at_m[3],
                    float thin_m) {
-    int slivers;
-    for (slivers = 0; slivers < SLIVERS; ++slivers) {
+    for (int slivers = 0; slivers < SLIVERS; ++slivers) {
         const int first = corner_of(model, *patch, end[0]);
         const int opposite = 3 - first - corner_of(model, *patch, end[1]);
         const int other = haptable_patch_ends_beyond(model, *patch, opposite, at_m, thin_m);

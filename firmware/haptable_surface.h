@@ -45,9 +45,8 @@ HAPTABLE_INLINE void place(const struct haptable_model* model, struct haptable_c
     const float* b = vertex_of(model, contact->patch, 1);
     const float* c = vertex_of(model, contact->patch, 2);
     const float* alpha = contact->alpha;
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
+    for (int i = 0; i < 3; ++i) contact->god_object_m[i] = alpha[0] * a[i] + alpha[1] * b[i] + alpha[2] * c[i];
 }
 
 /* ---- walking around a vertex ---------------------------------------------------------------------------------- */
@@ -154,9 +153,8 @@ HAPTABLE_INLINE enum place_on_patch feature_of(const float alpha[3], int* corner
     int zeros = 0;
     int zero = 0;
     int other = 2;
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         if (alpha[i] == 0.0f) {
             zero = i;
             ++zeros;

@@ -15,7 +15,6 @@
 #include "haptable_vector.h"
 
 static void put_nothing(uint8_t state, struct haptable_output* out) {
-    int corner;
     out->state = state;
     out->faults = 0;
     out->patch = HAPTABLE_NONE;
@@ -23,7 +22,7 @@ static void put_nothing(uint8_t state, struct haptable_output* out) {
     vec_zero(out->god_object_m);
     vec_zero(out->force_n);
     HAPTABLE_UNROLLED
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         out->vertex[corner] = HAPTABLE_NONE;
         vec_zero(out->nodal_force_n[corner]);
     }
@@ -54,13 +53,12 @@ static int is_position(const struct haptable_model* model, const float finger_m[
 
 static void put_contact(const struct haptable_model* model, const struct haptable_servo* servo,
                         struct haptable_output* out) {
-    int corner;
     out->state = HAPTABLE_CONTACT;
     out->faults = 0;
     out->patch = servo->contact.patch;
     vec_copy(servo->contact.alpha, out->alpha);
     vec_copy(servo->contact.god_object_m, out->god_object_m);
-    for (corner = 0; corner < 3; ++corner) out->vertex[corner] = model->patch[servo->contact.patch][corner];
+    for (int corner = 0; corner < 3; ++corner) out->vertex[corner] = model->patch[servo->contact.patch][corner];
 }
 
 /* Newtons squared: what is larger, or not a number, is no force of any device but a fault. */
@@ -178,10 +176,9 @@ static void put_force(const struct haptable_model* model, struct haptable_servo*
 static int begin_tick(const struct haptable_model* model, struct haptable_servo* servo, const float finger_m[3],
                       uint32_t now_us, struct haptable_output* out) {
     const uint32_t elapsed_us = now_us - servo->position_us;
-    int refused;
     ++servo->counters.ticks;
     servo->position_us = now_us;
-    refused = is_refused(model, servo, finger_m, elapsed_us);
+    const int refused = is_refused(model, servo, finger_m, elapsed_us);
     if (!refused && !is_faulted(model, servo)) return 1;
     give_nothing(servo, refused && servo->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, out);
     if (!refused && out->faults == 0) out->faults = HAPTABLE_FAULT_TABLES;

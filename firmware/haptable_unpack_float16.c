@@ -18,6 +18,5 @@ static float widened(uint16_t half) {
 }
 
 void haptable_unpack_float16(const struct haptable_model* model, uint32_t block, float s[6]) {
-    int i;
-    for (i = 0; i < 6; ++i) s[i] = model->packed_scale[0] * widened(model->packed[block][i]);
+    for (int i = 0; i < 6; ++i) s[i] = model->packed_scale[0] * widened(model->packed[block][i]);
 }

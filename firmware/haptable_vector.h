@@ -66,9 +66,8 @@ HAPTABLE_INLINE float vec_dot(const float a[3], const float b[3]) { return a[0] 
 HAPTABLE_INLINE float vec_length2(const float a[3]) { return vec_dot(a, a); }
 
 HAPTABLE_INLINE void vec_sub(const float a[3], const float b[3], float out[3]) {
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) out[i] = a[i] - b[i];
+    for (int i = 0; i < 3; ++i) out[i] = a[i] - b[i];
 }
 
 HAPTABLE_INLINE void vec_add(const float a[3], const float b[3], float out[3]) {
@@ -78,11 +77,10 @@ HAPTABLE_INLINE void vec_add(const float a[3], const float b[3], float out[3]) {
 }
 
 HAPTABLE_INLINE void vec_cross(const float a[3], const float b[3], float out[3]) {
-    int i;
     int j = 1;
     int k = 2;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         out[i] = a[j] * b[k] - a[k] * b[j];
         j = k;
         k = i;
@@ -99,24 +97,21 @@ HAPTABLE_INLINE void vec_zero(float out[3]) { out[0] = out[1] = out[2] = 0.0f; }
 
 /* out += s * a */
 HAPTABLE_INLINE void vec_add_scaled(float s, const float a[3], float out[3]) {
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) out[i] += s * a[i];
+    for (int i = 0; i < 3; ++i) out[i] += s * a[i];
 }
 
 /* a *= s */
 static inline void vec_scale(float s, float a[3]) {
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) a[i] *= s;
+    for (int i = 0; i < 3; ++i) a[i] *= s;
 }
 
 /* f = S u for a symmetric S stored as xx yy zz xy yz zx. */
 HAPTABLE_INLINE void vec_symmetric_product(const float s[6], const float u[3], float f[3]) {
     static const uint8_t at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    int i;
     HAPTABLE_UNROLLED
-    for (i = 0; i < 3; ++i) f[i] = s[at[i][0]] * u[0] + s[at[i][1]] * u[1] + s[at[i][2]] * u[2];
+    for (int i = 0; i < 3; ++i) f[i] = s[at[i][0]] * u[0] + s[at[i][1]] * u[1] + s[at[i][2]] * u[2];
 }
 
 /* Not a number, three times. */
@@ -145,13 +140,11 @@ HAPTABLE_INLINE float vec_inverse_root(float x) {
         float number;
         uint32_t bits;
     } guess;
-    float y;
-    int k;
     guess.number = x;
     guess.bits = 0x5f3759dfu - (guess.bits >> 1);
-    y = guess.number;
+    float y = guess.number;
     HAPTABLE_UNROLLED
-    for (k = 0; k < 3; ++k) y = y * (1.5f - 0.5f * x * y * y);
+    for (int k = 0; k < 3; ++k) y = y * (1.5f - 0.5f * x * y * y);
     return y;
 }
 

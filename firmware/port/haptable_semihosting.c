@@ -55,9 +55,8 @@ extern uint32_t haptable_port_bss_end[];
 
 void haptable_port_begin(void) {
     const uint32_t* from = haptable_port_data_flash;
-    uint32_t* to;
-    for (to = haptable_port_data_begin; to < haptable_port_data_end; ++to) *to = *from++;
-    for (to = haptable_port_bss_begin; to < haptable_port_bss_end; ++to) *to = 0;
+    for (uint32_t* to = haptable_port_data_begin; to < haptable_port_data_end; ++to) *to = *from++;
+    for (uint32_t* to = haptable_port_bss_begin; to < haptable_port_bss_end; ++to) *to = 0;
     haptable_semihosting_exit(haptable_port_main());
 }
 
@@ -74,11 +73,10 @@ static int words_of(char* text, uint32_t size, const char** word, int most) {
     uint32_t block[2];
     int words = 0;
     char before = ' ';
-    char* c;
     block[0] = word_of(text);
     block[1] = size;
     if (haptable_semihosting_call(SYS_GET_CMDLINE, block) != 0) return 0;
-    for (c = text; *c != 0; ++c) {
+    for (char* c = text; *c != 0; ++c) {
         if (*c != ' ' && before == ' ' && words < most) word[words++] = c;
         before = *c;
         if (*c == ' ') *c = 0;

@@ -26,14 +26,12 @@ static void flush(void) {
 }
 
 static void put_floats(const float* values, uint32_t count) {
-    uint32_t i;
-    for (i = 0; i < count; ++i) records.word[records.count++].number = values[i];
+    for (uint32_t i = 0; i < count; ++i) records.word[records.count++].number = values[i];
 }
 
 static void put_tick(const struct haptable_scene* scene, void* state, const struct haptable_output out[]) {
-    int f;
     if (records.count + RECORD_WORDS > sizeof records.word / sizeof records.word[0]) flush();
-    for (f = 0; f < haptable_scene_fingers(scene); ++f) {
+    for (int f = 0; f < haptable_scene_fingers(scene); ++f) {
         records.word[records.count++].bits = out[f].state;
         records.word[records.count++].bits = out[f].patch;
         put_floats(out[f].alpha, 3);
@@ -59,14 +57,11 @@ void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int 
     haptable_init(scene, state);
     haptable_check(scene, state, HAPTABLE_CHECK_ALL);
     while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
-        uint32_t i;
-        for (i = 0; i < bytes / sizeof position_m[0]; i += fingers, now_us += HAPTABLE_TICK_US) {
+        for (uint32_t i = 0; i < bytes / sizeof position_m[0]; i += fingers, now_us += HAPTABLE_TICK_US) {
             struct haptable_input finger[HAPTABLE_FINGERS];
             struct haptable_output tick[HAPTABLE_FINGERS];
-            uint32_t f;
-            for (f = 0; f < fingers; ++f) {
-                int c;
-                for (c = 0; c < 3; ++c) finger[f].finger_m[c] = position_m[i + f][c];
+            for (uint32_t f = 0; f < fingers; ++f) {
+                for (int c = 0; c < 3; ++c) finger[f].finger_m[c] = position_m[i + f][c];
                 finger[f].buttons = 0;
                 finger[f].is_there = 1;
             }
