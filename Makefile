@@ -108,7 +108,7 @@ IN_MODULES = $(patsubst %,$(BUILD)/%.o,$(wildcard host/mesh/*/*.cpp))
 NATIVE ?= -march=native
 $(BUILD)/host/view/deformation.cpp.o: private OPT = -O3 $(NATIVE)
 # The servo on this machine: the same bits, and less time (docs/design/speed.md).
-$(BUILD)/firmware/%.c.o $(BUILD)/pic/firmware/%.c.o: private OPT = -O3
+$(BUILD)/firmware/%.c.o: private OPT = -O3
 # What goes over every pixel.
 $(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private OPT = -O3
 

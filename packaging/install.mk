@@ -61,28 +61,23 @@ $(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.tx
 	@mkdir -p $(BUILD)/package/bin && cp packaging/haptable-build $(BUILD)/package/bin/ && cp $(BUILD)/bin/haptable-precompute $(BUILD)/package/bin/
 	$(call manual,$(BUILD)/package/bin/haptable-build)
 
-# The library: the firmware and codegen's tables in memory, for others to link. The programs have the same objects of
-# C++; the firmware is compiled again, for theirs are measured as users compile it.
+# The library: the firmware and codegen's tables in memory, for others to link. The programs have the same objects.
 .PHONY: library
 library: $(LIBRARY)
-LIBRARY_C = $(wildcard firmware/*.c)
 LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp summary_lines.cpp) \
     host/session/energy.cpp \
     $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
+LIBRARY_C = $(patsubst %,$(BUILD)/%.o,$(wildcard firmware/*.c))
 IN_LIBRARY = $(patsubst %,$(BUILD)/%.o,$(LIBRARY_CXX))
 SHARED = -fPIC -ffunction-sections -fdata-sections
 SHARED_PRECOMPILED = $(if $(PRECOMPILED),$(BUILD)/host/library/precompiled.hpp.gch)
 
+$(LIBRARY_C): private CFLAGS += $(SHARED) -fvisibility=hidden
 $(IN_LIBRARY): private precompiled = $(SHARED_PRECOMPILED)
 $(IN_LIBRARY): host/library/precompiled.hpp | $(SHARED_PRECOMPILED)
 $(IN_LIBRARY) $(SHARED_PRECOMPILED): private CXXFLAGS += $(SHARED) -fno-semantic-interposition
 
-$(BUILD)/pic/%.c.o: %.c | $(BUILD)/setup.stamp
-	$(say) C $<
-	@mkdir -p $(@D)
-	$(Q)$(CC) $(CFLAGS) $(SHARED) -fvisibility=hidden -c $< -o $@
-
-$(LIBRARY): $(IN_LIBRARY) $(patsubst %,$(BUILD)/pic/%.o,$(LIBRARY_C)) host/library/exports.map
+$(LIBRARY): $(IN_LIBRARY) $(LIBRARY_C) host/library/exports.map
 	$(link) -shared -Wl,-soname,$(@F) -Wl,--version-script=host/library/exports.map -Wl,-z,defs -Wl,--gc-sections $(LIBS_BASE)
 	@ln -sf $(@F) $(@D)/libhaptable.so
 
