@@ -279,10 +279,16 @@ strokes: $(MODULES) $(BUILD)/bin/haptable-strokes $(BUILD)/setup-lab.stamp
 QUICK ?=
 DOCS = $(if $(QUICK),$(BUILD)/quick/docs,docs)
 MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
+# peers: HAPI, beside whose god-object renderer make bench times the servo, at one commit (PEERS: where to fetch it)
+.PHONY: peers
+peers: $(BUILD)/peers/hapi.so
+$(BUILD)/peers/hapi.so: scripts/peers.sh $(wildcard host/bench/peers/*)
+	@PEERS="$(PEERS)" sh scripts/peers.sh $(@D)
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
 bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-ticks haptable-contact) library lab $(if $(QUICK),,bench-programs)
+	@$(MAKE) --no-print-directory peers || echo "no peers: HAPI cannot be fetched here; its table stays as it is"
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick
@@ -348,8 +354,9 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
 # tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
-# Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's macros.
-TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
+# Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's
+# macros, nor a peer's, which needs that library.
+TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp host/bench/peers/% $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp

@@ -97,30 +97,32 @@ def times_of(fastest_s: Sequence[float], clock_s: float) -> list[float]:
 
 
 def beside_tables(cube: dict[str, list[float]], mouse_: dict[str, list[float]]) -> dict[str, Any]:
-    """How many times as fast as a proxy a whole tick of each mode is; first the proxies' own times. Each: of
-    haptable-contact, of one body."""
+    """How many times as fast as a proxy a whole tick of each mode is, with friction as the proxy's where it has it;
+    first the proxy's own times. A table a proxy. Each: of haptable-contact, of one body."""
     of = [{name: times_of(s, times_of(body["clock"], 0.0)[1]) for name, s in body.items()} for body in (cube, mouse_)]
-
-    def taken(what: str, name: str) -> Cells:
-        return [what, *(seconds(s) for body in of for s in body[name])]
-
-    def faster(mode: str, proxy: str) -> Cells:
-        ratios = [p / m for body in of for p, m in zip(body[proxy], body[mode])]
-        return [mode, *(number(ratio, f"{ratio:.1f}") for ratio in ratios)]
     modes = [name for name in cube if name.split()[0] in FORCES]
     columns = ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"]
-    return {"modes-beside": {"columns": columns, "rows": [taken("a finger proxy takes", "finger"),
-                                                          *(faster(mode, "finger") for mode in modes)]},
-            "modes-beside-shells": {"columns": columns, "rows": [
-                taken("the stand-in takes", "shell"), taken("with friction", "shell friction"),
-                *(faster(mode, "shell friction" if mode.endswith(" friction") else "shell") for mode in modes)]}}
+
+    def table(proxy: str) -> dict[str, Any]:
+        rough = f"{proxy} friction" if f"{proxy} friction" in cube else proxy
+
+        def faster(mode: str) -> Cells:
+            beside = rough if mode.endswith(" friction") else proxy
+            ratios = [p / m for body in of for p, m in zip(body[beside], body[mode])]
+            return [mode, *(number(ratio, f"{ratio:.2f}") for ratio in ratios)]
+        taken = [[what, *(seconds(s) for body in of for s in body[name])]
+                 for name, what in {rough: "with friction", proxy: "it takes"}.items()][::-1]
+        return {"columns": columns, "rows": [*taken, *map(faster, modes)]}
+    proxies = [name for name in cube if name not in ("clock", *modes) and not name.endswith(" friction")]
+    return {f"modes-beside-{proxy}": table(proxy) for proxy in proxies}
 
 
 def beside(build: Path, out: Path, rounds: int) -> None:
     bodies = Bodies(build, binding.load(build))
+    peers = [word for peer in sorted((build / "peers").glob("*.so")) for word in ("--peer", peer)]
     write_topics(out, beside_tables(*(told(
-        build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES), "--rounds", rounds)
-        for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
+        build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES), *peers,
+        "--rounds", rounds) for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

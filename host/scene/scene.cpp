@@ -146,8 +146,8 @@ void visit_members(Of& scene, const Visit& visit) {
 
 /// Folders that make fills beside those of the scenes.
 constexpr std::string_view kTaken[] = {
-    "against", "bin",      "codegen", "contact",  "demo", "error",   "figures", "firmware", "fuzz", "hard",
-    "host",    "lab",      "large",   "lcm",      "lib",  "masks",   "modes",   "package",  "pic",  "python",
+    "against", "bin",      "codegen", "contact",  "demo", "error",   "figures", "firmware", "fuzz",  "hard",
+    "host",    "lab",      "large",   "lcm",      "lib",  "masks",   "modes",   "package",  "peers", "python",
     "quick",   "realtime", "report",  "sanitize", "scan", "strokes", "tests",   "tidy",     "ways"};
 
 /// The name is a folder's, a C identifier's (after codegen has mended it) and a message's.

@@ -46,13 +46,20 @@ def test_ticks_that_alternate_have_another_mean_than_median():
     assert mean == pytest.approx(1.7)
 
 
-def test_a_mode_with_friction_is_beside_the_shell_with_friction():
-    body = {"clock": [0.0], "finger": [8.0], "shell": [4.0], "shell friction": [6.0], "interpolated nearest": [2.0],
+def test_a_mode_with_friction_is_beside_a_peer_with_friction():
+    body = {"clock": [0.0], "finger": [8.0], "hapi": [4.0], "hapi friction": [6.0], "interpolated nearest": [2.0],
             "interpolated nearest friction": [3.0]}
     tables = programs.beside_tables(body, {**body, "finger": [16.0]})
-    assert [row[1] for row in _rows(tables["modes-beside"])] == ["8 s", "4.0", "2.7"]
-    assert [row[4] for row in _rows(tables["modes-beside"])] == ["16 s", "8.0", "5.3"]
-    assert [row[1] for row in _rows(tables["modes-beside-shells"])] == ["4 s", "6 s", "2.0", "2.0"]
+    assert set(tables) == {"modes-beside-finger", "modes-beside-hapi"}
+    assert [row[1] for row in _rows(tables["modes-beside-finger"])] == ["8 s", "4.00", "2.67"]
+    assert [row[4] for row in _rows(tables["modes-beside-finger"])] == ["16 s", "8.00", "5.33"]
+    assert [row[1] for row in _rows(tables["modes-beside-hapi"])] == ["4 s", "6 s", "2.00", "2.00"]
+
+
+# A peer that cannot be had leaves no table of its own: docs keep the one that they have.
+def test_without_peers_only_our_own_proxy_has_a_table():
+    body = {"clock": [0.0], "finger": [8.0], "interpolated nearest": [2.0]}
+    assert set(programs.beside_tables(body, body)) == {"modes-beside-finger"}
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

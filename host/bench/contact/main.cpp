@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-contact: ticks of every contact mode beside those of finger proxies (host/bench/proxy) on the same patches,
-// over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact: raw
-// times as JSON, of which lab/programs.py makes tables.
+// haptable-contact: ticks of every contact mode beside those of a finger proxy (host/bench/proxy) and of haptic
+// libraries (host/bench/peers) on the same patches, over strokes at up to 0.1 m/s through the surface and aside, in the
+// ticks in which the finger is in contact: raw times as JSON, of which lab/programs.py makes tables.
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,8 +15,8 @@
 #include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
+#include "host/bench/peers/peer.h"
 #include "host/bench/proxy/finger_proxy.hpp"
-#include "host/bench/proxy/shell_proxy.hpp"
 #include "host/bench/subject.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -83,20 +84,44 @@ void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, 
     }
 }
 
-template <typename Proxy, typename... Friction>
-Touched proxy_on(const Tables& tables, Friction... friction) {
+Vector3d in_double(const std::array<float, 3>& x) { return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>(); }
+
+Touched finger_proxy_on(const Tables& tables) {
     std::vector<Vector3d> point_m;
     for (const auto& p : tables.position) point_m.emplace_back(p[0], p[1], p[2]);
-    auto proxy = std::make_shared<Proxy>(point_m, tables.patch, kRadius_m, friction...);
+    auto proxy = std::make_shared<FingerProxy>(point_m, tables.patch, kRadius_m);
     auto force_n = std::make_shared<Vector3d>();
-    const auto at = [](const std::array<float, 3>& x) {
-        return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>();
-    };
-    return {[proxy, at](const auto& x) { proxy->begin(at(x)); },
-            [proxy, at, force_n](const auto& x) {
-                const Vector3d finger_m = at(x);
+    return {[proxy](const auto& x) { proxy->begin(in_double(x)); },
+            [proxy, force_n](const auto& x) {
+                const Vector3d finger_m = in_double(x);
                 *force_n = kStiffness_n_per_m * (proxy->to(finger_m) - finger_m);
             }};
+}
+
+template <typename Function>
+Function* function_of(void* library, const std::filesystem::path& file, const char* name) {
+    void* found = dlsym(library, name);
+    if (found == nullptr) throw Error(fmt::format("{}: has no {}; run make peers", file.string(), name));
+    return reinterpret_cast<Function*>(found);
+}
+
+/// A peer's library, once without and once with friction; it stays loaded.
+void add_peer(const std::filesystem::path& file, const Tables& tables,
+              std::vector<std::pair<std::string, Touched>>& to) {
+    void* library = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) throw Error(fmt::format("{}; run make peers", dlerror()));
+    auto* make = function_of<decltype(haptable_peer_make)>(library, file, "haptable_peer_make");
+    auto* begin = function_of<decltype(haptable_peer_begin)>(library, file, "haptable_peer_begin");
+    auto* step = function_of<decltype(haptable_peer_step)>(library, file, "haptable_peer_step");
+    for (const bool friction : {false, true}) {
+        void* peer =
+            make(tables.position.front().data(), tables.patch.front().data(), static_cast<int>(tables.patch.size()),
+                 kStiffness_n_per_m, friction ? kStaticFriction : 0.0, friction ? kDynamicFriction : 0.0);
+        auto force_n = std::make_shared<Vector3d>();
+        to.emplace_back(file.stem().string() + (friction ? " friction" : ""),
+                        Touched{[=](const auto& x) { begin(peer, in_double(x).data()); },
+                                [=](const auto& x) { step(peer, in_double(x).data(), force_n->data()); }});
+    }
 }
 
 Touched servo_on(const haptable_model& model) {
@@ -115,19 +140,17 @@ Touched servo_on(const haptable_model& model) {
 
 using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
 
-/// The fastest that each contact tick was in any round, s: of the clock alone, of the proxies, and of every mode. All
-/// in turn, so that a ratio compares the same minutes.
-nlohmann::ordered_json times_on(const Subjects& subjects, int rounds) {
+/// The fastest that each contact tick was in any round, s: of the clock alone, of the proxy, of the peers, and of every
+/// mode. All in turn, so that a ratio compares the same minutes.
+nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
     const Tables& tables = subjects[0]->tables();
     const std::vector<FingerPath> strokes = slow_strokes(tables);
     const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
-    std::vector<std::pair<std::string, Touched>> touched{
-        {"clock", {[](const auto&) {}, [](const auto&) {}}},
-        {"finger", proxy_on<FingerProxy>(tables)},
-        {"shell", proxy_on<ShellProxy>(tables, 0.0, 0.0)},
-        {"shell friction", proxy_on<ShellProxy>(tables, kStaticFriction, kDynamicFriction)}};
+    std::vector<std::pair<std::string, Touched>> touched{{"clock", {[](const auto&) {}, [](const auto&) {}}},
+                                                         {"finger", finger_proxy_on(tables)}};
+    for (const std::filesystem::path& peer : peers) add_peer(peer, tables, touched);
     for (const Mode& mode : every_mode())
-        if (mode.more != "passivity")  // no proxy has it
+        if (mode.more != "passivity")  // no peer has it
             touched.emplace_back(mode.name(),
                                  servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
     std::vector<std::vector<double>> fastest_s(
@@ -147,11 +170,12 @@ nlohmann::ordered_json times_on(const Subjects& subjects, int rounds) {
 
 int main(int argc, char** argv) {
     using namespace haptable;
-    CommandLine app("Times the contact modes' ticks beside finger proxies.", "haptable-contact");
-    std::vector<std::filesystem::path> folders;
+    CommandLine app("Times the contact modes' ticks beside a finger proxy and haptic libraries.", "haptable-contact");
+    std::vector<std::filesystem::path> folders, peers;
     int rounds = 30;
     app.option("DIR", folders, "tables of one body with each force: interpolated, consistent, pressure-mask")
         .required();
+    app.option("--peer", peers, "a library of make peers, beside which the modes are timed");
     app.option("--rounds", rounds, "every tick is as fast as it was in any of so many").show_default();
     return run_program(app, argc, argv, [&] {
         Subjects subjects;
@@ -162,6 +186,6 @@ int main(int argc, char** argv) {
         }
         for (const auto& subject : subjects)
             if (!subject) throw Error("DIR: two folders are of the same force: give one of each");
-        fmt::print("{}\n", times_on(subjects, rounds).dump());
+        fmt::print("{}\n", times_on(subjects, peers, rounds).dump());
     });
 }

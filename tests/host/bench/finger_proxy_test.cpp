@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The finger proxies that the bench times beside the servo: they do what they are compared for.
+// The finger proxy that the bench times beside the servo: it does what it is compared for.
 #include "host/bench/proxy/finger_proxy.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "host/bench/proxy/shell_proxy.hpp"
 #include "tests/shapes.hpp"
 
 namespace haptable::test {
@@ -18,47 +17,32 @@ constexpr double kSide = 0.03;           // m
 constexpr double kRadius = 1e-4;         // m
 constexpr double kGap = 0.03 * kRadius;  // three planes, a hundredth of the radius each
 
-template <typename Proxy>
-Proxy on(const Shape& shape);
-template <>
-FingerProxy on(const Shape& shape) {
-    return {shape.point, shape.patch, kRadius};
-}
-template <>
-ShellProxy on(const Shape& shape) {
-    return {shape.point, shape.patch, kRadius, 0.0, 0.0};
-}
+FingerProxy on(const Shape& shape) { return {shape.point, shape.patch, kRadius}; }
 
-/// A finger that goes there in steps of at most a tenth of a millimetre, and stays: a plane a tick is enough.
-template <typename Proxy>
-Vector3d walk(Proxy& proxy, const Vector3d& from, const Vector3d& to) {
+/// A finger that goes there in steps of at most a tenth of a millimetre, and stays.
+Vector3d walk(FingerProxy& proxy, const Vector3d& from, const Vector3d& to) {
     const int steps = 1 + static_cast<int>((to - from).norm() / 1e-4);
     Vector3d at = from;
     for (int i = 0; i <= steps + 6; ++i) at = proxy.to(from + std::min(1.0, double(i) / steps) * (to - from));
     return at;
 }
 
-template <typename Proxy>
-class Proxies : public testing::Test {};
-using Both = testing::Types<FingerProxy, ShellProxy>;
-TYPED_TEST_SUITE(Proxies, Both);
-
-TYPED_TEST(Proxies, AreTheFingerInFreeAir) {
-    TypeParam proxy = on<TypeParam>(box_shape(4, Vector3d::Constant(kSide)));
+TEST(FingerProxy, IsTheFingerInFreeAir) {
+    FingerProxy proxy = on(box_shape(4, Vector3d::Constant(kSide)));
     const Vector3d above(0.01, 0.02, kSide + 0.005);
     proxy.begin(above);
     EXPECT_EQ(proxy.to(above + Vector3d(0.001, 0, 0)), above + Vector3d(0.001, 0, 0));
 }
 
 // On one face it lies over the finger, in a concave crease over the line where two planes meet.
-TYPED_TEST(Proxies, RestOnTheirPlanes) {
-    TypeParam face = on<TypeParam>(box_shape(4, Vector3d::Constant(kSide)));
+TEST(FingerProxy, RestsOnItsPlanes) {
+    FingerProxy face = on(box_shape(4, Vector3d::Constant(kSide)));
     face.begin({0.01, 0.02, kSide + 0.001});
     Vector3d at = walk(face, {0.01, 0.02, kSide + 0.001}, {0.013, 0.012, kSide - 0.002});
     EXPECT_LT((at - Vector3d(0.013, 0.012, kSide + kRadius)).norm(), kGap);
 
     const Shape l = l_shape(4, kSide);  // the quarter beyond half the side in x and z is missing
-    TypeParam crease = on<TypeParam>(l);
+    FingerProxy crease = on(l);
     const Vector3d out(0.8 * kSide, 0.4 * kSide, 0.8 * kSide), in(0.45 * kSide, 0.5 * kSide, 0.4 * kSide);
     crease.begin(out);
     at = walk(crease, out, in);
@@ -66,9 +50,9 @@ TYPED_TEST(Proxies, RestOnTheirPlanes) {
 }
 
 // Random walks around and into a sphere: the proxy's sphere never enters a patch, and is no farther than the finger.
-TYPED_TEST(Proxies, NeverEnter) {
+TEST(FingerProxy, NeverEnters) {
     const Shape shape = sphere_shape(3, kSide);
-    TypeParam proxy = on<TypeParam>(shape);
+    FingerProxy proxy = on(shape);
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     Vector3d x(0, 0, 1.1 * kSide);
@@ -82,19 +66,6 @@ TYPED_TEST(Proxies, NeverEnter) {
         inside += x.norm() < 0.99 * kSide ? 1 : 0;
     }
     EXPECT_GT(inside, 2000);
-}
-
-// Held while the finger is inside the static cone; once it slips, it trails on the dynamic one.
-TEST(ShellProxy, HoldsAndSlipsByItsCones) {
-    const Shape box = box_shape(4, Vector3d::Constant(kSide));
-    ShellProxy proxy(box.point, box.patch, kRadius, 0.5, 0.4);
-    const double depth = 0.002, under = kSide - depth;
-    proxy.begin({0.01, 0.02, kSide + 0.001});
-    const Vector3d at = walk(proxy, {0.01, 0.02, kSide + 0.001}, {0.01, 0.02, under});
-    const Vector3d held = walk(proxy, {0.01, 0.02, under}, {0.01 + 0.45 * depth, 0.02, under});
-    EXPECT_LT((held - at).norm(), kGap);
-    const Vector3d trails = walk(proxy, {0.01, 0.02, under}, {0.013, 0.02, under});
-    EXPECT_NEAR(0.013 - trails.x(), 0.4 * (trails.z() - under), kGap);
 }
 
 }  // namespace
