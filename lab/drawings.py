@@ -16,6 +16,9 @@ from lab.plots import force_size
 _HOST, _TICK, _VIEW, _PLACE, _WHITE = "#DBE7F3", "#FDE6D3", "#DFF0E0", "#F4F1EA", "#FFFFFF"
 
 
+_GROUND = {"facecolor": _PLACE, "edgecolor": "none", "alpha": 0.85, "pad": 1}  # of a text over a mesh's lines
+
+
 def _sheet(name: str, width: float, height: float) -> tuple[Figure, Any]:
     """A sheet of `width` x `height` points, y upwards, without axes."""
     this = Figure(name)
@@ -191,7 +194,8 @@ def contact(felt: pd.DataFrame) -> Figure:
         offset = out * 12 + (np.array([0, 16]) if place[0] > at_god[0] and place[1] < at_god[1] else 0)
         letter = "ijk"[k]
         axes.annotate(f"V_{letter}, α_{letter} = {alpha[k]:.2f}", place, xytext=offset, textcoords="offset points",
-                      ha="right" if place[0] < at_god[0] else "left", va="center", color=INK)
+                      ha="right" if place[0] < at_god[0] else "left", va="center", color=INK, bbox=_GROUND,
+                      zorder=8)
     for to, color in ((at_finger, BLUE), (end, colors["force"])):
         axes.annotate("", to, xytext=at_god, zorder=6,
                       arrowprops={"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": color, "linewidth": 2.4,
@@ -204,5 +208,5 @@ def contact(felt: pd.DataFrame) -> Figure:
             ("x, the finger", at_finger, (14, -4), "left", INK), ("g, the god-object", at_god, (-12, 12), "right", INK),
             ("the surface at rest", _seen((0.6, 29, 30)), (8, -14), "left", GREY)):
         axes.annotate(text, place, xytext=offset, textcoords="offset points", ha=side, va="center", color=color,
-                      zorder=8)
+                      bbox=_GROUND, zorder=8)
     return this

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  after use()
@@ -95,7 +96,7 @@ class Figure:
                         yield x * scale, y * scale, line.get_markersize()
 
     def _require_clear(self) -> None:
-        """No symbol lies on another or on a text, no text on another, and all text is in the picture."""
+        """No symbol lies on another or on a text, no text on another or on a line, and all text is in the picture."""
         for (x, y, size), (x2, y2, size2) in itertools.combinations(self._marked(), 2):
             self.must(math.hypot(x - x2, y - y2) >= 0.4 * (size + size2), "no symbols on top of each other")
         renderer = self.figure.canvas.get_renderer()
@@ -111,6 +112,9 @@ class Figure:
         for x, y, size in self._marked():
             for text, box in named:
                 self.must(_beside(box, x * scale, y * scale, 0.25 * size * scale), f"'{text}' beside every symbol")
+        for axes in filter(lambda a: a.axison, self.figure.axes):
+            for text in axes.texts:
+                self.must(not _crossed(axes, text.get_window_extent(renderer)), f"'{text.get_text()}' beside every line")
         whole = self.figure.bbox
         for text, box in boxes:
             self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1
@@ -136,23 +140,27 @@ def _beside(box: Any, x: float, y: float, room: float) -> bool:
     return bool(x < box.x0 - room or x > box.x1 + room or y < box.y0 - room or y > box.y1 + room)
 
 
+def _crossed(axes: Any, box: Any) -> bool:
+    """Whether a drawn line goes through the box."""
+    return any(line.get_path().transformed(line.get_transform()).intersects_bbox(box, filled=False)
+               for line in axes.get_lines() if line.get_linestyle() != "None")
+
+
 def name_points(axes: Any, points: list[tuple[str, float, float]], symbols: list[tuple[float, float]],
                 **look: Any) -> None:
-    """Writes names of points (name, x, y) right of them, left, above or below: where no symbol and no other name is,
-    and the frame is not crossed. A name without such a place is left out. symbols: places in points, as of
+    """Writes names of points (name, x, y) right of them, left, above or below: where no line, no symbol and no other
+    name is, and the frame is not crossed. A name without such a place is left out. symbols: places in points, as of
     `thinned`."""
     scale, renderer, boxes = axes.figure.dpi / 72.0, axes.figure.canvas.get_renderer(), []
     for name, x, y in points:
-        for offset, align in (((7, 0), ("left", "center")), ((-7, 0), ("right", "center")),
-                              ((0, 6), ("center", "bottom")),
-                              ((0, -6), ("center", "top"))):
-            text = axes.annotate(name, (x, y), xytext=offset, textcoords="offset points", ha=align[0], va=align[1],
-                                 **look)
+        for dx, dy in ((7, 0), (-7, 0), (0, 6), (0, -6), (6, 6), (-6, -6), (6, -6), (-6, 6)):
+            text = axes.annotate(name, (x, y), xytext=(dx, dy), textcoords="offset points",
+                                 ha=("center", "left", "right")[np.sign(dx)],
+                                 va=("center", "bottom", "top")[np.sign(dy)], **look)
             box = text.get_window_extent(renderer)
             if (all(_beside(box, px * scale, py * scale, 2.5 * scale) for px, py in symbols)
-                    and not any(box.overlaps(other) for other in boxes)
-                    and axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 and axes.bbox.y0 < box.y0
-                    and box.y1 < axes.bbox.y1):
+                    and not _crossed(axes, box) and not any(box.overlaps(other) for other in boxes)
+                    and axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)):
                 boxes.append(box)
                 break
             text.remove()

@@ -103,8 +103,7 @@ def _draw_fronts(axes, rows: pd.DataFrame, column: str, scale: float) -> None:
                   markersize=9 if force == "the paper, 1998" else 5.5, markeredgecolor="white", markeredgewidth=0.6)
         if force == "pressure-mask":
             named = [(_name(of_force.iloc[k]), x[k], y[k]) for k in kept]
-    figure.name_points(axes, named, taken, fontsize=7.5, color=FORCES["pressure-mask"][1],
-                       bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
+    figure.name_points(axes, named, taken, fontsize=7.5, color=FORCES["pressure-mask"][1])
 
 
 def accuracy(topics: Topics) -> Figure:

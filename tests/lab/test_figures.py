@@ -56,6 +56,7 @@ def test_a_figure_is_an_svg_and_a_pdf_with_the_same_bytes_again(tmp_path):
     (lambda axes: axes.plot([0.01], [0.01], "s"), "no symbols on top of each other"),
     (lambda axes: [axes.text(0.5, 2, text) for text in ("this", "that")], "'this' beside 'that'"),
     (lambda axes: axes.text(1, 1, "on a point", ha="center", va="center"), "'on a point' beside every symbol"),
+    (lambda axes: axes.text(1.5, 2.5, "on a line", ha="center", va="center"), "'on a line' beside every line"),
     (lambda axes: axes.text(1.9, 2, "a text that leads out of the picture", in_layout=False), "all of 'a text"),
 ])
 def test_a_figure_that_cannot_be_read_is_refused_and_leaves_no_file(tmp_path, spoil, what):
@@ -85,6 +86,15 @@ def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
                        taken)
     assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("free", "left"), ("left", "right"),
                                                                 ("left too", "right")]
+
+
+def test_names_of_points_are_beside_lines():
+    this, axes = simple()
+    axes.set(xlim=(0, 10), ylim=(0, 10))
+    axes.plot([5, 10], [5, 5], ":")
+    this.figure.canvas.draw()
+    figure.name_points(axes, [("left", 5, 5)], [])
+    assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("left", "right")]
 
 
 # ---- drawings ------------------------------------------------------------------------------------------------------
