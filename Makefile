@@ -539,7 +539,7 @@ $(BUILD)/bin/haptable-count: $(BUILD)/host/target/main.cpp.o $(TARGETED)
 $(BUILD)/bin/haptable-bench: $(BUILD)/host/bench/main.cpp.o $(BENCH)
 	$(link) -lbenchmark $(LIBS_VIEW) $(LIBS_PRECOMPUTE)
 
-$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(call objects,host/bench/proxy) $(BUILD)/host/bench/subject.cpp.o $(TARGETED)
+$(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(CODEGEN)
@@ -560,7 +560,7 @@ $(BUILD)/bin/haptable-bench-realtime: $(BUILD)/host/bench/realtime/main.cpp.o $(
 $(BUILD)/bin/haptable-bench-devices: $(BUILD)/host/bench/devices/main.cpp.o $(DEVICE) $(CODEGEN)
 	$(link) $(LIBS_DEVICE)
 
-$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(call objects,host/bench/proxy) $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
+$(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(PRECOMPUTE) $(STROKES) $(SERVO) $(BRIDGE) $(RUN) $(FIT) $(LIVE) $(TARGETED) $(call objects,host/library) | $(MODULES) $(PYTHON_TYPES)
 	$(link) -lgtest_main -lgtest -lwebsockets $(LIBS_VIEW) $(LIBS_STROKES)
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)

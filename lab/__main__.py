@@ -87,7 +87,7 @@ def _parser() -> argparse.ArgumentParser:
     measure("strokes", "tables of what haptable-strokes counted", ("counts", file("COUNTS.json")), out)
     for command, what, more in (
             ("speed", "speed of tick and picture", [("--repetitions", {"type": int, "default": 9, "metavar": "N"})]),
-            ("beside", "ticks of the contact modes beside proxies",
+            ("beside", "ticks of the contact modes beside peers",
              [("--rounds", {"type": int, "default": 30, "metavar": "N"})]),
             ("devices", "what the device models are, and from which stiffness each rings", []),
             ("inversion", "how the inversion grows, and its errors",

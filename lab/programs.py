@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tables of what the measuring programs of host/bench tell as JSON: speed and error of the servo, ticks beside proxies,
+"""Tables of what the measuring programs of host/bench tell as JSON: speed and error of the servo, ticks beside peers,
 devices, the inversion. `make bench` calls each."""
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def speed(build: Path, out: Path, repetitions: int) -> None:
                                         build, "--repetitions", repetitions)))
 
 
-# ---- ticks beside proxies ------------------------------------------------------------------------------------------
+# ---- ticks beside peers ------------------------------------------------------------------------------------------
 
 def times_of(fastest_s: Sequence[float], clock_s: float) -> list[float]:
     """Mean, median and 99.9 % of ticks without the clock's own time. A proxy's ticks alternate between short and long
@@ -97,32 +97,29 @@ def times_of(fastest_s: Sequence[float], clock_s: float) -> list[float]:
 
 
 def beside_tables(cube: dict[str, list[float]], mouse_: dict[str, list[float]]) -> dict[str, Any]:
-    """How many times as fast as a proxy a whole tick of each mode is, with friction as the proxy's where it has it;
-    first the proxy's own times. A table a proxy. Each: of haptable-contact, of one body."""
+    """How many times as fast as a peer a whole tick of each mode is, with friction as the peer's with friction; first
+    the peer's own times. A table a peer. Each: of haptable-contact, of one body."""
     of = [{name: times_of(s, times_of(body["clock"], 0.0)[1]) for name, s in body.items()} for body in (cube, mouse_)]
     modes = [name for name in cube if name.split()[0] in FORCES]
-    columns = ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"]
 
-    def table(proxy: str) -> dict[str, Any]:
-        rough = f"{proxy} friction" if f"{proxy} friction" in cube else proxy
-
-        def faster(mode: str) -> Cells:
-            beside = rough if mode.endswith(" friction") else proxy
-            ratios = [p / m for body in of for p, m in zip(body[beside], body[mode])]
-            return [mode, *(number(ratio, f"{ratio:.2f}") for ratio in ratios)]
-        taken = [[what, *(seconds(s) for body in of for s in body[name])]
-                 for name, what in {rough: "with friction", proxy: "it takes"}.items()][::-1]
-        return {"columns": columns, "rows": [*taken, *map(faster, modes)]}
-    proxies = [name for name in cube if name not in ("clock", *modes) and not name.endswith(" friction")]
-    return {f"modes-beside-{proxy}": table(proxy) for proxy in proxies}
+    def faster(peer: str, mode: str) -> Cells:
+        beside = peer + " friction" * mode.endswith(" friction")
+        return [mode, *(number(p / m, f"{p / m:.2f}") for body in of for p, m in zip(body[beside], body[mode]))]
+    return {f"modes-beside-{peer}": {
+        "columns": ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"],
+        "rows": [*([what, *(seconds(s) for body in of for s in body[name])]
+                   for what, name in (("it takes", peer), ("with friction", f"{peer} friction"))),
+                 *(faster(peer, mode) for mode in modes)]} for peer in cube if f"{peer} friction" in cube.keys() - modes}
 
 
 def beside(build: Path, out: Path, rounds: int) -> None:
-    bodies = Bodies(build, binding.load(build))
-    peers = [word for peer in sorted((build / "peers").glob("*.so")) for word in ("--peer", peer)]
-    write_topics(out, beside_tables(*(told(
-        build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES), *peers,
-        "--rounds", rounds) for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
+    """Writes nothing where no peer could be had (make peers)."""
+    bodies, peers = Bodies(build, binding.load(build)), sorted((build / "peers").glob("*.so"))
+    if peers:
+        write_topics(out, beside_tables(*(told(
+            build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES),
+            *(word for peer in peers for word in ("--peer", peer)), "--rounds", rounds)
+            for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

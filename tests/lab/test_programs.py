@@ -38,7 +38,7 @@ def test_the_median_of_the_repetitions_counts_and_ratios_tell_whether_they_are_k
     assert _rows(tables["precision"]) == [["float32", "1,752, 1.5e-07", "1,752, 1.5e-07"]]
 
 
-# ---- beside proxies ------------------------------------------------------------------------------------------------
+# ---- beside peers ------------------------------------------------------------------------------------------------
 
 def test_ticks_that_alternate_have_another_mean_than_median():
     mean, median, most = programs.times_of([1.0] * 600 + [4.0] * 400, 0.5)
@@ -47,19 +47,17 @@ def test_ticks_that_alternate_have_another_mean_than_median():
 
 
 def test_a_mode_with_friction_is_beside_a_peer_with_friction():
-    body = {"clock": [0.0], "finger": [8.0], "hapi": [4.0], "hapi friction": [6.0], "interpolated nearest": [2.0],
+    body = {"clock": [0.0], "hapi": [4.0], "hapi friction": [6.0], "interpolated nearest": [2.0],
             "interpolated nearest friction": [3.0]}
-    tables = programs.beside_tables(body, {**body, "finger": [16.0]})
-    assert set(tables) == {"modes-beside-finger", "modes-beside-hapi"}
-    assert [row[1] for row in _rows(tables["modes-beside-finger"])] == ["8 s", "4.00", "2.67"]
-    assert [row[4] for row in _rows(tables["modes-beside-finger"])] == ["16 s", "8.00", "5.33"]
+    tables = programs.beside_tables(body, {**body, "hapi": [8.0]})
+    assert set(tables) == {"modes-beside-hapi"}
     assert [row[1] for row in _rows(tables["modes-beside-hapi"])] == ["4 s", "6 s", "2.00", "2.00"]
+    assert [row[4] for row in _rows(tables["modes-beside-hapi"])] == ["8 s", "6 s", "4.00", "2.00"]
 
 
-# A peer that cannot be had leaves no table of its own: docs keep the one that they have.
-def test_without_peers_only_our_own_proxy_has_a_table():
-    body = {"clock": [0.0], "finger": [8.0], "interpolated nearest": [2.0]}
-    assert set(programs.beside_tables(body, body)) == {"modes-beside-finger"}
+# Its table in the docs stays.
+def test_a_peer_that_cannot_be_had_leaves_no_table():
+    assert programs.beside_tables(*2 * [{"clock": [0.0], "interpolated nearest": [2.0]}]) == {}
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

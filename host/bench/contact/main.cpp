@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-contact: ticks of every contact mode beside those of a finger proxy (host/bench/proxy) and of haptic
-// libraries (host/bench/peers) on the same patches, over strokes at up to 0.1 m/s through the surface and aside, in the
-// ticks in which the finger is in contact: raw times as JSON, of which lab/programs.py makes tables.
+// haptable-contact: ticks of every contact mode beside those of haptic libraries (host/bench/peers) on the same
+// patches, over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact:
+// raw times as JSON, of which lab/programs.py makes tables.
 #include <dlfcn.h>
 #include <fmt/format.h>
 
@@ -16,7 +16,6 @@
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/peers/peer.h"
-#include "host/bench/proxy/finger_proxy.hpp"
 #include "host/bench/subject.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -30,7 +29,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kStrokes = 50;
 constexpr float kLongest_m = 1e-4F;  // a tick: 0.1 m/s
-constexpr double kRadius_m = 1e-4;   // of the proxy
 constexpr double kStiffness_n_per_m = 100.0;
 constexpr double kStaticFriction = 0.5, kDynamicFriction = 0.4;  // in_mode()'s
 
@@ -86,18 +84,6 @@ void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, 
 
 Vector3d in_double(const std::array<float, 3>& x) { return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>(); }
 
-Touched finger_proxy_on(const Tables& tables) {
-    std::vector<Vector3d> point_m;
-    for (const auto& p : tables.position) point_m.emplace_back(p[0], p[1], p[2]);
-    auto proxy = std::make_shared<FingerProxy>(point_m, tables.patch, kRadius_m);
-    auto force_n = std::make_shared<Vector3d>();
-    return {[proxy](const auto& x) { proxy->begin(in_double(x)); },
-            [proxy, force_n](const auto& x) {
-                const Vector3d finger_m = in_double(x);
-                *force_n = kStiffness_n_per_m * (proxy->to(finger_m) - finger_m);
-            }};
-}
-
 template <typename Function>
 Function* function_of(void* library, const std::filesystem::path& file, const char* name) {
     void* found = dlsym(library, name);
@@ -140,14 +126,13 @@ Touched servo_on(const haptable_model& model) {
 
 using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
 
-/// The fastest that each contact tick was in any round, s: of the clock alone, of the proxy, of the peers, and of every
-/// mode. All in turn, so that a ratio compares the same minutes.
+/// The fastest that each contact tick was in any round, s: of the clock alone, of the peers, and of every mode. All in
+/// turn, so that a ratio compares the same minutes.
 nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
     const Tables& tables = subjects[0]->tables();
     const std::vector<FingerPath> strokes = slow_strokes(tables);
     const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
-    std::vector<std::pair<std::string, Touched>> touched{{"clock", {[](const auto&) {}, [](const auto&) {}}},
-                                                         {"finger", finger_proxy_on(tables)}};
+    std::vector<std::pair<std::string, Touched>> touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
     for (const std::filesystem::path& peer : peers) add_peer(peer, tables, touched);
     for (const Mode& mode : every_mode())
         if (mode.more != "passivity")  // no peer has it
@@ -170,7 +155,7 @@ nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std:
 
 int main(int argc, char** argv) {
     using namespace haptable;
-    CommandLine app("Times the contact modes' ticks beside a finger proxy and haptic libraries.", "haptable-contact");
+    CommandLine app("Times the contact modes' ticks beside haptic libraries.", "haptable-contact");
     std::vector<std::filesystem::path> folders, peers;
     int rounds = 30;
     app.option("DIR", folders, "tables of one body with each force: interpolated, consistent, pressure-mask")
