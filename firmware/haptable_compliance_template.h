@@ -9,9 +9,9 @@ static void HAPTABLE_STORED(force_of)(const struct haptable_model* model, const 
                                       float nodal_force_n[3][3], float force_n[3]) {
     float room[HAPTABLE_COMPLIANCE_CONTROLS][6];
     struct net net;
-    float load_n[3];
+    float load_n[3], c[6];
     HAPTABLE_GATHER(model, form, contact->patch, room, &net);
-    load_of(model, &net, form->degree, contact, finger_m, load_n);
+    load_of(model, &net, form->degree, contact, finger_m, c, load_n);
     haptable_compliance_distribute(load_n, contact, nodal_force_n, force_n);
 }
 

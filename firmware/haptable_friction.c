@@ -4,6 +4,7 @@
  */
 #include "haptable_bounds.h"
 #include "haptable_contact.h"
+#include "haptable_matrix.h"
 #include "haptable_patch.h"
 #include "haptable_side.h"
 #include "haptable_surface.h"
@@ -58,21 +59,33 @@ static void take_load_of_force(const struct haptable_model* model, struct haptab
     vec_add_scaled(-1.0f, force_n, contact->load_n);
 }
 
-/* The same. Where the force of a tick is made of the load, it is taken with the energy. */
-static void take_load(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3]) {
-    if (model->force == haptable_force_of_least_energy) {
+/* Where the force of a tick is made of the load, that is taken with the energy, and C is known. */
+static int has_compliance(const struct haptable_model* model) { return model->force == haptable_force_of_least_energy; }
+
+/* The same. after: c is C there, where it has one. */
+static void take_load(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],
+                      float c[6]) {
+    if (has_compliance(model)) {
         struct haptable_energy energy;
         model->energy(model, contact, x_m, HAPTABLE_ENERGY_LOAD, &energy);
         vec_copy(energy.load_n, contact->load_n);
+        sym_copy(energy.compliance_m_per_n, c);
     } else {
         take_load_of_force(model, contact, x_m);
     }
 }
 
-static void load_at(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],
-                    const struct load* held, struct load* load) {
-    take_load(model, contact, x_m);
-    split(model, contact, x_m, held, load);
+/* The same for the contact as the last tick left it. */
+static void take_held_load(const struct haptable_model* model, struct haptable_servo* servo, const float x_m[3],
+                           struct haptable_freed* freed) {
+    struct haptable_contact* contact = &servo->contact;
+    if (has_compliance(model) && freed->has_compliance && haptable_freed_contact(model, servo)) {
+        float u[3];
+        vec_sub(x_m, contact->god_object_m, u);
+        sym_solve_once(freed->compliance_m_per_n, u, contact->load_n);
+    } else {
+        take_load(model, contact, x_m, freed->compliance_m_per_n);
+    }
 }
 
 /* 1 where the load is within the cone of mu. */
@@ -236,11 +249,15 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
+        float c[6];
         steps += between(model, &path, fraction, &tried);
-        load_at(model, &tried, x_m, held_load, &load);
+        take_load(model, &tried, x_m, c);
+        split(model, &tried, x_m, held_load, &load);
         if (may_rest(model, &load, held_load)) {
             is_asked = 1;
             servo->contact = tried;
+            freed->has_compliance = (uint8_t)has_compliance(model);
+            if (freed->has_compliance) sym_copy(c, freed->compliance_m_per_n);
             line.far = fraction;
             line.far_tangent2 = tangent2_of(&load);
             if (line.far_tangent2 >= (1.0f - 2.0f * CONE_REACHED) * mu * mu) break;
@@ -285,24 +302,28 @@ static void free_contact(const struct haptable_model* model, struct haptable_ser
 void haptable_god_object_friction(const struct haptable_model* model, struct haptable_servo* servo,
                                   const float x_m[3]) {
     struct haptable_contact* contact = &servo->contact;
+    struct haptable_freed* freed = haptable_freed_of(model, servo);
     const uint32_t contacts = servo->counters.contacts;
     struct load held_load;
     if (contact->patch == HAPTABLE_NONE) {
         free_contact(model, servo, x_m);
         contact->slips = 0;
-        haptable_freed_of(model, servo)->tangent = 0.0f;
+        freed->tangent = 0.0f;
+        freed->has_compliance = 0;
         return;
     }
-    take_load(model, contact, x_m);
+    take_held_load(model, servo, x_m, freed);
     const struct haptable_contact held = *contact;
     free_contact(model, servo, x_m);
     contact->slips = 0;
+    freed->has_compliance = 0;
     if (contact->patch == HAPTABLE_NONE || servo->counters.contacts != contacts) return;
     if (gap2(contact->god_object_m, held.god_object_m) == 0.0f) return; /* often at a vertex: nothing is held back */
     split(model, &held, x_m, 0, &held_load);
     if (in_cone(&held_load, held.slips ? model->kinetic_friction : model->static_friction)) {
         *contact = held;
         contact->slips = 0;
+        freed->has_compliance = (uint8_t)has_compliance(model);
     } else {
         slip(model, servo, &held, &held_load, x_m);
     }

@@ -14,6 +14,10 @@
 
 static inline float sym_third_of_trace(const float s[6]) { return (s[0] + s[1] + s[2]) * (1.0f / 3.0f); }
 
+static inline void sym_copy(const float s[6], float out[6]) {
+    for (int i = 0; i < 6; ++i) out[i] = s[i];
+}
+
 /* C = L D L^T of a symmetric positive definite C, D inverted. */
 struct sym_factored {
     float inverse[3]; /* 1 / D */

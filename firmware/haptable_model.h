@@ -193,6 +193,7 @@ struct haptable_energy {
     float hessian_j[3];          /* second derivatives 11 12 22 */
     float gauss_newton_j[3];     /* their Gauss-Newton part, positive semidefinite: 11 12 22 */
     float load_gradient_n[2][3]; /* of the load by alpha_1, alpha_2; and so of the gradient by the finger */
+    float compliance_m_per_n[6]; /* with LOAD, of a force that has one: C there, as it was inverted */
 };
 
 /* Requested members. ALL: every one. GRADIENT: the gradient alone, at the same point on another patch, the load being
@@ -415,6 +416,8 @@ struct haptable_freed {
     uint32_t contacts;          /* of its counters: the contact that this is of */
     float tangent;              /* of the load there, foreseen, squared: along the surface to the normal */
     struct haptable_contact at; /* where the god-object would be without friction */
+    uint8_t has_compliance;     /* 1: that of the contact as the last tick left it is known: */
+    float compliance_m_per_n[6];
 };
 
 /* State behind the servos. before: the model names `relax`; friction. */

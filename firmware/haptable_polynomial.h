@@ -275,9 +275,10 @@ static inline void quadratic_c(const struct net* net, const float alpha[3], floa
     mix_six(w, net->block, c);
 }
 
+/* c: C as it was inverted. */
 static inline void load_of(const struct haptable_model* model, const struct net* net, int degree,
-                           const struct haptable_contact* contact, const float finger_m[3], float load_n[3]) {
-    float c[6];
+                           const struct haptable_contact* contact, const float finger_m[3], float c[6],
+                           float load_n[3]) {
     if (degree == 4)
         quartic_c(net, contact->alpha, c);
     else
@@ -530,7 +531,7 @@ static inline void energy_of(const struct haptable_model* model, const struct ne
     struct reduced quadratic;
     if (terms == HAPTABLE_ENERGY_LOAD) {
         float u[3];
-        load_of(model, net, degree, contact, finger_m, energy->load_n);
+        load_of(model, net, degree, contact, finger_m, energy->compliance_m_per_n, energy->load_n);
         vec_sub(finger_m, contact->god_object_m, u);
         energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     } else if (terms == HAPTABLE_ENERGY_GRADIENT) {

@@ -155,7 +155,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
             EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state) + sizeof(haptable_account))
                 << "where it is and how it moves";
         else if (name == "friction")
-            EXPECT_EQ(with.ram, plain.ram + 52) << "where the god-object would be without";
+            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_freed)) << "where the god-object would be without";
         else if (name == "least energy")
             EXPECT_EQ(with.ram, sizeof(haptable_servo) + ticks);
         else if (name == "release")

@@ -290,6 +290,35 @@ TEST(Friction, WhereNothingIsHeldBackOneLoadDoes) {
     EXPECT_GT(rests, 100);
 }
 
+// C of a contact that friction holds, or lets slip, is kept: the load there takes a solve, and has the bits that it has
+// where C is computed anew.
+TEST(Friction, KeepsTheComplianceWhereItHolds) {
+    const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
+    haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
+    model.energy = count_loads;
+    haptable_room keeps{}, forgets{};
+    for (haptable_room* each : {&keeps, &forgets}) haptable_servo_init(&each->fingers.servo[0]);
+    int held = 0, slipped = 0;
+    for (const auto& x : walked(stroke_path(body.tables(), 20), 1e-4F)) {
+        haptable_output out{}, anew{};
+        const bool is_kept = keeps.freed[0].has_compliance != 0;
+        forgets.freed[0].has_compliance = 0;
+        haptable_servo_step(&model, &forgets.fingers.servo[0], x.data(), 0, &anew);
+        loads_taken = 0;
+        haptable_servo_step(&model, &keeps.fingers.servo[0], x.data(), 0, &out);
+        ASSERT_EQ(to_vector(out.force_n), to_vector(anew.force_n));
+        ASSERT_EQ(to_vector(out.god_object_m), to_vector(anew.god_object_m));
+        if (!is_kept || out.state != HAPTABLE_CONTACT || keeps.freed[0].has_compliance == 0) continue;
+        const bool slips = keeps.fingers.servo[0].contact.slips != 0;
+        (slips ? slipped : held) += 1;
+        if (!slips) {
+            EXPECT_EQ(loads_taken, 0);
+        }
+    }
+    EXPECT_GT(held, 100);
+    EXPECT_GT(slipped, 100);
+}
+
 // A contact that a refused position has ended is not gone on with, neither where the god-object was held nor where it
 // would be without friction: the finger is inside then, and nobody knows how it came there.
 TEST(Friction, AnEndedContactLeavesNothing) {
