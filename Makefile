@@ -313,7 +313,7 @@ bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-benc
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
-	@$(LAB) instructions $(BUILD)/cube $(BUILD)/mouse -o $(MEASURED)/instructions.json
+	@$(LAB) instructions $(BUILD)/cube $(BUILD)/mouse --out $(MEASURED)/instructions.json
 	@$(LAB) target $(MEASURED)/target.json
 	@$(LAB) sizes $(MEASURED)/size.json
 	$(call bench_step,85,growth of the inversion)
@@ -324,7 +324,7 @@ PART ?= large masks scale scan truth known large-strain elements elsewhere
 .PHONY: bench-large
 bench-large: $(MODULES) $(BUILD)/bin/haptable-precompute library lab
 	@$(MAKE) --no-print-directory mpi
-	@$(LAB) bench-large $(PART)
+	@$(LAB) large $(PART)
 
 # report: the newest numbers of $(BUILD)/report into docs/numbers.json, from there into the pages, build/report/index.html and CSV files
 PAGES = $(if $(QUICK),,README.md CHANGELOG.md $(wildcard firmware/*.md)) $(patsubst docs/%,$(DOCS)/%,$(wildcard docs/*.md docs/design/*.md docs/data/*.csv))

@@ -280,8 +280,9 @@ def _every(bodies: Bodies, folder: Path, repetitions: int) -> dict[str, tuple[fl
             if t["precision"] == "float32"}
 
 
-def make(build: Path, out: Path | None, repetitions: int, loops: int) -> None:
-    """out: None: the curves alone."""
+def make(build: Path, out: Path | None, repetitions: int = 15, loops: int = 1000) -> None:
+    """What the contact modes feel like and cost, and curves for plots. repetitions: of each timing, whose median
+    counts; loops: random ones of a body and mode; out: None: the curves alone."""
     haptable = binding.load(build)
     bodies = Bodies(build, haptable)
     _, stiffness = curves(bodies)

@@ -114,7 +114,8 @@ class Figure:
                 self.must(_beside(box, x * scale, y * scale, 0.25 * size * scale), f"'{text}' beside every symbol")
         for axes in filter(lambda a: a.axison, self.figure.axes):
             for text in axes.texts:
-                self.must(not _crossed(axes, text.get_window_extent(renderer)), f"'{text.get_text()}' beside every line")
+                box = text.get_window_extent(renderer)
+                self.must(not _crossed(axes, box), f"'{text.get_text()}' beside every line")
         whole = self.figure.bbox
         for text, box in boxes:
             self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1

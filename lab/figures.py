@@ -154,7 +154,7 @@ def figure_relaxation_sliding(s: Studio) -> None:
 
 def figure_measured(s: Studio) -> None:
     """What was measured."""
-    contact.make(s.build, None, 0, 0)
+    contact.make(s.build, None)
     plots.measured(read_numbers(Path("docs/numbers.json")), s.build / "contact", s.work)
     for name in plots.MEASURED:
         s.put(f"{name}.svg")
@@ -331,8 +331,8 @@ FIGURES: dict[str, Callable[[Studio], None]] = {
 }
 
 
-def make(names: list[str], build: Path, pictures: Path) -> None:
-    """These figures, or all."""
+def make(names: list[str], build: Path, pictures: Path = Path("docs/pictures")) -> None:
+    """Remakes pictures of README and docs: these, or all."""
     for name in names:
         if name not in FIGURES:
             raise LabError(f"figures: no figure {name}: give any of {' '.join(FIGURES)}")

@@ -385,6 +385,7 @@ def measure(case: HardCase, folder: Path, build: Path, haptable: ModuleType) -> 
 
 
 def make(build: Path, out: Path) -> None:
+    """The hard cases, each against a dense reference in long double."""
     haptable, rows, remedies = binding.load(build), [], []
     for case in hard_cases(build / "hard/meshes"):
         print(f"bench: {case.name}", flush=True)

@@ -5,14 +5,13 @@ everything built. Each part writes PART.json into build/report."""
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import LabError, output_of, own
+from lab import LabError, elements, known, large_strain, masks, output_of, own, scan, scenes, specimens
 from lab.numbers import Topics, error_of, number, read_numbers, write_file, write_topics
 
 _COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
@@ -70,15 +69,14 @@ class Runs:
 
     def cube(self, side: int, columns: str) -> Path:
         """The scene file of a cube of 30 mm with so many nodes a side, its base held, touchable everywhere."""
-        return self.scene(f"cube-{side}", f'[mesh]\ngenerate = "cube"\nnodes_per_side = {side}\nside = 0.03\n', 1e-9,
-                          columns)
+        return self.scene(f"cube-{side}", {"generate": "cube", "nodes_per_side": side, "side": 0.03}, 1e-9, columns)
 
-    def scene(self, name: str, mesh: str, held_below_m: float, columns: str) -> Path:
-        text = (f'name = "{name}"\n{mesh}[material]\nyoung = 1e4\npoisson = 0.3\n[[fixed]]\n'
-                f'box = [-1, -1, -1, 1, 1, {held_below_m}]\n[tables]\ncolumns = "{columns}"\n')
-        tomllib.loads(text)
-        write_file(self.folder / f"{name}-{columns}.toml", text)
-        return self.folder / f"{name}-{columns}.toml"
+    def scene(self, name: str, mesh: scenes.Scene, held_below_m: float, columns: str) -> Path:
+        file = self.folder / f"{name}-{columns}.toml"
+        write_file(file, scenes.to_toml({
+            "name": name, "mesh": mesh, "material": {"young": 1e4, "poisson": 0.3},
+            "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, held_below_m]}], "tables": {"columns": columns}}))
+        return file
 
     def run(self, name: str, scene: Path, *options: str, ranks: int = 0) -> None:
         """`ranks`: of MPI; 0: haptable-precompute without it."""
@@ -100,9 +98,8 @@ def _large(runs: Runs) -> str:
     runs.run("two threads", cube, "--threads", "2")
     runs.run("columns in double", cube, "--threads", "2", "--column-tolerance", "0")
     runs.run("cube of 63 a side, tolerance 1e-3", runs.cube(63, "none"), "--tolerance", "1e-3")
-    pepper = Path("../shared/meshes/pepper_big.vtu")
-    if pepper.exists():
-        mesh = f'[mesh]\nfile = "{pepper.resolve()}"\nscale = 0.001\n'
+    if _SCANNED.exists():
+        mesh = {"file": str(_SCANNED.resolve()), "scale": 0.001}
         runs.run("pepper, tolerance 1e-3", runs.scene("pepper", mesh, -0.02, "none"), "--tolerance", "1e-3")
     return "precompute-runs"
 
@@ -117,34 +114,23 @@ def _scale(runs: Runs) -> str:
 
 
 _RUNS: dict[str, Callable[[Runs], str]] = {"large": _large, "scale": _scale}
-def _measured(part: str, folder: Path, build: Path) -> Topics:
-    """Parts that are measured here."""
-    topics = read_numbers(Path("docs/numbers.json"))
-    if part == "truth":
-        from lab import specimens
-        return {"truth": specimens.truth_table(specimens.truths(folder, build))}
-    if part == "known":
-        from lab import known
-        return {"known": known.known_answers(folder / "known", build)}
-    if part == "large-strain":
-        from lab import large_strain
-        return large_strain.large_strain(topics, folder, build)
-    if part == "scan":
-        from lab import scan
-        return scan.filling(scan.read_compressed(_SCANNED), folder / "scan", build)
-    if part == "masks":
-        from lab import masks
-        return masks.costs(folder, build)
-    from lab import elements
-    return elements.elements(topics, folder, build) if part == "elements" else elements.elsewhere(folder, build)
-
-
 _SCANNED = Path("../shared/meshes/pepper_big.vtu")
-_MEASURED = ("scan", "masks", "truth", "known", "large-strain", "elements", "elsewhere")
+
+
+#: Parts that are measured here, of the topics that are known, a folder and the build folder.
+_MEASURED: dict[str, Callable[[Topics, Path, Path], Topics]] = {
+    "scan": lambda _, folder, build: scan.filling(scan.read_compressed(_SCANNED), folder / "scan", build),
+    "masks": lambda _, folder, build: masks.costs(folder, build),
+    "truth": lambda _, folder, build: {"truth": specimens.truth_table(specimens.truths(folder, build))},
+    "known": lambda _, folder, build: {"known": known.known_answers(folder / "known", build)},
+    "large-strain": large_strain.large_strain,
+    "elements": elements.elements,
+    "elsewhere": lambda _, folder, build: elements.elsewhere(folder, build)}
 PARTS = (*_RUNS, *_MEASURED)
 
 
 def make(parts: list[str], build: Path) -> None:
+    """What large bodies take: parts, one after the other."""
     for part in parts:
         if part not in PARTS:
             raise LabError(f"bench-large: no part {part}; {', '.join(PARTS)}")
@@ -154,7 +140,8 @@ def make(parts: list[str], build: Path) -> None:
         if part == "scan" and not _SCANNED.exists():
             print(f"bench-large: {part}: no {_SCANNED}")
         elif part in _MEASURED:
-            write_topics(out, _measured(part, folder, build), f"make bench-large PART={part}")
+            write_topics(out, _MEASURED[part](read_numbers(Path("docs/numbers.json")), folder, build),
+                         f"make bench-large PART={part}")
         else:
             runs = Runs(build, folder)
             topic = _RUNS[part](runs)

@@ -62,6 +62,7 @@ def press(body: Any) -> float:
 
 
 def make(build: Path, out: Path) -> None:
+    """What each part of meshes/liver-capsule.toml is worth."""
     haptable = binding.load(build)
     meshes = Path("meshes")
     rows = []

@@ -260,6 +260,29 @@ def find_faults(pages: dict[str, str], topics: Topics) -> list[str]:
     return faults
 
 
+def _read_pages(pages: list[Path]) -> dict[str, str]:
+    return {str(file): file.read_text(encoding="utf-8") for file in pages}
+
+
+def take(folder: Path, pages: list[Path], numbers: Path = Path("docs/numbers.json")) -> None:
+    """Topics of the folder's files into `numbers`, and from there into pages. What is as it was is not written."""
+    from lab import points
+    topics = read_numbers(numbers)
+    before, texts = to_text(topics), _read_pages(pages)
+    take_folder(folder, topics)
+    points.derive(topics)
+    filled = {path: fill(path, text, topics) for path, text in texts.items()}
+    for path, old, new in [(str(numbers), before, to_text(topics)), *((p, texts[p], filled[p]) for p in texts)]:
+        if new != old:
+            write_file(Path(path), new)
+
+
+def check(pages: list[Path], numbers: Path = Path("docs/numbers.json")) -> None:
+    """Raises LabError with what is wrong, a line each."""
+    if faults := find_faults(_read_pages(pages), read_numbers(numbers)):
+        raise LabError("\n".join(faults))
+
+
 def runs(topics: Topics) -> str:
     """A table in Markdown: which commands measured which topics, on which machine."""
     measured: dict[tuple[str, str], list[str]] = {}

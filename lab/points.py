@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lab.numbers import Topics, number, seconds, text_of
+from lab.numbers import Topics, frame, number, seconds, text_of
 
 _BEST = "best in"
 _AXES = {"time": "tick", "flash": "flash", "precompute": "precompute"}
@@ -37,47 +37,38 @@ def _with_paper(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
     return rows
 
 
-def _best(columns: list[str], rows: list[list[Any]]) -> list[str]:
+def _best(points: dict[str, Any]) -> list[str]:
     """Of each row the costs in which no other finger with a size is better in both, or as good in one and better in the
     other. A point's force goes to zero with the mesh, and is right on one mesh by chance: it is left out."""
-    at = {name: k for k, name in enumerate(columns)}
-
-    def value(row: list[Any], column: str) -> float:
-        cell = row[at[column]]
-        return cell["value"] if isinstance(cell, dict) else math.nan
-    sized = [row for row in rows if row[at["force"]] not in ("interpolated", "consistent", _PAPER)]
-
-    def is_best(row: list[Any], column: str) -> bool:
-        error, cost = value(row, "error, RMS"), value(row, column)
-        return row in sized and not any(
-            other[0] == row[0] and value(other, "error, RMS") <= error and value(other, column) <= cost
-            and (value(other, "error, RMS") < error or value(other, column) < cost) for other in sized)
-    return [", ".join(name for name, column in _AXES.items() if is_best(row, column)) for row in rows]
+    found = frame(points)
+    sized = found[~found["force"].isin(("interpolated", "consistent", _PAPER))]
+    best = [""] * len(found)
+    for name, column in _AXES.items():
+        for _, body in sized.groupby("body"):
+            both = body[["error, RMS", column]].to_numpy(float)
+            less, least = both[:, None] <= both, both[:, None] < both  # [other, row, quantity]
+            for k in body.index[~(less.all(2) & least.any(2)).any(0)]:
+                best[k] += f", {name}" if best[k] else name
+    return best
 
 
 def _order(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
     """How fast the mask's mean error falls on the cubes, and its order from one mesh to the next. Nothing is told by an
     error that is not above the truth's own, or that crosses zero."""
     told = 0.002
-    at = {name: k for k, name in enumerate(columns)}
-    coarser: dict[tuple[str, str], list[Any]] = {}
+    coarser: dict[tuple[str, str], tuple[int, float]] = {}
     made = []
-    for row in rows:
-        if [row[at[c]] for c in ("force", "god-object", "precision")] != ["pressure-mask", "nearest", "float32"]:
+    for row in (dict(zip(columns, row)) for row in rows):
+        if ([row[c] for c in ("force", "god-object", "precision")] != ["pressure-mask", "nearest", "float32"]
+                or not row["body"].startswith("cube")):
             continue
-        if not row[0].startswith("cube"):
-            continue
-        element, mesh, mean = row[at["element"]], row[at["mesh"]], row[at["mean error"]]
-        order: Any = ""
-        last = coarser.get((row[0], element))
-        if last is not None:
-            before = last[at["mean error"]]["value"]
-            if before * mean["value"] > 0 and abs(mean["value"]) > told:
-                finer = (int(mesh.split()[0]) - 1) / (int(last[at["mesh"]].split()[0]) - 1)  # "13 a side"
-                order = math.log(abs(before / mean["value"])) / math.log(finer)
-                order = number(order, f"{order:.1f}")
-        made.append([row[0], element, mesh, mean, order])
-        coarser[row[0], element] = row
+        cells, mean, order = int(row["mesh"].split()[0]) - 1, row["mean error"]["value"], ""  # "13 a side"
+        coarse, before = coarser.get((row["body"], row["element"]), (cells, 0.0))
+        coarser[row["body"], row["element"]] = cells, mean
+        if before * mean > 0 and abs(mean) > told:
+            fell = math.log(abs(before / mean)) / math.log(cells / coarse)
+            order = number(fell, f"{fell:.1f}")
+        made.append([row["body"], row["element"], row["mesh"], row["mean error"], order])
     return made
 
 
@@ -89,7 +80,7 @@ def derive(topics: Topics) -> None:
         return
     columns = points["columns"]
     rows = _with_paper(columns, points["rows"])
-    rows = [[*row, best] for row, best in zip(rows, _best(columns, rows))]
+    rows = [[*row, best] for row, best in zip(rows, _best({"columns": columns, "rows": rows}))]
     run = {key: points[key] for key in ("command", "machine") if key in points}
     error = columns.index("error, RMS")
     topics["points"] = {**run, "columns": [*columns, _BEST], "rows": rows}

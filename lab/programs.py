@@ -4,6 +4,7 @@ devices, the inversion. `make bench` calls each."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -81,7 +82,8 @@ def speed_tables(raw: dict[str, Any]) -> dict[str, Any]:
                       "rows": [row(p, stored(p)) for p in scenes[names[0]]["precisions"]]}}
 
 
-def speed(build: Path, out: Path, repetitions: int) -> None:
+def speed(build: Path, out: Path, repetitions: int = 9) -> None:
+    """Speed of tick and picture."""
     write_topics(out,
                  speed_tables(told(build / "bin/haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build",
                                         build, "--repetitions", repetitions)))
@@ -105,15 +107,16 @@ def beside_tables(cube: dict[str, list[float]], mouse_: dict[str, list[float]]) 
     def faster(peer: str, mode: str) -> Cells:
         beside = peer + " friction" * mode.endswith(" friction")
         return [mode, *(number(p / m, f"{p / m:.2f}") for body in of for p, m in zip(body[beside], body[mode]))]
+    peers = [name for name in cube if f"{name} friction" in cube and name not in modes]
     return {f"modes-beside-{peer}": {
         "columns": ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"],
         "rows": [*([what, *(seconds(s) for body in of for s in body[name])]
                    for what, name in (("it takes", peer), ("with friction", f"{peer} friction"))),
-                 *(faster(peer, mode) for mode in modes)]} for peer in cube if f"{peer} friction" in cube.keys() - modes}
+                 *(faster(peer, mode) for mode in modes)]} for peer in peers}
 
 
-def beside(build: Path, out: Path, rounds: int) -> None:
-    """Writes nothing where no peer could be had (make peers)."""
+def beside(build: Path, out: Path, rounds: int = 30) -> None:
+    """Ticks of the contact modes beside peers. Writes nothing where no peer could be had (make peers)."""
     bodies, peers = Bodies(build, binding.load(build)), sorted((build / "peers").glob("*.so"))
     if peers:
         write_topics(out, beside_tables(*(told(
@@ -168,6 +171,7 @@ def device_tables(raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def devices(build: Path, out: Path) -> None:
+    """What the device models are, and from which stiffness each rings."""
     write_topics(out, device_tables(told(build / "bin/haptable-bench-devices")))
 
 
@@ -197,7 +201,7 @@ def growth(cubes: list[dict[str, Any]]) -> dict[str, Any]:
 
 def inversion_tables(raw: dict[str, Any]) -> dict[str, Any]:
     """raw: of haptable-bench-inversion."""
-    bodies = raw["bodies"]
+    bodies = [defaultdict(lambda: None, body) for body in raw["bodies"]]  # what was not measured is not there
     times = [[b["name"], count(round(b["nodes"])), three(b["analysis_s"]), three(b["factor_bytes"] / 1e9),
               three(b["factor_s"]), three(b["factor_flops"] / b["factor_s"] / 1e9), three(b["double_s"]),
               three(_over(b["double_s"], b["factor_s"])), three(b["float_s"]), three(b["float_s"] / b["factor_s"]),
@@ -208,7 +212,8 @@ def inversion_tables(raw: dict[str, Any]) -> dict[str, Any]:
                for b in bodies]
     columns = [[b["name"], three(b["columns_bytes"] / 1e9), three(b["columns_double_s"]), three(b["columns_float_s"]),
                 _error(b["columns_error"]), three(b["solves_s"] / b["columns_double_s"]),
-                three(b["solves_s"] / b["columns_float_s"]), seconds(b["frame_s"]), seconds(b["plain_frame_s"])]
+                three(b["solves_s"] / b["columns_float_s"]),
+                *(seconds(float(np.median(b[key]))) for key in ("frame_s", "plain_frame_s"))]
                for b in bodies if b["columns_float_s"] is not None]
     topics = {
         "inversion-times": {"columns": [
@@ -232,7 +237,8 @@ def inversion_tables(raw: dict[str, Any]) -> dict[str, Any]:
     return {**topics, **({"inversion-growth": growth(cubes)} if len(cubes) > 1 else {})}
 
 
-def inversion(build: Path, out: Path, sides: str) -> None:
+def inversion(build: Path, out: Path, sides: str = "12,20,25,32,40") -> None:
+    """How the inversion grows, and its errors. sides: cubes of so many nodes a side."""
     write_topics(out, inversion_tables(told(build / "bin/haptable-bench-inversion", "--sides", sides, "--scene",
                                             "meshes/mouse.toml")))
 
@@ -263,8 +269,8 @@ def instruction_tables(raw: list[dict[str, Any]]) -> Topics:
     return {**topics, **({"cycles": {"columns": ["sliding", "median", "worst"], "rows": cycles}} if cycles else {})}
 
 
-def instructions(build: Path, folders: list[Path], out: Path | None) -> None:
-    """Prints the tables, or writes them to `out`."""
+def instructions(build: Path, folders: list[Path], out: Path | None = None) -> None:
+    """Instructions of a tick on the emulated microcontrollers. Prints the tables, or writes them to `out`."""
     topics = instruction_tables(told(build / "bin/haptable-count", *folders))
     if out:
         write_topics(out, topics, "make instructions")

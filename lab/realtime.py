@@ -129,9 +129,10 @@ def tables(measured: dict[str, dict[str, Session]]) -> Topics:
                 "not heard by the bench", "processors' time that others took"], "rows": counts}}
 
 
-def make(build: Path, scene: Path, seconds: float, out: Path) -> None:
-    """Four sessions. Busy: as many programs that never rest as there are processors, niced: who asks for real time does
-    not feel the difference, and others on this machine do."""
+def make(build: Path, scene: Path, out: Path, seconds: float = 60.0) -> None:
+    """The loop in real time beside one whose servo does nothing: four sessions of so many seconds. Busy: as many
+    programs that never rest as there are processors, niced: who asks for real time does not feel the difference, and
+    others on this machine do."""
     partners = {"echo": [str(build / "bin/haptable-bench-realtime"), "--echo"],
                 "servo": [str(build / scenes.read(scene)["name"] / "servo"), "--lcm", "--quiet"]}
     measured: dict[str, dict[str, Session]] = {}

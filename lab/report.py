@@ -237,7 +237,8 @@ def configurations(topics: Topics) -> str:
     return _page("haptable: every configuration", nav, body)
 
 
-def make(docs: Path, build: Path, out: Path) -> None:
+def make(build: Path, out: Path, docs: Path = Path("docs")) -> None:
+    """build/report: index.html, configurations.html, CSV files, figures; docs: pages and numbers.json."""
     topics = read_numbers(docs / "numbers.json")
     for name in REPORT_ONLY:
         if name not in topics:

@@ -42,13 +42,6 @@ def read_compressed(file: Path) -> Mesh:
     return Mesh(x, positive(x, array("connectivity").astype(np.int64).reshape(-1, 4)))
 
 
-def surface_of(tets: Indices) -> Indices:
-    """[q, 3] nodes of the faces of one tetrahedron alone, outwards."""
-    faces = np.vstack([tets[:, list(face)] for face in ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))])
-    _, first, counts = np.unique(np.sort(faces, 1), axis=0, return_index=True, return_counts=True)
-    return faces[first[counts == 1]]
-
-
 def noisy(x: Array, patches: Indices, share: float) -> Array:
     """Nodes of a surface, moved along their normals by up to `share` of their shortest edge, either way."""
     a, b, c = (x[patches[:, k]] for k in range(3))
@@ -76,7 +69,7 @@ def to_off(x: Array, patches: Indices) -> str:
 
 def filling(mesh: Mesh, folder: Path, build: Path, nodes: int = NODES) -> Topics:
     """What a run tells of the mesh's surface with noise, filled with so many nodes."""
-    patches = surface_of(mesh.tets)
+    patches = mesh.surface
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scan.off").write_text(to_off(noisy(mesh.x, patches, NOISE), patches), encoding="utf-8")
     low, high = mesh.x.min(0), mesh.x.max(0)

@@ -100,4 +100,5 @@ def page(build: Path, tables: Path) -> dict[str, Any]:
 
 
 def make(build: Path, out: Path) -> None:
+    """Bytes of the servo on the microcontrollers, and of a page."""
     write_topics(out, {"size": sizes(build), "stack": stacks(build), "page": page(build, build / "mouse")})

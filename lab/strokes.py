@@ -132,5 +132,6 @@ def tables(counts: dict[str, Any], firmware: Path = Path("firmware")) -> Topics:
         "contact-by-design": _design_table(counts)}
 
 
-def make(build: Path, counts: Path, out: Path) -> None:  # noqa: ARG001
+def make(counts: Path, out: Path) -> None:
+    """Tables of what haptable-strokes counted."""
     write_topics(out, tables(json.loads(counts.read_text(encoding="utf-8"))), "make strokes")

@@ -323,6 +323,7 @@ def named(build: Path) -> Topics:
 
 
 def make(build: Path, out: Path) -> None:
+    """Instructions of a tick on the microcontrollers, in every mode, and what a scene pays for what it names."""
     topics: Topics = {}
     for measure in (modes, fingers, bodies, named):
         print(f"bench: instructions: {measure.__name__}", flush=True)

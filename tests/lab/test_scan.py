@@ -48,7 +48,7 @@ def test_another_file_is_an_error_that_names_it(tmp_path, more, said):
 
 def test_the_surface_is_closed_and_looks_outwards():
     mesh = cells((3, 2, 2))
-    patches = scan.surface_of(mesh.tets)
+    patches = mesh.surface
     assert len(patches) == 2 * 2 * (3 * 2 + 3 * 2 + 2 * 2)
     a, b, c = (mesh.x[patches[:, k]] for k in range(3))
     assert np.einsum("qc,qc->", a, np.cross(b, c)) / 6 == pytest.approx(1.0), "its volume"
@@ -58,7 +58,7 @@ def test_noise_moves_nodes_along_their_normals_and_at_most_by_its_share():
     """A flat top: its inner nodes move up and down, by up to that share of their shortest edge, a fifth in x."""
     mesh = cells((5, 5, 1))
     mesh = Mesh(mesh.x * (1.0, 1.0, 4.0), mesh.tets)
-    moved = scan.noisy(mesh.x, scan.surface_of(mesh.tets), 0.3)
+    moved = scan.noisy(mesh.x, mesh.surface, 0.3)
     inner = (mesh.x[:, 2] == 4.0) & (np.abs(mesh.x[:, :2] - 0.5).max(1) < 0.45)
     by = (moved - mesh.x)[inner]
     assert np.abs(by[:, :2]).max() < 1e-12

@@ -73,9 +73,9 @@ def test_sources_are_told_apart_by_what_they_do(tmp_path, text, same):
     assert strokes.source_identity(tmp_path) != was
 
 
-def test_counts_of_a_run_become_a_file_of_topics(tmp_path, build):
+def test_counts_of_a_run_become_a_file_of_topics(tmp_path):
     (tmp_path / "counts.json").write_text(json.dumps(_counts(_tally())))
-    strokes.make(build, tmp_path / "counts.json", tmp_path / "out.json")
+    strokes.make(tmp_path / "counts.json", tmp_path / "out.json")
     topics = read_numbers(tmp_path / "out.json")
     assert topics["strokes-count"]["text"] == "20"
     assert topics["strokes-count"]["command"] == "make strokes"

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/process_cost.hpp"
 #include "host/base/program.hpp"
 #include "host/body/assembly.hpp"
 #include "host/inverse/column_solver.hpp"
@@ -53,19 +53,12 @@ Scene cube_scene(int nodes_per_side, double poisson) {
     return scene;
 }
 
-/// CPU seconds of this process.
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 /// CPU seconds of `work`.
 template <typename Work>
 double cost_of(const Work& work) {
-    const double begin = cpu_seconds();
+    const double begin = process_cost().cpu_s;
     work();
-    return cpu_seconds() - begin;
+    return process_cost().cpu_s - begin;
 }
 
 /// Lets the kernel count the largest resident set afresh.
@@ -83,18 +76,22 @@ double peak_bytes() {
     return NAN;
 }
 
-/// What is measured of one body.
-struct Row {
-    std::string name;
-    double nodes = 0.0, blocks = 0.0;
-    double analysis_s = 0.0, factor_s = 0.0, factor_flops = 0.0, factor_bytes = 0.0, factor_peak = 0.0;
-    double double_s = NAN, double_peak = NAN, float_s = 0.0, float_peak = 0.0, inversion_flops = 0.0;
-    double solves_s = 0.0, sampled = 0.0;          ///< all touchable nodes' columns; share of them that was run
-    double double_error = NAN, float_error = 0.0;  ///< against the solves
-    double columns_double_s = NAN, columns_float_s = NAN, columns_bytes = 0.0;
-    double columns_error = NAN;                 ///< largest ||float - double|| / ||double|| of a column
-    double frame_s = NAN, plain_frame_s = NAN;  ///< one patch's loads: pruned to paths and rows in float, by CHOLMOD
-};
+/// The free ones of the touchable nodes, by their unknowns.
+Nodes touched_unknowns(const Body& body) {
+    Nodes node;
+    for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+    return node;
+}
+
+/// Three right-hand sides a node: a force along each axis.
+template <typename Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> unit_forces(Eigen::Index unknowns, const Nodes& node) {
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+    Matrix b = Matrix::Zero(unknowns, 3 * static_cast<Eigen::Index>(node.size()));
+    for (std::size_t c = 0; c < node.size(); ++c)
+        b.template block<3, 3>(Eigen::Index{3} * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+    return b;
+}
 
 /// L_ii of the touchable nodes and L_ij of the edges of their patches.
 std::vector<NodePair> wanted_of(const Body& body) {
@@ -140,32 +137,30 @@ private:
 
 /// Blocked solves for all touchable nodes: timed with groups spread over them, and compared with the blocks.
 void solve_sample(const Options& options, const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted,
-                  const Blocks* in_double, const Blocks& in_float, Row& row) {
+                  const Blocks& in_double, const Blocks& in_float, ordered_json& row) {
     const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
     const std::size_t groups = (node.size() + kBlockNodes - 1) / kBlockNodes;
     const std::size_t run = std::min(groups, options.sampled_groups);
     std::size_t solved = 0;
-    double seconds = 0.0;
-    if (in_double != nullptr) row.double_error = 0.0;
+    double seconds = 0.0, double_error = 0.0, float_error = 0.0;
     for (std::size_t g = 0; g < run; ++g) {
         const std::size_t first = g * groups / run * kBlockNodes;
         const Nodes group(node.begin() + static_cast<std::ptrdiff_t>(first),
                           node.begin() + static_cast<std::ptrdiff_t>(std::min(node.size(), first + kBlockNodes)));
-        Eigen::MatrixXd b = Eigen::MatrixXd::Zero(factor.size(), 3 * static_cast<Eigen::Index>(group.size())), x;
-        for (std::size_t c = 0; c < group.size(); ++c)
-            b.block<3, 3>(Eigen::Index{3} * group[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
+        const Eigen::MatrixXd b = unit_forces<double>(factor.size(), group);
+        Eigen::MatrixXd x;
         if (g == 0) factor.solve(b, x);  // the first one takes its workspace from the system
         seconds += cost_of([&] { factor.solve(b, x); });
         solved += group.size();
-        if (in_double != nullptr)
-            row.double_error = std::max(row.double_error, comparison.largest(*in_double, group, x));
-        row.float_error = std::max(row.float_error, comparison.largest(in_float, group, x));
+        if (!in_double.empty()) double_error = std::max(double_error, comparison.largest(in_double, group, x));
+        float_error = std::max(float_error, comparison.largest(in_float, group, x));
     }
-    row.sampled = static_cast<double>(solved) / static_cast<double>(node.size());
-    row.solves_s = seconds / row.sampled;
+    const double sampled = static_cast<double>(solved) / static_cast<double>(node.size());
+    row.update({{"solves_s", seconds / sampled}, {"sampled", sampled}, {"float_error", float_error}});
+    if (!in_double.empty()) row["double_error"] = double_error;
 }
 
-void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
+void measure_columns(const Factor& factor, const Nodes& node, ordered_json& row) {
     Progress progress(true);
     const ColumnSolver in_double_solver(factor.supernodes(), node, node);
     const ColumnSolver in_float_solver(factor.supernodes(), node, node, Precision::kFloat);
@@ -180,27 +175,27 @@ void measure_columns(const Factor& factor, const Nodes& node, Row& row) {
     };
     std::vector<float> in_double, in_float;
     const Columns::Sink put_double = put_into(in_double), put_float = put_into(in_float);
-    row.columns_bytes = static_cast<double>(in_double.size()) * sizeof(float);
-    row.columns_double_s = cost_of([&] { in_double_solver.compute(progress, put_double); });
-    row.columns_float_s = cost_of([&] { in_float_solver.compute(progress, put_float); });
-    row.columns_error = 0.0;
+    row["columns_bytes"] = in_double.size() * sizeof(float);
+    row["columns_double_s"] = cost_of([&] { in_double_solver.compute(progress, put_double); });
+    row["columns_float_s"] = cost_of([&] { in_float_solver.compute(progress, put_float); });
+    double error = 0.0;
     for (std::size_t i = 0; i < node.size(); ++i) {
         const auto column = [&](const std::vector<float>& table) {
             return Eigen::Map<const Eigen::VectorXf>(&table[length * i], static_cast<Eigen::Index>(length))
                 .cast<double>();
         };
         const double difference = (column(in_float) - column(in_double)).norm();
-        row.columns_error = std::max(row.columns_error, difference / column(in_double).norm());
+        error = std::max(error, difference / column(in_double).norm());
     }
+    row["columns_error"] = error;
 }
 
-/// The viewer's solve for one frame, median over patches spread over the surface.
-void measure_frames(const Body& body, const Factor& factor, const Nodes& node, Row& row) {
+/// The viewer's solve for one frame of patches spread over the surface, s of each.
+void measure_frames(const Body& body, const Factor& factor, const Nodes& node, ordered_json& row) {
     constexpr std::size_t kFrames = 41;
     const Supernodes s = factor.supernodes();
     const std::vector<float> value(s.value, s.value + s.value_begin.back());
     FrameSolver solver(s, value.data(), node);
-    std::vector<double> pruned, plain;
     Eigen::MatrixXd b(factor.size(), 1), x;
     for (std::size_t f = 0; f < kFrames; ++f) {
         const Patch& patch = body.touch_patch[f * body.touch_patch.size() / kFrames];
@@ -211,83 +206,45 @@ void measure_frames(const Body& body, const Factor& factor, const Nodes& node, R
                 loads.push_back({u, {0.3F, -0.2F, -0.9F}});
                 b.middleRows<3>(Eigen::Index{3} * u) << 0.3, -0.2, -0.9;
             }
-        pruned.push_back(cost_of([&] { solver.displace(loads); }));
-        plain.push_back(cost_of([&] { factor.solve(b, x); }));
+        row["frame_s"].push_back(cost_of([&] { solver.displace(loads); }));
+        row["plain_frame_s"].push_back(cost_of([&] { factor.solve(b, x); }));
     }
-    const auto median = [](std::vector<double>& list) {
-        std::nth_element(list.begin(), list.begin() + kFrames / 2, list.end());
-        return list[kFrames / 2];
-    };
-    row.frame_s = median(pruned);
-    row.plain_frame_s = median(plain);
 }
 
-Row measure(const Options& options, const Scene& scene) {
-    Row row;
-    row.name = scene.name;
+/// What was not measured is not there.
+ordered_json measure(const Options& options, const Scene& scene) {
     const Body body = make_body(scene, make_mesh(scene.mesh));
     const Stiffness k = assemble_free(scene, body);
-    Nodes node;
-    for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+    const Nodes node = touched_unknowns(body);
     const std::vector<NodePair> wanted = wanted_of(body);
-    row.nodes = static_cast<double>(body.mesh.position_m.size());
-    row.blocks = static_cast<double>(wanted.size());
+    ordered_json row{{"name", scene.name}, {"nodes", body.mesh.position_m.size()}, {"blocks", wanted.size()}};
     reset_peak();
     // 1. Ordering, analysis and factor.
     Progress progress(true);
     Workers alone(1);
     std::optional<Factor> factored;
-    row.analysis_s = cost_of([&] { factored.emplace(k, Factor::kPattern); });
-    row.factor_s = cost_of([&] { factored->factorize(k, alone, progress); });
+    row["analysis_s"] = cost_of([&] { factored.emplace(k, Factor::kPattern); });
+    row["factor_s"] = cost_of([&] { factored->factorize(k, alone, progress); });
     const Factor& factor = *factored;
-    row.factor_flops = factor.flops();
-    row.factor_bytes = factor.bytes();
-    row.factor_peak = peak_bytes();
+    row.update({{"factor_flops", factor.flops()}, {"factor_bytes", factor.bytes()}, {"factor_peak", peak_bytes()}});
     // 2. The blocks by selected inversion, both ways.
     const SelectedInversion inversion(factor.supernodes(), wanted);
-    row.inversion_flops = inversion.flops();
+    row["inversion_flops"] = inversion.flops();
     Blocks in_float, in_double;
     reset_peak();
-    row.float_s = cost_of([&] { in_float = inversion.compute<float>(progress); });
-    row.float_peak = peak_bytes();
+    row["float_s"] = cost_of([&] { in_float = inversion.compute<float>(progress); });
+    row["float_peak"] = peak_bytes();
     if (options.in_double) {
         reset_peak();
-        row.double_s = cost_of([&] { in_double = inversion.compute<double>(progress); });
-        row.double_peak = peak_bytes();
+        row["double_s"] = cost_of([&] { in_double = inversion.compute<double>(progress); });
+        row["double_peak"] = peak_bytes();
     }
     // 3. The same by solves; the columns.
-    solve_sample(options, factor, node, wanted, options.in_double ? &in_double : nullptr, in_float, row);
+    solve_sample(options, factor, node, wanted, in_double, in_float, row);
     if (body.mesh.position_m.size() > options.column_nodes) return row;
     measure_columns(factor, node, row);
     measure_frames(body, factor, node, row);
     return row;
-}
-
-/// As it was measured; what was not is null.
-ordered_json to_json(const Row& r) {
-    return {{"name", r.name},
-            {"nodes", r.nodes},
-            {"blocks", r.blocks},
-            {"analysis_s", r.analysis_s},
-            {"factor_s", r.factor_s},
-            {"factor_flops", r.factor_flops},
-            {"factor_bytes", r.factor_bytes},
-            {"factor_peak", r.factor_peak},
-            {"double_s", r.double_s},
-            {"double_peak", r.double_peak},
-            {"float_s", r.float_s},
-            {"float_peak", r.float_peak},
-            {"inversion_flops", r.inversion_flops},
-            {"solves_s", r.solves_s},
-            {"sampled", r.sampled},
-            {"double_error", r.double_error},
-            {"float_error", r.float_error},
-            {"columns_double_s", r.columns_double_s},
-            {"columns_float_s", r.columns_float_s},
-            {"columns_bytes", r.columns_bytes},
-            {"columns_error", r.columns_error},
-            {"frame_s", r.frame_s},
-            {"plain_frame_s", r.plain_frame_s}};
 }
 
 // ---- accuracy, against long double ----------------------------------------------------------------------------------
@@ -306,14 +263,9 @@ Body shaped_cube(const Scene& scene, double flatten, double jitter) {
 
 /// Every column of L at the touchable nodes by a Cholesky factor in long double.
 Eigen::MatrixXd exact_columns(const Eigen::SparseMatrix<double>& k, const Nodes& node) {
-    using Exact = long double;
-    const Eigen::SparseMatrix<Exact> exact = k.cast<Exact>();
-    const Eigen::SimplicialLLT<Eigen::SparseMatrix<Exact>> factor(exact);
-    using Matrix = Eigen::Matrix<Exact, Eigen::Dynamic, Eigen::Dynamic>;
-    Matrix b = Matrix::Zero(k.rows(), 3 * static_cast<Eigen::Index>(node.size()));
-    for (std::size_t c = 0; c < node.size(); ++c)
-        b.block<3, 3>(Eigen::Index{3} * node[c], 3 * static_cast<Eigen::Index>(c)).setIdentity();
-    return factor.solve(b).cast<double>();
+    const Eigen::SparseMatrix<long double> exact = k.cast<long double>();
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<long double>> factor(exact);
+    return factor.solve(unit_forces<long double>(k.rows(), node)).cast<double>();
 }
 
 ordered_json accuracy(int side) {
@@ -332,18 +284,15 @@ ordered_json accuracy(int side) {
         const Scene scene = cube_scene(side, c.poisson);
         const Body body = shaped_cube(scene, c.flatten, c.jitter);
         const Stiffness k = assemble_free(scene, body);
-        Nodes node;
-        for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+        const Nodes node = touched_unknowns(body);
         const std::vector<NodePair> wanted = wanted_of(body);
         const Factor factor(k);
         Progress progress(true);
         const SelectedInversion inversion(factor.supernodes(), wanted);
         const Blocks in_double = inversion.compute<double>(progress), in_float = inversion.compute<float>(progress);
         const Eigen::MatrixXd exact = exact_columns(k.matrix(), node);
-        Eigen::MatrixXd b = Eigen::MatrixXd::Zero(exact.rows(), exact.cols()), x;
-        for (std::size_t n = 0; n < node.size(); ++n)
-            b.block<3, 3>(Eigen::Index{3} * node[n], 3 * static_cast<Eigen::Index>(n)).setIdentity();
-        factor.solve(b, x);
+        Eigen::MatrixXd x;
+        factor.solve(unit_forces<double>(exact.rows(), node), x);
         Blocks solved(wanted.size());
         std::map<std::int32_t, Eigen::Index> column;
         for (std::size_t n = 0; n < node.size(); ++n) column[node[n]] = 3 * static_cast<Eigen::Index>(n);
@@ -364,9 +313,8 @@ void run(const Options& options) {
     ordered_json all{{"block_nodes", kBlockNodes}, {"bodies", ordered_json::array()}};
     if (options.accuracy) all["accuracy"] = {{"side", kSide}, {"cases", accuracy(kSide)}};
     const auto add = [&](const Scene& scene, bool is_cube) {
-        ordered_json row = to_json(measure(options, scene));
-        row["is_cube"] = is_cube;
-        all["bodies"].push_back(row);
+        all["bodies"].push_back(measure(options, scene));
+        all["bodies"].back()["is_cube"] = is_cube;
         fmt::print(stderr, "  measured {}\n", scene.name);
     };
     for (int side : options.sides) {
