@@ -6,17 +6,12 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from lab.numbers import Topics, count, number, write_topics
-
-Tally = dict[str, Any]
-Mode = dict[str, Any]
-_SUMMED = ("strokes", "ticks", "contact_ticks", "both_ticks", "limits", "clamped_strokes", "behind_strokes",
-           "long_behind_strokes", "passed_motions", "cpu_s")
-
 
 def source_identity(folder: Path) -> str:
     """A hash of the C sources and headers in a folder, without comments and white space."""
@@ -27,55 +22,43 @@ def source_identity(folder: Path) -> str:
     return found.hexdigest()
 
 
-def _sum(tallies: Iterable[Tally]) -> Tally:
-    total: Tally = {**dict.fromkeys(_SUMMED, 0), "faults": {}, "most_area": 0.0, "broken": 0}
-    for tally in tallies:
-        for name in _SUMMED:
-            total[name] += tally[name]
-        for fault, strokes in tally["faults"].items():
-            total["faults"][fault] = total["faults"].get(fault, 0) + strokes
-        total["most_area"] = max(total["most_area"], tally["most_area"])
-        total["broken"] += len(tally["broken"])
-    return total
-
-
-def kind_of(mode: Mode) -> str:
+def kind_of(mode: dict[str, Any]) -> str:
     return (("two" if mode["fingers"] == 2 else "one") + (", free" if mode["free"] else ", held")
             + (", rings" if mode["rings"] else ""))
 
 
-def _by(counts: dict[str, Any], way: Callable[[Mode], tuple[str, ...]], bodies: list[Any]) -> dict[tuple[str, ...],
-                                                                                                   Tally]:
-    """Tallies of these bodies, summed by what `way` tells of a mode."""
-    parts: dict[tuple[str, ...], list[Tally]] = {}
-    for mode in counts["modes"]:
-        parts.setdefault(way(mode), []).extend(body["modes"][mode["name"]] for body in bodies)
-    return {name: _sum(tallies) for name, tallies in parts.items()}
+def _frame(counts: dict[str, Any]) -> pd.DataFrame:
+    """A row a body and mode: what the mode is, its counts, and strokes by fault."""
+    return pd.DataFrame([{**{key: mode[key] for key in ("force", "god_object")}, "body": k, "kind": kind_of(mode),
+                          "friction": "yes" if mode["friction"] else "no", **tally,
+                          **{f"fault {fault}": strokes for fault, strokes in tally["faults"].items()}}
+                         for mode in counts["modes"] for k, body in enumerate(counts["bodies"])
+                         for tally in [body["modes"][mode["name"]]]])
 
 
-def _faults(tally: Tally) -> str:
+def _faults(sums: pd.Series, faults: list[str]) -> str:
     """ "0", or "3 lost, 1 jump"; "-" where nothing was stroked."""
-    if tally["strokes"] == 0:
+    if sums["strokes"] == 0:
         return "-"
-    return ", ".join(f"{strokes} {fault}" for fault, strokes in tally["faults"].items() if strokes) or "0"
+    return ", ".join(f"{sums[fault]} {fault.removeprefix('fault ')}" for fault in faults if sums[fault]) or "0"
 
 
-def _fault_table(counts: dict[str, Any], columns: list[str], way: Callable[[Mode], tuple[str, ...]]) -> dict[str, Any]:
-    sums = _by(counts, way, counts["bodies"])
-    faults = list(counts["total"]["faults"])
-    return {"columns": [*columns, "strokes", *faults],
-            "rows": [[*name, count(t["strokes"]), *(count(t["faults"].get(fault, 0)) for fault in faults)]
-                     for name, t in sums.items()]}
+def _fault_table(tallies: pd.DataFrame, columns: dict[str, str], faults: list[str]) -> dict[str, Any]:
+    """columns: how the page calls what is summed by."""
+    sums = tallies.groupby(list(columns), sort=False)[["strokes", *faults]].sum().reset_index()
+    return {"columns": [*columns.values(), "strokes", *(f.removeprefix("fault ") for f in faults)],
+            "rows": [[*row[:len(columns)], *map(count, row[len(columns):])] for row in sums.to_numpy().tolist()]}
 
 
-def _mesh_table(counts: dict[str, Any]) -> dict[str, Any]:
+def _mesh_table(counts: dict[str, Any], tallies: pd.DataFrame, faults: list[str]) -> dict[str, Any]:
     """A row a mesh with a column a way of touching it, all forces and god-objects together."""
-    rows, kinds = [], list(dict.fromkeys(map(kind_of, counts["modes"])))
-    for body in counts["bodies"]:
-        sums = _by(counts, lambda mode: (kind_of(mode),), [body])
-        rows.append([body["name"] + (", filled" if body["filled"] else ""), f"{body['nodes']:,}",
-                     count(sum(t["strokes"] for t in sums.values())), *(_faults(sums[kind,]) for kind in kinds)])
-    return {"columns": ["mesh", "nodes", "strokes", *kinds], "rows": rows}
+    sums = tallies.groupby(["body", "kind"], sort=False)[["strokes", *faults]].sum()
+    kinds = list(dict.fromkeys(tallies["kind"]))
+    return {"columns": ["mesh", "nodes", "strokes", *kinds],
+            "rows": [[body["name"] + (", filled" if body["filled"] else ""), f"{body['nodes']:,}",
+                      count(int(sums.loc[k]["strokes"].sum())),
+                      *(_faults(sums.loc[k, kind], faults) for kind in kinds)]
+                     for k, body in enumerate(counts["bodies"])]}
 
 
 def _reason(why: str) -> str:
@@ -84,23 +67,19 @@ def _reason(why: str) -> str:
     return rest if rest and "/" in head else why
 
 
-def _share(part: int, whole: int) -> dict[str, Any]:
-    share = part / whole if whole else 0.0
-    return number(share, f"{100 * share:.2g} %" if part else "0")
-
-
-def _design_table(counts: dict[str, Any]) -> dict[str, Any]:
+def _design_table(tallies: pd.DataFrame) -> dict[str, Any]:
     """What is by design, and how often, by god-object."""
-    sums = _by(counts, lambda mode: (mode["god_object"],), counts["bodies"])
+    sums = tallies.groupby("god_object", sort=False).sum(numeric_only=True)
 
     def shares(what: str, part: str) -> list[Any]:
-        return [what, *(_share(t[part], t["strokes"]) for t in sums.values())]
-    rates = [1e6 * t["limits"] / max(1, t["contact_ticks"]) for t in sums.values()]
-    return {"columns": ["by design", *(god_object for god_object, in sums)],
+        return [what, *(number(share, f"{100 * share:.2g} %" if share else "0")
+                        for share in (sums[part] / sums["strokes"].clip(lower=1)).tolist())]
+    rates = (1e6 * sums["limits"] / sums["contact_ticks"].clip(lower=1)).tolist()
+    return {"columns": ["by design", *sums.index],
             "rows": [shares("strokes with a tick in free air, the god-object behind a part", "behind_strokes"),
                      shares("and more than 20 such ticks on end", "long_behind_strokes"),
                      ["motions of a tick through a part that were not felt",
-                      *(count(t["passed_motions"]) for t in sums.values())],
+                      *map(count, sums["passed_motions"].tolist())],
                      shares("strokes that met `max_force`", "clamped_strokes"),
                      ["limits of walks, slides and searches, in a million ticks in contact",
                       *(number(rate, f"{round(rate):,}") for rate in rates)]]}
@@ -112,7 +91,8 @@ def _minutes(s: float) -> dict[str, Any]:
 
 def tables(counts: dict[str, Any], firmware: Path = Path("firmware")) -> Topics:
     """counts: as haptable-strokes writes them. firmware: its sources are told by their identity."""
-    total, identity = counts["total"], source_identity(firmware)
+    total, identity, tallies = counts["total"], source_identity(firmware), _frame(counts)
+    faults = [f"fault {fault}" for fault in total["faults"]]
     each_s = 1e5 * total["cpu_s"] / max(1, total["strokes"])
     return {
         "strokes-firmware": number(int(identity[:8], 16), identity),
@@ -123,13 +103,13 @@ def tables(counts: dict[str, Any], firmware: Path = Path("firmware")) -> Topics:
         "strokes-seed": count(counts["seed"]), "strokes-cpu": _minutes(total["cpu_s"]),
         "strokes-cpu-rate": number(each_s, f"{each_s:.0f} s"),
         "strokes-cpu-tables": _minutes(sum(body["tables_cpu_s"] for body in counts["bodies"])),
-        "strokes-modes": _fault_table(counts, ["force", "god-object", "friction"], lambda mode: (
-            mode["force"], mode["god_object"], "yes" if mode["friction"] else "no")),
-        "strokes-kinds": _fault_table(counts, ["fingers and body"], lambda mode: (kind_of(mode),)),
-        "strokes-meshes": _mesh_table(counts),
+        "strokes-modes": _fault_table(tallies, {"force": "force", "god_object": "god-object", "friction": "friction"},
+                                      faults),
+        "strokes-kinds": _fault_table(tallies, {"kind": "fingers and body"}, faults),
+        "strokes-meshes": _mesh_table(counts, tallies, faults),
         "strokes-left-out": {"columns": ["left out", "why"],
                              "rows": [[one["name"], _reason(one["why"])] for one in counts["left_out"]]},
-        "contact-by-design": _design_table(counts)}
+        "contact-by-design": _design_table(tallies)}
 
 
 def make(counts: Path, out: Path) -> None:

@@ -45,13 +45,11 @@ class Ticks:
 
     def add(self, counted: dict[str, Any], skip_rejected: bool = True) -> "Ticks":
         """Contact is that of all fingers. The first tick has none before it."""
-        touches = [all(s in (_CONTACT, _LIMITED) for s in states) for states in counted["states"]]
-        for i in range(1, len(touches)):
-            if skip_rejected and counted["states"][i][0] == _REJECTED:
-                continue
-            self.all.append(counted["instructions"][i])
-            if touches[i - 1] and touches[i]:
-                self.sliding.append(counted["instructions"][i])
+        states, instructions = np.array(counted["states"]), np.array(counted["instructions"])[1:]
+        touches = np.isin(states, (_CONTACT, _LIMITED)).all(1)
+        counts = (states[1:, 0] != _REJECTED) | (not skip_rejected)
+        self.all += instructions[counts].tolist()
+        self.sliding += instructions[counts & touches[:-1] & touches[1:]].tolist()
         if not self.sliding:
             raise LabError("the laboratory's fingers touched nothing: no instructions were counted")
         return self

@@ -12,7 +12,7 @@ from lab.numbers import read_numbers, text_of
 def _tally(count=10, **more):
     return {**dict.fromkeys(("ticks", "contact_ticks", "both_ticks", "limits", "clamped_strokes", "behind_strokes",
                              "long_behind_strokes", "passed_motions", "cpu_s"), 0), "strokes": count, "most_area": 0.0,
-            "faults": {"lost": 0, "jump": 0}, "broken": [], **more}
+            "faults": {"lost": 0, "force": 0}, "broken": [], **more}
 
 
 def _counts(*tallies, total=None):
@@ -31,11 +31,11 @@ def _rows(table):
 
 
 def test_faults_are_summed_by_mode_by_way_and_by_mesh():
-    made = strokes.tables(_counts(_tally(faults={"lost": 0, "jump": 2}), _tally(faults={"lost": 3, "jump": 1})))
-    assert made["strokes-modes"]["columns"] == ["force", "god-object", "friction", "strokes", "lost", "jump"]
+    made = strokes.tables(_counts(_tally(faults={"lost": 0, "force": 2}), _tally(faults={"lost": 3, "force": 1})))
+    assert made["strokes-modes"]["columns"] == ["force", "god-object", "friction", "strokes", "lost", "force"]
     assert _rows(made["strokes-modes"]) == [["interpolated", "nearest", "no", "20", "3", "3"]]
     assert _rows(made["strokes-kinds"]) == [["one, held", "10", "0", "2"], ["two, free", "10", "3", "1"]]
-    assert _rows(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 jump", "3 lost, 1 jump"]]
+    assert _rows(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 force", "3 lost, 1 force"]]
 
 
 def test_a_mode_without_strokes_is_no_clean_one():
