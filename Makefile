@@ -127,7 +127,7 @@ $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODU
 
 # A folder's tests are compiled in units of at most 1400 lines: the compiler reads their headers once.
 # Names of their unnamed namespaces are therefore one folder's.
-TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/touch_picture/*' -not -path 'tests/host/mpi/ranks/*')
+TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')
 TEST_UNITS := $(shell sh scripts/units.sh $(BUILD)/tests/units $(TEST_FILES))
 TESTS = $(TEST_UNITS:%=%.o)
 TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
@@ -343,7 +343,7 @@ scene-keys: $(BUILD)/bin/haptable-keys
 # figures: remake every picture of README and docs, or some (make figures FIGURES="states fingers")
 FIGURES ?=
 .PHONY: figures
-figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device) library $(BUILD)/tests/touch_picture/touch-picture $(PAGE_PARTS)
+figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device) library $(PAGE_PARTS)
 	@sh scripts/setup.sh lab figures
 	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
 	@$(LAB) figures $(FIGURES)
@@ -565,10 +565,6 @@ $(BUILD)/tests/unit: $(TESTS) $(BUILD)/host/page/wasm/hand.c.o $(PRECOMPUTE) $(S
 
 $(BUILD)/tests/soak/soak: $(patsubst %,$(BUILD)/tests/%.cpp.o,soak/main loop/faulty_session shapes) $(SERVO) $(DEVICE) $(CODEGEN)
 	$(link) -lgtest $(LIBS_DEVICE)
-
-# The page's picture (make figures), by the browser of the tests.
-$(BUILD)/tests/touch_picture/touch-picture: $(patsubst %,$(BUILD)/tests/%.cpp.o,touch_picture/main browser) $(BASE)
-	$(link) -lgtest $(LIBS_BASE)
 
 # One scene: `make scene` calls make again with its NAME.
 ifneq ($(NAME),)

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from lab import LabError, contact, drawings, output_of, own, plots
+from lab.browser import touch_picture
 from lab.figure import Figure
 from lab.numbers import read_numbers
 from lab.plots import force_size
@@ -227,11 +228,11 @@ def _press(name: str, scene: str, x: float, y: float, *options: object) -> Calla
 
 
 def _page(name: str, scene: str) -> Callable[[Studio], None]:
-    """The page in a browser, pressed and dragged by a pointer, which touch-picture wants to dent it."""
+    """The page in a browser, pressed and dragged by a pointer."""
     def make(s: Studio) -> None:
         page = s.work / f"{name}.html"
         s.run(s.build / "bin/haptable-view", s.build / scene, "--page", page, "--quiet")
-        s.run(s.build / "tests/touch_picture/touch-picture", page, "-o", s.work / f"{name}.png")
+        touch_picture(page, s.work / f"{name}.png")
         s.put(f"{name}.png")
     return make
 

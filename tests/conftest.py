@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path[:0] = [str(folder) for folder in Path(__file__).resolve().parents[:2]]  # programs, lab
 from programs import BUILD, BUILT, ROOT, SHARED, Listener, Programs  # noqa: E402
 
 
