@@ -341,7 +341,8 @@ def test_a_model_that_is_damaged_is_refused(page):
         return page("WebAssembly.instantiate(module, {}).then(({exports}) => { "
                     f"const model = bytes('{base64.b64encode(model).decode()}'), "
                     "at = exports.page_reserve(model.length); "
-                    "new Uint8Array(exports.memory.buffer, at, model.length).set(model); return exports.page_model(at, model.length) !== 0; })")
+                    "new Uint8Array(exports.memory.buffer, at, model.length).set(model); "
+                    "return exports.page_model(at, model.length) !== 0; })")
 
     assert opens(model)
     assert not opens(model[:len(model) // 2]) and not opens(model + b"more")
